@@ -1,0 +1,232 @@
+"""Arm and trajectory in, Dataset out: every element of the dynamics by effect at every set point."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gd_analyze.errors import TrajectoryError
+from gd_analyze.formulations import composite_moments as composite
+from gd_analyze.formulations import generalized_dalembert as dalembert
+from gd_analyze.kinematics import solve_kinematics
+from gd_analyze.robots import RobotArm, fingerprint
+from gd_analyze.schema import DECOMPOSITION, SCHEMA_VERSION, validate
+from gd_analyze.trajectories import Trajectory
+from gd_analyze.vectors import Array, FloatArray, set_points_last
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+EFFECTS = dalembert.EFFECTS
+
+# Long enough to hide the cost of an array call, short enough that one chunk's moments stay in the cache.
+CHUNK = 2048
+
+
+def decompose(
+    arm: RobotArm,
+    trajectory: Trajectory,
+    *,
+    coupling: bool = True,
+    by_link: bool = False,
+    terms: bool = False,
+    drives: bool = False,
+    progress: Callable[[int], None] | None = None,
+) -> xr.Dataset:
+    """Evaluate D, h, h_ijk and c by effect at every set point.
+
+    Parameters
+    ----------
+    arm, trajectory
+        The arm and its motion.
+    coupling
+        Keep h_ijk: 2 n^3 numbers per set point.
+    by_link
+        Also give what each link adds to D, h and c (slower).
+    terms
+        Also give the text's terms of h apart (slower).
+    drives
+        Add the torque that accelerates the drives, as `drive_torque` and within `torque`.
+    progress
+        Called with the number of set points done since the last call.
+
+    Returns
+    -------
+    xarray.Dataset
+        The variables declared in `gd_analyze.schema.DECOMPOSITION`; the parts along `effect` sum to
+        the whole.
+
+    Raises
+    ------
+    TrajectoryError
+        If the trajectory is of another number of joints.
+    ArmError
+        If drives are asked for and the arm describes none.
+
+    Examples
+    --------
+    >>> import gd_analyze as gd
+    >>> arm = gd.load_arm("two_link")
+    >>> dataset = gd.decompose(arm, gd.read_trajectory("two-link-swing", arm))
+    >>> dataset.inertia.dims
+    ('time', 'effect', 'joint', 'joint_j')
+    """
+    import xarray as xr
+
+    if trajectory.n_joints != arm.n_joints:
+        raise TrajectoryError(
+            "the trajectory is of another arm",
+            where=trajectory.name,
+            expected=f"{arm.n_joints} joints ({arm.name})",
+            found=f"{trajectory.n_joints} joints",
+        )
+    arrays = decompose_states(
+        arm,
+        trajectory.q,
+        trajectory.qd,
+        trajectory.qdd,
+        coupling=coupling,
+        by_link=by_link,
+        terms=terms,
+        drives=drives,
+        progress=progress,
+    )
+    joints = np.arange(1, arm.n_joints + 1)
+    coords: dict[str, Any] = {
+        "time": ("time", trajectory.time, {"units": "s"}),
+        "effect": list(EFFECTS),
+        "joint": joints,
+        "joint_j": joints,
+        "joint_name": ("joint", [joint.name for joint in arm.joints]),
+    }
+    if coupling:
+        coords["joint_k"] = joints
+    if by_link:
+        coords["link"] = joints
+    if terms:
+        coords["term"] = [term.name for term in dalembert.terms_of(arm)]
+        coords["term_effect"] = ("term", [term.effect for term in dalembert.terms_of(arm)])
+    mixed = not all(arm.is_revolute)
+    dataset = xr.Dataset(
+        {
+            name: (DECOMPOSITION[name].dims, values, DECOMPOSITION[name].attributes(mixed))
+            for name, values in arrays.items()
+        },
+        coords=coords,
+        attrs={
+            "schema": SCHEMA_VERSION,
+            "arm": arm.name,
+            "arm_title": arm.title or arm.name,
+            "arm_fingerprint": fingerprint(arm),
+            "trajectory": trajectory.name,
+            "trajectory_origin": trajectory.origin,
+            "trajectory_rates": trajectory.rates_from,
+            "trajectory_fingerprint": trajectory.fingerprint,
+            "drives": int(drives),
+        },
+    )
+    validate(dataset)
+    return dataset
+
+
+def decompose_states(
+    arm: RobotArm,
+    q: FloatArray,
+    qd: FloatArray,
+    qdd: FloatArray,
+    *,
+    coupling: bool = True,
+    by_link: bool = False,
+    terms: bool = False,
+    drives: bool = False,
+    progress: Callable[[int], None] | None = None,
+) -> dict[str, FloatArray]:
+    """Do `decompose` for states of any leading shape: arrays in, arrays out, no labels.
+
+    Parameters
+    ----------
+    arm
+        The arm.
+    q, qd, qdd
+        Joint variables, rates and accelerations, shape (..., n).
+    coupling, by_link, terms, drives, progress
+        As for `decompose`.
+
+    Returns
+    -------
+    dict
+        Arrays by the names of `gd_analyze.schema.DECOMPOSITION`, of shape (..., effect, n, n) and so on;
+        in memory the set points are contiguous.
+    """
+    leading = np.shape(q)[:-1]
+    states = [set_points_last(np.asarray(x, dtype=float)) for x in (q, qd, qdd)]
+    n, count = states[0].shape
+    shapes: dict[str, tuple[int, ...]] = {
+        "inertia": (2, n, n),
+        "coriolis_centrifugal": (2, n),
+        "centrifugal": (2, n),
+        "coriolis": (2, n),
+        "gravity_loading": (n,),
+        "torque": (n,),
+    }
+    if coupling:
+        shapes["coupling"] = (2, n, n, n)
+    if drives:
+        shapes["drive_torque"] = (n,)
+    if by_link:
+        shapes["inertia_by_link"] = (2, n, n, n)
+        shapes["coriolis_centrifugal_by_link"] = (2, n, n)
+        shapes["gravity_loading_by_link"] = (n, n)
+    if terms:
+        shapes["coriolis_centrifugal_terms"] = (len(dalembert.terms_of(arm)), n)
+    out = {name: np.empty((*shape, count)) for name, shape in shapes.items()}
+    scratch = None if coupling else np.empty((2, n, n, n, min(CHUNK, count)))
+    for start in range(0, count, CHUNK):
+        chunk = slice(start, min(start + CHUNK, count))
+        views = {name: array[..., chunk] for name, array in out.items()}
+        if scratch is not None:
+            views["coupling"] = scratch[..., : chunk.stop - chunk.start]
+        _fill(arm, *(x[:, chunk] for x in states), views)
+        if progress is not None:
+            progress(chunk.stop - chunk.start)
+    out = dict(zip(("q", "qd", "qdd"), states, strict=True)) | out
+    return {name: _as_states(array, leading) for name, array in out.items()}
+
+
+def _as_states(array: Array, leading: tuple[int, ...]) -> Array:
+    """Set points first, without copying: the memory keeps them last."""
+    first = np.moveaxis(array, -1, 0)
+    return first if len(leading) == 1 else first.reshape(*leading, *array.shape[:-1])
+
+
+def _fill(arm: RobotArm, q: Array, qd: Array, qdd: Array, out: dict[str, Array]) -> None:
+    """Evaluate one chunk of set points into views of the results."""
+    kinematics = solve_kinematics(arm, q)
+    moments = composite.composite_moments(arm, kinematics)
+    inertia = composite.inertia(moments, out["inertia"])
+    coupling = composite.coupling(moments, out["coupling"])
+    h, centrifugal = out["coriolis_centrifugal"], out["centrifugal"]
+    np.einsum("eijkn,jn,kn->ein", coupling, qd, qd, out=h)
+    np.einsum("eijjn,jn->ein", coupling, qd * qd, out=centrifugal)
+    np.subtract(h, centrifugal, out=out["coriolis"])
+    out["gravity_loading"][:] = composite.gravity_loading(arm, moments)
+    torque = out["torque"]
+    np.einsum("eijn,jn->in", inertia, qdd, out=torque)
+    torque += h.sum(axis=0) + out["gravity_loading"]
+    if "drive_torque" in out:
+        out["drive_torque"][:] = arm.drive_inertia[:, None] * qdd
+        torque += out["drive_torque"]
+    if "inertia_by_link" in out:
+        out["inertia_by_link"][:] = dalembert.inertia_by_link(arm, kinematics)
+        out["gravity_loading_by_link"][:] = dalembert.gravity_loading_by_link(arm, kinematics)
+    if "coriolis_centrifugal_terms" in out or "coriolis_centrifugal_by_link" in out:
+        itemised = dalembert.coriolis_centrifugal_by_link(arm, kinematics, qd)
+        if "coriolis_centrifugal_terms" in out:
+            out["coriolis_centrifugal_terms"][:] = itemised.sum(axis=1)
+        if "coriolis_centrifugal_by_link" in out:
+            effects = [term.effect for term in dalembert.terms_of(arm)]
+            for e, effect in enumerate(EFFECTS):
+                rows = [t for t, name in enumerate(effects) if name == effect]
+                out["coriolis_centrifugal_by_link"][e] = itemised[rows].sum(axis=0)

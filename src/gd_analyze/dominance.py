@@ -1,0 +1,214 @@
+"""Which part of which element dominates, ranked by what it does to torque.
+
+For every element of D, h and c: how large each part gets along the trajectory, whether one part alone
+represents the element, and how much torque the element moves. An element that is dominated by one effect
+and tiny matters less than one that is mixed and large, so the ranking is by torque.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gd_analyze.resources import data_folder
+from gd_analyze.vectors import Array, FloatArray
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DOMINANCE_THRESHOLD = 0.10
+DEFAULT_BUDGET = 0.01
+
+
+@dataclass(frozen=True)
+class Element:
+    """One element of D (i <= j), h or c; joints count from 0 here, from 1 in its label."""
+
+    quantity: str
+    i: int
+    j: int | None = None
+
+    @property
+    def label(self) -> str:
+        """D12, h3, c2; with a separator where two digits would run together."""
+        symbol = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c"}[self.quantity]
+        if self.j is None:
+            return f"{symbol}{self.i + 1}"
+        separator = "," if max(self.i, self.j) >= 9 else ""
+        return f"{symbol}{self.i + 1}{separator}{self.j + 1}"
+
+    def parts(self, dataset: xr.Dataset) -> FloatArray:
+        """Translational and rotational part along the trajectory, shape (2, N); gravity is translation."""
+        if self.quantity == "gravity_loading":
+            values = dataset.gravity_loading.values[:, self.i]
+            return np.stack([values, np.zeros_like(values)])
+        index: Any = (self.i,) if self.j is None else (self.i, self.j)
+        array: Array = dataset[self.quantity].values[(slice(None), slice(None), *index)]
+        return array.T
+
+    def torque_factors(self, dataset: xr.Dataset) -> dict[int, FloatArray | float]:
+        """Factors that turn the element into its torque at each joint it acts on."""
+        if self.j is None:
+            return {self.i: 1.0}
+        qdd = dataset.qdd.values
+        return {self.i: qdd[:, self.j], self.j: qdd[:, self.i]}
+
+
+def elements(n_joints: int) -> tuple[Element, ...]:
+    """Upper triangle of D, then h, then c."""
+    pairs = [Element("inertia", i, j) for i in range(n_joints) for j in range(i, n_joints)]
+    vectors = [Element(name, i) for name in ("coriolis_centrifugal", "gravity_loading") for i in range(n_joints)]
+    return (*pairs, *vectors)
+
+
+def rank(
+    dataset: xr.Dataset, *, threshold: float = DOMINANCE_THRESHOLD, budget: float | FloatArray = DEFAULT_BUDGET
+) -> xr.Dataset:
+    """Rank the elements of D, h and c by the torque they move.
+
+    Parameters
+    ----------
+    dataset
+        What `decompose` gave.
+    threshold
+        A part dominates when leaving the other out changes the element by at most this share of the
+        element's peak magnitude.
+    budget
+        Torque error budget: a share of each joint's peak torque, or N m per joint, shape (n,). Joint i's
+        row has n elements of D, one of h and one of c; an element is negligible when every torque it
+        makes stays below budget / (n + 2), so that all negligible elements may go at once.
+
+    Returns
+    -------
+    xarray.Dataset
+        One entry per element along `element`, largest torque share first. `peak`, `rms` of the whole
+        element and, along `effect`, `part_peak`, `part_rms` and `part_share` (the part's RMS among both
+        parts'), `change_without` (how far leaving the part out changes the element, as a share of its
+        peak), `torque_peak` (N m at joint `torque_joint`), `torque_share` (of that joint's peak torque),
+        `dominant` ("translation", "rotation" or "both") and `verdict` (the same, or "negligible").
+    """
+    import xarray as xr
+
+    n = dataset.sizes["joint"]
+    peak_torque = np.abs(dataset.torque.values).max(axis=0)
+    allowed = budget * peak_torque if np.ndim(budget) == 0 else np.asarray(budget, dtype=float)
+    floor = allowed / (n + 2)
+    rows = [_row(element, dataset, peak_torque, floor, threshold) for element in elements(n)]
+    order = sorted(range(len(rows)), key=lambda k: -rows[k]["torque_share"])
+    columns = {key: np.array([rows[k][key] for k in order]) for key in rows[0]}
+    per_part = {"part_peak", "part_rms", "part_share", "change_without"}
+    return xr.Dataset(
+        {
+            key: (("element", "effect") if key in per_part else ("element",), values, _ATTRIBUTES[key])
+            for key, values in columns.items()
+            if key != "label"
+        },
+        coords={"element": columns["label"], "effect": dataset.effect.values},
+        attrs={
+            "threshold": threshold,
+            "floor": floor.tolist(),
+            "ranked_by": "torque_share",
+            "arm": dataset.attrs["arm"],
+            "trajectory": dataset.attrs["trajectory"],
+        },
+    )
+
+
+_ATTRIBUTES: dict[str, dict[str, str]] = {
+    "quantity": {"long_name": "inertia (D), coriolis_centrifugal (h) or gravity_loading (c)"},
+    "i": {"long_name": "row, from 1"},
+    "j": {"long_name": "column, from 1; 0 for h and c"},
+    "peak": {"units": "SI", "long_name": "largest magnitude of the element"},
+    "rms": {"units": "SI", "long_name": "root mean square of the element"},
+    "part_peak": {"units": "SI", "long_name": "largest magnitude of the part"},
+    "part_rms": {"units": "SI", "long_name": "root mean square of the part"},
+    "part_share": {"units": "1", "long_name": "RMS of the part over the sum of both parts' RMS"},
+    "change_without": {
+        "units": "1",
+        "long_name": "largest change of the element when this part is left out, over the element's peak",
+    },
+    "torque_peak": {"units": "N m", "long_name": "largest torque of the element at torque_joint"},
+    "torque_joint": {"long_name": "joint where the element's torque has the largest share, from 1"},
+    "torque_share": {"units": "1", "long_name": "torque_peak over that joint's peak torque"},
+    "dominant": {"long_name": "effect that alone represents the element, or both"},
+    "verdict": {"long_name": "as dominant, or negligible"},
+}
+
+
+def _row(
+    element: Element, dataset: xr.Dataset, peak_torque: FloatArray, floor: FloatArray, threshold: float
+) -> dict[str, Any]:
+    parts = element.parts(dataset)
+    whole = parts.sum(axis=0)
+    peak = float(np.abs(whole).max())
+    part_peak = np.abs(parts).max(axis=1)
+    part_rms = np.sqrt(np.mean(parts**2, axis=1))
+    torques = {
+        joint: float(np.abs(whole * factor).max())
+        for joint, factor in element.torque_factors(dataset).items()
+    }
+    shares = {joint: _ratio(torque, float(peak_torque[joint])) for joint, torque in torques.items()}
+    joint = max(shares, key=lambda k: shares[k])
+    # Round-off of the parts must not make an element that is zero look like one of both effects.
+    real = part_peak > 64 * np.finfo(float).eps * float(part_peak.max(initial=0.0))
+    change_without = np.array(
+        [_ratio(float(p), peak) if is_real else 0.0 for p, is_real in zip(part_peak, real, strict=True)]
+    )
+    if change_without[1] <= threshold:
+        dominant = "translation"
+    elif change_without[0] <= threshold:
+        dominant = "rotation"
+    else:
+        dominant = "both"
+    negligible = all(torque <= floor[k] for k, torque in torques.items())
+    return {
+        "label": element.label,
+        "quantity": element.quantity,
+        "i": element.i + 1,
+        "j": 0 if element.j is None else element.j + 1,
+        "peak": peak,
+        "rms": float(np.sqrt(np.mean(whole**2))),
+        "part_peak": part_peak,
+        "part_rms": part_rms,
+        "part_share": part_rms / part_rms.sum() if part_rms.any() else part_rms,
+        "change_without": change_without,
+        "torque_peak": torques[joint],
+        "torque_joint": joint + 1,
+        "torque_share": shares[joint],
+        "dominant": dominant,
+        "verdict": "negligible" if negligible else dominant,
+    }
+
+
+def _ratio(value: float, whole: float) -> float:
+    if value == 0.0:
+        return 0.0
+    return value / whole if whole > 0.0 else np.inf
+
+
+@dataclass(frozen=True)
+class TextVerdicts:
+    """What a publication says of an arm's elements."""
+
+    source: str
+    verdicts: dict[str, str]
+    remarks: dict[str, str]
+
+
+@cache
+def text_verdicts(arm_name: str) -> TextVerdicts | None:
+    """Verdicts read from Figs 3.10 and 3.11 of the text, or None for an arm it does not show."""
+    reference = tomllib.loads((data_folder("references") / "fgl87_figures.toml").read_text(encoding="utf-8"))
+    if arm_name != reference["arm"]:
+        return None
+    named = {label: effect for effect, labels in reference["verdicts"].items() for label in labels}
+    labels = [e.label for e in elements(6) if e.quantity != "gravity_loading"]
+    return TextVerdicts(
+        reference["source"],
+        {label: named.get(label, reference["default"]) for label in labels},
+        reference["remarks"],
+    )

@@ -1,0 +1,89 @@
+"""One exception tree; every message says what, where, expected, found and what to do next."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Location:
+    """A place in a file, as exact as it is known; lines and columns count from 1."""
+
+    path: str | Path
+    line: int | None = None
+    column: int | None = None
+
+    def __str__(self) -> str:
+        place = str(self.path)
+        if self.line is not None:
+            place += f", line {self.line}"
+        if self.column is not None:
+            place += f", column {self.column}"
+        return place
+
+
+class GdAnalyzeError(Exception):
+    """Something the user can mend.
+
+    Parameters
+    ----------
+    what
+        One sentence: what is wrong.
+    where
+        File, line and column, or the argument or element concerned.
+    expected, found
+        What was wanted and what was there instead.
+    next_step
+        What to do now.
+    """
+
+    def __init__(
+        self,
+        what: str,
+        *,
+        where: Location | str | None = None,
+        expected: str | None = None,
+        found: str | None = None,
+        next_step: str | None = None,
+    ) -> None:
+        self.what = what
+        self.details = {
+            label: str(value)
+            for label, value in {
+                "where": where,
+                "expected": expected,
+                "found": found,
+                "next": next_step,
+            }.items()
+            if value is not None
+        }
+        super().__init__("\n".join([what, *(f"  {label}: {text}" for label, text in self.details.items())]))
+
+
+class UsageError(GdAnalyzeError):
+    """An argument of a call or of the command line is wrong."""
+
+
+class ArmError(GdAnalyzeError):
+    """An arm is unknown, or its description is malformed or impossible."""
+
+
+class TrajectoryError(GdAnalyzeError):
+    """A trajectory cannot be read, planned or used with the arm at hand."""
+
+
+class ModelError(GdAnalyzeError):
+    """A simplified model's file is damaged or foreign, or the model does not fit its use."""
+
+
+class StoreError(GdAnalyzeError):
+    """An HDF5 result file is damaged, foreign or of another schema version."""
+
+
+class OutputError(GdAnalyzeError):
+    """A result cannot be written."""
+
+
+class GdAnalyzeWarning(UserWarning):
+    """Something suspicious that does not stop the work; also shown inside the reports."""

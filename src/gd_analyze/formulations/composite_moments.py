@@ -1,0 +1,236 @@
+r"""The generalized d'Alembert elements from the moments of composite links.
+
+The text sums over links s for every element, [FGL87] Eqs. (3.4-25) to (3.4-28). Each of those sums is a
+moment of the composite of links m..n, taken about the origin of joint m, so suffix sums do them all at once:
+
+    mass            M_m = sum_{s>=m} m_s
+    first moment    S_m = sum_{s>=m} m_s rho_s,            rho_s = r_s - p_{m-1}
+    second moment   P_m = sum_{s>=m} m_s rho_s rho_s^T     translation: masses at the centres of mass
+                    P_m = sum_{s>=m} R_s (tr(I_s)/2 - I_s) R_s^T      rotation: matter about those centres
+
+The translational and the rotational effect differ in P alone. With w_m = z_{m-1}, u_m = 0 for a revolute
+joint and w_m = 0, u_m = z_{m-1} for a prismatic one, the velocity that joint m gives the point r is
+v_m(r) = w_m x (r - p_{m-1}) + u_m, and for i, l <= m
+
+    f_m   = sum m_s v_m(r_s) = w_m x S_m + M_m u_m
+    D_im  = sum m_s v_i(r_s) . v_m(r_s)      = w_i . (tr(P_m) w_m - P_m w_m + S_m x u_m) + v_i(p_{m-1}) . f_m
+    h_ilm = sum m_s v_i(r_s) . (w_l x v_m(r_s))
+          = (w_m x w_i) . P_m w_l + v_i(p_{m-1}) . (w_l x f_m) + (w_i x S_m) . (w_l x u_m)
+    c_m   = - g . f_m
+
+where S, f and u count for translation only. D_im does not depend on q_1..q_i, hence
+h_mli = -h_ilm for l <= i <= m: the slabs l <= m, i < m hold all there is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gd_analyze.kinematics import Kinematics
+from gd_analyze.robots import RobotArm
+from gd_analyze.vectors import Array, apply, cross, dot, outer
+
+TRANSLATION, ROTATION = 0, 1
+
+
+@dataclass(frozen=True)
+class CompositeMoments:
+    """Moments of the composites of links m..n about p_{m-1}, in the base frame, set points last.
+
+    Parameters
+    ----------
+    turning, sliding
+        w_m and u_m, shape (n, 3, N); `sliding` is None for an arm of revolute joints only.
+    origins
+        p_{m-1}, shape (n, 3, N).
+    mass
+        M_m, shape (n,).
+    first
+        S_m, shape (n, 3, N).
+    second
+        P_m of both effects, shape (2, n, 3, 3, N).
+    momentum
+        f_m, shape (n, 3, N).
+    """
+
+    turning: Array
+    sliding: Array | None
+    origins: Array
+    mass: Array
+    first: Array
+    second: Array
+    momentum: Array
+
+
+def composite_moments(arm: RobotArm, kinematics: Kinematics) -> CompositeMoments:
+    """Sum the links' moments from the last link to the first."""
+    n, count = arm.n_joints, kinematics.joint_axes.shape[-1]
+    origins = kinematics.joint_origins
+    turning, sliding = _turning_and_sliding(arm, kinematics)
+    mass = np.cumsum(arm.mass[::-1])[::-1]
+    first = np.empty_like(origins)
+    second = np.empty((2, n, 3, 3, count), origins.dtype)
+    for s in reversed(range(n)):
+        com = kinematics.com_from_joint[s]
+        matter = _matter(arm.inertia_com[s])
+        rotation = kinematics.link_rotations[s]
+        first[s] = arm.mass[s] * com
+        second[TRANSLATION, s] = outer(first[s], com)
+        second[ROTATION, s] = _turned_tensor(rotation, matter)
+        if s + 1 < n:
+            step = origins[s + 1] - origins[s]
+            half = outer(first[s + 1] + 0.5 * mass[s + 1] * step, step)
+            first[s] += first[s + 1] + mass[s + 1] * step
+            second[TRANSLATION, s] += half + np.swapaxes(half, 0, 1)
+            second[:, s] += second[:, s + 1]
+    momentum = cross(turning, first)
+    if sliding is not None:
+        momentum += mass[:, None, None] * sliding
+    return CompositeMoments(turning, sliding, origins, mass, first, second, momentum)
+
+
+def inertia_column(moments: CompositeMoments, m: int) -> Array:
+    """D_im for i <= m by effect, shape (2, m + 1, N). [FGL87] Eq. (3.4-25)."""
+    w, second = moments.turning, moments.second[:, m]
+    trace = second[:, 0, 0] + second[:, 1, 1] + second[:, 2, 2]
+    angular = trace[:, None] * w[m] - apply(second, w[m])
+    if moments.sliding is not None:
+        angular[TRANSLATION] += cross(moments.first[m], moments.sliding[m])
+    column = np.einsum("ian,ean->ein", w[: m + 1], angular)
+    column[TRANSLATION] += dot(_origin_velocity(moments, m, m + 1), moments.momentum[m])
+    return column
+
+
+def coupling_slab(moments: CompositeMoments, m: int) -> Array:
+    """h_ilm for i < m and l <= m by effect, shape (2, m, m + 1, N). [FGL87] Eqs. (3.4-26), (3.4-27)."""
+    w, up_to_m = moments.turning, moments.turning[: m + 1]
+    turned = np.einsum("eabn,lbn->elan", moments.second[:, m], up_to_m)
+    slab = np.einsum("ian,elan->eiln", cross(w[m], w[:m]), turned)
+    slab[TRANSLATION] += np.einsum(
+        "ian,lan->iln", _origin_velocity(moments, m, m), cross(up_to_m, moments.momentum[m])
+    )
+    if moments.sliding is not None:
+        slab[TRANSLATION] += np.einsum(
+            "ian,lan->iln", cross(w[:m], moments.first[m]), cross(up_to_m, moments.sliding[m])
+        )
+    return slab
+
+
+def inertia(moments: CompositeMoments, out: Array | None = None) -> Array:
+    """D by effect, shape (2, n, n, N)."""
+    n = len(moments.mass)
+    out = np.empty((2, n, n, moments.first.shape[-1]), moments.first.dtype) if out is None else out
+    for m in range(n):
+        column = inertia_column(moments, m)
+        out[:, : m + 1, m] = column
+        out[:, m, :m] = column[:, :m]
+    return out
+
+
+def coupling(moments: CompositeMoments, out: Array | None = None) -> Array:
+    """h_ijk by effect, symmetric in j and k, shape (2, n, n, n, N)."""
+    n = len(moments.mass)
+    out = np.empty((2, n, n, n, moments.first.shape[-1]), moments.first.dtype) if out is None else out
+    for m in range(n):
+        slab = coupling_slab(moments, m)
+        out[:, :m, : m + 1, m] = slab
+        out[:, :m, m, :m] = slab[:, :, :m]
+        out[:, m, : m + 1, m] = out[:, m, m, :m] = 0.0
+        for i in range(m):
+            out[:, m, : i + 1, i] = -slab[:, i, : i + 1]
+            out[:, m, i, :i] = -slab[:, i, :i]
+    return out
+
+
+def gravity_loading(arm: RobotArm, moments: CompositeMoments) -> Array:
+    """c_i = -g . f_i, shape (n, N). [FGL87] Eq. (3.4-28)."""
+    return -np.einsum("a,ian->in", arm.gravity, moments.momentum)
+
+
+def coriolis_centrifugal(arm: RobotArm, kinematics: Kinematics, qd: Array) -> Array:
+    """h by effect in O(n), without h_ijk, shape (2, n, N). [FGL87] Eqs. (3.4-26), (3.4-27).
+
+    Outward, the accelerations that rates alone cause; inward, the suffix sums of the forces and moments
+    they take. Summed per link first, they need no coefficient of any pair of joints.
+    """
+    n, count = qd.shape
+    turning, sliding = _turning_and_sliding(arm, kinematics)
+    zero = np.zeros((3, count), turning.dtype)
+    omega, alpha, acceleration = zero, zero, zero
+    forces, moments_of_force, couples = [], [], []
+    for s in range(n):
+        if sliding is not None:
+            acceleration = acceleration + 2.0 * cross(omega, sliding[s] * qd[s])
+        spin = turning[s] * qd[s]
+        alpha = alpha + cross(omega, spin)
+        omega = omega + spin
+        com = kinematics.com_from_joint[s]
+        force = arm.mass[s] * (acceleration + cross(alpha, com) + cross(omega, cross(omega, com)))
+        forces.append(force)
+        moments_of_force.append(cross(com, force))
+        rotation = kinematics.link_rotations[s]
+        momentum = _inertia_times(rotation, arm.inertia_com[s], omega)
+        couples.append(_inertia_times(rotation, arm.inertia_com[s], alpha) + cross(omega, momentum))
+        if s + 1 < n:
+            step = kinematics.joint_origins[s + 1] - kinematics.joint_origins[s]
+            acceleration = acceleration + cross(alpha, step) + cross(omega, cross(omega, step))
+    h = np.empty((2, n, count), turning.dtype)
+    force, moment, couple = zero, zero, zero
+    for s in reversed(range(n)):
+        if s + 1 < n:
+            moment = moment + cross(kinematics.joint_origins[s + 1] - kinematics.joint_origins[s], force)
+        force = force + forces[s]
+        moment = moment + moments_of_force[s]
+        couple = couple + couples[s]
+        h[TRANSLATION, s] = dot(turning[s], moment)
+        if sliding is not None:
+            h[TRANSLATION, s] += dot(sliding[s], force)
+        h[ROTATION, s] = dot(turning[s], couple)
+    return h
+
+
+def _turning_and_sliding(arm: RobotArm, kinematics: Kinematics) -> tuple[Array, Array | None]:
+    if all(arm.is_revolute):
+        return kinematics.joint_axes, None
+    revolute = np.array(arm.is_revolute, dtype=float)[:, None, None]
+    return kinematics.joint_axes * revolute, kinematics.joint_axes * (1.0 - revolute)
+
+
+def _origin_velocity(moments: CompositeMoments, m: int, below: int) -> Array:
+    """v_i(p_{m-1}) for i < `below`, shape (below, 3, N)."""
+    velocity = cross(moments.turning[:below], moments.origins[m] - moments.origins[:below])
+    if moments.sliding is not None:
+        velocity += moments.sliding[:below]
+    return velocity
+
+
+def _matter(inertia_com: Array) -> Array:
+    """Second moment of a link's matter about its centre of mass from its inertia tensor."""
+    return 0.5 * np.trace(inertia_com) * np.eye(3) - inertia_com
+
+
+def _turned_tensor(rotation: Array, constant: Array) -> Array:
+    """R T R^T."""
+    return np.einsum("acn,bcn->abn", _columns_times(rotation, constant), rotation)
+
+
+def _columns_times(rotation: Array, constant: Array) -> Array:
+    if np.count_nonzero(constant - np.diag(np.diagonal(constant))) == 0:
+        return rotation * np.diagonal(constant)[:, None]
+    return np.einsum("abn,bc->acn", rotation, constant)
+
+
+def _inertia_times(rotation: Array, inertia_com: Array, vector: Array) -> Array:
+    """R I R^T x, through the link frame, where I is constant."""
+    in_link = np.einsum("abn,an->bn", rotation, vector)
+    diagonal = np.count_nonzero(inertia_com - np.diag(np.diagonal(inertia_com))) == 0
+    product = (
+        np.diagonal(inertia_com)[:, None] * in_link
+        if diagonal
+        else np.einsum("ab,bn->an", inertia_com, in_link)
+    )
+    return apply(rotation, product)
+
+

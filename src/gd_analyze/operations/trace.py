@@ -1,0 +1,167 @@
+"""Numbers that remember how they were made.
+
+Array code run on these numbers leaves a graph of its arithmetic behind, without a word changed. Equal
+subexpressions are one node, constants are folded and products with 0 and 1 vanish, so the graph holds what
+a person would write down, not what a loop runs through.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+
+from gd_analyze.vectors import Array
+
+Operation = Literal["input", "add", "subtract", "multiply", "negative", "cos", "sin"]
+Operand = "Expression | float"
+
+
+class Expression:
+    """One node of a trace: an operation on earlier nodes and constants."""
+
+    __slots__ = ("arguments", "operation", "order", "trace")
+
+    def __init__(self, trace: Trace, order: int, operation: Operation, arguments: tuple[Any, ...]) -> None:
+        self.trace = trace
+        self.order = order
+        self.operation: Operation = operation
+        self.arguments = arguments
+
+    def __add__(self, other: Any) -> Any:
+        return self.trace.add(self, other)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Any:
+        return self.trace.add(self, self.trace.negative(other))
+
+    def __rsub__(self, other: Any) -> Any:
+        return self.trace.add(other, self.trace.negative(self))
+
+    def __mul__(self, other: Any) -> Any:
+        return self.trace.multiply(self, other)
+
+    __rmul__ = __mul__
+
+    def __neg__(self) -> Any:
+        return self.trace.negative(self)
+
+    def __repr__(self) -> str:
+        return f"{self.operation}{self.arguments!r}"
+
+
+class Trace:
+    """The arithmetic of one computation; its expressions in the order of their making."""
+
+    def __init__(self) -> None:
+        self.expressions: list[Expression] = []
+        self._known: dict[tuple[Any, ...], Expression] = {}
+
+    def inputs(self, name: str, count: int) -> Array:
+        """Make named inputs for one set point, shape (count, 1)."""
+        out = np.empty((count, 1), dtype=object)
+        out[:, 0] = [self._node("input", f"{name}{i + 1}") for i in range(count)]
+        return out
+
+    def cos(self, values: Array) -> Array:
+        """Take the cosine of every entry."""
+        return self._elementwise("cos", math.cos, values)
+
+    def sin(self, values: Array) -> Array:
+        """Take the sine of every entry."""
+        return self._elementwise("sin", math.sin, values)
+
+    def add(self, a: Any, b: Any) -> Any:
+        """Sum with zeros left out and a sign turned into a difference."""
+        if not isinstance(a, Expression) and not isinstance(b, Expression):
+            return float(a) + float(b)
+        if _is_constant(a, 0.0):
+            return b
+        if _is_constant(b, 0.0):
+            return a
+        if _is_negative(b):
+            return self._difference(a, b.arguments[0])
+        if _is_negative(a):
+            return self._difference(b, a.arguments[0])
+        return self._node("add", *_sorted(a, b))
+
+    def multiply(self, a: Any, b: Any) -> Any:
+        """Product with zeros and ones folded and signs moved outside."""
+        if not isinstance(a, Expression) and not isinstance(b, Expression):
+            return float(a) * float(b)
+        for x, y in ((a, b), (b, a)):
+            if not isinstance(x, Expression):
+                if x == 0.0:
+                    return 0.0
+                if x == 1.0:
+                    return y
+                if x < 0.0:
+                    return self.negative(self.multiply(-float(x), y))
+            elif _is_negative(x):
+                return self.negative(self.multiply(x.arguments[0], y))
+        return self._node("multiply", *_sorted(a, b))
+
+    def negative(self, a: Any) -> Any:
+        """Change the sign; twice is nothing."""
+        if not isinstance(a, Expression):
+            return -float(a)
+        if _is_negative(a):
+            return a.arguments[0]
+        if a.operation == "subtract":
+            return self._node("subtract", a.arguments[1], a.arguments[0])
+        return self._node("negative", a)
+
+    def _difference(self, a: Any, b: Any) -> Any:
+        if a is b:
+            return 0.0
+        if _is_negative(a):
+            return self.negative(self.add(a.arguments[0], b))
+        return self._node("subtract", a, b)
+
+    def _elementwise(self, operation: Operation, constant: Any, values: Array) -> Array:
+        def one(value: Any) -> Any:
+            return self._node(operation, value) if isinstance(value, Expression) else constant(value)
+
+        result: Array = np.frompyfunc(one, 1, 1)(values)
+        return result
+
+    def _node(self, operation: Operation, *arguments: Any) -> Expression:
+        arguments = tuple(a if isinstance(a, Expression | str) else float(a) for a in arguments)
+        key = (operation, *((a.order, None) if isinstance(a, Expression) else a for a in arguments))
+        known = self._known.get(key)
+        if known is None:
+            known = self._known[key] = Expression(self, len(self.expressions), operation, arguments)
+            self.expressions.append(known)
+        return known
+
+
+def reached(outputs: Sequence[Any]) -> list[int]:
+    """Orders of the expressions that the outputs need, ascending."""
+    needed: set[int] = set()
+    waiting = [x for x in outputs if isinstance(x, Expression)]
+    while waiting:
+        node = waiting.pop()
+        if node.order not in needed:
+            needed.add(node.order)
+            waiting.extend(a for a in node.arguments if isinstance(a, Expression))
+    return sorted(needed)
+
+
+def _is_constant(x: Any, value: float) -> bool:
+    return not isinstance(x, Expression) and x == value
+
+
+def _is_negative(x: Any) -> bool:
+    return isinstance(x, Expression) and x.operation == "negative"
+
+
+def _sorted(a: Any, b: Any) -> tuple[Any, Any]:
+    """Constants first, then by age: equal sums and products meet."""
+
+    def age(x: Any) -> float:
+        return x.order if isinstance(x, Expression) else -1
+
+    return (a, b) if age(a) <= age(b) else (b, a)

@@ -1,0 +1,22 @@
+"""Robot arms: the value, the ways to build one, and the built-in ones."""
+
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.arm_file import read_arm
+from gd_analyze.robots.catalogue import builtin_arms, load_arm
+from gd_analyze.robots.description import arm_from_description, describe, fingerprint
+from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
+
+__all__ = [
+    "DHRow",
+    "Drive",
+    "Joint",
+    "Link",
+    "Placement",
+    "RobotArm",
+    "arm_from_description",
+    "builtin_arms",
+    "describe",
+    "fingerprint",
+    "load_arm",
+    "read_arm",
+]

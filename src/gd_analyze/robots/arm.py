@@ -1,0 +1,146 @@
+"""The robot arm as a value: joints, links, drives and gravity, valid once it exists.
+
+The description is placement-based. From link frame i-1 a constant `Joint.placement` leads to the
+joint frame, whose origin is p_{i-1} and in which the joint turns about (or slides along) `Joint.axis`;
+from there a constant `Link.frame` leads to link frame i, in which the link's data are given. In the
+Denavit-Hartenberg convention of the text the first is the identity for a revolute joint and the second
+holds d, a and alpha.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from gd_analyze.errors import ArmError, GdAnalyzeWarning
+from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, constant
+from gd_analyze.vectors import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class RobotArm:
+    """A serial arm of n joints.
+
+    Parameters
+    ----------
+    name, title
+        Short identifier and display name.
+    joints, links
+        n of each; link i moves with joint i.
+    gravity
+        g in the base frame, m/s^2; a level arm has (0, 0, -9.8062).
+    drives
+        One per joint, or empty.
+    dh_table, convention
+        The table the arm was built from, for display; empty when it was built otherwise.
+    sources, assumptions
+        Where the numbers come from, and which of them are not published.
+    """
+
+    name: str
+    joints: tuple[Joint, ...]
+    links: tuple[Link, ...]
+    gravity: FloatArray = field(default_factory=lambda: np.array([0.0, 0.0, -9.8062]))
+    title: str = ""
+    drives: tuple[Drive, ...] = ()
+    dh_table: tuple[DHRow, ...] = ()
+    convention: str = ""
+    sources: tuple[str, ...] = ()
+    assumptions: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(
+            self, "gravity", constant(self.gravity, (3,), f"the gravity of {self.name}", f"arm {self.name}")
+        )
+        if not self.joints:
+            raise ArmError(f"arm {self.name} has no joints", expected="at least one joint")
+        for what, items in (("links", self.links), ("drives", self.drives)):
+            if items and len(items) != len(self.joints) or what == "links" and not items:
+                raise ArmError(
+                    f"arm {self.name} needs one of its {what} per joint",
+                    where=f"arm {self.name}",
+                    expected=f"{len(self.joints)} {what}",
+                    found=str(len(items)),
+                )
+        for index, link in enumerate(self.links):
+            if link.axial_only and (index > 0 or self.joints[0].kind != "revolute"):
+                raise ArmError(
+                    f"link {link.name} states its inertia about the joint axis only",
+                    where=link.source or f"link {link.name}",
+                    expected="this of the first link, behind a revolute joint, at most",
+                    found=f"link {index + 1}",
+                    next_step="state the full inertia: every other link turns about several axes",
+                )
+        reach = self.reach
+        for link in self.links:
+            distance = float(np.linalg.norm(link.com))
+            if link.mass > 0 and distance > max(reach, 0.1):
+                warnings.warn(
+                    f"link {link.name} of {self.name}: its centre of mass is {distance:.3g} m from the link "
+                    f"frame, farther than the whole arm reaches ({reach:.3g} m); are its units metres?",
+                    GdAnalyzeWarning,
+                    stacklevel=3,
+                )
+
+    @property
+    def n_joints(self) -> int:
+        """Number of joints n."""
+        return len(self.joints)
+
+    @cached_property
+    def reach(self) -> float:
+        """Upper bound on the distance from the first joint to the last link frame, m."""
+        slides = sum(
+            max(abs(j.lower or 0.0), abs(j.upper or 0.0)) for j in self.joints if j.kind == "prismatic"
+        )
+        lengths = [np.linalg.norm(j.placement.translation) for j in self.joints[1:]]
+        lengths += [np.linalg.norm(link.frame.translation) for link in self.links]
+        return float(sum(lengths) + slides)
+
+    @cached_property
+    def mass(self) -> FloatArray:
+        """m_s, kg, shape (n,)."""
+        return np.array([link.mass for link in self.links])
+
+    @cached_property
+    def com(self) -> FloatArray:
+        """Centres of mass in their link frames, m, shape (n, 3)."""
+        return np.array([link.com for link in self.links])
+
+    @cached_property
+    def inertia_com(self) -> FloatArray:
+        """I_s about the centres of mass in link frames, kg m^2, shape (n, 3, 3)."""
+        return np.array([link.inertia_com for link in self.links])
+
+    @cached_property
+    def is_revolute(self) -> tuple[bool, ...]:
+        """Whether each joint turns."""
+        return tuple(joint.kind == "revolute" for joint in self.joints)
+
+    def limits(self, what: Literal["lower", "upper", "rate_limit", "acceleration_limit"]) -> FloatArray:
+        """One limit of every joint, shape (n,); infinite (minus infinite for "lower") where unknown."""
+        unknown = -np.inf if what == "lower" else np.inf
+        values = [getattr(joint, what) for joint in self.joints]
+        return np.array([unknown if value is None else value for value in values])
+
+    @cached_property
+    def drive_inertia(self) -> FloatArray:
+        """Drive inertia at the joints, kg m^2, shape (n,).
+
+        Raises
+        ------
+        ArmError
+            If the arm describes no drives.
+        """
+        if not self.drives:
+            raise ArmError(
+                f"arm {self.name} describes no drives",
+                where=f"arm {self.name}",
+                expected="one [[drives]] table per joint",
+                next_step="add the drives to the arm file, or leave drives out",
+            )
+        return np.array([drive.inertia for drive in self.drives])

@@ -1,0 +1,102 @@
+"""An arm as plain JSON values, and the fingerprint of the numbers that act on its dynamics."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import Any
+
+import numpy as np
+
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Drive, Joint, Link, Placement
+
+
+def describe(arm: RobotArm) -> dict[str, Any]:
+    """Everything that acts on the dynamics, names and limits, as plain JSON values."""
+    return {
+        "name": arm.name,
+        "title": arm.title,
+        "gravity": arm.gravity.tolist(),
+        "joints": [
+            {
+                "name": joint.name,
+                "kind": joint.kind,
+                "placement": _placement(joint.placement),
+                "axis": joint.axis.tolist(),
+                "lower": joint.lower,
+                "upper": joint.upper,
+                "rate_limit": joint.rate_limit,
+                "acceleration_limit": joint.acceleration_limit,
+            }
+            for joint in arm.joints
+        ],
+        "links": [
+            {
+                "name": link.name,
+                "mass": link.mass,
+                "com": link.com.tolist(),
+                "inertia_com": link.inertia_com.tolist(),
+                "frame": _placement(link.frame),
+                "as_measured": link.as_measured,
+                "axial_only": link.axial_only,
+            }
+            for link in arm.links
+        ],
+        "drive_inertia": [drive.inertia for drive in arm.drives],
+    }
+
+
+def arm_from_description(description: dict[str, Any]) -> RobotArm:
+    """Rebuild an arm from what `describe` gave; sources and drive friction are not in it.
+
+    Raises
+    ------
+    ArmError
+        If a value is impossible, as on construction.
+    KeyError, TypeError
+        If the description lacks something or is of another shape.
+    """
+    return RobotArm(
+        name=description["name"],
+        title=description["title"],
+        gravity=np.array(description["gravity"]),
+        joints=tuple(
+            Joint(**{**joint, "placement": _placed(joint["placement"]), "axis": np.array(joint["axis"])})
+            for joint in description["joints"]
+        ),
+        links=tuple(
+            Link(
+                name=link["name"],
+                mass=link["mass"],
+                com=np.array(link["com"]),
+                inertia_com=np.array(link["inertia_com"]),
+                frame=_placed(link["frame"]),
+                as_measured=link["as_measured"],
+                axial_only=link["axial_only"],
+            )
+            for link in description["links"]
+        ),
+        drives=tuple(Drive(inertia=inertia) for inertia in description["drive_inertia"]),
+    )
+
+
+def fingerprint(arm: RobotArm) -> str:
+    """SHA-256 of the numbers that act on torque at a state; names, limits and drives do not count."""
+    description = describe(arm)
+    acting = {
+        "gravity": description["gravity"],
+        "joints": [[joint[key] for key in ("kind", "placement", "axis")] for joint in description["joints"]],
+        "links": [
+            [link[key] for key in ("mass", "com", "inertia_com", "frame")] for link in description["links"]
+        ],
+    }
+    return hashlib.sha256(json.dumps(acting, sort_keys=True).encode()).hexdigest()
+
+
+def _placement(value: Placement) -> dict[str, Any]:
+    return {"rotation": value.rotation.tolist(), "translation": value.translation.tolist()}
+
+
+def _placed(value: dict[str, Any]) -> Placement:
+    return Placement(np.array(value["rotation"]), np.array(value["translation"]))

@@ -1,0 +1,288 @@
+"""The parts an arm is made of: placements, joints, links and drives, each valid once it exists."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location
+from gd_analyze.vectors import FloatArray
+
+JointKind = Literal["revolute", "prismatic"]
+
+# A rotation typed with 6 digits is orthonormal to about 1e-6; anything worse is a mistake.
+ORTHONORMAL_TOLERANCE = 1e-6
+# Inertias measured by swinging a link are good to about 10 % (Armstrong, Khatib, Burdick 1986), so a triangle
+# inequality broken by less is a measurement's error, not an impossible link; rounding to 3 digits is neither.
+MEASUREMENT_TOLERANCE = 0.1
+ROUNDING_TOLERANCE = 1e-3
+# Products of inertia are typed once and mirrored; a rotation into other axes adds round-off only.
+SYMMETRY_TOLERANCE = 1e-9
+
+
+def constant(values: Any, shape: tuple[int, ...], what: str, where: Location | str) -> FloatArray:
+    """Copy numbers into a read-only array of the given shape, or say what is wrong with them.
+
+    Raises
+    ------
+    ArmError
+        If the shape differs or a number is not finite.
+    """
+    array = np.array(values, dtype=float)
+    if array.shape != shape:
+        raise ArmError(
+            f"{what} has the wrong shape", where=where, expected=str(shape), found=str(array.shape)
+        )
+    if not np.isfinite(array).all():
+        raise ArmError(
+            f"{what} is not finite",
+            where=where,
+            expected="finite numbers",
+            found=str(array.tolist()),
+            next_step="replace nan and inf by measured or estimated values",
+        )
+    array.flags.writeable = False
+    return array
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """A constant rigid displacement: x_parent = rotation @ x_child + translation (m)."""
+
+    rotation: FloatArray = field(default_factory=lambda: np.eye(3))
+    translation: FloatArray = field(default_factory=lambda: np.zeros(3))
+
+    def __post_init__(self) -> None:
+        rotation = constant(self.rotation, (3, 3), "the rotation of a placement", "placement")
+        if (
+            np.abs(rotation.T @ rotation - np.eye(3)).max() > ORTHONORMAL_TOLERANCE
+            or np.linalg.det(rotation) < 0
+        ):
+            raise ArmError("the rotation of a placement is not a rotation", found=str(rotation.tolist()))
+        object.__setattr__(self, "rotation", rotation)
+        object.__setattr__(
+            self,
+            "translation",
+            constant(self.translation, (3,), "the translation of a placement", "placement"),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """One joint of one degree of freedom.
+
+    Parameters
+    ----------
+    name
+        Shown in tables and messages.
+    kind
+        "revolute" (turns, rad) or "prismatic" (slides, m).
+    placement
+        The joint frame in the previous link's frame; its origin is p_{i-1}.
+    axis
+        Unit vector z_{i-1} in the joint frame.
+    lower, upper, rate_limit, acceleration_limit
+        Limits in rad, rad/s, rad/s^2 (m, m/s, m/s^2); None where unknown.
+    source
+        Where the joint is described, for messages.
+    """
+
+    name: str
+    kind: JointKind = "revolute"
+    placement: Placement = field(default_factory=Placement)
+    axis: FloatArray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    lower: float | None = None
+    upper: float | None = None
+    rate_limit: float | None = None
+    acceleration_limit: float | None = None
+    source: Location | None = None
+
+    def __post_init__(self) -> None:
+        where = self.source or f"joint {self.name}"
+        if self.kind not in ("revolute", "prismatic"):
+            raise ArmError(
+                f"joint {self.name} is of an unknown kind",
+                where=where,
+                expected="revolute or prismatic",
+                found=str(self.kind),
+            )
+        axis = constant(self.axis, (3,), f"the axis of joint {self.name}", where)
+        length = float(np.linalg.norm(axis))
+        if abs(length - 1) > ORTHONORMAL_TOLERANCE:
+            raise ArmError(
+                f"the axis of joint {self.name} is not a unit vector",
+                where=where,
+                expected="length 1",
+                found=f"length {length:g}",
+            )
+        object.__setattr__(self, "axis", axis)
+        if self.lower is not None and self.upper is not None and not self.lower < self.upper:
+            raise ArmError(
+                f"the range of joint {self.name} is empty",
+                where=where,
+                expected="lower < upper",
+                found=f"{self.lower:g} .. {self.upper:g}",
+            )
+        for what, limit in (("rate", self.rate_limit), ("acceleration", self.acceleration_limit)):
+            if limit is not None and not limit > 0:
+                raise ArmError(
+                    f"the {what} limit of joint {self.name} is not positive",
+                    where=where,
+                    expected="a positive number",
+                    found=f"{limit:g}",
+                )
+
+    @property
+    def unit(self) -> str:
+        """Unit of the joint variable: rad or m."""
+        return "rad" if self.kind == "revolute" else "m"
+
+    @property
+    def effort_unit(self) -> str:
+        """Unit of the generalized torque: N m or N."""
+        return "N m" if self.kind == "revolute" else "N"
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """One rigid link; its data are given in link frame s.
+
+    Parameters
+    ----------
+    name
+        Shown in tables and messages.
+    mass
+        m_s, kg.
+    com
+        Centre of mass in link frame s, m.
+    inertia_com
+        I_s about the centre of mass along the axes of link frame s, kg m^2, shape (3, 3).
+    frame
+        Link frame s in the joint frame after the joint's motion.
+    as_measured
+        The inertia is a measurement kept as published: breaking the triangle inequality by up to 10 % of
+        the largest principal moment is accepted without a warning.
+    axial_only
+        Only the moment about the joint's axis is known, and only it acts: allowed for the first link of
+        an arm whose first joint turns; such an inertia need not satisfy the triangle inequality.
+    source
+        Where the link is described, for messages.
+
+    Raises
+    ------
+    ArmError
+        If the mass is negative, or the inertia is not symmetric, not positive semidefinite or breaks
+        the triangle inequality: no distribution of matter has such an inertia.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        If the triangle inequality is broken by no more than a measurement's error.
+    """
+
+    name: str
+    mass: float
+    com: FloatArray
+    inertia_com: FloatArray
+    frame: Placement = field(default_factory=Placement)
+    as_measured: bool = False
+    axial_only: bool = False
+    source: Location | None = None
+
+    def __post_init__(self) -> None:
+        where = self.source or f"link {self.name}"
+        constant(self.mass, (), f"the mass of link {self.name}", where)
+        if self.mass < 0:
+            raise ArmError(
+                f"the mass of link {self.name} is negative",
+                where=where,
+                expected="0 or more",
+                found=f"{self.mass:g} kg",
+            )
+        object.__setattr__(self, "com", constant(self.com, (3,), f"the com of link {self.name}", where))
+        inertia = constant(self.inertia_com, (3, 3), f"the inertia of link {self.name}", where)
+        object.__setattr__(self, "inertia_com", inertia)
+        scale = float(np.abs(inertia).max())
+        if np.abs(inertia - inertia.T).max() > SYMMETRY_TOLERANCE * scale:
+            raise ArmError(
+                f"the inertia of link {self.name} is not symmetric",
+                where=where,
+                expected="I = I^T",
+                found=str(inertia.tolist()),
+            )
+        self._check_principal_moments(np.linalg.eigvalsh(inertia), where)
+
+    def _check_principal_moments(self, principal: FloatArray, where: Location | str) -> None:
+        largest = float(np.abs(principal).max())
+        if principal[0] < -ROUNDING_TOLERANCE * largest:
+            raise ArmError(
+                f"the inertia of link {self.name} is not positive semidefinite",
+                where=where,
+                expected="principal moments of 0 or more",
+                found=_numbers(principal),
+                next_step="check the signs of the products of inertia and the point the inertia is about",
+            )
+        excess = float(principal[2] - principal[0] - principal[1])
+        if self.axial_only or excess <= ROUNDING_TOLERANCE * largest:
+            return
+        if excess > MEASUREMENT_TOLERANCE * largest:
+            raise ArmError(
+                f"the inertia of link {self.name} breaks the triangle inequality",
+                where=where,
+                expected="no principal moment larger than the sum of the other two",
+                found=_numbers(principal),
+                next_step="check units (cm against m) and the point the inertia is about (com or origin)",
+            )
+        if not self.as_measured:
+            warnings.warn(
+                f"{where}: the inertia of link {self.name} breaks the triangle inequality by "
+                f"{excess / largest:.1%} of its largest principal moment ({_numbers(principal)}); "
+                "set as_measured = true if it is a measurement",
+                GdAnalyzeWarning,
+                stacklevel=4,
+            )
+
+
+def _numbers(values: FloatArray) -> str:
+    return ", ".join(f"{value:.4g}" for value in values) + " kg m^2"
+
+
+@dataclass(frozen=True)
+class Drive:
+    """One joint's drive; not part of the text's D, added only on request.
+
+    Parameters
+    ----------
+    inertia
+        Inertia of motor and gears seen at the joint, kg m^2 (kg for a prismatic joint).
+    inertia_uncertainty
+        Its stated standard uncertainty, same unit; None where not stated.
+    gear_ratio
+        Motor turns per joint turn, signed.
+    viscous
+        Viscous friction at the motor, N m s.
+    coulomb
+        Coulomb friction at the motor for positive and negative motion, N m.
+    torque_limit
+        Largest torque at the joint, N m.
+    """
+
+    inertia: float = 0.0
+    inertia_uncertainty: float | None = None
+    gear_ratio: float = 1.0
+    viscous: float = 0.0
+    coulomb: tuple[float, float] = (0.0, 0.0)
+    torque_limit: float | None = None
+
+
+@dataclass(frozen=True)
+class DHRow:
+    """One row of a Denavit-Hartenberg table, SI and radians; the joint variable adds to theta or d."""
+
+    theta: float
+    d: float
+    a: float
+    alpha: float
