@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 DOMINANCE_THRESHOLD = 0.10
 DEFAULT_BUDGET = 0.01
 
+# Torques of every joint come from the same forces. Below this share of the arm's largest torque a number is
+# what cancellation leaves: thousands of roundings (eps = 2e-16), yet far below any joint's real torque.
+ROUND_OFF_SHARE = 1e-12
+
 
 @dataclass(frozen=True)
 class Element:
@@ -89,16 +93,22 @@ def rank(
         element and, along `effect`, `part_peak`, `part_rms` and `part_share` (the part's RMS among both
         parts'), `change_without` (how far leaving the part out changes the element, as a share of its
         peak), `torque_peak` (N m at joint `torque_joint`), `torque_share` (of that joint's peak torque),
-        `dominant` ("translation", "rotation" or "both") and `verdict` (the same, or "negligible").
+        `dominant` ("translation", "rotation", "both"; "neither" for an element
+        that is zero) and `verdict` (the same, or "negligible").
     """
     import xarray as xr
 
     n = dataset.sizes["joint"]
-    peak_torque = np.abs(dataset.torque.values).max(axis=0)
+    peak_torque = peak_magnitude(dataset.torque.values)
     allowed = budget * peak_torque if np.ndim(budget) == 0 else np.asarray(budget, dtype=float)
     floor = allowed / (n + 2)
-    rows = [_row(element, dataset, peak_torque, floor, threshold) for element in elements(n)]
-    order = sorted(range(len(rows)), key=lambda k: -rows[k]["torque_share"])
+    noise = {name: _noise(dataset[name].values) for name in ("inertia", "coriolis_centrifugal", "gravity_loading")}
+    rows = [
+        _row(element, dataset, peak_torque, floor, threshold, noise[element.quantity])
+        for element in elements(n)
+    ]
+    # An infinite share, torque at a joint where all torques cancel, ranks like the whole of a joint's torque.
+    order = sorted(range(len(rows)), key=lambda k: -min(rows[k]["torque_share"], _most(rows)))
     columns = {key: np.array([rows[k][key] for k in order]) for key in rows[0]}
     per_part = {"part_peak", "part_rms", "part_share", "change_without"}
     return xr.Dataset(
@@ -118,6 +128,16 @@ def rank(
     )
 
 
+def peak_magnitude(torque: FloatArray) -> FloatArray:
+    """Largest magnitude of torques (N, n) per joint, shape (n,); exactly 0 where it is round-off."""
+    peak = np.abs(torque).max(axis=0)
+    return np.where(peak > ROUND_OFF_SHARE * peak.max(), peak, 0.0)
+
+
+def _most(rows: list[dict[str, Any]]) -> float:
+    return max([1.0, *(row["torque_share"] for row in rows if np.isfinite(row["torque_share"]))])
+
+
 _ATTRIBUTES: dict[str, dict[str, str]] = {
     "quantity": {"long_name": "inertia (D), coriolis_centrifugal (h) or gravity_loading (c)"},
     "i": {"long_name": "row, from 1"},
@@ -134,15 +154,27 @@ _ATTRIBUTES: dict[str, dict[str, str]] = {
     "torque_peak": {"units": "N m", "long_name": "largest torque of the element at torque_joint"},
     "torque_joint": {"long_name": "joint where the element's torque has the largest share, from 1"},
     "torque_share": {"units": "1", "long_name": "torque_peak over that joint's peak torque"},
-    "dominant": {"long_name": "effect that alone represents the element, or both"},
+    "dominant": {"long_name": "effect that alone represents the element, both, or neither where it is zero"},
     "verdict": {"long_name": "as dominant, or negligible"},
 }
 
 
+def _noise(values: Array) -> float:
+    """Round-off of a quantity: an element is a sum of some tens of terms as large as the largest element."""
+    return 64 * float(np.finfo(float).eps) * float(np.abs(values).max())
+
+
 def _row(
-    element: Element, dataset: xr.Dataset, peak_torque: FloatArray, floor: FloatArray, threshold: float
+    element: Element,
+    dataset: xr.Dataset,
+    peak_torque: FloatArray,
+    floor: FloatArray,
+    threshold: float,
+    noise: float,
 ) -> dict[str, Any]:
     parts = element.parts(dataset)
+    # Round-off must not make an element that is zero look like one of both effects.
+    parts = np.where(np.abs(parts).max(axis=1, keepdims=True) > noise, parts, 0.0)
     whole = parts.sum(axis=0)
     peak = float(np.abs(whole).max())
     part_peak = np.abs(parts).max(axis=1)
@@ -153,12 +185,10 @@ def _row(
     }
     shares = {joint: _ratio(torque, float(peak_torque[joint])) for joint, torque in torques.items()}
     joint = max(shares, key=lambda k: shares[k])
-    # Round-off of the parts must not make an element that is zero look like one of both effects.
-    real = part_peak > 64 * np.finfo(float).eps * float(part_peak.max(initial=0.0))
-    change_without = np.array(
-        [_ratio(float(p), peak) if is_real else 0.0 for p, is_real in zip(part_peak, real, strict=True)]
-    )
-    if change_without[1] <= threshold:
+    change_without = np.array([_ratio(float(p), peak) for p in part_peak])
+    if peak == 0.0:
+        dominant = "neither"
+    elif change_without[1] <= threshold:
         dominant = "translation"
     elif change_without[0] <= threshold:
         dominant = "rotation"

@@ -1,0 +1,5 @@
+"""The command line: a thin view of the library, one file per verb."""
+
+from gd_analyze.cli.app import main
+
+__all__ = ["main"]

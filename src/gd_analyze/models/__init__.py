@@ -1,0 +1,18 @@
+"""Simplified models: evaluate, hold against the exact dynamics, save and load."""
+
+from gd_analyze.models.element_level import Part, parts_of
+from gd_analyze.models.evaluation import Evaluation, evaluate, torque_csv
+from gd_analyze.models.model_file import load_model, save_model
+from gd_analyze.models.simplified import ErrorTable, SimplifiedModel
+
+__all__ = [
+    "ErrorTable",
+    "Evaluation",
+    "Part",
+    "SimplifiedModel",
+    "evaluate",
+    "load_model",
+    "parts_of",
+    "save_model",
+    "torque_csv",
+]

@@ -1,0 +1,1 @@
+"""Reports: one context of numbers, shown as HTML and as PDF."""

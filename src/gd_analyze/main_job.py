@@ -1,0 +1,228 @@
+"""The main job: arm and trajectory in; decomposition, ranking, model, store and reports out."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Callable, Collection, Iterable
+from pathlib import Path
+
+import numpy as np
+
+from gd_analyze.authority import cross_check
+from gd_analyze.decomposition import decompose
+from gd_analyze.dominance import rank
+from gd_analyze.errors import Location, OutputError, UsageError
+from gd_analyze.files import replacing, write_text
+from gd_analyze.findings import Findings
+from gd_analyze.models import evaluate, save_model
+from gd_analyze.provenance import provenance
+from gd_analyze.robots import RobotArm
+from gd_analyze.simplification import Budget, simplify
+from gd_analyze.store import save_results
+from gd_analyze.trajectories import Trajectory
+
+FILES = {
+    "h5": "analysis.h5",
+    "json": "model.json",
+    "csv": "dominance.csv",
+    "html": "report.html",
+    "pdf": "report.pdf",
+}
+
+
+def find(
+    arm: RobotArm,
+    trajectory: Trajectory,
+    *,
+    budget: Budget | None = None,
+    drives: bool = False,
+    coupling: bool = True,
+    by_link: bool = False,
+    terms: bool = False,
+    command: str = "",
+    warned: Iterable[str] = (),
+    progress: Callable[[int], None] | None = None,
+) -> Findings:
+    """Decompose, check, rank and simplify; nothing is written.
+
+    Parameters
+    ----------
+    arm, trajectory
+        What to analyse.
+    budget
+        Allowed torque error; 1 % of each joint's peak torque by default.
+    drives
+        Include drive inertia as a separate contribution.
+    coupling, by_link, terms
+        What else to keep of the decomposition, see `decompose`.
+    command
+        What the user typed, for provenance.
+    warned
+        Warnings given while the input was read; those given here are added.
+    progress
+        Called with the number of set points done since the last call.
+
+    Returns
+    -------
+    Findings
+        Everything found.
+
+    Raises
+    ------
+    GdAnalyzeError
+        If the input does not fit together, or a result disagrees with Pinocchio.
+    """
+    budget = budget or Budget()
+    source = provenance(command)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        dataset = decompose(
+            arm,
+            trajectory,
+            coupling=coupling,
+            by_link=by_link,
+            terms=terms,
+            drives=drives,
+            progress=progress,
+        )
+        dataset.attrs |= source
+        residuals = cross_check(arm, dataset)
+        allowed = budget.allowed(np.abs(dataset.torque.values).max(axis=0))
+        dominance = rank(dataset, budget=allowed)
+        model = simplify(arm, dataset, budget, source)
+    return Findings(
+        arm=arm,
+        trajectory=trajectory,
+        decomposition=dataset,
+        dominance=dominance,
+        model=model,
+        evaluation=evaluate(model, trajectory, dataset),
+        residuals=residuals,
+        warnings=(*warned, *(str(item.message) for item in caught)),
+        provenance=source,
+    )
+
+
+def analyze(
+    arm: RobotArm,
+    trajectory: Trajectory,
+    out: str | Path | None = None,
+    *,
+    formats: Collection[str] = tuple(FILES),
+    budget: Budget | None = None,
+    drives: bool = False,
+    coupling: bool = True,
+    by_link: bool = False,
+    terms: bool = False,
+    command: str = "",
+    warned: Iterable[str] = (),
+    progress: Callable[[int], None] | None = None,
+) -> Findings:
+    """Do the main job: find everything and write it down.
+
+    Parameters
+    ----------
+    arm, trajectory
+        What to analyse.
+    out
+        Folder for the results; `reports/<arm>-<trajectory>` by default.
+    formats
+        Which files to write, of `FILES`.
+    budget, drives, coupling, by_link, terms, command, warned, progress
+        As for `find`.
+
+    Returns
+    -------
+    Findings
+        What was found; the files hold the same.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be written to; nothing is computed or written then.
+    GdAnalyzeError
+        As for `find`.
+    """
+    folder = default_folder(arm, trajectory) if out is None else Path(out)
+    unknown = sorted(set(formats) - set(FILES))
+    if unknown:
+        raise UsageError(
+            f"there is no format {unknown[0]!r}", where="formats", expected=", ".join(FILES), found=unknown[0]
+        )
+    require_writable(folder)
+    findings = find(
+        arm,
+        trajectory,
+        budget=budget,
+        drives=drives,
+        coupling=coupling,
+        by_link=by_link,
+        terms=terms,
+        command=command,
+        warned=warned,
+        progress=progress,
+    )
+    write_findings(findings, folder, formats)
+    return findings
+
+
+def write_findings(findings: Findings, folder: Path, formats: Collection[str]) -> None:
+    """Write the chosen files; reports are made first, so that one that fails leaves no file behind."""
+    html, pdf = "", b""
+    if "html" in formats:
+        from gd_analyze.report.html import render_html
+
+        html = render_html(findings)
+    if "pdf" in formats:
+        from gd_analyze.report.pdf import render_pdf
+
+        pdf = render_pdf(findings)
+    if "h5" in formats:
+        save_results(findings, folder / FILES["h5"])
+    if "json" in formats:
+        save_model(findings.model, folder / FILES["json"])
+    if "csv" in formats:
+        write_text(folder / FILES["csv"], dominance_csv(findings))
+    if html:
+        write_text(folder / FILES["html"], html)
+    if pdf:
+        with replacing(folder / FILES["pdf"]) as temporary:
+            temporary.write_bytes(pdf)
+
+
+def dominance_csv(findings: Findings) -> str:
+    """Render the ranking as CSV, one row per element, one column per part where there are two."""
+    dominance = findings.dominance
+    columns: dict[str, np.ndarray] = {"element": dominance.element.values}
+    for name, array in dominance.data_vars.items():
+        if array.dims == ("element",):
+            columns[str(name)] = array.values
+        else:
+            for e, effect in enumerate(dominance.effect.values):
+                columns[f"{name}_{effect}"] = array.values[:, e]
+    rows = [",".join(columns)]
+    for k in range(dominance.sizes["element"]):
+        values = (column[k] for column in columns.values())
+        rows.append(",".join(repr(float(v)) if isinstance(v, np.floating) else str(v) for v in values))
+    return "\n".join(rows) + "\n"
+
+
+def default_folder(arm: RobotArm, trajectory: Trajectory) -> Path:
+    """Folder the results go to when none is named."""
+    return Path("reports") / f"{arm.name}-{trajectory.name}"
+
+
+def require_writable(folder: Path) -> None:
+    """Fail early, before any computing, when results could not be written."""
+    existing = folder
+    while not existing.exists() and existing != existing.parent:
+        existing = existing.parent
+    if not existing.is_dir() or not os.access(existing, os.W_OK | os.X_OK):
+        raise OutputError(
+            "cannot write the results there",
+            where=Location(folder),
+            expected="a folder that exists or can be made",
+            found=f"{existing} is {'not writable' if existing.is_dir() else 'not a folder'}",
+            next_step="choose another folder with --out",
+        )

@@ -1,0 +1,127 @@
+"""The arm's torque as a sum of parts that can each be kept or dropped: the text's own simplification.
+
+The parts are D_ij^tran and D_ij^rot (i <= j), h_i^tran and h_i^rot, and c_i. Their arithmetic is traced once
+from the formulation's own code; what a selection of parts needs is then known to the last multiplication.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from gd_analyze.dominance import Element, elements
+from gd_analyze.formulations import composite_moments as composite
+from gd_analyze.formulations.generalized_dalembert import EFFECTS
+from gd_analyze.kinematics import solve_kinematics
+from gd_analyze.operations import Trace
+from gd_analyze.robots import RobotArm
+from gd_analyze.vectors import Array
+
+
+@dataclass(frozen=True)
+class Part:
+    """One effect of one element; gravity loading has no split and counts as translation."""
+
+    element: Element
+    effect: str
+
+    @property
+    def label(self) -> str:
+        """D12 translation, h3 rotation, c2."""
+        if self.element.quantity == "gravity_loading":
+            return self.element.label
+        return f"{self.element.label} {self.effect}"
+
+
+def parts_of(n_joints: int) -> tuple[Part, ...]:
+    """All parts of an arm of n joints, in the order of its elements."""
+    return tuple(
+        Part(element, effect)
+        for element in elements(n_joints)
+        for effect in (EFFECTS[:1] if element.quantity == "gravity_loading" else EFFECTS)
+    )
+
+
+@dataclass(frozen=True)
+class TracedParts:
+    """The arithmetic of every part.
+
+    Parameters
+    ----------
+    trace
+        Where the expressions live.
+    qdd
+        The accelerations' inputs, shape (n,).
+    inertia, coriolis_centrifugal, gravity_loading
+        Expressions by effect: (2, n, n), (2, n), (n,).
+    """
+
+    trace: Trace
+    qdd: Array
+    inertia: Array
+    coriolis_centrifugal: Array
+    gravity_loading: Array
+
+    def expression(self, part: Part) -> object:
+        """Expression (or constant) of one part."""
+        element, effect = part.element, EFFECTS.index(part.effect)
+        if element.quantity == "gravity_loading":
+            return self.gravity_loading[element.i]
+        if element.j is None:
+            return self.coriolis_centrifugal[effect, element.i]
+        return self.inertia[effect, element.i, element.j]
+
+    def keep(self, labels: Collection[str], drive_inertia: Array | None) -> dict[str, Array]:
+        """Expressions of D, h, c and torque from the kept parts alone.
+
+        Parameters
+        ----------
+        labels
+            Labels of the kept parts.
+        drive_inertia
+            Added to the diagonal of D, kg m^2, shape (n,); None without drives.
+        """
+        n = len(self.qdd)
+        inertia = np.full((n, n), 0.0, dtype=object)
+        h = np.full(n, 0.0, dtype=object)
+        c = np.full(n, 0.0, dtype=object)
+        for part in parts_of(n):
+            if part.label not in labels:
+                continue
+            i, j = part.element.i, part.element.j
+            if part.element.quantity == "gravity_loading":
+                c[i] = self.expression(part)
+            elif j is None:
+                h[i] = h[i] + self.expression(part)
+            else:
+                inertia[i, j] = inertia[i, j] + self.expression(part)
+                inertia[j, i] = inertia[i, j]
+        if drive_inertia is not None:
+            for i in range(n):
+                inertia[i, i] = inertia[i, i] + float(drive_inertia[i])
+        torque = np.einsum("ij,j->i", inertia, self.qdd) + h + c
+        return {
+            "inertia": inertia,
+            "coriolis_centrifugal": h,
+            "gravity_loading": c,
+            "torque": torque,
+        }
+
+
+@lru_cache(maxsize=8)
+def trace_parts(arm: RobotArm) -> TracedParts:
+    """Run the formulation once on numbers that remember their arithmetic."""
+    trace = Trace()
+    q, qd, qdd = (trace.inputs(name, arm.n_joints) for name in ("q", "qd", "qdd"))
+    kinematics = solve_kinematics(arm, q, trace.cos, trace.sin)
+    moments = composite.composite_moments(arm, kinematics)
+    return TracedParts(
+        trace,
+        qdd[:, 0],
+        composite.inertia(moments)[..., 0],
+        composite.coriolis_centrifugal(arm, kinematics, qd)[..., 0],
+        composite.gravity_loading(arm, moments)[..., 0],
+    )

@@ -1,0 +1,69 @@
+"""A model held against the exact dynamics along any trajectory."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gd_analyze.decomposition import decompose
+from gd_analyze.models.simplified import ErrorTable, SimplifiedModel
+from gd_analyze.trajectories import Trajectory
+from gd_analyze.vectors import FloatArray
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluation:
+    """Exact and simplified torque along a trajectory, N m, shape (N, n), and the error between them."""
+
+    exact: FloatArray
+    simplified: FloatArray
+    table: ErrorTable
+
+    def within(self, allowed: FloatArray) -> FloatArray:
+        """Whether each joint's largest error is within `allowed` (n,)."""
+        return np.asarray(self.table.largest <= allowed)
+
+
+def evaluate(
+    model: SimplifiedModel, trajectory: Trajectory, dataset: xr.Dataset | None = None
+) -> Evaluation:
+    """Evaluate a model along a trajectory and measure its torque error there.
+
+    Parameters
+    ----------
+    model
+        The simplified model.
+    trajectory
+        Any trajectory of the model's arm.
+    dataset
+        The trajectory's decomposition where it is at hand; made otherwise.
+
+    Returns
+    -------
+    Evaluation
+        Torques and their error.
+
+    Raises
+    ------
+    TrajectoryError
+        If the trajectory is of another number of joints.
+    """
+    if dataset is None:
+        dataset = decompose(model.arm, trajectory, coupling=False, drives=model.drives)
+    exact = dataset.torque.values
+    simplified = model.torque(trajectory.q, trajectory.qd, trajectory.qdd)
+    return Evaluation(exact, simplified, ErrorTable.of(exact, simplified))
+
+
+def torque_csv(trajectory: Trajectory, evaluation: Evaluation) -> str:
+    """Exact and simplified torque over time as CSV: time, exact1..n, simplified1..n."""
+    n = trajectory.n_joints
+    header = ["time", *(f"{kind}{i + 1}" for kind in ("exact", "simplified") for i in range(n))]
+    rows = np.column_stack([trajectory.time, evaluation.exact, evaluation.simplified])
+    lines = [",".join(header), *(",".join(repr(float(x)) for x in row) for row in rows)]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,274 @@
+"""The numbers of a report as plain values, before anything is drawn or typeset.
+
+HTML, PDF and the terminal show the same context, so they cannot disagree.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from gd_analyze.dominance import elements, text_verdicts
+from gd_analyze.findings import Findings
+from gd_analyze.formulations.generalized_dalembert import EFFECTS
+from gd_analyze.kinematics import solve_kinematics
+from gd_analyze.models.element_level import parts_of
+from gd_analyze.operations import OperationCount
+from gd_analyze.robots import RobotArm, fingerprint
+from gd_analyze.simplification import Loss, losses
+from gd_analyze.vectors import FloatArray, set_points_last
+
+
+@dataclass(frozen=True)
+class JointError:
+    """Torque error of one joint; torques in `unit`, shares of peak torque."""
+
+    joint: str
+    name: str
+    unit: str
+    peak_torque: float
+    allowed: float
+    largest: float
+    largest_share: float
+    rms: float
+    rms_share: float
+
+
+@dataclass(frozen=True)
+class DominanceRow:
+    """One element in the ranking; `text_verdict` is "" where the text says nothing."""
+
+    rank: int
+    element: str
+    peak: float
+    unit: str
+    translation_peak: float
+    rotation_peak: float
+    without_translation: float
+    without_rotation: float
+    torque_peak: float
+    torque_joint: int
+    torque_share: float
+    dominant: str
+    verdict: str
+    kept: str
+    text_verdict: str
+
+
+@dataclass(frozen=True)
+class Context:
+    """All numbers a report shows.
+
+    Parameters
+    ----------
+    title, subtitle
+        Arm and trajectory.
+    headline
+        The answer: what can go and what it costs, in one sentence.
+    facts
+        Headline figures as (value, caption).
+    budget
+        As the user put it.
+    operations, operations_full
+        Multiplications, additions, sines and cosines of the model and of the full dynamics.
+    joint_errors, dominance, dropped
+        Tables; `dropped` with the largest torque first.
+    inertia_kept, coriolis_kept, gravity_kept
+        What the model keeps: "translation", "rotation", "both" or "neither" per element; D as n rows.
+    text_source
+        Source of the text's verdicts, "" where the text does not show this arm.
+    text_agreement
+        Number of the text's verdicts that ours match, and of all it gives.
+    verdict_counts
+        How many elements of D and h are of each verdict.
+    residuals
+        (quantity, largest difference from Pinocchio, round-off bound, unit).
+    provenance
+        (label, value), flat.
+    warnings
+        Sentences.
+    """
+
+    title: str
+    subtitle: str
+    headline: str
+    facts: tuple[tuple[str, str], ...]
+    budget: str
+    operations: tuple[int, int, int]
+    operations_full: tuple[int, int, int]
+    joint_errors: tuple[JointError, ...]
+    dominance: tuple[DominanceRow, ...]
+    dropped: tuple[Loss, ...]
+    inertia_kept: tuple[tuple[str, ...], ...]
+    coriolis_kept: tuple[str, ...]
+    gravity_kept: tuple[str, ...]
+    text_source: str
+    text_agreement: tuple[int, int]
+    verdict_counts: dict[str, int]
+    residuals: tuple[tuple[str, float, float, str], ...]
+    provenance: tuple[tuple[str, str], ...]
+    warnings: tuple[str, ...]
+
+
+def build_context(findings: Findings) -> Context:
+    """Collect the numbers of one run."""
+    model, arm = findings.model, findings.arm
+    promise = model.promise
+    joint_errors = tuple(
+        JointError(
+            joint=str(i + 1),
+            name=joint.name,
+            unit=joint.effort_unit,
+            peak_torque=float(promise.peak_torque[i]),
+            allowed=float(model.budget[i]),
+            largest=float(promise.largest[i]),
+            largest_share=float(promise.largest_share[i]),
+            rms=float(promise.rms[i]),
+            rms_share=float(promise.rms_share[i]),
+        )
+        for i, joint in enumerate(arm.joints)
+    )
+    kept = _kept(model.kept, arm.n_joints)
+    rows = _dominance_rows(findings, kept)
+    compared = [row for row in rows if row.text_verdict]
+    reference = text_verdicts(arm.name)
+    worst = max(joint_errors, key=lambda row: row.largest_share)
+    n_parts = len(parts_of(arm.n_joints))
+    saved = 1 - model.operations.total / model.operations_full.total
+    n = arm.n_joints
+    return Context(
+        title=arm.title or arm.name,
+        subtitle=f"along {findings.trajectory.name}, {findings.trajectory.n_set_points} set points",
+        headline=(
+            f"{len(model.dropped)} of {n_parts} parts can go: {saved:.0%} of the operations are saved, and no "
+            f"joint's torque is off by more than {percent(worst.largest_share)} of its peak "
+            f"along this trajectory."
+        ),
+        facts=(
+            (f"{len(model.dropped)} / {n_parts}", "parts dropped"),
+            (f"{model.operations_full.total} → {model.operations.total}", "operations per torque evaluation"),
+            (percent(worst.largest_share), f"largest error, of peak torque (joint {worst.joint})"),
+            (f"{number(max(r.largest for r in findings.residuals))}", "largest difference from Pinocchio, SI"),
+        ),
+        budget=model.budget_stated,
+        operations=_count(model.operations),
+        operations_full=_count(model.operations_full),
+        joint_errors=joint_errors,
+        dominance=rows,
+        dropped=losses(model, findings.decomposition),
+        inertia_kept=tuple(
+            tuple(kept[_label("D", min(i, j), max(i, j))] for j in range(n)) for i in range(n)
+        ),
+        coriolis_kept=tuple(kept[f"h{i + 1}"] for i in range(n)),
+        gravity_kept=tuple(kept[f"c{i + 1}"] for i in range(n)),
+        text_source=reference.source if reference else "",
+        text_agreement=(sum(row.dominant == row.text_verdict for row in compared), len(compared)),
+        verdict_counts=dict(Counter(row.verdict for row in rows if not row.element.startswith("c"))),
+        residuals=tuple((r.quantity, r.largest, r.bound, r.unit) for r in findings.residuals),
+        provenance=_provenance(findings),
+        warnings=findings.warnings,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Where the arm is along the trajectory, for drawing; m.
+
+    Parameters
+    ----------
+    points
+        Base origin, then for every joint its origin and its link frame's origin, shape (N, 2 n + 1, 3).
+    hand
+        Origin of the last link frame, shape (N, 3).
+    """
+
+    points: FloatArray
+    hand: FloatArray
+
+
+def motion(arm: RobotArm, q: FloatArray) -> Motion:
+    """Skeleton of the arm at every set point of q, shape (N, n)."""
+    kinematics = solve_kinematics(arm, set_points_last(q))
+    count = len(q)
+    points = np.zeros((count, 2 * arm.n_joints + 1, 3))
+    for i in range(arm.n_joints):
+        points[:, 2 * i + 1] = kinematics.joint_origins[i].T
+        points[:, 2 * i + 2] = kinematics.link_origins[i].T
+    return Motion(points, points[:, -1])
+
+
+def number(value: float) -> str:
+    """Format to three significant digits, for display only."""
+    if value == 0.0:
+        return "0"
+    return f"{value:.2e}" if abs(value) < 1e-3 or abs(value) >= 1e5 else f"{value:.3g}"
+
+
+def percent(share: float) -> str:
+    """Format a share as percent with two significant digits, for display only."""
+    if not np.isfinite(share):
+        return "∞"
+    value = 100 * share
+    if value == 0.0:
+        return "0 %"
+    return "< 0.01 %" if abs(value) < 0.01 else f"{value:.2g} %" if abs(value) < 9.95 else f"{value:.0f} %"
+
+
+def _kept(labels: tuple[str, ...], n_joints: int) -> dict[str, str]:
+    """What is kept of every element."""
+    chosen: dict[str, list[str]] = {element.label: [] for element in elements(n_joints)}
+    for part in parts_of(n_joints):
+        if part.label in labels:
+            chosen[part.element.label].append(part.effect)
+    names = {(): "neither", EFFECTS[:1]: EFFECTS[0], EFFECTS[1:]: EFFECTS[1], EFFECTS: "both"}
+    return {label: names[tuple(effects)] for label, effects in chosen.items()}
+
+
+def _label(symbol: str, i: int, j: int) -> str:
+    return f"{symbol}{i + 1}{',' if max(i, j) >= 9 else ''}{j + 1}"
+
+
+def _dominance_rows(findings: Findings, kept: dict[str, str]) -> tuple[DominanceRow, ...]:
+    dominance = findings.dominance
+    reference = text_verdicts(findings.arm.name)
+    verdicts = reference.verdicts if reference else {}
+    units = {"inertia": "kg m^2", "coriolis_centrifugal": "N m", "gravity_loading": "N m"}
+    columns = {str(name): array.values for name, array in dominance.data_vars.items()}
+    return tuple(
+        DominanceRow(
+            rank=k + 1,
+            element=str(label),
+            peak=float(columns["peak"][k]),
+            unit=units[str(columns["quantity"][k])],
+            translation_peak=float(columns["part_peak"][k, 0]),
+            rotation_peak=float(columns["part_peak"][k, 1]),
+            without_translation=float(columns["change_without"][k, 0]),
+            without_rotation=float(columns["change_without"][k, 1]),
+            torque_peak=float(columns["torque_peak"][k]),
+            torque_joint=int(columns["torque_joint"][k]),
+            torque_share=float(columns["torque_share"][k]),
+            dominant=str(columns["dominant"][k]),
+            verdict=str(columns["verdict"][k]),
+            kept=kept[str(label)],
+            text_verdict=verdicts.get(str(label), ""),
+        )
+        for k, label in enumerate(dominance.element.values)
+    )
+
+
+def _provenance(findings: Findings) -> tuple[tuple[str, str], ...]:
+    trajectory = findings.trajectory
+    return (
+        ("arm", f"{findings.arm.name}, SHA-256 {fingerprint(findings.arm)[:16]}"),
+        ("trajectory", f"{trajectory.name}, SHA-256 {trajectory.fingerprint[:16]}"),
+        ("trajectory origin", trajectory.origin or "not stated"),
+        ("rates", trajectory.rates_from),
+        ("drives", "drive inertia included" if findings.model.drives else "not included"),
+        *findings.provenance.items(),
+    )
+
+
+def _count(operations: OperationCount) -> tuple[int, int, int]:
+    return operations.multiplications, operations.additions, operations.sines_cosines

@@ -1,0 +1,203 @@
+"""The interactive report: one HTML file that opens offline and asks the network for nothing."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from markupsafe import Markup, escape
+
+from gd_analyze.dominance import Element, elements, text_verdicts
+from gd_analyze.findings import Findings
+from gd_analyze.report import mathml
+from gd_analyze.report.context import Context, DominanceRow, build_context, number, percent
+from gd_analyze.report.equations import (
+    inertia_matrix,
+    model_equation,
+    source_equations,
+    torque_equations,
+)
+from gd_analyze.report.interactive import MOST_POINTS, element_unit, page_data
+from gd_analyze.report.stroboscope import stroboscope
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+TEMPLATES = Path(__file__).parent / "templates"
+SCRIPTS = ("plots.js", "viewer.js", "table.js", "page.js")
+LETTERS = {"translation": "T", "rotation": "R", "both": "T+R", "neither": "0"}
+
+
+def render_html(findings: Findings) -> str:
+    """Write the interactive report of one run.
+
+    Parameters
+    ----------
+    findings
+        What the main job found.
+
+    Returns
+    -------
+    str
+        A complete document; styles, scripts, Plotly and data are inside it.
+
+    Examples
+    --------
+    >>> import gd_analyze as gd
+    >>> from gd_analyze.main_job import find
+    >>> arm = gd.load_arm("two_link")
+    >>> page = render_html(find(arm, gd.read_trajectory("two-link-swing", arm)))
+    >>> page.startswith("<!doctype html>")
+    True
+    """
+    context = build_context(findings)
+    arm, model = findings.arm, findings.model
+    source = text_verdicts(arm.name)
+    return _environment().get_template("report.html.j2").render(
+        c=context,
+        arm=arm,
+        trajectory=findings.trajectory,
+        panels=_panels(findings, context),
+        dropped=_dropped(context),
+        torque_equations=torque_equations(context, model.drives),
+        inertia_matrix=inertia_matrix(context),
+        model_equation=model_equation(),
+        source_equations=source_equations(),
+        still=stroboscope(arm, findings.decomposition.q.values),
+        kinds=[k for k in ("revolute", "prismatic") if any(joint.kind == k for joint in arm.joints)],
+        threshold=float(findings.dominance.attrs["threshold"]),
+        floor=[float(value) for value in findings.dominance.attrs["floor"]],
+        drives=model.drives,
+        text_remarks=source.remarks if source else {},
+        thinned_to=MOST_POINTS if findings.trajectory.n_set_points > MOST_POINTS else None,
+        data=_json(page_data(findings)),
+        plotly=_plotly(),
+        style=Markup(_asset("report.css")),
+        scripts=Markup("\n".join(_asset(name) for name in SCRIPTS)),
+        letters=LETTERS,
+    )
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One element's small figure, and what the ranking says of it; row and column from 1."""
+
+    element: str
+    quantity: str
+    row: int
+    column: int
+    unit: str
+    ranked: DominanceRow
+
+
+def _panels(findings: Findings, context: Context) -> dict[str, list[Panel]]:
+    """All elements by quantity, in the order of the matrix."""
+    ranked = {row.element: row for row in context.dominance}
+
+    def panel(element: Element) -> Panel:
+        return Panel(
+            element.label,
+            element.quantity,
+            element.i + 1,
+            (element.i if element.j is None else element.j) + 1,
+            element_unit(findings.arm, element),
+            ranked[element.label],
+        )
+
+    grouped: dict[str, list[Panel]] = {}
+    for element in elements(findings.arm.n_joints):
+        grouped.setdefault(element.quantity, []).append(panel(element))
+    return grouped
+
+
+@dataclass(frozen=True)
+class DroppedPart:
+    """A part left out that would have made torque; `share_of_budget` of what its joint may be off."""
+
+    label: str
+    torque_peak: float
+    torque_joint: int
+    torque_share: float
+    share_of_budget: float
+
+
+@dataclass(frozen=True)
+class DroppedParts:
+    """What was left out by reason: it costs something, is zero, or meets no acceleration."""
+
+    costing: tuple[DroppedPart, ...]
+    zero: tuple[str, ...]
+    idle: tuple[str, ...]
+
+
+def _dropped(context: Context) -> DroppedParts:
+    ranked = {row.element: row for row in context.dominance}
+    costing, zero, idle = [], [], []
+    for row in context.dropped:
+        label, _, effect = row.part.partition(" ")
+        ranking = ranked[label]
+        peak = ranking.rotation_peak if effect == "rotation" else ranking.translation_peak
+        if peak == 0.0:
+            zero.append(row.part)
+        elif row.torque_peak == 0.0:
+            idle.append(row.part)
+        else:
+            allowed = context.joint_errors[row.torque_joint - 1].allowed
+            share = row.torque_peak / allowed if allowed > 0 else float("inf")
+            costing.append(
+                DroppedPart(row.part, row.torque_peak, row.torque_joint, row.torque_share, share)
+            )
+    return DroppedParts(tuple(costing), tuple(zero), tuple(idle))
+
+
+@cache
+def _environment() -> Environment:
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {
+        "number": lambda value: _typeset(number(float(value))),
+        "percent": lambda share: _typeset(percent(float(share))),
+        "typeset": _typeset,
+        "unit": lambda unit: re.sub(r"\^2", "²", str(unit)),
+        "symbol": mathml.part,
+        "degrees": lambda angle: f"{57.29577951308232 * angle:.4g}",
+    }
+    return environment
+
+
+def _typeset(text: str) -> Markup:
+    """Turn 1.42e-14 into a power of ten and a hyphen before digits into a minus sign."""
+    escaped = str(escape(text))
+    powers = re.sub(
+        r"(\d)e([+-])0*(\d+)",
+        lambda found: f"{found[1]}\u202f×\u202f10<sup>{'−' if found[2] == '-' else ''}{found[3]}</sup>",
+        escaped,
+    )
+    return Markup(re.sub(r"(^|\s)-(?=\d)", r"\1−", powers))
+
+
+def _json(values: dict[str, Any]) -> Markup:
+    """JSON that cannot end the script element it stands in."""
+    text = json.dumps(values, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return Markup(text.replace("<", "\\u003c"))
+
+
+def _asset(name: str) -> str:
+    return (TEMPLATES / name).read_text(encoding="utf-8")
+
+
+def _plotly() -> Markup:
+    script = files("plotly").joinpath("package_data", "plotly.min.js").read_text(encoding="utf-8")
+    return Markup(script)

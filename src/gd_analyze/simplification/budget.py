@@ -1,0 +1,85 @@
+"""The torque error a user allows, per joint."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from gd_analyze.errors import UsageError
+from gd_analyze.vectors import FloatArray
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Allowed torque error: a share of each joint's peak torque, or N m; one entry, or one per joint.
+
+    Parameters
+    ----------
+    amounts
+        Shares (1 % is 0.01) or N m (N for a sliding joint).
+    is_share
+        Whether each amount is a share of peak torque.
+    """
+
+    amounts: tuple[float, ...] = (0.01,)
+    is_share: tuple[bool, ...] = (True,)
+
+    @classmethod
+    def parse(cls, text: str) -> Budget:
+        """Read "1%", "0.5" (N m), or one such entry per joint: "1%,1%,0.2".
+
+        Raises
+        ------
+        UsageError
+            If an entry is not a number of 0 or more, with or without a percent sign.
+
+        Examples
+        --------
+        >>> Budget.parse("1%").amounts
+        (0.01,)
+        """
+        amounts, is_share = [], []
+        for column, entry in enumerate(text.split(","), start=1):
+            match = re.fullmatch(r"\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(%|N ?m?)?\s*", entry)
+            try:
+                amount = float(match[1]) if match else float("nan")
+            except ValueError:
+                amount = float("nan")
+            if match is None or not np.isfinite(amount):
+                raise UsageError(
+                    "the budget is not understood",
+                    where=f"--budget, entry {column}",
+                    expected="a share of peak torque such as 1%, or N m such as 0.5",
+                    found=repr(entry.strip()),
+                )
+            percent = match[2] == "%"
+            amounts.append(amount / 100 if percent else amount)
+            is_share.append(percent)
+        return cls(tuple(amounts), tuple(is_share))
+
+    def allowed(self, peak_torque: FloatArray) -> FloatArray:
+        """Allowed error of each joint, N m, shape (n,).
+
+        Raises
+        ------
+        UsageError
+            If there are several entries, but not one per joint.
+        """
+        n = len(peak_torque)
+        if len(self.amounts) not in (1, n):
+            raise UsageError(
+                "the budget has a wrong number of entries",
+                where="--budget",
+                expected=f"1 or {n}",
+                found=str(len(self.amounts)),
+            )
+        amounts = np.broadcast_to(self.amounts, (n,))
+        return np.where(np.broadcast_to(self.is_share, (n,)), amounts * peak_torque, amounts)
+
+    def __str__(self) -> str:
+        return ", ".join(
+            f"{amount * 100:g}%" if share else f"{amount:g} N m"
+            for amount, share in zip(self.amounts, self.is_share, strict=True)
+        )

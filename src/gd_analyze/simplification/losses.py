@@ -1,0 +1,51 @@
+"""What a model left out, and how much torque each part of it is along a trajectory."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gd_analyze.dominance import peak_magnitude
+from gd_analyze.models import SimplifiedModel, parts_of
+from gd_analyze.simplification.element_level import torque_by_part
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True)
+class Loss:
+    """One part left out: its largest torque, at the joint where that is most of the peak torque.
+
+    Parameters
+    ----------
+    part
+        Label of the part.
+    torque_peak
+        Largest torque of the part at joint `torque_joint` (from 1), N m.
+    torque_share
+        The same over that joint's peak torque; infinite where the joint has none.
+    """
+
+    part: str
+    torque_peak: float
+    torque_joint: int
+    torque_share: float
+
+
+def losses(model: SimplifiedModel, dataset: xr.Dataset) -> tuple[Loss, ...]:
+    """Rank what a model left out by its torque along a decomposed trajectory, largest share first."""
+    dropped = set(model.dropped)
+    parts = tuple(part for part in parts_of(model.arm.n_joints) if part.label in dropped)
+    largest = np.abs(torque_by_part(dataset, parts)).max(axis=2)
+    peak_torque = peak_magnitude(dataset.torque.values)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = np.where(largest == 0.0, 0.0, largest / peak_torque)
+    joints = shares.argmax(axis=1)
+    rows = [
+        Loss(part.label, float(largest[p, joint]), int(joint) + 1, float(shares[p, joint]))
+        for p, (part, joint) in enumerate(zip(parts, joints, strict=True))
+    ]
+    return tuple(sorted(rows, key=lambda loss: -loss.torque_share))

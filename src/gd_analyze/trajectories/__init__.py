@@ -1,0 +1,33 @@
+"""Trajectories: the value, its CSV file, planning, and what a motion asks of an arm."""
+
+from gd_analyze.trajectories.catalogue import shipped_trajectories
+from gd_analyze.trajectories.checks import check_against_arm
+from gd_analyze.trajectories.csv_file import (
+    read_trajectory,
+    recorded_command,
+    trajectory_csv,
+    write_trajectory,
+)
+from gd_analyze.trajectories.limits import JointExtremes, LimitReport, Violation, limit_report
+from gd_analyze.trajectories.planning import Plan, make_plan, plan
+from gd_analyze.trajectories.profiles import PROFILES, Profile
+from gd_analyze.trajectories.trajectory import Trajectory
+
+__all__ = [
+    "PROFILES",
+    "JointExtremes",
+    "LimitReport",
+    "Plan",
+    "Profile",
+    "Trajectory",
+    "Violation",
+    "check_against_arm",
+    "limit_report",
+    "make_plan",
+    "plan",
+    "read_trajectory",
+    "recorded_command",
+    "shipped_trajectories",
+    "trajectory_csv",
+    "write_trajectory",
+]

@@ -1,0 +1,133 @@
+"""Is this a trajectory of this arm? Errors for what cannot be, warnings for what looks wrong."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+
+from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
+from gd_analyze.robots import RobotArm
+from gd_analyze.trajectories.limits import ROUNDING, Violation, joint_label, limit_report
+from gd_analyze.trajectories.trajectory import Trajectory
+from gd_analyze.vectors import FloatArray
+
+# A joint without limits may turn several times; numbers beyond two turns are rarely radians.
+MANY_TURNS = 4 * math.pi
+
+
+def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
+    """Check that a trajectory fits an arm.
+
+    Parameters
+    ----------
+    trajectory
+        The set points.
+    arm
+        The arm that shall follow them.
+
+    Raises
+    ------
+    TrajectoryError
+        If the number of joints differs.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        For each joint whose positions, rates or accelerations exceed its limits, and once when joint
+        angles look like degrees; for joints under that suspicion the limits are not reported as well.
+    """
+    if trajectory.n_joints != arm.n_joints:
+        raise TrajectoryError(
+            f"trajectory {trajectory.name} is not for arm {arm.name}",
+            expected=f"{arm.n_joints} joints",
+            found=f"{trajectory.n_joints} joints",
+            next_step="choose the arm the trajectory was made for; `gd-analyze arms` lists the built-in ones",
+        )
+    suspects = degree_suspects(arm, trajectory.q)
+    if suspects:
+        labels = ", ".join(joint_label(i + 1, arm.joints[i].name) for i in suspects)
+        largest = float(np.abs(trajectory.q[:, list(suspects)]).max())
+        _warn(
+            f"trajectory {trajectory.name}: {labels} read as radians reach up to {largest:.4g} rad "
+            f"({math.degrees(largest):.0f} deg), which looks like degrees; if they are, name the columns "
+            f"q{suspects[0] + 1}_deg and so on"
+        )
+    for violation in limit_report(arm, trajectory).violations:
+        if violation.joint - 1 not in suspects:
+            _warn(_limit_warning(trajectory, violation))
+
+
+def degree_suspects(arm: RobotArm, q: FloatArray) -> tuple[int, ...]:
+    """Joints (from 0) whose angles look like degrees taken for radians.
+
+    A revolute joint is under suspicion when it goes beyond a full turn and outside its limits, yet the
+    same numbers taken as degrees stay inside; without limits, when it goes beyond two turns.
+
+    Parameters
+    ----------
+    arm
+        The arm.
+    q
+        Joint variables, rad (m), shape (N, n).
+    """
+    suspects = []
+    for i, joint in enumerate(arm.joints):
+        low, high = float(q[:, i].min()), float(q[:, i].max())
+        reach = max(abs(low), abs(high))
+        if joint.kind != "revolute":
+            continue
+        if joint.lower is None or joint.upper is None:
+            looks_wrong = reach > MANY_TURNS
+        else:
+            looks_wrong = (
+                reach > 2 * math.pi
+                and (low < joint.lower or high > joint.upper)
+                and joint.lower <= math.radians(low) + ROUNDING
+                and math.radians(high) <= joint.upper + ROUNDING
+            )
+        if looks_wrong:
+            suspects.append(i)
+    return tuple(suspects)
+
+
+def warn_if_radians(name: str, degrees: FloatArray) -> None:
+    """Warn when angles that a file calls degrees look like radians.
+
+    Parameters
+    ----------
+    name
+        Name of the trajectory.
+    degrees
+        All angles from columns marked as degrees, as written there.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        If they move, and none is farther than 3.15 degrees from zero: few motions stay that close to the
+        zero position of every joint, and all of them do in radians within half a turn.
+    """
+    reach = float(np.abs(degrees).max())
+    moves = bool((np.ptp(degrees, axis=0) > 0).any())
+    if moves and reach <= 3.15:
+        _warn(
+            f"trajectory {name}: the _deg columns stay within {reach:.3g} degrees of zero, which looks like "
+            "radians; if they are, leave the _deg suffix out"
+        )
+
+
+def _limit_warning(trajectory: Trajectory, violation: Violation) -> str:
+    set_point = int(np.searchsorted(trajectory.time, violation.time)) + 1
+    text = f"trajectory {trajectory.name}: {violation}, at set point {set_point} ({violation.time:.4g} s)"
+    derived = {"rate": "qd", "acceleration": "qdd"}.get(violation.quantity)
+    if derived and derived in trajectory.rates_from.partition(" derived")[0].split(" and "):
+        text += (
+            f"; {derived} was derived from the file's numbers, which amplifies their noise and rounding: "
+            f"smooth them or add {derived} columns if that is the cause"
+        )
+    return text
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, GdAnalyzeWarning, stacklevel=4)

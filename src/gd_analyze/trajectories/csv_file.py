@@ -1,0 +1,215 @@
+"""Reads and writes trajectories as CSV files; the contract is in docs/trajectories.md."""
+
+from __future__ import annotations
+
+import difflib
+import re
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from gd_analyze.errors import Location, TrajectoryError
+from gd_analyze.files import write_text
+from gd_analyze.robots import RobotArm
+from gd_analyze.trajectories.catalogue import shipped_trajectories
+from gd_analyze.trajectories.checks import check_against_arm, warn_if_radians
+from gd_analyze.trajectories.columns import KINDS, Columns, header_for, read_columns
+from gd_analyze.trajectories.rates import FEWEST_SET_POINTS, complete_rates
+from gd_analyze.trajectories.rows import Rows, split_cells
+from gd_analyze.trajectories.trajectory import Trajectory
+from gd_analyze.vectors import FloatArray
+
+_DELIMITERS = ",;\t"
+_COMMAND = re.compile(r"#\s*(gd-analyze plan .*\S)\s*")
+
+
+def read_trajectory(path_or_name: str | Path, arm: RobotArm) -> Trajectory:
+    """Read a trajectory for an arm.
+
+    Parameters
+    ----------
+    path_or_name
+        A CSV file, the name of a shipped trajectory, or "-" for standard input.
+    arm
+        The arm that shall follow it.
+
+    Returns
+    -------
+    Trajectory
+        Named after the file; missing rates are derived, and `Trajectory.rates_from` says how.
+
+    Raises
+    ------
+    TrajectoryError
+        If there is no such file, or it breaks the contract; the message names line and column.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        If the arm's limits are exceeded, or angles seem to be in another unit than stated.
+
+    Examples
+    --------
+    >>> from gd_analyze.robots import load_arm
+    >>> read_trajectory("pick-and-place", load_arm("puma560")).n_set_points
+    31
+    """
+    path, name, source, data = _fetch(path_or_name)
+    lines = _decode(data, path).replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    numbers = [i for i, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
+    if not numbers:
+        raise TrajectoryError(
+            "the trajectory file is empty",
+            where=Location(path),
+            expected=f"the header {header_for(arm.n_joints, ('q',))} and one line per set point",
+            found="no data" if data.strip() else "0 bytes",
+            next_step="`gd-analyze plan --help` shows how to make a trajectory",
+        )
+    header_line, *row_lines = numbers
+    header = lines[header_line - 1]
+    delimiter = max(_DELIMITERS, key=header.count)
+    columns = read_columns(
+        split_cells(header, delimiter, Location(path, header_line)), arm, path, header_line
+    )
+    if not row_lines:
+        raise TrajectoryError(
+            "the trajectory file holds a header only",
+            where=Location(path, header_line),
+            expected="one line per set point",
+            found="none",
+            next_step="add the set points",
+        )
+    table = Rows(path, columns, [lines[i - 1] for i in row_lines], row_lines, delimiter).parse()
+    trajectory = _build(table, columns, arm, name, _origin(source, lines), Location(path, row_lines[-1]))
+    if columns.degrees:
+        angles = [c for c in columns.by_kind["q"] if c in columns.degrees]
+        if angles:
+            warn_if_radians(name, table[:, angles])
+    check_against_arm(trajectory, arm)
+    return trajectory
+
+
+def trajectory_csv(trajectory: Trajectory, comments: Iterable[str] = ()) -> str:
+    """Text of a trajectory's CSV file: comments, header and every number in full precision.
+
+    Parameters
+    ----------
+    trajectory
+        The set points.
+    comments
+        Lines to put first, without their `#`.
+    """
+    table = np.column_stack([trajectory.time, trajectory.q, trajectory.qd, trajectory.qdd])
+    # Adding 0.0 turns -0.0 into 0.0; repr is the shortest text that reads back as the same number.
+    rows = (",".join(map(repr, row)) for row in (table + 0.0).tolist())
+    lines = [f"# {line}".rstrip() for comment in comments for line in comment.splitlines()]
+    return "\n".join([*lines, header_for(trajectory.n_joints), *rows]) + "\n"
+
+
+def write_trajectory(trajectory: Trajectory, path: str | Path, comments: Iterable[str] = ()) -> None:
+    """Write a trajectory as CSV, atomically; reading it back gives the same numbers.
+
+    Parameters
+    ----------
+    trajectory
+        The set points.
+    path
+        The file.
+    comments
+        Lines to put first, without their `#`; by custom the command that makes the file.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    write_text(path, trajectory_csv(trajectory, comments))
+
+
+def recorded_command(text: str) -> str | None:
+    """Find the `gd-analyze plan` command that a trajectory file's comments record, or None."""
+    matches = (_COMMAND.fullmatch(line) for line in text.splitlines())
+    return next((match[1] for match in matches if match), None)
+
+
+def _fetch(path_or_name: str | Path) -> tuple[str | Path, str, str, bytes]:
+    """Path for messages, name, origin and bytes of a trajectory."""
+    text = str(path_or_name)
+    if text == "-":
+        return "standard input", "stdin", "read from standard input", sys.stdin.buffer.read()
+    shipped = shipped_trajectories()
+    path = shipped.get(text, Path(path_or_name))
+    source = f"shipped trajectory {text}" if text in shipped else f"read from {text}"
+    try:
+        return path, path.stem, source, path.read_bytes()
+    except FileNotFoundError:
+        near = difflib.get_close_matches(Path(text).stem, shipped, n=1)
+        raise TrajectoryError(
+            f"there is no trajectory {text!r}",
+            where=Location(path),
+            expected=f"a CSV file or a shipped trajectory ({', '.join(shipped)})",
+            found="neither an existing file nor a known name",
+            next_step=f"did you mean the shipped {near[0]!r}?"
+            if near
+            else "check the path, or make a trajectory with `gd-analyze plan`",
+        ) from None
+    except OSError as error:
+        raise TrajectoryError(
+            "cannot read the trajectory file",
+            where=Location(path),
+            found=error.strerror or str(error),
+            next_step="give the path of a CSV file you may read",
+        ) from None
+
+
+def _decode(data: bytes, path: str | Path) -> str:
+    next_step = "save it as CSV in UTF-8"
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in data:
+        raise TrajectoryError(
+            "the trajectory file is not CSV text",
+            where=Location(path),
+            expected="CSV in UTF-8",
+            found="UTF-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "a binary file (zero bytes)",
+            next_step=next_step,
+        )
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise TrajectoryError(
+            "the trajectory file is not UTF-8",
+            where=Location(path, line),
+            expected="CSV in UTF-8",
+            found=f"byte 0x{data[error.start]:02x}",
+            next_step=next_step,
+        ) from None
+
+
+def _origin(source: str, lines: Sequence[str]) -> str:
+    # The command stands before the header; looking further would search every row of long files.
+    command = recorded_command("\n".join(lines[:20]))
+    return source + (f"; made by: {command}" if command else "")
+
+
+def _build(
+    table: FloatArray, columns: Columns, arm: RobotArm, name: str, origin: str, end: Location
+) -> Trajectory:
+    degrees = sorted(columns.degrees)
+    radians = table.copy()
+    radians[:, degrees] = np.deg2rad(table[:, degrees])
+    q, qd, qdd = (radians[:, columns.by_kind[kind]] if kind in columns.by_kind else None for kind in KINDS)
+    assert q is not None  # read_columns insists on q
+    absent = [kind for kind, values in zip(KINDS, (q, qd, qdd), strict=True) if values is None]
+    if absent and len(table) < FEWEST_SET_POINTS:
+        raise TrajectoryError(
+            f"too few set points to derive {' and '.join(absent)}",
+            where=end,
+            expected=f"at least {FEWEST_SET_POINTS} set points, or columns for {' and '.join(absent)}",
+            found=f"{len(table)} set point{'s' if len(table) > 1 else ''}",
+            next_step=f"add columns {', '.join(f'{k}1..{k}{arm.n_joints}' for k in absent)}, or set points",
+        )
+    time = table[:, columns.time]
+    qd, qdd, rates_from = complete_rates(time, q, qd, qdd)
+    return Trajectory(time, q, qd, qdd, name=name, origin=origin, rates_from=rates_from)

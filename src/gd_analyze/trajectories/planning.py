@@ -1,0 +1,243 @@
+"""Plans the set points of a motion and holds them against the arm's limits."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
+from gd_analyze.robots import RobotArm
+from gd_analyze.trajectories.extremes import extremes_of_path
+from gd_analyze.trajectories.knots import checked_knots, knot_times, wrong_argument
+from gd_analyze.trajectories.limits import ROUNDING, LimitReport, limit_report
+from gd_analyze.trajectories.profiles import PROFILES, Profile
+from gd_analyze.trajectories.trajectory import Trajectory
+from gd_analyze.vectors import FloatArray
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A planned motion.
+
+    Parameters
+    ----------
+    trajectory
+        Its set points.
+    limits
+        Extremes of the whole motion, between the set points too, beside the arm's limits.
+    knot_times
+        Instants of start, vias and goal, s.
+    shortest_duration
+        The duration at which this motion, stretched evenly, just meets its rate and acceleration limits,
+        s; None when the arm states none.
+    """
+
+    trajectory: Trajectory
+    limits: LimitReport
+    knot_times: FloatArray
+    shortest_duration: float | None
+
+
+def plan(
+    arm: RobotArm,
+    start: ArrayLike,
+    goal: ArrayLike,
+    via: Sequence[ArrayLike] = (),
+    *,
+    duration: float,
+    n_set_points: int = 31,
+    profile: str = "4-3-4",
+    via_times: ArrayLike | None = None,
+    allow_violations: bool = False,
+    name: str | None = None,
+) -> Trajectory:
+    """Plan the set points of a motion from rest to rest; `make_plan` tells its limits as well.
+
+    Parameters
+    ----------
+    arm
+        The arm.
+    start, goal
+        Joint variables at the ends, rad (m), shape (n,).
+    via
+        Joint variables to pass in between, in order. For 4-3-4 and 3-5-3: none, or lift-off and set-down.
+    duration
+        Time from start to goal, s.
+    n_set_points
+        Number of set points, evenly spaced in time, both ends included.
+    profile
+        One of `PROFILES`.
+    via_times
+        Instants of the vias, s; by default each stretch takes a time in proportion to the square root of
+        what it asks of its slowest joint.
+    allow_violations
+        Warn, rather than fail, when rates or accelerations exceed their limits.
+    name
+        Name of the trajectory; arm and profile by default.
+
+    Returns
+    -------
+    Trajectory
+        Set points with exact rates and accelerations of the profile. Where an acceleration jumps, the
+        value is the one just after the jump, at the goal the one just before.
+
+    Raises
+    ------
+    TrajectoryError
+        If an argument is wrong, a position limit is exceeded, or (unless `allow_violations`) a rate or
+        acceleration limit; the message then gives the shortest duration that meets them.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        If rates or accelerations exceed their limits and `allow_violations` is set.
+
+    Examples
+    --------
+    >>> from gd_analyze.robots import load_arm
+    >>> swing = plan(load_arm("two_link"), [0, 0], [1, -1], duration=2, profile="quintic")
+    >>> swing.n_set_points
+    31
+    """
+    return make_plan(
+        arm,
+        start,
+        goal,
+        via,
+        duration=duration,
+        n_set_points=n_set_points,
+        profile=profile,
+        via_times=via_times,
+        allow_violations=allow_violations,
+        name=name,
+    ).trajectory
+
+
+def make_plan(
+    arm: RobotArm,
+    start: ArrayLike,
+    goal: ArrayLike,
+    via: Sequence[ArrayLike] = (),
+    *,
+    duration: float,
+    n_set_points: int = 31,
+    profile: str = "4-3-4",
+    via_times: ArrayLike | None = None,
+    allow_violations: bool = False,
+    name: str | None = None,
+) -> Plan:
+    """Plan a motion and report what it asks of every joint; parameters and errors as for `plan`.
+
+    Returns
+    -------
+    Plan
+        The trajectory, the extremes of the motion beside the limits, and the shortest duration.
+    """
+    chosen = _profile(profile, len(via))
+    if not (math.isfinite(duration) and duration > 0):
+        raise wrong_argument(
+            "the duration of a motion is positive", "duration", "more than 0 s", f"{duration:g} s"
+        )
+    if n_set_points < 2:
+        raise wrong_argument("a planned motion has two ends", "n_set_points", "2 or more", str(n_set_points))
+    knots = checked_knots(arm, start, via, goal)
+    times = knot_times(arm, knots, float(duration), via_times)
+    path = chosen.path(times, knots)
+    report = limit_report(arm, extremes_of_path(path))
+    stretch = report.least_stretch
+    shortest = None if stretch is None else stretch * float(duration)
+    _judge(arm, chosen, report, float(duration), shortest, allow_violations)
+    trajectory = Trajectory(
+        *_sample(path, chosen, knots, n_set_points),
+        name=name or f"{arm.name}-{chosen.name}",
+        origin=f"planned: profile {chosen.name}, {duration:g} s, {n_set_points} set points, {len(via)} vias",
+    )
+    return Plan(trajectory, report, times, shortest)
+
+
+def _profile(name: str, n_vias: int) -> Profile:
+    if name not in PROFILES:
+        near = difflib.get_close_matches(name, PROFILES, n=1)
+        raise wrong_argument(
+            f"there is no profile {name!r}",
+            "profile",
+            ", ".join(PROFILES),
+            repr(name),
+            f"did you mean {near[0]!r}?" if near else "choose one of these",
+        )
+    chosen = PROFILES[name]
+    if chosen.via_counts is not None and n_vias not in chosen.via_counts:
+        raise wrong_argument(
+            f"profile {name} cannot take this number of vias",
+            "via",
+            "none, or two: lift-off and set-down",
+            str(n_vias),
+            "choose the profile quintic, cubic or trapezoidal for other numbers of vias",
+        )
+    return chosen
+
+
+def _judge(
+    arm: RobotArm,
+    profile: Profile,
+    report: LimitReport,
+    duration: float,
+    shortest: float | None,
+    allow_violations: bool,
+) -> None:
+    where = f"profile {profile.name} over {duration:g} s"
+    overshoots = [v for v in report.violations if v.quantity == "position"]
+    if overshoots:
+        raise TrajectoryError(
+            "the motion leaves the range of the joints between its knots",
+            where=where,
+            expected="every joint within its range all the time",
+            found="; ".join(f"{v}, at {v.time:.3g} s" for v in overshoots),
+            next_step="move or add a via there, or choose the profile trapezoidal, which never overshoots",
+        )
+    if not report.violations or shortest is None:
+        return
+    found = "; ".join(str(violation) for violation in report.violations)
+    enough = f"a duration of {round_up(shortest)} s meets all limits"
+    if not allow_violations:
+        raise TrajectoryError(
+            f"the motion is too fast for {arm.name}",
+            where=where,
+            expected="rates and accelerations within the limits of every joint",
+            found=found,
+            next_step=f"{enough}; allow_violations=True plans it all the same",
+        )
+    warnings.warn(f"the motion is too fast for {arm.name}: {found}; {enough}", GdAnalyzeWarning, stacklevel=4)
+
+
+def round_up(value: float) -> str:
+    """Two significant digits, rounded up, so that what is enough stays enough."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return f"{math.ceil(value / step - ROUNDING) * step:.10g}"
+
+
+def _sample(
+    path: PPoly[np.float64], profile: Profile, knots: FloatArray, n_set_points: int
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Set points evenly in time: time, q, qd, qdd."""
+    time = np.linspace(path.x[0], path.x[-1], n_set_points)
+    # A set point meant to lie on a break misses it by round-off; which side it falls on must not depend
+    # on that, or an acceleration that jumps there would depend on the machine.
+    nearest = path.x[np.abs(time[:, None] - path.x).argmin(axis=1)]
+    instants = np.where(np.abs(time - nearest) < ROUNDING * path.x[-1], nearest, time)
+    q, qd, qdd = (path(instants, order) for order in range(3))
+    # At the ends the profile's conditions hold by definition, not just to round-off.
+    q[0], q[-1] = knots[0], knots[-1]
+    for derivative in (qd, qdd)[: profile.rest_orders]:
+        derivative[[0, -1]] = 0.0
+    return time, q, qd, qdd

@@ -1,0 +1,56 @@
+"""Derives rates and accelerations that a trajectory leaves out.
+
+Why these splines. A quintic interpolating spline is C4, so the acceleration read off it is C2 and follows
+a smooth motion with an error of order h^4 (h: time step). Its end conditions are not-a-knot: they assume
+nothing, where "natural" or "at rest" ends would bend the accelerations of a recording cut out of a longer
+motion. Where the rates are given, accelerations come from a spline through the *rates*: one
+differentiation amplifies noise by 1/h instead of 1/h^2, and the result agrees with the rates the user
+stated, which a spline through the positions would contradict.
+"""
+
+from __future__ import annotations
+
+from gd_analyze.vectors import FloatArray
+
+# A quintic with not-a-knot ends has six free coefficients before its first inner knot.
+FEWEST_SET_POINTS = 6
+
+
+def complete_rates(
+    time: FloatArray, q: FloatArray, qd: FloatArray | None, qdd: FloatArray | None
+) -> tuple[FloatArray, FloatArray, str]:
+    """Fill in the rates and accelerations that are missing.
+
+    Parameters
+    ----------
+    time
+        Strictly increasing, s, shape (N,); N >= 6 unless both qd and qdd are given.
+    q
+        Joint variables, rad (m), shape (N, n).
+    qd, qdd
+        Their rates and accelerations, same shape, or None.
+
+    Returns
+    -------
+    qd, qdd
+        Given or derived, shape (N, n).
+    rates_from
+        "given", or what was derived and how.
+    """
+    if qd is not None and qdd is not None:
+        return qd, qdd, "given"
+    if qd is not None:
+        return qd, _differentiate(time, qd, 1), "qdd derived: C4 (quintic) spline through the given qd"
+    rates = _differentiate(time, q, 1)
+    if qdd is not None:
+        return rates, qdd, "qd derived: C4 (quintic) spline through the given q"
+    return rates, _differentiate(time, q, 2), "qd and qdd derived: C4 (quintic) spline through the given q"
+
+
+def _differentiate(time: FloatArray, values: FloatArray, order: int) -> FloatArray:
+    from scipy.interpolate import make_interp_spline
+
+    # From the first instant on: clocks that count from 1970 would cost the spline half its digits.
+    elapsed = time - time[0]
+    derivative: FloatArray = make_interp_spline(elapsed, values, k=5).derivative(order)(elapsed)
+    return derivative

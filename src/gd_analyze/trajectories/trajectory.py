@@ -1,0 +1,87 @@
+"""A trajectory as a value: time and the joint variables with their rates, SI and radians."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from gd_analyze.errors import TrajectoryError
+from gd_analyze.vectors import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Set points of one motion.
+
+    Parameters
+    ----------
+    time
+        Strictly increasing, s, shape (N,).
+    q, qd, qdd
+        Joint variables, rates and accelerations, rad (m) and per s, s^2, shape (N, n).
+    name
+        Short identifier, used for output folders and titles.
+    origin
+        How it came about, e.g. the file read or the plan's command; and what was derived.
+    rates_from
+        "given", or how missing rates were derived.
+
+    Raises
+    ------
+    TrajectoryError
+        If shapes disagree, a number is not finite or time does not increase.
+    """
+
+    time: FloatArray
+    q: FloatArray
+    qd: FloatArray
+    qdd: FloatArray
+    name: str = "trajectory"
+    origin: str = ""
+    rates_from: str = "given"
+
+    def __post_init__(self) -> None:
+        shape = np.shape(self.q)
+        if len(shape) != 2 or shape[0] < 1:
+            raise TrajectoryError(
+                "a trajectory needs at least one set point", expected="q of shape (N, n)", found=str(shape)
+            )
+        for what, wanted in (("time", shape[:1]), ("q", shape), ("qd", shape), ("qdd", shape)):
+            array = np.array(getattr(self, what), dtype=float)
+            if array.shape != wanted:
+                raise TrajectoryError(
+                    f"{what} has the wrong shape", expected=str(wanted), found=str(array.shape)
+                )
+            if not np.isfinite(array).all():
+                row = int(np.argwhere(~np.isfinite(array))[0][0])
+                raise TrajectoryError(f"{what} is not finite at set point {row + 1}")
+            array.flags.writeable = False
+            object.__setattr__(self, what, array)
+        if (np.diff(self.time) <= 0).any():
+            row = int(np.flatnonzero(np.diff(self.time) <= 0)[0])
+            raise TrajectoryError(
+                "time does not increase",
+                where=f"set point {row + 2}",
+                expected=f"more than {self.time[row]:g} s",
+                found=f"{self.time[row + 1]:g} s",
+            )
+
+    @property
+    def n_set_points(self) -> int:
+        """Number of set points N."""
+        return len(self.q)
+
+    @property
+    def n_joints(self) -> int:
+        """Number of joints n."""
+        return int(self.q.shape[1])
+
+    @property
+    def fingerprint(self) -> str:
+        """SHA-256 of the numbers."""
+        digest = hashlib.sha256()
+        for array in (self.time, self.q, self.qd, self.qdd):
+            digest.update(np.ascontiguousarray(array).tobytes())
+        return digest.hexdigest()
