@@ -18,7 +18,7 @@ from gd_analyze.version import __version__
 if TYPE_CHECKING:
     from gd_analyze.authority import cross_check
     from gd_analyze.decomposition import decompose, decompose_states
-    from gd_analyze.dominance import rank
+    from gd_analyze.dominance import rank, text_verdicts
     from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
     from gd_analyze.main_job import analyze, find
     from gd_analyze.models import SimplifiedModel, evaluate, load_model, save_model
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "authority": ("cross_check",),
     "decomposition": ("decompose", "decompose_states"),
-    "dominance": ("rank",),
+    "dominance": ("rank", "text_verdicts"),
     "errors": ("GdAnalyzeError", "GdAnalyzeWarning"),
     "main_job": ("analyze", "find"),
     "models": ("SimplifiedModel", "evaluate", "load_model", "save_model"),
@@ -65,6 +65,7 @@ __all__ = [
     "save_model",
     "save_results",
     "simplify",
+    "text_verdicts",
     "write_trajectory",
 ]
 

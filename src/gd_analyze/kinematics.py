@@ -83,15 +83,18 @@ def solve_kinematics(
 
 
 def _along(rotation: Array, constant: Array) -> Array:
-    """Turn a constant vector into the base frame; parts along absent components cost nothing."""
-    used = np.flatnonzero(constant)
-    if used.size == 0:
-        return rotation[:, 0] * 0.0
-    return sum((rotation[:, b] * constant[b] for b in used[1:]), start=rotation[:, used[0]] * constant[used[0]])
+    """Turn a constant vector into the base frame; absent and unit components cost no product."""
+    terms = [
+        rotation[:, b] if constant[b] == 1.0 else rotation[:, b] * constant[b]
+        for b in np.flatnonzero(constant)
+    ]
+    return sum(terms[1:], start=terms[0]) if terms else np.zeros((3, 1))
 
 
 def _turned(rotation: Array, constant: Array) -> Array:
     """Compose with a constant rotation; most placements have zeros and ones only."""
+    if np.array_equal(constant, np.eye(3)):
+        return rotation
     return np.stack([_along(rotation, constant[:, b]) for b in range(3)], axis=1)
 
 

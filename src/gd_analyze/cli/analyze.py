@@ -14,6 +14,7 @@ from gd_analyze.cli.options import ROBOT, TRAJECTORY, reporting
 if TYPE_CHECKING:
     from gd_analyze.findings import Findings
 
+_SHORT = {"translation": "tran", "rotation": "rot", "both": "both", "negligible": "negl.", "neither": "-", "": ""}
 _FORMATS = "h5,json,csv,html,pdf"
 # Below this a decomposition takes a fraction of a second and a progress bar would only flicker.
 _LONG = 100_000
@@ -132,7 +133,7 @@ def _show(findings: Findings, files: list[Path], top: int) -> None:
     screen.print(context.headline)
     screen.print(
         table(
-            f"Torque error of the simplified model, budget {context.budget}, N m and of peak torque",
+            f"Torque error of the simplified model, budget {context.budget}: N m, of peak torque",
             [("joint", "left"), ("peak", "right"), ("allowed", "right"), ("largest", "right"), ("", "right")]
             + [("RMS", "right"), ("", "right")],
             [
@@ -165,11 +166,10 @@ def _show(findings: Findings, files: list[Path], top: int) -> None:
                     number(row.torque_peak),
                     str(row.torque_joint),
                     percent(row.torque_share),
-                    row.verdict,
-                    row.kept,
+                    *(_SHORT[word] for word in words),
                 ]
-                + ([row.text_verdict] if with_text else [])
                 for row in shown
+                for words in [(row.verdict, row.kept, *([row.text_verdict] if with_text else []))]
             ],
         )
     )
@@ -177,11 +177,11 @@ def _show(findings: Findings, files: list[Path], top: int) -> None:
         agreed, compared = context.text_agreement
         screen.print(f"The text's verdicts agree with ours on {agreed} of {compared} elements of D and h.")
     full, left = findings.model.operations_full, findings.model.operations
-    screen.print(f"operations  {full}\n         →  {left}")
+    screen.print(f"operations  {full}\n         ->  {left}")
     largest = max(findings.residuals, key=lambda residual: residual.largest / residual.bound)
     screen.print(
-        f"Pinocchio   {largest.quantity} differs by {number(largest.largest)} {largest.unit} at most "
-        f"(round-off bound {number(largest.bound)})"
+        f"Pinocchio   differs by at most {number(largest.largest)} {largest.unit} "
+        f"(round-off allows {number(largest.bound)})"
     )
     for path in files:
         screen.print(f"wrote       {path}", soft_wrap=True)

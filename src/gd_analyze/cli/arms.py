@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -40,8 +41,7 @@ def arms(robot: str | None, toml: bool, as_json: bool, quiet: bool, debug: bool)
         elif not quiet:
             _list(catalogue)
     elif toml:
-        path = builtin_arms().get(robot, robot)
-        click.echo(open(path, encoding="utf-8").read(), nl=False)
+        click.echo(Path(builtin_arms().get(robot, robot)).read_text(encoding="utf-8"), nl=False)
     elif as_json:
         print_json(_document(arm))
     elif not quiet:
@@ -104,9 +104,9 @@ def _show(arm: RobotArm) -> None:
     if arm.drives:
         screen.print(
             table(
-                "Drives: inertia at the joint, friction at the motor",
-                [("joint", "left"), ("inertia kg m²", "right"), ("ratio", "right"), ("viscous N m s", "right")]
-                + [("Coulomb N m", "right"), ("limit N m", "right")],
+                "Drives: inertia at the joint kg m², friction at the motor N m s, N m, limit N m",
+                [("joint", "left"), ("inertia", "right"), ("ratio", "right"), ("viscous", "right")]
+                + [("Coulomb", "right"), ("limit", "right")],
                 [
                     [
                         joint.name,

@@ -31,6 +31,7 @@ def table(title: str, columns: Sequence[tuple[str, str]], rows: Sequence[Sequenc
     from rich.table import Table
 
     out = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+    out.min_width = min(len(title), 78)
     out.padding = (0, 1, 0, 0)
     for heading, side in columns:
         out.add_column(heading, justify="right" if side == "right" else "left", no_wrap=True)

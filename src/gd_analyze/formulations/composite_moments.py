@@ -15,7 +15,7 @@ v_m(r) = w_m x (r - p_{m-1}) + u_m, and for i, l <= m
     f_m   = sum m_s v_m(r_s) = w_m x S_m + M_m u_m
     D_im  = sum m_s v_i(r_s) . v_m(r_s)      = w_i . (tr(P_m) w_m - P_m w_m + S_m x u_m) + v_i(p_{m-1}) . f_m
     h_ilm = sum m_s v_i(r_s) . (w_l x v_m(r_s))
-          = (w_m x w_i) . P_m w_l + v_i(p_{m-1}) . (w_l x f_m) + (w_i x S_m) . (w_l x u_m)
+          = w_l . [ P_m (w_m x w_i) + f_m x v_i(p_{m-1}) + u_m x (w_i x S_m) ]
     c_m   = - g . f_m
 
 where S, f and u count for translation only. D_im does not depend on q_1..q_i, hence
@@ -53,6 +53,8 @@ class CompositeMoments:
         P_m of both effects, shape (2, n, 3, 3, N).
     momentum
         f_m, shape (n, 3, N).
+    origin_velocities
+        v_i(p_{m-1}) for i <= m, one array of shape (m, 3, N) per joint m.
     """
 
     turning: Array
@@ -62,6 +64,7 @@ class CompositeMoments:
     first: Array
     second: Array
     momentum: Array
+    origin_velocities: tuple[Array, ...]
 
 
 def composite_moments(arm: RobotArm, kinematics: Kinematics) -> CompositeMoments:
@@ -88,59 +91,46 @@ def composite_moments(arm: RobotArm, kinematics: Kinematics) -> CompositeMoments
     momentum = cross(turning, first)
     if sliding is not None:
         momentum += mass[:, None, None] * sliding
-    return CompositeMoments(turning, sliding, origins, mass, first, second, momentum)
-
-
-def inertia_column(moments: CompositeMoments, m: int) -> Array:
-    """D_im for i <= m by effect, shape (2, m + 1, N). [FGL87] Eq. (3.4-25)."""
-    w, second = moments.turning, moments.second[:, m]
-    trace = second[:, 0, 0] + second[:, 1, 1] + second[:, 2, 2]
-    angular = trace[:, None] * w[m] - apply(second, w[m])
-    if moments.sliding is not None:
-        angular[TRANSLATION] += cross(moments.first[m], moments.sliding[m])
-    column = np.einsum("ian,ean->ein", w[: m + 1], angular)
-    column[TRANSLATION] += dot(_origin_velocity(moments, m, m + 1), moments.momentum[m])
-    return column
-
-
-def coupling_slab(moments: CompositeMoments, m: int) -> Array:
-    """h_ilm for i < m and l <= m by effect, shape (2, m, m + 1, N). [FGL87] Eqs. (3.4-26), (3.4-27)."""
-    w, up_to_m = moments.turning, moments.turning[: m + 1]
-    turned = np.einsum("eabn,lbn->elan", moments.second[:, m], up_to_m)
-    slab = np.einsum("ian,elan->eiln", cross(w[m], w[:m]), turned)
-    slab[TRANSLATION] += np.einsum(
-        "ian,lan->iln", _origin_velocity(moments, m, m), cross(up_to_m, moments.momentum[m])
+    velocities = []
+    for m in range(n):
+        velocity = cross(turning[: m + 1], origins[m] - origins[: m + 1])
+        velocities.append(velocity if sliding is None else velocity + sliding[: m + 1])
+    return CompositeMoments(
+        turning, sliding, origins, mass, first, second, momentum, tuple(velocities)
     )
-    if moments.sliding is not None:
-        slab[TRANSLATION] += np.einsum(
-            "ian,lan->iln", cross(w[:m], moments.first[m]), cross(up_to_m, moments.sliding[m])
-        )
-    return slab
 
 
 def inertia(moments: CompositeMoments, out: Array | None = None) -> Array:
-    """D by effect, shape (2, n, n, N)."""
-    n = len(moments.mass)
+    """D by effect, shape (2, n, n, N). [FGL87] Eq. (3.4-25)."""
+    n, w = len(moments.mass), moments.turning
     out = np.empty((2, n, n, moments.first.shape[-1]), moments.first.dtype) if out is None else out
     for m in range(n):
-        column = inertia_column(moments, m)
-        out[:, : m + 1, m] = column
+        second = moments.second[:, m]
+        trace = second[:, 0, 0] + second[:, 1, 1] + second[:, 2, 2]
+        angular = trace[:, None] * w[m] - apply(second, w[m])
+        if moments.sliding is not None:
+            angular[TRANSLATION] += cross(moments.first[m], moments.sliding[m])
+        column = np.einsum("ian,ean->ein", w[: m + 1], angular, out=out[:, : m + 1, m])
+        column[TRANSLATION] += dot(moments.origin_velocities[m], moments.momentum[m])
         out[:, m, :m] = column[:, :m]
     return out
 
 
 def coupling(moments: CompositeMoments, out: Array | None = None) -> Array:
-    """h_ijk by effect, symmetric in j and k, shape (2, n, n, n, N)."""
-    n = len(moments.mass)
+    """h_ijk by effect, symmetric in j and k, shape (2, n, n, n, N). [FGL87] Eqs. (3.4-26), (3.4-27)."""
+    n, w = len(moments.mass), moments.turning
     out = np.empty((2, n, n, n, moments.first.shape[-1]), moments.first.dtype) if out is None else out
     for m in range(n):
-        slab = coupling_slab(moments, m)
-        out[:, :m, : m + 1, m] = slab
+        bracket = np.einsum("eabn,ibn->eian", moments.second[:, m], cross(w[m], w[:m]))
+        bracket[TRANSLATION] += cross(moments.momentum[m], moments.origin_velocities[m][:m])
+        if moments.sliding is not None:
+            bracket[TRANSLATION] += cross(moments.sliding[m], cross(w[:m], moments.first[m]))
+        slab = np.einsum("eian,lan->eiln", bracket, w[: m + 1], out=out[:, :m, : m + 1, m])
         out[:, :m, m, :m] = slab[:, :, :m]
         out[:, m, : m + 1, m] = out[:, m, m, :m] = 0.0
         for i in range(m):
-            out[:, m, : i + 1, i] = -slab[:, i, : i + 1]
-            out[:, m, i, :i] = -slab[:, i, :i]
+            np.negative(slab[:, i, : i + 1], out=out[:, m, : i + 1, i])
+            out[:, m, i, :i] = out[:, m, :i, i]
     return out
 
 
@@ -196,14 +186,6 @@ def _turning_and_sliding(arm: RobotArm, kinematics: Kinematics) -> tuple[Array, 
         return kinematics.joint_axes, None
     revolute = np.array(arm.is_revolute, dtype=float)[:, None, None]
     return kinematics.joint_axes * revolute, kinematics.joint_axes * (1.0 - revolute)
-
-
-def _origin_velocity(moments: CompositeMoments, m: int, below: int) -> Array:
-    """v_i(p_{m-1}) for i < `below`, shape (below, 3, N)."""
-    velocity = cross(moments.turning[:below], moments.origins[m] - moments.origins[:below])
-    if moments.sliding is not None:
-        velocity += moments.sliding[:below]
-    return velocity
 
 
 def _matter(inertia_com: Array) -> Array:
