@@ -39,7 +39,9 @@ def findings(arm: gd.RobotArm, threshold: float = 0.10) -> dict[str, list[Findin
         for label in ranking.element.values:
             row = ranking.sel(element=label)
             translation, rotation = (float(value) for value in row.change_without)
-            found.setdefault(str(label), []).append(Finding(name, str(row.dominant.item()), translation, rotation))
+            found.setdefault(str(label), []).append(
+                Finding(name, str(row.dominant.item()), translation, rotation)
+            )
     return found
 
 
@@ -91,14 +93,12 @@ def variants(arm: gd.RobotArm) -> dict[str, gd.RobotArm]:
     changed = {
         "as measured: Ixx = Iyy, centre of mass on the axis": hand,
         "Iyy 10 % below Ixx": dataclasses.replace(hand, inertia_com=np.diag([1.5e-4, 1.35e-4, 0.4e-4])),
-        "centre of mass 1 mm off the axis": dataclasses.replace(hand, com=hand.com + [0.001, 0.0, 0.0]),
+        "centre of mass 1 mm off the axis": dataclasses.replace(hand, com=hand.com + np.array([0.001, 0.0, 0.0])),
         "product of inertia Ixz = 1e-5 kg m^2": dataclasses.replace(
             hand, inertia_com=hand.inertia_com + 1e-5 * (np.eye(3)[[2, 1, 0]] - np.diag([0, 1, 0]))
         ),
     }
-    return {
-        name: dataclasses.replace(arm, links=(*arm.links[:-1], link)) for name, link in changed.items()
-    }
+    return {name: dataclasses.replace(arm, links=(*arm.links[:-1], link)) for name, link in changed.items()}
 
 
 def report() -> str:
@@ -151,7 +151,9 @@ def report() -> str:
             sum(at[label][k].dominant == verdict for label, verdict in text.verdicts.items())
             for k in range(len(TRAJECTORIES))
         ]
-        lines.append(f"| {threshold:.0%} | " + " | ".join(f"{count} of {len(found)}" for count in counts) + " |")
+        lines.append(
+            f"| {threshold:.0%} | " + " | ".join(f"{count} of {len(found)}" for count in counts) + " |"
+        )
     lines += [
         "",
         "The text calls D22, D23, D33, D55 and h1 to h3 dominated by one effect although, for these parameters, "

@@ -105,7 +105,9 @@ def round_off_bounds(arm: RobotArm, q: FloatArray, qd: FloatArray, qdd: FloatArr
     }
 
 
-def pinocchio_dynamics(arm: RobotArm, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> dict[str, FloatArray]:
+def pinocchio_dynamics(
+    arm: RobotArm, q: FloatArray, qd: FloatArray, qdd: FloatArray
+) -> dict[str, FloatArray]:
     """D, h, c and torque of states (N, n) by Pinocchio, without any split by effect."""
     import pinocchio as pin
 

@@ -188,7 +188,7 @@ def decompose_states(
         views = {name: array[..., chunk] for name, array in out.items()}
         if scratch is not None:
             views["coupling"] = scratch[..., : chunk.stop - chunk.start]
-        _fill(arm, *(x[:, chunk] for x in states), views)
+        _fill(arm, states[0][:, chunk], states[1][:, chunk], states[2][:, chunk], views)
         if progress is not None:
             progress(chunk.stop - chunk.start)
     out = dict(zip(("q", "qd", "qdd"), states, strict=True)) | out

@@ -65,12 +65,17 @@ class Element:
 def elements(n_joints: int) -> tuple[Element, ...]:
     """Upper triangle of D, then h, then c."""
     pairs = [Element("inertia", i, j) for i in range(n_joints) for j in range(i, n_joints)]
-    vectors = [Element(name, i) for name in ("coriolis_centrifugal", "gravity_loading") for i in range(n_joints)]
+    vectors = [
+        Element(name, i) for name in ("coriolis_centrifugal", "gravity_loading") for i in range(n_joints)
+    ]
     return (*pairs, *vectors)
 
 
 def rank(
-    dataset: xr.Dataset, *, threshold: float = DOMINANCE_THRESHOLD, budget: float | FloatArray = DEFAULT_BUDGET
+    dataset: xr.Dataset,
+    *,
+    threshold: float = DOMINANCE_THRESHOLD,
+    budget: float | FloatArray = DEFAULT_BUDGET,
 ) -> xr.Dataset:
     """Rank the elements of D, h and c by the torque they move.
 
@@ -102,7 +107,9 @@ def rank(
     peak_torque = peak_magnitude(dataset.torque.values)
     allowed = budget * peak_torque if np.ndim(budget) == 0 else np.asarray(budget, dtype=float)
     floor = allowed / (n + 2)
-    noise = {name: _noise(dataset[name].values) for name in ("inertia", "coriolis_centrifugal", "gravity_loading")}
+    noise = {
+        name: _noise(dataset[name].values) for name in ("inertia", "coriolis_centrifugal", "gravity_loading")
+    }
     rows = [
         _row(element, dataset, peak_torque, floor, threshold, noise[element.quantity])
         for element in elements(n)

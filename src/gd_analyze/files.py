@@ -45,7 +45,9 @@ def replacing(path: str | Path) -> Iterator[Path]:
         temporary.chmod(0o666 & ~umask)  # mkstemp's 0600 would hide results from colleagues
         temporary.replace(path)
     except OSError as error:
-        raise OutputError("writing failed", where=Location(path), found=error.strerror or str(error)) from None
+        raise OutputError(
+            "writing failed", where=Location(path), found=error.strerror or str(error)
+        ) from None
     finally:
         temporary.unlink(missing_ok=True)
 

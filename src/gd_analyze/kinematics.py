@@ -105,11 +105,5 @@ def _rotate_about(rotation: Array, axis: Array, cos_q: Array, sin_q: Array) -> A
         return np.stack([x * cos_q + y * sin_q, y * cos_q - x * sin_q, z], axis=1)
     ux, uy, uz = axis
     skew = np.array([[0.0, -uz, uy], [uz, 0.0, -ux], [-uy, ux, 0.0]])
-    turn = (
-        np.eye(3)[:, :, None]
-        + skew[:, :, None] * sin_q
-        + (skew @ skew)[:, :, None] * (1.0 - cos_q)
-    )
+    turn = np.eye(3)[:, :, None] + skew[:, :, None] * sin_q + (skew @ skew)[:, :, None] * (1.0 - cos_q)
     return np.einsum("acn,cbn->abn", rotation, turn)
-
-

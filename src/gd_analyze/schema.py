@@ -155,7 +155,9 @@ REQUIRED = (
 
 
 def validate(
-    dataset: xr.Dataset, declared: Mapping[str, Variable] = DECOMPOSITION, required: tuple[str, ...] = REQUIRED
+    dataset: xr.Dataset,
+    declared: Mapping[str, Variable] = DECOMPOSITION,
+    required: tuple[str, ...] = REQUIRED,
 ) -> None:
     """Check that a Dataset holds what is declared.
 
@@ -167,8 +169,9 @@ def validate(
     for name in required:
         if name not in dataset:
             raise StoreError(f"the dataset lacks {name}", expected=", ".join(required), found=_names(dataset))
-    for name, array in dataset.data_vars.items():
-        variable = declared.get(str(name))
+    for key, array in dataset.data_vars.items():
+        name = str(key)
+        variable = declared.get(name)
         if variable is None:
             raise StoreError(f"{name} is not a variable of this schema", expected=", ".join(declared))
         if tuple(array.dims) != variable.dims:

@@ -150,7 +150,11 @@ def _model(findings: Findings) -> xr.Dataset:
                 evaluation.simplified - evaluation.exact,
                 {"units": "N m", "long_name": "torque of the simplified model minus the exact torque"},
             ),
-            "kept": ("part", np.isin(_labels(findings), model.kept), {"long_name": "whether the part is kept"}),
+            "kept": (
+                "part",
+                np.isin(_labels(findings), model.kept),
+                {"long_name": "whether the part is kept"},
+            ),
         },
         coords={
             "time": findings.decomposition.time,

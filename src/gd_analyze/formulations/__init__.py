@@ -1,0 +1,1 @@
+"""One file per formulation of the dynamics; array code only, and none imports another."""

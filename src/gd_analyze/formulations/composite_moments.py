@@ -95,9 +95,7 @@ def composite_moments(arm: RobotArm, kinematics: Kinematics) -> CompositeMoments
     for m in range(n):
         velocity = cross(turning[: m + 1], origins[m] - origins[: m + 1])
         velocities.append(velocity if sliding is None else velocity + sliding[: m + 1])
-    return CompositeMoments(
-        turning, sliding, origins, mass, first, second, momentum, tuple(velocities)
-    )
+    return CompositeMoments(turning, sliding, origins, mass, first, second, momentum, tuple(velocities))
 
 
 def inertia(moments: CompositeMoments, out: Array | None = None) -> Array:
@@ -140,7 +138,7 @@ def gravity_loading(arm: RobotArm, moments: CompositeMoments) -> Array:
 
 
 def coriolis_centrifugal(arm: RobotArm, kinematics: Kinematics, qd: Array) -> Array:
-    """h by effect in O(n), without h_ijk, shape (2, n, N). [FGL87] Eqs. (3.4-26), (3.4-27).
+    """H by effect in O(n), without h_ijk, shape (2, n, N). [FGL87] Eqs. (3.4-26), (3.4-27).
 
     Outward, the accelerations that rates alone cause; inward, the suffix sums of the forces and moments
     they take. Summed per link first, they need no coefficient of any pair of joints.
@@ -214,5 +212,3 @@ def _inertia_times(rotation: Array, inertia_com: Array, vector: Array) -> Array:
         else np.einsum("ab,bn->an", inertia_com, in_link)
     )
     return apply(rotation, product)
-
-

@@ -117,9 +117,7 @@ def coriolis_centrifugal_by_link(arm: RobotArm, kinematics: Kinematics, qd: Arra
             if len(terms) > len(TERMS):
                 out[6, s, i] = arm.mass[s] * dot(slides, velocity)
         if s + 1 < n:
-            inboard = inboard + np.stack(
-                [cross(omega[s], cross(omega[s], steps[s])), cross(b[s], steps[s])]
-            )
+            inboard = inboard + np.stack([cross(omega[s], cross(omega[s], steps[s])), cross(b[s], steps[s])])
     return out
 
 

@@ -29,9 +29,7 @@ class Evaluation:
         return np.asarray(self.table.largest <= allowed)
 
 
-def evaluate(
-    model: SimplifiedModel, trajectory: Trajectory, dataset: xr.Dataset | None = None
-) -> Evaluation:
+def evaluate(model: SimplifiedModel, trajectory: Trajectory, dataset: xr.Dataset | None = None) -> Evaluation:
     """Evaluate a model along a trajectory and measure its torque error there.
 
     Parameters

@@ -41,9 +41,7 @@ class ErrorTable:
         """Compare torques of shape (N, n); what is only round-off counts as no error."""
         error = simplified - exact
         error[np.abs(error) <= ROUND_OFF_SHARE * np.abs(exact).max()] = 0.0
-        return cls(
-            peak_magnitude(exact), np.abs(error).max(axis=0), np.sqrt(np.mean(error**2, axis=0))
-        )
+        return cls(peak_magnitude(exact), np.abs(error).max(axis=0), np.sqrt(np.mean(error**2, axis=0)))
 
     @property
     def largest_share(self) -> FloatArray:
@@ -162,7 +160,7 @@ class SimplifiedModel:
         n = self.arm.n_joints
         arrays = np.broadcast_arrays(*(np.asarray(x, dtype=float) for x in states))
         leading = arrays[0].shape[:-1]
-        inputs = {}
+        inputs: dict[str, FloatArray] = {}
         for name, array in zip(("q", "qd", "qdd"), arrays, strict=False):
             if array.shape[-1:] != (n,):
                 raise ModelError(

@@ -59,7 +59,7 @@ class RobotArm:
         if not self.joints:
             raise ArmError(f"arm {self.name} has no joints", expected="at least one joint")
         for what, items in (("links", self.links), ("drives", self.drives)):
-            if items and len(items) != len(self.joints) or what == "links" and not items:
+            if (items and len(items) != len(self.joints)) or (what == "links" and not items):
                 raise ArmError(
                     f"arm {self.name} needs one of its {what} per joint",
                     where=f"arm {self.name}",

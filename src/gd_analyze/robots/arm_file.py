@@ -162,7 +162,7 @@ def read_arm(path: str | Path) -> RobotArm:
             "the arm file is not valid TOML",
             where=Location(path, line, column),
             found=re.sub(r" \(at .*\)$", "", str(error)),
-            next_step="mend the syntax at that place; `gd-analyze arms puma560 --toml` prints a complete example",
+            next_step="mend the syntax there; `gd-analyze arms puma560 --toml` prints a complete example",
         ) from None
     try:
         parsed = _ArmFile.model_validate(document)

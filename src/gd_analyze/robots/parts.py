@@ -213,7 +213,7 @@ class Link:
                 expected="I = I^T",
                 found=str(inertia.tolist()),
             )
-        self._check_principal_moments(np.linalg.eigvalsh(inertia), where)
+        self._check_principal_moments(np.linalg.eigvalsh(inertia).astype(float), where)
 
     def _check_principal_moments(self, principal: FloatArray, where: Location | str) -> None:
         largest = float(np.abs(principal).max())

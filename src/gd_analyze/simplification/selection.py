@@ -18,6 +18,7 @@ from collections import defaultdict
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.operations import Expression, Trace
@@ -74,9 +75,7 @@ def blocks(trace: Trace, outputs: list[list[object]]) -> dict[frozenset[int], in
     }
 
 
-def select(
-    errors: FloatArray, allowed: FloatArray, costs: dict[frozenset[int], int]
-) -> Selection:
+def select(errors: FloatArray, allowed: FloatArray, costs: dict[frozenset[int], int]) -> Selection:
     """Choose the parts to keep.
 
     Parameters
@@ -100,18 +99,18 @@ def select(
     """
     n_parts, n_joints, _ = errors.shape
     scaled = errors / allowed[:, None]
-    rows = {
-        (i, int(np.abs(scaled[p, i]).argmax())) for i in range(n_joints) for p in range(n_parts)
-    }
+    rows = {(i, int(np.abs(scaled[p, i]).argmax())) for i in range(n_joints) for p in range(n_parts)}
     barred: set[frozenset[int]] = set()
     while True:
         kept, optimal = _solve(scaled, costs, sorted(rows), sorted(barred, key=sorted))
-        left = np.einsum("p,pit->it", ~kept, scaled)
+        left = scaled[~kept].sum(axis=0)
         worst = {(i, int(np.abs(left[i]).argmax())) for i in range(n_joints) if np.abs(left[i]).max() > 1.0}
         if not worst:
             return Selection(tuple(bool(k) for k in kept), optimal and not barred)
         # A row that is there already was broken within the solver's tolerance: bar what broke it.
-        barred |= {frozenset(np.flatnonzero(~kept & (scaled[:, i, t] != 0.0)).tolist()) for i, t in worst & rows}
+        barred |= {
+            frozenset(np.flatnonzero(~kept & (scaled[:, i, t] != 0.0)).tolist()) for i, t in worst & rows
+        }
         rows |= worst
 
 
@@ -120,7 +119,7 @@ def _solve(
     costs: dict[frozenset[int], int],
     rows: list[tuple[int, int]],
     barred: list[frozenset[int]],
-) -> tuple[FloatArray, bool]:
+) -> tuple[NDArray[np.bool_], bool]:
     """Integer program over x (parts) and y (blocks).
 
     `rows` are the (joint, set point) held to the budget; of each set in `barred` one part must stay.
