@@ -59,9 +59,7 @@ def extremes_of_path(path: PPoly[np.float64]) -> Extremes:
             instants, values = [], []
             for piece, (begin, width) in enumerate(zip(wanted.x, np.diff(wanted.x), strict=False)):
                 coefficients = wanted.c[:, piece, joint]
-                roots = np.roots(np.polyder(coefficients))
-                inner = roots.real[(roots.real > 0) & (roots.real < width)]
-                local = np.concatenate([[0.0, width], inner])
+                local = np.concatenate([[0.0, width], _stationary(coefficients, width)])
                 instants.append(begin + local)
                 values.append(np.polyval(coefficients, local))
             found.append((np.concatenate(instants), np.concatenate(values)))
@@ -80,3 +78,15 @@ def extremes_of_path(path: PPoly[np.float64]) -> Extremes:
         rate=largest(candidates(1), None),
         acceleration=largest(candidates(2), None),
     )
+
+
+def _stationary(coefficients: FloatArray, width: float) -> FloatArray:
+    """Where a polynomial, highest power first, may be stationary inside (0, width)."""
+    slope = np.polyder(coefficients) * width ** np.arange(len(coefficients) - 2, -1, -1)
+    size = np.abs(slope).max(initial=0.0)
+    # Below this the joint stands still; the quotients of its coefficients would overflow.
+    if size < np.finfo(float).tiny / np.finfo(float).eps:
+        return np.empty(0)
+    slope = np.where(np.abs(slope) < np.finfo(float).eps * size, 0.0, slope)
+    roots = np.roots(slope).real.astype(float)
+    return roots[(roots > 0) & (roots < 1)] * width

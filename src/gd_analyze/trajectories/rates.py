@@ -50,7 +50,5 @@ def complete_rates(
 def _differentiate(time: FloatArray, values: FloatArray, order: int) -> FloatArray:
     from scipy.interpolate import make_interp_spline
 
-    # From the first instant on: clocks that count from 1970 would cost the spline half its digits.
-    elapsed = time - time[0]
-    derivative: FloatArray = make_interp_spline(elapsed, values, k=5).derivative(order)(elapsed)
+    derivative: FloatArray = make_interp_spline(time, values, k=5).derivative(order)(time)
     return derivative

@@ -1,0 +1,183 @@
+"""Every way a trajectory file can be wrong: the message says what, where and what to do next."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from gd_analyze.errors import TrajectoryError
+from gd_analyze.robots import RobotArm
+from gd_analyze.trajectories import read_trajectory
+
+CsvFile = Callable[[str | bytes], Path]
+
+Q_ROWS = [f"{k / 10},0.{k},0.2" for k in range(7)]
+Q_FILE = "\n".join(["time,q1,q2", *Q_ROWS]) + "\n"
+FULL_HEADER = "time,q1,q2,qd1,qd2,qdd1,qdd2"
+FULL_FILE = f"{FULL_HEADER}\n0,1,2,0,0,0,0\n0.1,1,2,0,0,0,0\n"
+
+
+def with_header(header: str) -> str:
+    return Q_FILE.replace("time,q1,q2", header)
+
+
+def with_row(number: int, row: str) -> str:
+    """The positions file with its data row `number` (from 1, on line number + 1) replaced."""
+    return "\n".join(["time,q1,q2", *Q_ROWS[: number - 1], row, *Q_ROWS[number:]]) + "\n"
+
+
+CASES: dict[str, tuple[str | bytes, list[str]]] = {
+    "empty": ("", ["is empty", "0 bytes", "time,q1,q2", "plan --help"]),
+    "comments only": ("# a\n\n", ["is empty", "no data"]),
+    "header only": ("# a\ntime,q1,q2\n", ["a header only", "line 2", "add the set points"]),
+    "unknown column": (
+        with_header("time,q1,elbow"),
+        ["column 'elbow' is unknown", "line 1, column 3", "time, q1..q2, qd1..qd2", "rename or remove it"],
+    ),
+    "unknown column after comments": (
+        "# a\n\n" + with_header("time,q1,q2x"),
+        ["'q2x' is unknown", "line 3, column 3"],
+    ),
+    "q0": (with_header("time,q0,q1"), ["column 'q0' is unknown", "q0 -> q1, q1 -> q2"]),
+    "duplicate": (
+        with_header("time,q1,q1"),
+        ["column q1 is given twice", "line 1, column 3", "q1 in column 2", "remove one"],
+    ),
+    "duplicate in degrees": (with_header("time,q1,q1_deg"), ["q1_deg is given twice", "line 1, column 3"]),
+    "duplicate time": (with_header("time,time,q1"), ["column time is given twice", "line 1, column 2"]),
+    "no time": (with_header("q1,q2,qd1"), ["column time is missing", "line 1", "in s"]),
+    "no q": (with_header("time,qd1,qd2"), ["column q1 is missing", "no q column", "time,q1,q2"]),
+    "q2 missing": (with_header("time,q1,q3"), ["column q2 is missing", "line 1", "q1, q3", "time,q1,q2"]),
+    "too few joints": (
+        "time,q1\n0,1\n",
+        ["q columns do not fit arm two_link", "2 joints", "found: 1 joint\n", "choose the arm"],
+    ),
+    "too many joints": (with_header("time,q1,q2,q3"), ["do not fit arm two_link", "found: 3 joints"]),
+    "too few rates": (FULL_FILE.replace(",qd2", ",qdd3"), ["qd columns do not fit", "found: 1 joint\n"]),
+    "surplus acceleration": (
+        FULL_FILE.replace("time,q1,q2,qd1,qd2", "time,q1,q2,qdd5,qdd7"),
+        ["column qdd5 is one too many for arm two_link", "qdd1, qdd2, qdd5, qdd7"],
+    ),
+    "no name": (with_header("time,q1,q2,"), ["column 4 has no name", "line 1, column 4", "index=False"]),
+    "no header": (
+        "0,1,2,3,4,5,6\n1,1,2,3,4,5,6\n",
+        ["no header line", "line 1", f"put this line first: {FULL_HEADER}"],
+    ),
+    "no header, rates": ("0,1,2,3,4\n", ["put this line first: time,q1,q2,qd1,qd2"]),
+    "no header, positions": ("# a\n0,1\n", ["line 2", "put this line first: time,q1"]),
+    "not a number": (
+        with_row(3, "0.2,0.3,abc"),
+        ["q2 is not a number", "line 4, column 3", "found: 'abc'", "give a number"],
+    ),
+    "not a number, after comments": (
+        "# a\n\n" + with_row(3, "0.2,x,0.3"),
+        ["q1 is not a number", "line 6, column 2"],
+    ),
+    "empty cell": (with_row(2, "0.1,,0.3"), ["q1 is not a number", "line 3, column 2", "an empty cell"]),
+    "decimal comma": (
+        Q_FILE.replace(",", ";").replace("0.2;", "0,2;"),
+        ["not a number", "found: '0,2'", "decimal points"],
+    ),
+    "NaN": (with_row(4, "0.3,0.4,nan"), ["q2 is not a finite number", "line 5, column 3", "found: nan"]),
+    "infinite": (with_row(4, "0.3,-inf,0"), ["q1 is not a finite number", "line 5, column 2", "found: -inf"]),
+    "overflow": (with_row(4, "0.3,1e999,0"), ["q1 is not a finite number", "found: 1e999"]),
+    "NaN time": (with_row(4, "nan,0,0"), ["time is not a finite number", "line 5, column 1"]),
+    "short row": (
+        with_row(5, "0.4,0.5"),
+        ["too few columns", "line 6, column 3", "3 columns", "found: 2", "broke off"],
+    ),
+    "long row": (with_row(5, "0.4,0.5,0.6,0.7"), ["too many columns", "line 6, column 4", "found: 4"]),
+    "all rows long": ("time,q1,q2\n0,1,2,3\n1,1,2,3\n", ["too many columns", "line 2, column 4"]),
+    "unclosed quote": (with_row(5, '0.4,0.5,"0.6'), ["not CSV", "line 6", "every quote closed"]),
+    "time stands": (
+        with_row(3, "0.1,0,0"),
+        ["time does not increase", "line 4, column 1", "more than 0.1 s", "found: 0.1 s", "sort"],
+    ),
+    "time falls": (with_row(3, "0.05,0,0"), ["time does not increase", "line 4, column 1", "0.05 s"]),
+    "too few for both": (
+        "\n".join(["time,q1,q2", *Q_ROWS[:5]]),
+        ["too few set points to derive qd and qdd", "line 6", "at least 6", "5 set points", "qd1..qd2"],
+    ),
+    "too few for qdd": (
+        "time,q1,q2,qd1,qd2\n0,0,0,0,0\n",
+        ["too few set points to derive qdd", "found: 1 set point\n", "qdd1..qdd2"],
+    ),
+    "Latin-1": (Q_FILE.encode() + b"# K\xf6ln\n", ["not UTF-8", "line 9", "0xf6", "UTF-8"]),
+    "UTF-16": (Q_FILE.encode("utf-16"), ["not CSV text", "UTF-16", "save it as CSV in UTF-8"]),
+    "binary": (b"PK\x03\x04\x00\x00", ["not CSV text", "binary"]),
+    "one endless line": ("x" * 200_000, ["line 1", "not CSV", "trajectory"]),
+    "endless cell": (with_row(2, "0.1,0," + "9" * 200_000 + "x"), ["line 3", "not CSV"]),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_message(case: str, csv_file: CsvFile, two_link: RobotArm) -> None:
+    content, expected = CASES[case]
+    path = csv_file(content)
+    with pytest.raises(TrajectoryError) as caught:
+        read_trajectory(path, two_link)
+    text = str(caught.value) + "\n"
+    assert str(path) in text
+    for part in expected:
+        assert part in text
+
+
+def test_missing_file(two_link: RobotArm, tmp_path: Path) -> None:
+    with pytest.raises(TrajectoryError) as caught:
+        read_trajectory(tmp_path / "nothing.csv", two_link)
+    text = str(caught.value)
+    assert "there is no trajectory" in text
+    assert "pick-and-place" in text
+    assert "gd-analyze plan" in text
+
+
+def test_near_miss_of_a_shipped_name(puma: RobotArm) -> None:
+    with pytest.raises(TrajectoryError, match="did you mean the shipped 'large-slew'"):
+        read_trajectory("large_slew.csv", puma)
+
+
+def test_folder(two_link: RobotArm, tmp_path: Path) -> None:
+    with pytest.raises(TrajectoryError, match="cannot read the trajectory file"):
+        read_trajectory(tmp_path, two_link)
+
+
+def test_degrees_of_a_sliding_joint(csv_file: CsvFile, slider: RobotArm) -> None:
+    with pytest.raises(TrajectoryError, match="joint 2 slides") as caught:
+        read_trajectory(csv_file(with_header("time,q1,q2_deg")), slider)
+    assert "line 1, column 3" in str(caught.value)
+    assert "give metres" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("header", "renaming"),
+    [
+        (
+            "timestamp,actual_q_0,actual_q_1,actual_qd_0,actual_qd_1",
+            "timestamp -> time, actual_q_0 -> q1, actual_q_1 -> q2, actual_qd_0 -> qd1, actual_qd_1 -> qd2 (",
+        ),
+        (
+            "time,panda_joint1,panda_joint2,torque1,torque2",
+            "panda_joint1 -> q1, panda_joint2 -> q2; remove torque1, torque2 (",
+        ),
+        ("Time [s],Position1,Position2", "Position1 -> q1, Position2 -> q2; remove Time [s] ("),
+        (
+            "t,joint_1_pos,joint_2_pos,joint_1_vel,joint_2_vel,joint_1_acc,joint_2_acc",
+            "t -> time, joint_1_pos -> q1, joint_2_pos -> q2, joint_1_vel -> qd1, joint_2_vel -> qd2, "
+            "joint_1_acc -> qdd1, joint_2_acc -> qdd2 (",
+        ),
+        ("time,theta1,q2", "theta1 -> q1 ("),
+    ],
+)
+def test_logs_of_robots_are_told_how_to_rename(
+    header: str, renaming: str, csv_file: CsvFile, two_link: RobotArm
+) -> None:
+    with pytest.raises(TrajectoryError) as caught:
+        read_trajectory(csv_file(header + "\n0,0,0\n"), two_link)
+    assert f"rename {renaming}append _deg where the numbers are degrees" in str(caught.value)
+
+
+def test_no_renaming_that_would_make_duplicates(csv_file: CsvFile, two_link: RobotArm) -> None:
+    with pytest.raises(TrajectoryError, match="rename or remove it"):
+        read_trajectory(csv_file(with_header("time,axis_a_1,axis_b_1")), two_link)
