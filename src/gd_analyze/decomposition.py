@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 EFFECTS = dalembert.EFFECTS
 
 # Long enough to hide the cost of an array call, short enough that one chunk's moments stay in the cache.
-CHUNK = 2048
+CHUNK = 4096
 
 
 def decompose(
@@ -159,8 +159,23 @@ def decompose_states(
     dict
         Arrays by the names of `gd_analyze.schema.DECOMPOSITION`, of shape (..., effect, n, n) and so on;
         in memory the set points are contiguous.
+
+    Raises
+    ------
+    TrajectoryError
+        If q, qd and qdd are not all of one shape (..., n).
+    ArmError
+        If drives are asked for and the arm describes none.
     """
     leading = np.shape(q)[:-1]
+    for name, array in (("q", q), ("qd", qd), ("qdd", qdd)):
+        if np.shape(array) != (*leading, arm.n_joints):
+            raise TrajectoryError(
+                f"{name} does not fit arm {arm.name}",
+                where=name,
+                expected=str((*leading, arm.n_joints)) if leading else f"(..., {arm.n_joints})",
+                found=str(np.shape(array)),
+            )
     states = [set_points_last(np.asarray(x, dtype=float)) for x in (q, qd, qdd)]
     n, count = states[0].shape
     shapes: dict[str, tuple[int, ...]] = {
@@ -182,17 +197,25 @@ def decompose_states(
     if terms:
         shapes["coriolis_centrifugal_terms"] = (len(dalembert.terms_of(arm)), n)
     out = {name: np.empty((*shape, count)) for name, shape in shapes.items()}
-    scratch = None if coupling else np.empty((2, n, n, n, min(CHUNK, count)))
+    _keep_freed_memory()
     for start in range(0, count, CHUNK):
         chunk = slice(start, min(start + CHUNK, count))
         views = {name: array[..., chunk] for name, array in out.items()}
-        if scratch is not None:
-            views["coupling"] = scratch[..., : chunk.stop - chunk.start]
         _fill(arm, states[0][:, chunk], states[1][:, chunk], states[2][:, chunk], views)
         if progress is not None:
             progress(chunk.stop - chunk.start)
     out = dict(zip(("q", "qd", "qdd"), states, strict=True)) | out
     return {name: _as_states(array, leading) for name, array in out.items()}
+
+
+def _keep_freed_memory() -> None:
+    """Let the C library keep what a chunk frees for the next one.
+
+    glibc hands freed memory back to the system beyond a threshold, and every page that is taken again
+    costs a fault: as much time as the arithmetic. Freeing one block just below 32 MiB, untouched, raises
+    that threshold for good (see mallopt(3), M_MMAP_THRESHOLD); elsewhere it does nothing.
+    """
+    np.empty(2**25 - 2**16, dtype=np.uint8)
 
 
 def _as_states(array: Array, leading: tuple[int, ...]) -> Array:
@@ -206,10 +229,11 @@ def _fill(arm: RobotArm, q: Array, qd: Array, qdd: Array, out: dict[str, Array])
     kinematics = solve_kinematics(arm, q)
     moments = composite.composite_moments(arm, kinematics)
     inertia = composite.inertia(moments, out["inertia"])
-    coupling = composite.coupling(moments, out["coupling"])
-    h, centrifugal = out["coriolis_centrifugal"], out["centrifugal"]
-    np.einsum("eijkn,jn,kn->ein", coupling, qd, qd, out=h)
-    np.einsum("eijjn,jn->ein", coupling, qd * qd, out=centrifugal)
+    pairs = composite.brackets(moments)
+    if "coupling" in out:
+        composite.coupling(moments, pairs, out["coupling"])
+    h, centrifugal = composite.coriolis_centrifugal(moments, pairs, qd)
+    out["coriolis_centrifugal"][:], out["centrifugal"][:] = h, centrifugal
     np.subtract(h, centrifugal, out=out["coriolis"])
     out["gravity_loading"][:] = composite.gravity_loading(arm, moments)
     torque = out["torque"]

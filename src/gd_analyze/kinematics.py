@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -66,44 +67,89 @@ def solve_kinematics(
 
     rotation: Array = np.broadcast_to(np.eye(3)[:, :, None], (3, 3, count))
     origin: Array = np.zeros((3, count))
-    for i, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True)):
-        origins[i] = origin + _along(rotation, joint.placement.translation)
-        joint_rotation = _turned(rotation, joint.placement.rotation)
-        axes[i] = _along(joint_rotation, joint.axis)
-        if joint.kind == "revolute":
-            joint_rotation = _rotate_about(joint_rotation, joint.axis, cos_q[i], sin_q[i])
-            slid = origins[i]
+    for i, fixed in enumerate(_constants(arm)):
+        origins[i] = origin + _along(rotation, fixed.to_joint)
+        before = _turned(rotation, fixed.joint_columns)
+        axes[i] = _along(before, fixed.axis)
+        if arm.is_revolute[i]:
+            moved = _rotate_about(before, fixed.axis, cos_q[i], sin_q[i])
+            com_from_joint[i] = _along(moved, fixed.to_link)
         else:
-            slid = origins[i] + axes[i] * q[i]
-        link_origins[i] = slid + _along(joint_rotation, link.frame.translation)
-        rotations[i] = _turned(joint_rotation, link.frame.rotation)
-        com_from_joint[i] = (link_origins[i] - origins[i]) + _along(rotations[i], link.com)
+            moved = before
+            com_from_joint[i] = axes[i] * q[i] + _along(moved, fixed.to_link)
+        np.add(origins[i], com_from_joint[i], out=link_origins[i])
+        rotations[i] = _turned(moved, fixed.link_columns)
+        com_from_joint[i] += _along(rotations[i], fixed.to_com)
         rotation, origin = rotations[i], link_origins[i]
     return Kinematics(axes, origins, rotations, link_origins, com_from_joint)
 
 
-def _along(rotation: Array, constant: Array) -> Array:
-    """Turn a constant vector into the base frame; absent and unit components cost no product."""
-    terms = [
-        rotation[:, b] if constant[b] == 1.0 else rotation[:, b] * constant[b]
-        for b in np.flatnonzero(constant)
-    ]
+# A constant vector as its non-zero components: most placements have zeros and ones only, and what is
+# absent shall neither take time nor leave arithmetic behind in a trace.
+_Sparse = tuple[tuple[int, float], ...]
+
+
+@dataclass(frozen=True)
+class _Constants:
+    """The constant vectors and rotations around one joint; None for no rotation."""
+
+    to_joint: _Sparse
+    joint_columns: tuple[_Sparse, ...] | None
+    axis: _Sparse
+    to_link: _Sparse
+    link_columns: tuple[_Sparse, ...] | None
+    to_com: _Sparse
+
+
+@lru_cache(maxsize=64)
+def _constants(arm: RobotArm) -> tuple[_Constants, ...]:
+    def sparse(vector: Array) -> _Sparse:
+        return tuple((int(b), float(vector[b])) for b in np.flatnonzero(vector))
+
+    def columns(rotation: Array) -> tuple[_Sparse, ...] | None:
+        return None if np.array_equal(rotation, np.eye(3)) else tuple(sparse(column) for column in rotation.T)
+
+    return tuple(
+        _Constants(
+            sparse(joint.placement.translation),
+            columns(joint.placement.rotation),
+            sparse(joint.axis),
+            sparse(link.frame.translation),
+            columns(link.frame.rotation),
+            sparse(link.com),
+        )
+        for joint, link in zip(arm.joints, arm.links, strict=True)
+    )
+
+
+def _along(rotation: Array, constant: _Sparse) -> Array:
+    """Turn a constant vector into the base frame."""
+    terms = [rotation[:, b] if value == 1.0 else rotation[:, b] * value for b, value in constant]
     return sum(terms[1:], start=terms[0]) if terms else np.zeros((3, 1))
 
 
-def _turned(rotation: Array, constant: Array) -> Array:
-    """Compose with a constant rotation; most placements have zeros and ones only."""
-    if np.array_equal(constant, np.eye(3)):
+def _turned(rotation: Array, columns: tuple[_Sparse, ...] | None) -> Array:
+    """Compose with a constant rotation, given by its columns."""
+    if columns is None:
         return rotation
-    return np.stack([_along(rotation, constant[:, b]) for b in range(3)], axis=1)
+    turned = np.empty(rotation.shape, rotation.dtype)
+    for b, column in enumerate(columns):
+        turned[:, b] = _along(rotation, column)
+    return turned
 
 
-def _rotate_about(rotation: Array, axis: Array, cos_q: Array, sin_q: Array) -> Array:
+def _rotate_about(rotation: Array, axis: _Sparse, cos_q: Array, sin_q: Array) -> Array:
     """Compose with a turn about a constant axis."""
-    if np.array_equal(axis, (0.0, 0.0, 1.0)):
-        x, y, z = rotation[:, 0], rotation[:, 1], rotation[:, 2]
-        return np.stack([x * cos_q + y * sin_q, y * cos_q - x * sin_q, z], axis=1)
-    ux, uy, uz = axis
-    skew = np.array([[0.0, -uz, uy], [uz, 0.0, -ux], [-uy, ux, 0.0]])
+    turned = np.empty(rotation.shape, np.result_type(rotation, cos_q))
+    if axis == ((2, 1.0),):
+        np.multiply(rotation[:, :2], cos_q, out=turned[:, :2])
+        turned[:, 0] += rotation[:, 1] * sin_q
+        turned[:, 1] -= rotation[:, 0] * sin_q
+        turned[:, 2] = rotation[:, 2]
+        return turned
+    u = np.zeros(3)
+    for b, value in axis:
+        u[b] = value
+    skew = np.array([[0.0, -u[2], u[1]], [u[2], 0.0, -u[0]], [-u[1], u[0], 0.0]])
     turn = np.eye(3)[:, :, None] + skew[:, :, None] * sin_q + (skew @ skew)[:, :, None] * (1.0 - cos_q)
-    return np.einsum("acn,cbn->abn", rotation, turn)
+    return np.einsum("acn,cbn->abn", rotation, turn, out=turned)

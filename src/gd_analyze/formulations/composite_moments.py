@@ -15,11 +15,15 @@ v_m(r) = w_m x (r - p_{m-1}) + u_m, and for i, l <= m
     f_m   = sum m_s v_m(r_s) = w_m x S_m + M_m u_m
     D_im  = sum m_s v_i(r_s) . v_m(r_s)      = w_i . (tr(P_m) w_m - P_m w_m + S_m x u_m) + v_i(p_{m-1}) . f_m
     h_ilm = sum m_s v_i(r_s) . (w_l x v_m(r_s))
-          = w_l . [ P_m (w_m x w_i) + f_m x v_i(p_{m-1}) + u_m x (w_i x S_m) ]
+          = w_l . B_im,   B_im = P_m (w_m x w_i) + f_m x v_i(p_{m-1}) + u_m x (w_i x S_m)
     c_m   = - g . f_m
 
-where S, f and u count for translation only. D_im does not depend on q_1..q_i, hence
-h_mli = -h_ilm for l <= i <= m: the slabs l <= m, i < m hold all there is.
+where S, f and u count for translation only. D_im does not depend on q_1..q_i, hence h_mli = -h_ilm for
+l <= i <= m: the brackets B_im of the pairs i < m hold all of h. Summed over l and k with the rates,
+
+    h_i = sum_{m>i} a_m . B_im - sum_{k<i} a_k . B_ki,   a_m = qd_m (2 sum_{l<m} w_l qd_l + w_m qd_m)
+
+of which a_m = w_m qd_m^2 alone is the centrifugal share.
 """
 
 from __future__ import annotations
@@ -114,16 +118,28 @@ def inertia(moments: CompositeMoments, out: Array | None = None) -> Array:
     return out
 
 
-def coupling(moments: CompositeMoments, out: Array | None = None) -> Array:
-    """h_ijk by effect, symmetric in j and k, shape (2, n, n, n, N). [FGL87] Eqs. (3.4-26), (3.4-27)."""
-    n, w = len(moments.mass), moments.turning
-    out = np.empty((2, n, n, n, moments.first.shape[-1]), moments.first.dtype) if out is None else out
-    for m in range(n):
+def brackets(moments: CompositeMoments) -> tuple[Array, ...]:
+    """B_im for i < m by effect, one array of shape (2, m, 3, N) per joint m."""
+    w = moments.turning
+    out = []
+    for m in range(len(moments.mass)):
         bracket = np.einsum("eabn,ibn->eian", moments.second[:, m], cross(w[m], w[:m]))
         bracket[TRANSLATION] += cross(moments.momentum[m], moments.origin_velocities[m][:m])
         if moments.sliding is not None:
             bracket[TRANSLATION] += cross(moments.sliding[m], cross(w[:m], moments.first[m]))
-        slab = np.einsum("eian,lan->eiln", bracket, w[: m + 1], out=out[:, :m, : m + 1, m])
+        out.append(bracket)
+    return tuple(out)
+
+
+def coupling(moments: CompositeMoments, pairs: tuple[Array, ...], out: Array | None = None) -> Array:
+    """h_ijk by effect, symmetric in j and k, shape (2, n, n, n, N). [FGL87] Eqs. (3.4-26), (3.4-27).
+
+    `pairs` are the `brackets` of the moments.
+    """
+    n, w = len(moments.mass), moments.turning
+    out = np.empty((2, n, n, n, moments.first.shape[-1]), moments.first.dtype) if out is None else out
+    for m in range(n):
+        slab = np.einsum("eian,lan->eiln", pairs[m], w[: m + 1], out=out[:, :m, : m + 1, m])
         out[:, :m, m, :m] = slab[:, :, :m]
         out[:, m, : m + 1, m] = out[:, m, m, :m] = 0.0
         for i in range(m):
@@ -132,51 +148,24 @@ def coupling(moments: CompositeMoments, out: Array | None = None) -> Array:
     return out
 
 
+def coriolis_centrifugal(
+    moments: CompositeMoments, pairs: tuple[Array, ...], qd: Array
+) -> tuple[Array, Array]:
+    """h by effect and its centrifugal share, each of shape (2, n, N). [FGL87] Eqs. (3.4-26), (3.4-27)."""
+    n, count = qd.shape
+    spins = moments.turning * qd[:, None]
+    below = np.cumsum(spins, axis=0) - spins
+    factors = np.stack([2.0 * below + spins, spins]) * qd[:, None]
+    out = np.zeros((2, 2, n, count), moments.first.dtype)
+    for m in range(1, n):
+        out[:, :, :m] += np.einsum("eian,kan->kein", pairs[m], factors[:, m])
+        out[:, :, m] -= np.einsum("eian,kian->ken", pairs[m], factors[:, :m])
+    return out[0], out[1]
+
+
 def gravity_loading(arm: RobotArm, moments: CompositeMoments) -> Array:
     """c_i = -g . f_i, shape (n, N). [FGL87] Eq. (3.4-28)."""
     return -np.einsum("a,ian->in", arm.gravity, moments.momentum)
-
-
-def coriolis_centrifugal(arm: RobotArm, kinematics: Kinematics, qd: Array) -> Array:
-    """H by effect in O(n), without h_ijk, shape (2, n, N). [FGL87] Eqs. (3.4-26), (3.4-27).
-
-    Outward, the accelerations that rates alone cause; inward, the suffix sums of the forces and moments
-    they take. Summed per link first, they need no coefficient of any pair of joints.
-    """
-    n, count = qd.shape
-    turning, sliding = _turning_and_sliding(arm, kinematics)
-    zero = np.zeros((3, count), turning.dtype)
-    omega, alpha, acceleration = zero, zero, zero
-    forces, moments_of_force, couples = [], [], []
-    for s in range(n):
-        if sliding is not None:
-            acceleration = acceleration + 2.0 * cross(omega, sliding[s] * qd[s])
-        spin = turning[s] * qd[s]
-        alpha = alpha + cross(omega, spin)
-        omega = omega + spin
-        com = kinematics.com_from_joint[s]
-        force = arm.mass[s] * (acceleration + cross(alpha, com) + cross(omega, cross(omega, com)))
-        forces.append(force)
-        moments_of_force.append(cross(com, force))
-        rotation = kinematics.link_rotations[s]
-        momentum = _inertia_times(rotation, arm.inertia_com[s], omega)
-        couples.append(_inertia_times(rotation, arm.inertia_com[s], alpha) + cross(omega, momentum))
-        if s + 1 < n:
-            step = kinematics.joint_origins[s + 1] - kinematics.joint_origins[s]
-            acceleration = acceleration + cross(alpha, step) + cross(omega, cross(omega, step))
-    h = np.empty((2, n, count), turning.dtype)
-    force, moment, couple = zero, zero, zero
-    for s in reversed(range(n)):
-        if s + 1 < n:
-            moment = moment + cross(kinematics.joint_origins[s + 1] - kinematics.joint_origins[s], force)
-        force = force + forces[s]
-        moment = moment + moments_of_force[s]
-        couple = couple + couples[s]
-        h[TRANSLATION, s] = dot(turning[s], moment)
-        if sliding is not None:
-            h[TRANSLATION, s] += dot(sliding[s], force)
-        h[ROTATION, s] = dot(turning[s], couple)
-    return h
 
 
 def _turning_and_sliding(arm: RobotArm, kinematics: Kinematics) -> tuple[Array, Array | None]:
@@ -200,15 +189,3 @@ def _columns_times(rotation: Array, constant: Array) -> Array:
     if np.count_nonzero(constant - np.diag(np.diagonal(constant))) == 0:
         return rotation * np.diagonal(constant)[:, None]
     return np.einsum("abn,bc->acn", rotation, constant)
-
-
-def _inertia_times(rotation: Array, inertia_com: Array, vector: Array) -> Array:
-    """R I R^T x, through the link frame, where I is constant."""
-    in_link = np.einsum("abn,an->bn", rotation, vector)
-    diagonal = np.count_nonzero(inertia_com - np.diag(np.diagonal(inertia_com))) == 0
-    product = (
-        np.diagonal(inertia_com)[:, None] * in_link
-        if diagonal
-        else np.einsum("ab,bn->an", inertia_com, in_link)
-    )
-    return apply(rotation, product)

@@ -122,6 +122,6 @@ def trace_parts(arm: RobotArm) -> TracedParts:
         trace,
         qdd[:, 0],
         composite.inertia(moments)[..., 0],
-        composite.coriolis_centrifugal(arm, kinematics, qd)[..., 0],
+        composite.coriolis_centrifugal(moments, composite.brackets(moments), qd)[0][..., 0],
         composite.gravity_loading(arm, moments)[..., 0],
     )

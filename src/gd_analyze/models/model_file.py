@@ -17,6 +17,7 @@ from gd_analyze.vectors import FloatArray
 
 FORMAT = "gd-analyze simplified model"
 VERSION = 1
+_WRITE_AGAIN = "write the model again with `gd-analyze ROBOT TRAJECTORY`"
 
 
 class _Strict(BaseModel):
@@ -96,7 +97,7 @@ def save_model(model: SimplifiedModel, path: str | Path) -> None:
         made_for=dict(model.made_for),
         operations=count(model.operations),
         operations_full=count(model.operations_full),
-        arm_fingerprint=fingerprint(model.arm),
+        arm_fingerprint=fingerprint(model.arm, model.drives),
         arm=describe(model.arm),
         provenance=dict(model.provenance),
     )
@@ -115,7 +116,12 @@ def load_model(path: str | Path) -> SimplifiedModel:
     try:
         raw = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise ModelError("cannot read the model file", where=Location(path), found=error.strerror) from None
+        raise ModelError(
+            "cannot read the model file",
+            where=Location(path),
+            found=error.strerror,
+            next_step="check the path and your right to read it",
+        ) from None
     except UnicodeDecodeError:
         raise _foreign(path, "a file that is not text") from None
     except json.JSONDecodeError as error:
@@ -123,8 +129,10 @@ def load_model(path: str | Path) -> SimplifiedModel:
             "the model file is damaged: it is not valid JSON",
             where=Location(path, error.lineno, error.colno),
             found=error.msg,
-            next_step="write the model again with `gd-analyze ROBOT TRAJECTORY`",
+            next_step=_WRITE_AGAIN,
         ) from None
+    except RecursionError:
+        raise _foreign(path, "brackets nested beyond any model") from None
     if not isinstance(raw, dict) or raw.get("format") != FORMAT:
         raise _foreign(path, "other JSON")
     if raw.get("version") != VERSION:
@@ -160,12 +168,14 @@ def load_model(path: str | Path) -> SimplifiedModel:
             where=f"{path}: {'.'.join(str(key) for key in first['loc'])}",
             expected=first["msg"],
             found=repr(first.get("input"))[:120],
+            next_step=_WRITE_AGAIN,
         ) from None
     except (GdAnalyzeError, KeyError, TypeError, ValueError, AttributeError) as error:
         raise ModelError(
             "the model file is damaged: its arm cannot be rebuilt",
             where=Location(path),
-            found=str(error).splitlines()[0],
+            found=(str(error) or type(error).__name__).splitlines()[0],
+            next_step=_WRITE_AGAIN,
         ) from None
     if set(document.dropped) != set(model.dropped):
         raise ModelError(
@@ -173,12 +183,13 @@ def load_model(path: str | Path) -> SimplifiedModel:
             where=Location(path),
             next_step="its stated error no longer holds; write the model again",
         )
-    if document.arm_fingerprint != fingerprint(arm) or len(document.errors) != arm.n_joints:
+    found = fingerprint(arm, model.drives)
+    if document.arm_fingerprint != found or len(document.errors) != arm.n_joints:
         raise ModelError(
             "the model file was changed: its arm no longer has the fingerprint it states",
             where=Location(path),
             expected=document.arm_fingerprint[:16] + "...",
-            found=fingerprint(arm)[:16] + "...",
+            found=found[:16] + "...",
             next_step="write the model again for the arm you mean",
         )
     return model
@@ -194,4 +205,5 @@ def _foreign(path: Path, found: str) -> ModelError:
         where=Location(path),
         expected="a JSON file that gd-analyze wrote, e.g. model.json",
         found=found,
+        next_step="name the model.json of a results folder",
     )

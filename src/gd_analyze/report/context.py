@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.dominance import elements, text_verdicts
+from gd_analyze.dominance import ROUND_OFF_SHARE, elements, text_verdicts
 from gd_analyze.findings import Findings
 from gd_analyze.formulations.generalized_dalembert import EFFECTS
 from gd_analyze.kinematics import solve_kinematics
@@ -138,16 +138,13 @@ def build_context(findings: Findings) -> Context:
     n_parts = len(parts_of(arm.n_joints))
     saved = 1 - model.operations.total / model.operations_full.total
     n = arm.n_joints
+    dropped = losses(model, findings.decomposition)
     return Context(
         title=arm.title or arm.name,
         subtitle=f"along {findings.trajectory.name}, {findings.trajectory.n_set_points} set points",
-        headline=(
-            f"{len(model.dropped)} of {n_parts} parts can go: {saved:.0%} of the operations are saved, and no "
-            f"joint's torque is off by more than {percent(worst.largest_share)} of its peak "
-            f"along this trajectory."
-        ),
+        headline=_headline(dropped, n_parts, saved, worst),
         facts=(
-            (f"{len(model.dropped)} / {n_parts}", "parts dropped"),
+            (f"{len(dropped)} / {n_parts}", f"parts dropped, {sum(map(_is_zero, dropped))} of them zero here"),
             (f"{model.operations_full.total} → {model.operations.total}", "operations per torque evaluation"),
             (percent(worst.largest_share), f"largest error, of peak torque (joint {worst.joint})"),
             (f"{number(max(r.largest for r in findings.residuals))}", "largest difference from Pinocchio, SI"),
@@ -157,7 +154,7 @@ def build_context(findings: Findings) -> Context:
         operations_full=_count(model.operations_full),
         joint_errors=joint_errors,
         dominance=rows,
-        dropped=losses(model, findings.decomposition),
+        dropped=dropped,
         inertia_kept=tuple(
             tuple(kept[_label("D", min(i, j), max(i, j))] for j in range(n)) for i in range(n)
         ),
@@ -199,6 +196,27 @@ def motion(arm: RobotArm, q: FloatArray) -> Motion:
     return Motion(points, points[:, -1])
 
 
+def _is_zero(loss: Loss) -> bool:
+    return loss.torque_share <= ROUND_OFF_SHARE
+
+
+def _headline(dropped: tuple[Loss, ...], n_parts: int, saved: float, worst: JointError) -> str:
+    """Answer "what can I drop and what does it cost me" in one sentence."""
+    zero = sum(map(_is_zero, dropped))
+    more = len(dropped) - zero
+    if not more:
+        return (
+            f"No part that acts can go within the budget; {zero} of {n_parts} parts are zero along this "
+            "trajectory and leaving them out costs nothing."
+        )
+    rest = f"; {zero} more are zero here anyway" if zero else ""
+    return (
+        f"{more} of {n_parts} parts can go{rest}. That saves {percent(saved)} of the operations, and no joint's "
+        f"torque is off by more than {percent(worst.largest_share).replace('< ', '')} of its peak along this "
+        "trajectory."
+    )
+
+
 def number(value: float) -> str:
     """Format to three significant digits, for display only."""
     if value == 0.0:
@@ -226,6 +244,13 @@ def _kept(labels: tuple[str, ...], n_joints: int) -> dict[str, str]:
     return {label: names[tuple(effects)] for label, effects in chosen.items()}
 
 
+def _unit(arm: RobotArm, i: int, j: int) -> str:
+    """Unit of D_ij, or of h_i and c_i where j is -1."""
+    if j < 0:
+        return arm.joints[i].effort_unit
+    return ("kg", "kg m", "kg m^2")[arm.is_revolute[i] + arm.is_revolute[j]]
+
+
 def _label(symbol: str, i: int, j: int) -> str:
     return f"{symbol}{i + 1}{',' if max(i, j) >= 9 else ''}{j + 1}"
 
@@ -234,14 +259,14 @@ def _dominance_rows(findings: Findings, kept: dict[str, str]) -> tuple[Dominance
     dominance = findings.dominance
     reference = text_verdicts(findings.arm.name)
     verdicts = reference.verdicts if reference else {}
-    units = {"inertia": "kg m^2", "coriolis_centrifugal": "N m", "gravity_loading": "N m"}
+    arm = findings.arm
     columns = {str(name): array.values for name, array in dominance.data_vars.items()}
     return tuple(
         DominanceRow(
             rank=k + 1,
             element=str(label),
             peak=float(columns["peak"][k]),
-            unit=units[str(columns["quantity"][k])],
+            unit=_unit(arm, int(columns["i"][k]) - 1, int(columns["j"][k]) - 1),
             translation_peak=float(columns["part_peak"][k, 0]),
             rotation_peak=float(columns["part_peak"][k, 1]),
             without_translation=float(columns["change_without"][k, 0]),

@@ -59,17 +59,14 @@ def inertia_matrix(context: Context) -> Markup:
     """D with only what the model keeps."""
     n = len(context.coriolis_kept)
     cells = [
-        [
-            m.num(0) if kept == "neither" else m.element(_label(n, i, j), kept)
-            for j, kept in enumerate(line)
-        ]
+        [m.num(0) if kept == "neither" else m.element(_label(n, i, j), kept) for j, kept in enumerate(line)]
         for i, line in enumerate(context.inertia_kept)
     ]
     return m.math(m.name("D"), m.op("="), m.table(cells), block=True)
 
 
 def model_equation() -> Markup:
-    """tau = D qdd + h + c, in one line."""
+    """Write tau = D qdd + h + c in one line."""
     q = m.name("q")
     return m.math(
         m.name("τ"),
@@ -97,7 +94,9 @@ def source_equations() -> tuple[Equation, ...]:
         return m.row(m.op("["), *content, m.op("]"))
 
     def in_link(vector: Markup) -> Markup:
-        frame = Markup("<mmultiscripts><mi>R</mi><mn>0</mn><none/><mprescripts/><none/><mi>s</mi></mmultiscripts>")
+        frame = Markup(
+            "<mmultiscripts><mi>R</mi><mn>0</mn><mrow></mrow><mprescripts/><mrow></mrow><mi>s</mi></mmultiscripts>"
+        )
         return m.row(frame, vector)
 
     def axis(index: Markup) -> Markup:
@@ -110,7 +109,9 @@ def source_equations() -> tuple[Equation, ...]:
     m_s, I_s = m.sub(m.name("m"), s), m.sub(body, s)
 
     def arm_of(index: Markup) -> Markup:
-        return brackets(axis(index), cross, m.op("("), r_s, m.op("−"), m.sub(m.name("p"), less(index)), m.op(")"))
+        return brackets(
+            axis(index), cross, m.op("("), r_s, m.op("−"), m.sub(m.name("p"), less(index)), m.op(")")
+        )
 
     from_both = start(s, m.row(m.words("max"), m.op("("), i, m.op(","), j, m.op(")")))
     p_k = m.subsup(m.name("p"), k, m.op("*"))
@@ -125,7 +126,8 @@ def source_equations() -> tuple[Equation, ...]:
     numbered = [m.sub(m.name("T"), m.num(number)) for number in (1, 2, 3, 4)]
     w_k, w_s, b_k, b_s = m.sub(omega, k), m.sub(omega, s), m.sub(rates, k), m.sub(rates, s)
     terms = m.math(
-        numbered[0], equals, m.total(start(k, one), less(s)), w_k, cross, m.op("("), w_k, cross, p_k, m.op(")"), m.op(","),
+        numbered[0], equals, m.total(start(k, one), less(s)),
+        w_k, cross, m.op("("), w_k, cross, p_k, m.op(")"), m.op(","),
         Markup('<mspace width="1em"/>'),
         numbered[1], equals, m.total(start(k, two), less(s)), b_k, cross, p_k, m.op(","),
         Markup('<mspace width="1em"/>'),

@@ -13,12 +13,11 @@ import numpy as np
 
 from gd_analyze.findings import Findings
 from gd_analyze.report.context import Motion, motion
-from gd_analyze.report.figures import WIDTH
 from gd_analyze.report.panel import (
     GREY,
-    INK,
     PALE,
     VERMILLION,
+    WIDTH,
     Panel,
     add_frame,
     add_line,
@@ -108,7 +107,12 @@ def _draw_view(
     shown = [view.project(moved.points).reshape(-1, 2), view.project(hand)]
     shown += [view.project(floor.reshape(-1, 3))] if floor is not None else []
     margin = (4.0, 4.0, 4.0, 14.0) if frame is not None else (30.0, 20.0, 8.0, 14.0)
-    room = (left + margin[0], bottom + margin[1], width - margin[0] - margin[2], height - margin[1] - margin[3])
+    room = (
+        left + margin[0],
+        bottom + margin[1],
+        width - margin[0] - margin[2],
+        height - margin[1] - margin[3],
+    )
     panel = equal_panel(np.concatenate(shown), room)
     title_at = left + margin[0]
     add_text(figure, title_at, bottom + height - 9, view.title, 7.5)
@@ -127,7 +131,13 @@ def _draw_view(
         share = (rank + 1) / len(poses)
         _draw_pose(figure, panel, view.project(moved.points[k]), share)
     _draw_path(
-        figure, panel, view.project(hand), color=VERMILLION, linewidth=1.4, zorder=5, label=f"hand {view.title}"
+        figure,
+        panel,
+        view.project(hand),
+        color=VERMILLION,
+        linewidth=1.4,
+        zorder=5,
+        label=f"hand {view.title}",
     )
     ends = view.project(hand[[0, -1]])
     for end, fill in zip(ends, ("white", VERMILLION), strict=True):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from dataclasses import dataclass
 from functools import cache
@@ -14,6 +15,7 @@ from markupsafe import Markup, escape
 
 from gd_analyze.dominance import Element, elements, text_verdicts
 from gd_analyze.findings import Findings
+from gd_analyze.models import parts_of
 from gd_analyze.report import mathml
 from gd_analyze.report.context import Context, DominanceRow, build_context, number, percent
 from gd_analyze.report.equations import (
@@ -58,28 +60,35 @@ def render_html(findings: Findings) -> str:
     context = build_context(findings)
     arm, model = findings.arm, findings.model
     source = text_verdicts(arm.name)
-    return _environment().get_template("report.html.j2").render(
-        c=context,
-        arm=arm,
-        trajectory=findings.trajectory,
-        panels=_panels(findings, context),
-        dropped=_dropped(context),
-        torque_equations=torque_equations(context, model.drives),
-        inertia_matrix=inertia_matrix(context),
-        model_equation=model_equation(),
-        source_equations=source_equations(),
-        still=stroboscope(arm, findings.decomposition.q.values),
-        kinds=[k for k in ("revolute", "prismatic") if any(joint.kind == k for joint in arm.joints)],
-        threshold=float(findings.dominance.attrs["threshold"]),
-        floor=[float(value) for value in findings.dominance.attrs["floor"]],
-        drives=model.drives,
-        text_remarks=source.remarks if source else {},
-        thinned_to=MOST_POINTS if findings.trajectory.n_set_points > MOST_POINTS else None,
-        data=_json(page_data(findings)),
-        plotly=_plotly(),
-        style=Markup(_asset("report.css")),
-        scripts=Markup("\n".join(_asset(name) for name in SCRIPTS)),
-        letters=LETTERS,
+    return (
+        _environment()
+        .get_template("report.html.j2")
+        .render(
+            c=context,
+            arm=arm,
+            trajectory=findings.trajectory,
+            panels=_panels(findings, context),
+            order={element.label: k for k, element in enumerate(elements(arm.n_joints))},
+            units={element.label: element_unit(arm, element) for element in elements(arm.n_joints)},
+            mixed=not all(arm.is_revolute),
+            dropped=_dropped(context),
+            torque_equations=torque_equations(context, model.drives),
+            inertia_matrix=inertia_matrix(context),
+            model_equation=model_equation(),
+            source_equations=source_equations(),
+            still=stroboscope(arm, findings.decomposition.q.values),
+            kinds=[k for k in ("revolute", "prismatic") if any(joint.kind == k for joint in arm.joints)],
+            threshold=float(findings.dominance.attrs["threshold"]),
+            floor=[float(value) for value in findings.dominance.attrs["floor"]],
+            drives=model.drives,
+            text_remarks=source.remarks if source else {},
+            thinned_to=MOST_POINTS if findings.trajectory.n_set_points > MOST_POINTS else None,
+            data=_json(page_data(findings)),
+            plotly=_plotly(),
+            style=Markup(_asset("report.css")),
+            scripts=Markup("\n".join(_asset(name) for name in SCRIPTS)),
+            letters=LETTERS,
+        )
     )
 
 
@@ -137,6 +146,7 @@ class DroppedParts:
 
 def _dropped(context: Context) -> DroppedParts:
     ranked = {row.element: row for row in context.dominance}
+    order = {part.label: k for k, part in enumerate(parts_of(len(context.joint_errors)))}
     costing, zero, idle = [], [], []
     for row in context.dropped:
         label, _, effect = row.part.partition(" ")
@@ -149,10 +159,10 @@ def _dropped(context: Context) -> DroppedParts:
         else:
             allowed = context.joint_errors[row.torque_joint - 1].allowed
             share = row.torque_peak / allowed if allowed > 0 else float("inf")
-            costing.append(
-                DroppedPart(row.part, row.torque_peak, row.torque_joint, row.torque_share, share)
-            )
-    return DroppedParts(tuple(costing), tuple(zero), tuple(idle))
+            costing.append(DroppedPart(row.part, row.torque_peak, row.torque_joint, row.torque_share, share))
+    return DroppedParts(
+        tuple(costing), *(tuple(sorted(each, key=order.__getitem__)) for each in (zero, idle))
+    )
 
 
 @cache
@@ -172,7 +182,8 @@ def _environment() -> Environment:
         "typeset": _typeset,
         "unit": lambda unit: re.sub(r"\^2", "²", str(unit)),
         "symbol": mathml.part,
-        "degrees": lambda angle: f"{57.29577951308232 * angle:.4g}",
+        "digits": lambda value: _typeset(f"{float(value):.6g}"),
+        "degrees": lambda angle: _typeset(f"{math.degrees(float(angle)):.4g}"),
     }
     return environment
 

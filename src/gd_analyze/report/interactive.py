@@ -25,6 +25,8 @@ MOST_POINTS = 1500
 MOST_FRAMES = 240
 # Six digits are more than a reading of a curve can use, and round-off on a constant does not show as a curve.
 DIGITS = 6
+# Torques this far below the largest are what is left of sums that cancel.
+ROUND_OFF = 1e-14
 
 
 def page_data(findings: Findings) -> dict[str, Any]:
@@ -115,7 +117,8 @@ def _add_elements(drawing: _Drawing, findings: Findings) -> None:
             for share in ("centrifugal", "coriolis"):
                 values = dataset[share].values[:, :, element.i].T
                 curves[share] = np.where(zero[element.label][:, None], 0.0, values).sum(axis=0)
-        drawing.add(element.label, unit, curves, scale=group)
+        # From zero, so that the parts can be weighed against each other by eye.
+        drawing.add(element.label, unit, curves, scale=group, zero=True)
 
 
 def _zero_parts(findings: Findings) -> dict[str, Array]:
@@ -147,6 +150,7 @@ def _add_torques(drawing: _Drawing, findings: Findings) -> None:
             joint.effort_unit,
             {"error": simplified[:, i] - exact[:, i]},
             band=float(findings.model.budget[i]),
+            zero=True,
         )
 
 
@@ -155,7 +159,8 @@ def _viewer(findings: Findings) -> dict[str, Any]:
     arm, dataset = findings.arm, findings.decomposition
     count = findings.trajectory.n_set_points
     frames = np.unique(np.linspace(0, count - 1, min(count, MOST_FRAMES)).round().astype(int))
-    q = dataset.q.values
+    q, torque = dataset.q.values, findings.evaluation.exact
+    torque = np.where(np.abs(torque) > ROUND_OFF * np.abs(torque).max(), torque, 0.0)
     posed = motion(arm, q[frames])
     whole = motion(arm, q[np.unique(np.linspace(0, count - 1, min(count, MOST_POINTS)).round().astype(int))])
     every = np.concatenate([whole.points.reshape(-1, 3), posed.points.reshape(-1, 3)])
@@ -166,22 +171,27 @@ def _viewer(findings: Findings) -> dict[str, Any]:
     # A flat arm still needs some depth to be looked at, and a base that stands on the floor some height.
     middle, half = (low + high) / 2, np.maximum(high - low, 0.5 * reach) / 2 + 0.08 * reach
     floor = middle[up] - sign * half[up]
+    # The view's third axis points up; a cyclic change of axes keeps the arm right-handed.
+    axes = [(up + 1) % 3, (up + 2) % 3, up]
+    box = np.stack([middle - half, middle + half], axis=1)[axes]
+    if sign < 0:
+        box[1:] = box[1:, ::-1]
+    flat = bool(((high - low) < 0.05 * reach)[axes[:2]].any())
     return {
         "at": (frames + 1).tolist(),
         "time": _rounded(findings.trajectory.time[frames]),
-        "points": np.round(posed.points, 5).tolist(),
-        "path": np.round(whole.hand.T, 5).tolist(),
+        "points": np.round(posed.points[..., axes], 5).tolist(),
+        "path": np.round(whole.hand.T[axes], 5).tolist(),
         "q": [_rounded(row) for row in q[frames]],
-        "torque": [_rounded(row) for row in findings.evaluation.exact[frames]],
+        "torque": [_rounded(row) for row in torque[frames]],
         "joints": [
             {"name": joint.name, "kind": joint.kind, "effort": _display(joint.effort_unit)}
             for joint in arm.joints
         ],
-        "up": up,
-        "sign": sign,
+        "axes": ["xyz"[axis] for axis in axes],
         "floor": float(floor),
-        "range": np.round(np.stack([middle - half, middle + half], axis=1), 5).tolist(),
-        "flat": bool(((high - low) < 0.05 * reach)[[a for a in range(3) if a != up]].any()),
+        "range": np.round(box, 5).tolist(),
+        "flat": flat,
     }
 
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.report.thinning import thinned
+from gd_analyze.report.units import pretty
 from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 
 # Okabe and Ito's colours, told apart by all forms of colour vision; dash and width do it in greyscale.
 BLUE, VERMILLION, GREEN, INK, GREY, PALE = "#0072B2", "#D55E00", "#009E73", "#1a1a1a", "#8a8a8a", "#dcdcdc"
+
+# Type area of the page, pt; a heading and a legend stand above the figure.
+WIDTH, PAGE_HEIGHT = 493.0, 660.0
 
 CURVES: dict[str, dict[str, Any]] = {
     "translation": {"color": BLUE, "linewidth": 2.4, "solid_capstyle": "butt"},
@@ -66,9 +70,7 @@ def add_text(figure: Figure, x: float, y: float, text: str, size: float = 7, **s
     style.setdefault("color", INK)
     style.setdefault("va", "baseline")
     width, height = figure.get_size_inches() * 72
-    figure.text(
-        x / width, y / height, text, fontsize=size, parse_math=False, rotation_mode="anchor", **style
-    )
+    figure.text(x / width, y / height, text, fontsize=size, parse_math=False, rotation_mode="anchor", **style)
 
 
 def add_line(figure: Figure, panel: Panel, x: Any, y: Any, **style: Any) -> None:
@@ -117,7 +119,13 @@ def add_frame(
     if y_labels:
         for y, value in zip(y_at, y_ticks, strict=True):
             add_text(
-                figure, left - 2.5, y - 0.32 * size, tick_label(value / 10.0**power), size, ha="right", color=GREY
+                figure,
+                left - 2.5,
+                y - 0.32 * size,
+                tick_label(value / 10.0**power),
+                size,
+                ha="right",
+                color=GREY,
             )
 
 
@@ -149,3 +157,15 @@ def power_of_ten(span: tuple[float, float]) -> int:
 def tick_label(value: float) -> str:
     """Shortest text of a round value, with a true minus sign."""
     return f"{round(value, 9):g}".replace("-", "−")
+
+
+def whole_range(values: FloatArray) -> tuple[float, float]:
+    """First to last value; some width around a single one."""
+    first, last = float(values[0]), float(values[-1])
+    return (first, last) if last > first else (first - 0.5, first + 0.5)
+
+
+def scaled(unit: str, power: int) -> str:
+    """Write the unit, with its power of ten where one was set apart."""
+    unit = pretty(unit)
+    return unit if power == 0 else pretty(f"1e{power:+d}").removeprefix("1 ") + f" {unit}"

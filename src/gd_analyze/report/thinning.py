@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,7 +32,7 @@ def thinned(values: FloatArray, bins: int = BINS) -> NDArray[np.intp]:
         return np.arange(count)
     edges = np.linspace(0, count, bins + 1).astype(int)
     chosen = [0, count - 1]
-    for start, stop in zip(edges[:-1], edges[1:], strict=True):
+    for start, stop in pairwise(edges):
         part = values[start:stop]
         chosen += [start + int(part.argmin()), start + int(part.argmax())]
     return np.unique(np.array(chosen))

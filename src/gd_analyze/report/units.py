@@ -7,7 +7,6 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from gd_analyze.report.context import number
 from gd_analyze.robots import RobotArm
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -22,14 +21,17 @@ def inertia_unit(arm: RobotArm, i: int, j: int) -> str:
 def pretty(text: str) -> str:
     """Raise the exponents of a unit or of numbers: kg m^2 to kg m², 2.1e-14 to 2.1 × 10⁻¹⁴."""
     text = re.sub(r"(?<=[a-z])\^(-?\d+)", lambda m: m[1].translate(_SUPERSCRIPTS), text)
-    return re.sub(
-        r"(?<=\d)e([+-]\d+)", lambda m: f" × 10{str(int(m[1])).translate(_SUPERSCRIPTS)}", text
-    )
+    return re.sub(r"(?<=\d)e([+-]\d+)", lambda m: f" × 10{str(int(m[1])).translate(_SUPERSCRIPTS)}", text)
 
 
 def figures(value: float) -> str:
     """Three significant digits, with the power of ten set out where there is one."""
-    return pretty(number(value)) if np.isfinite(value) else "∞"
+    if not np.isfinite(value):
+        return "∞"
+    if value == 0.0:
+        return "0"
+    text = f"{value:.2e}" if abs(value) < 1e-3 or abs(value) >= 1e5 else f"{value:#.3g}"
+    return pretty(text.removesuffix("."))
 
 
 def hundredths(share: float) -> str:

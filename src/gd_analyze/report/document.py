@@ -1,0 +1,264 @@
+"""The PDF's words and numbers as JSON values, formatted and ordered; the template only lays them out."""
+
+from __future__ import annotations
+
+import datetime
+from typing import Any
+
+import numpy as np
+
+from gd_analyze.dominance import Element, text_verdicts
+from gd_analyze.findings import Findings
+from gd_analyze.models.element_level import Part, parts_of
+from gd_analyze.report.arm_data import arm_data
+from gd_analyze.report.context import Context, DominanceRow, build_context, percent
+from gd_analyze.report.thinning import BINS, is_thinned
+from gd_analyze.report.units import aligned, figures, hundredths, inertia_unit, pretty
+
+EFFECT_NAMES = {"translation": "tran", "rotation": "rot", "both": "", "neither": ""}
+_SYMBOLS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c"}
+
+
+def document(findings: Findings) -> dict[str, Any]:
+    """Everything the template shows but the figures."""
+    context = build_context(findings)
+    arm, model = findings.arm, findings.model
+    count = findings.trajectory.n_set_points
+    return {
+        "title": context.title,
+        "subtitle": context.subtitle,
+        "headline": context.headline,
+        "date": _date(findings),
+        "facts": [{"value": pretty(value), "caption": caption} for value, caption in context.facts],
+        "budget": context.budget,
+        "n_joints": arm.n_joints,
+        "n_set_points": count,
+        "thinned_to": 2 * BINS if is_thinned(count) else 0,
+        "all_turning": all(arm.is_revolute),
+        "errors": _errors(context, round_off(findings)),
+        "round_off": figures(round_off(findings)),
+        "kept": {
+            "inertia": context.inertia_kept,
+            "coriolis": context.coriolis_kept,
+            "gravity": context.gravity_kept,
+        },
+        "operations": _operations(context),
+        "warnings": list(context.warnings),
+        "dominance": _dominance(findings, context.dominance),
+        "threshold": percent(float(findings.dominance.attrs["threshold"])),
+        "verdict_counts": context.verdict_counts,
+        "text": _text(findings, context),
+        "equations": _equations(findings, context),
+        "drives": model.drives,
+        **_dropped(findings, context),
+        "residuals": [
+            {
+                "symbol": {"torque": "τ"}.get(quantity, _SYMBOLS.get(quantity, "")),
+                "quantity": quantity.replace("_", " "),
+                "largest": figures(largest),
+                "bound": figures(bound),
+                "unit": pretty(unit),
+            }
+            for quantity, largest, bound, unit in context.residuals
+        ],
+        "arm": arm_data(arm),
+        "provenance": [[label.replace("_", " "), value] for label, value in context.provenance],
+    }
+
+
+def round_off(findings: Findings) -> float:
+    """Torque that round-off alone may explain, N m: the bound of the cross-check."""
+    return next(residual.bound for residual in findings.residuals if residual.quantity == "torque")
+
+
+def _date(findings: Findings) -> list[int]:
+    """Year, month and day the findings were made."""
+    created = datetime.datetime.fromisoformat(findings.provenance["created"])
+    return [created.year, created.month, created.day]
+
+
+def _errors(context: Context, noise: float) -> list[dict[str, Any]]:
+    rows = context.joint_errors
+    columns = {
+        key: aligned(_above(getattr(row, key), noise) for row in rows)
+        for key in ("peak_torque", "allowed", "largest", "rms")
+    }
+    shares = aligned(hundredths(row.largest_share) if row.peak_torque > noise else "–" for row in rows)
+    return [
+        {
+            "joint": row.joint,
+            "name": row.name,
+            "unit": pretty(row.unit),
+            **{key: column[k] for key, column in columns.items()},
+            "share": shares[k],
+            "used": _used(row.largest, row.allowed) if row.largest > noise else 0.0,
+            "over": row.largest > max(row.allowed, noise),
+        }
+        for k, row in enumerate(rows)
+    ]
+
+
+def _above(value: float, noise: float) -> str:
+    """Three digits, or that the value is nothing but round-off."""
+    return figures(value) if value > noise or value == 0 else "≈ 0"
+
+
+def _used(largest: float, allowed: float) -> float:
+    """Return the used share of the allowance, at most 1, as a bar's length."""
+    return min(largest / allowed, 1.0) if allowed > 0 else float(largest > 0)
+
+
+def _operations(context: Context) -> list[dict[str, str]]:
+    pairs = zip(context.operations_full, context.operations, strict=True)
+    rows = [*zip(("multiplications", "additions", "sines and cosines"), pairs, strict=True)]
+    totals = tuple(sum(counts[:2]) for counts in (context.operations_full, context.operations))
+    rows.insert(2, ("both", (totals[0], totals[1])))
+    return [
+        {
+            "what": what,
+            "full": str(full),
+            "model": str(simplified),
+            "saved": f"{100 * (1 - simplified / full):.1f}" if full else "0.0",
+        }
+        for what, (full, simplified) in rows
+    ]
+
+
+def _dominance(findings: Findings, rows: tuple[DominanceRow, ...]) -> list[dict[str, Any]]:
+    arm = findings.arm
+    torques = aligned(figures(row.torque_peak) for row in rows)
+    peaks = aligned(figures(row.peak) for row in rows)
+    shares = aligned(_share(findings, row.torque_share, row.torque_joint) for row in rows)
+    without = [
+        aligned(_change(getattr(row, key)) for row in rows)
+        for key in ("without_translation", "without_rotation")
+    ]
+    indices = zip(findings.dominance.i.values - 1, findings.dominance.j.values - 1, strict=True)
+    return [
+        {
+            "rank": row.rank,
+            "symbol": row.element[0],
+            "index": row.element[1:],
+            "peak": peaks[k],
+            "unit": inertia_unit(arm, i, j) if j >= 0 else pretty(arm.joints[i].effort_unit),
+            "without_translation": without[0][k],
+            "without_rotation": without[1][k],
+            "split": not row.element.startswith("c"),
+            "torque": torques[k],
+            "torque_joint": row.torque_joint,
+            "torque_unit": pretty(arm.joints[row.torque_joint - 1].effort_unit),
+            "share": shares[k],
+            "dominant": row.dominant,
+            "negligible": row.verdict == "negligible",
+            "kept": row.kept,
+            "text": row.text_verdict,
+            "agrees": row.dominant == row.text_verdict,
+        }
+        for k, (row, (i, j)) in enumerate(zip(rows, indices, strict=True))
+    ]
+
+
+def _change(share: float) -> str:
+    """Percent without decimals; parts that cancel can change an element by far more than its peak."""
+    if not np.isfinite(share):
+        return "∞"
+    value = 100 * share
+    return "0" if value == 0 else "< 1" if value < 1 else f"{value:.0f}" if value < 1e4 else "> 9999"
+
+
+def _text(findings: Findings, context: Context) -> dict[str, Any] | None:
+    """Compare with the text: how many verdicts agree, and what our numbers say of its remarks."""
+    reference = text_verdicts(findings.arm.name)
+    if reference is None:
+        return None
+    by_element = {row.element: row for row in context.dominance}
+    remarks = []
+    for element, remark in reference.remarks.items():
+        row = by_element[element]
+        remarks.append(
+            {
+                "symbol": element[0],
+                "index": element[1:],
+                "verdict": row.text_verdict,
+                "remark": remark,
+                "translation": figures(row.translation_peak),
+                "rotation": figures(row.rotation_peak),
+                "unit": pretty(row.unit),
+                "finding": _supported(row),
+            }
+        )
+    agreed, given = context.text_agreement
+    return {"source": reference.source, "agreed": agreed, "given": given, "remarks": remarks}
+
+
+def _supported(row: DominanceRow) -> str:
+    if row.dominant == row.text_verdict:
+        return "our numbers support the verdict, not the remark"
+    if row.dominant == "rotation":
+        return "our numbers support the remark, not the verdict"
+    if row.dominant == "neither":
+        return "here the element is zero to round-off, so neither statement is borne out"
+    return "here both effects count, so neither statement is borne out"
+
+
+def _equations(findings: Findings, context: Context) -> list[dict[str, Any]]:
+    """Terms of every joint's torque in the simplified model, in the order of the full equation."""
+    arm, model = findings.arm, findings.model
+    n = arm.n_joints
+    rows = []
+    for i in range(n):
+        terms: list[dict[str, Any]] = []
+        for j in range(n):
+            kept = context.inertia_kept[i][j]
+            if kept != "neither":
+                label = Element("inertia", min(i, j), max(i, j)).label
+                terms.append(_term("D", label[1:], kept, str(j + 1)))
+        if model.drives:
+            terms.append(_term("J", str(i + 1), "both", str(i + 1)))
+        for symbol, kept in (("h", context.coriolis_kept[i]), ("c", context.gravity_kept[i])):
+            if kept != "neither":
+                terms.append(_term(symbol, str(i + 1), "both" if symbol == "c" else kept, ""))
+        rows.append({"joint": str(i + 1), "terms": terms})
+    return rows
+
+
+def _term(symbol: str, index: str, kept: str, acceleration: str) -> dict[str, str]:
+    return {"symbol": symbol, "index": index, "effect": EFFECT_NAMES[kept], "acceleration": acceleration}
+
+
+def _dropped(findings: Findings, context: Context) -> dict[str, Any]:
+    """Dropped parts with what they cost, and apart from them those that are zero anyway."""
+    arm = findings.arm
+    parts = {part.label: part for part in parts_of(arm.n_joints)}
+    noise = round_off(findings)
+    costly = [row for row in context.dropped if row.torque_peak > noise]
+    torques = aligned(figures(row.torque_peak) for row in costly)
+    shares = aligned(_share(findings, row.torque_share, row.torque_joint) for row in costly)
+    rows = []
+    for row, torque, share in zip(costly, torques, shares, strict=True):
+        joint = row.torque_joint - 1
+        within = row.torque_peak <= findings.model.budget[joint]
+        rows.append(
+            {
+                **_symbol(parts[row.part]),
+                "torque": torque,
+                "unit": pretty(arm.joints[joint].effort_unit),
+                "joint": row.torque_joint,
+                "share": share,
+                "why": "within the allowance by itself" if within else "cancels against other dropped parts",
+            }
+        )
+    zeros = [_symbol(parts[row.part]) for row in context.dropped if row.torque_peak <= noise]
+    return {"dropped": rows, "zeros": zeros}
+
+
+def _share(findings: Findings, share: float, joint: int) -> str:
+    """Percent of a joint's peak torque; a dash where that torque is round-off (joints count from 1)."""
+    peak = float(findings.model.promise.peak_torque[joint - 1])
+    return hundredths(share) if share == 0 or peak > round_off(findings) else "–"
+
+
+def _symbol(part: Part) -> dict[str, str]:
+    label = part.element.label
+    split = part.element.quantity != "gravity_loading"
+    return {"symbol": label[0], "index": label[1:], "effect": EFFECT_NAMES[part.effect] if split else ""}

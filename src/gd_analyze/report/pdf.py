@@ -1,0 +1,107 @@
+"""The typeset report: numbers as JSON, figures as SVG, layout by Typst."""
+
+from __future__ import annotations
+
+import datetime
+import io
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.findings import Findings
+from gd_analyze.report.document import document
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TEMPLATES = Path(__file__).parent / "templates"
+
+# Text stays text in the figures, so Typst sets it in the report's own font: matplotlib names both families,
+# has only the first, and Typst, which sees no font of the machine, has only the second.
+SVG_STYLE: dict[Any, Any] = {
+    "svg.fonttype": "none",
+    "svg.hashsalt": "gd-analyze",
+    "font.family": "serif",
+    "font.serif": ["DejaVu Serif", "Libertinus Serif"],
+}
+
+
+def render_pdf(findings: Findings) -> bytes:
+    """Typeset the findings.
+
+    Parameters
+    ----------
+    findings
+        What the main job found.
+
+    Returns
+    -------
+    bytes
+        A PDF file; the same findings give the same bytes.
+
+    Raises
+    ------
+    GdAnalyzeError
+        If the document cannot be typeset.
+    """
+    created = datetime.datetime.fromisoformat(findings.provenance["created"])
+    data = {"data": json.dumps(document(findings), ensure_ascii=False, allow_nan=False)}
+    return typeset(TEMPLATES / "report.typ", data | report_figures(findings), created)
+
+
+def report_figures(findings: Findings) -> dict[str, str]:
+    """Draw every figure of the report, as SVG by its name in the template."""
+    import matplotlib
+
+    from gd_analyze.report import figure_elements, figures
+    from gd_analyze.report.figure_arm import arm_figure
+
+    makers: dict[str, Callable[[Findings], Figure]] = {
+        "arm": arm_figure,
+        "motion": figures.motion_figure,
+        "inertia": figure_elements.inertia_figure,
+        "coriolis": figure_elements.coriolis_figure,
+        "gravity": figure_elements.gravity_figure,
+        "torque": figures.torque_figure,
+    }
+    # The user's own matplotlib settings (LaTeX text, tight boxes) must not reach the report.
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(SVG_STYLE)
+        return {name: _svg(make(findings)) for name, make in makers.items()}
+
+
+def typeset(template: Path, inputs: Mapping[str, str], created: datetime.datetime) -> bytes:
+    """Compile a Typst template that reads its data from `sys.inputs`.
+
+    Raises
+    ------
+    GdAnalyzeError
+        With Typst's own message, if it does not compile.
+    """
+    import typst
+
+    try:
+        pdf = typst.compile(
+            template,
+            root=template.parent,
+            ignore_system_fonts=True,
+            sys_inputs=dict(inputs),
+            timestamp=created,
+        )
+    except typst.TypstError as error:
+        raise GdAnalyzeError(
+            "the PDF report cannot be typeset",
+            where=template.name,
+            found=" ".join([error.message, *error.hints, error.diagnostic]),
+            next_step="please report this with the arm file and the trajectory; --format html works without",
+        ) from error
+    return bytes(pdf)
+
+
+def _svg(figure: Figure) -> str:
+    out = io.StringIO()
+    figure.savefig(out, format="svg", metadata={"Date": None})
+    return out.getvalue()

@@ -1,0 +1,171 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from report_cases import made_findings, resting_findings
+
+from gd_analyze.findings import Findings
+from gd_analyze.report.figure_arm import arm_figure, equal_panel, upright_frame
+from gd_analyze.report.figure_elements import coriolis_figure, gravity_figure, inertia_figure
+from gd_analyze.report.figures import motion_figure, torque_figure
+from gd_analyze.report.panel import power_of_ten, tick_label, ticks, value_range
+from gd_analyze.report.thinning import BINS, thinned
+from gd_analyze.robots import RobotArm
+from gd_analyze.robots.parts import JointKind
+
+KINDS: list[list[JointKind]] = [["revolute"], ["prismatic", "revolute"], ["revolute"] * 6, ["prismatic"] * 12]
+
+
+def curves(figure: Figure) -> dict[str, np.ndarray]:
+    """Labelled lines of a figure: what they show over the set points."""
+    return {
+        str(line.get_label()): np.asarray(line.get_ydata())
+        for line in figure.get_children()
+        if isinstance(line, Line2D) and line.get_label()
+    }
+
+
+def texts(figure: Figure) -> set[str]:
+    return {text.get_text() for text in figure.texts}
+
+
+def inside(figure: Figure) -> bool:
+    """Every artist within the page the figure stands for, give or take a line's width."""
+    width, height = figure.get_size_inches() * 72
+    for line in figure.get_children():
+        if isinstance(line, Line2D):
+            x, y = line.get_transform().transform(np.column_stack(line.get_data())).T * (72 / figure.dpi)
+            if x.min() < -1 or y.min() < -1 or x.max() > width + 1 or y.max() > height + 1:
+                return False
+    return True
+
+
+def test_inertia_figure_draws_the_decomposition(puma_findings: Findings) -> None:
+    drawn = curves(inertia_figure(puma_findings))
+    inertia = puma_findings.decomposition.inertia.values
+    assert len(drawn) == 3 * 21
+    for i in range(6):
+        for j in range(i, 6):
+            translation, rotation = inertia[:, 0, i, j], inertia[:, 1, i, j]
+            np.testing.assert_array_equal(drawn[f"D{i + 1}{j + 1} translation"], translation)
+            np.testing.assert_array_equal(drawn[f"D{i + 1}{j + 1} rotation"], rotation)
+            np.testing.assert_array_equal(drawn[f"D{i + 1}{j + 1} combined"], translation + rotation)
+
+
+def test_vectors_are_drawn(puma_findings: Findings) -> None:
+    dataset = puma_findings.decomposition
+    h, c = curves(coriolis_figure(puma_findings)), curves(gravity_figure(puma_findings))
+    for i in range(6):
+        parts = dataset.coriolis_centrifugal.values[:, :, i]
+        np.testing.assert_array_equal(h[f"h{i + 1} translation"], parts[:, 0])
+        np.testing.assert_array_equal(h[f"h{i + 1} rotation"], parts[:, 1])
+        np.testing.assert_array_equal(c[f"c{i + 1} combined"], dataset.gravity_loading.values[:, i])
+    assert set(c) == {f"c{i + 1} combined" for i in range(6)}
+
+
+def test_torque_and_error_are_drawn(puma_findings: Findings) -> None:
+    drawn, evaluation = curves(torque_figure(puma_findings)), puma_findings.evaluation
+    for i in range(6):
+        np.testing.assert_array_equal(drawn[f"exact {i + 1}"], evaluation.exact[:, i])
+        np.testing.assert_array_equal(drawn[f"simplified {i + 1}"], evaluation.simplified[:, i])
+        error = evaluation.simplified[:, i] - evaluation.exact[:, i]
+        np.testing.assert_array_equal(drawn[f"error {i + 1}"], error)
+
+
+def test_motion_is_drawn_in_degrees_and_metres() -> None:
+    findings = made_findings(["revolute", "prismatic"])
+    drawn = curves(motion_figure(findings))
+    np.testing.assert_array_equal(drawn["qd1"], np.degrees(findings.trajectory.qd[:, 0]))
+    np.testing.assert_array_equal(drawn["qd2"], findings.trajectory.qd[:, 1])
+
+
+def test_panels_name_element_and_verdict(puma_findings: Findings) -> None:
+    figure = inertia_figure(puma_findings)
+    shown = texts(figure)
+    assert {"D₁₁", "D₃₆", "D₆₆"} <= shown
+    verdicts = {str(v) for v in puma_findings.dominance.dominant.values}
+    short = {"translation": "T", "rotation": "R", "both": "T+R", "neither": "0"}
+    assert {short[v] for v in verdicts} <= shown
+
+
+@pytest.mark.parametrize(
+    "make", [arm_figure, motion_figure, inertia_figure, coriolis_figure, gravity_figure, torque_figure]
+)
+@pytest.mark.parametrize("kinds", KINDS)
+def test_nothing_is_drawn_off_the_page(make: Callable[[Findings], Figure], kinds: list[JointKind]) -> None:
+    assert inside(make(made_findings(kinds)))
+
+
+def test_nothing_moves_and_nothing_weighs(puma: RobotArm) -> None:
+    findings = resting_findings(puma)
+    for make in (arm_figure, motion_figure, coriolis_figure, torque_figure):
+        assert inside(make(findings))
+
+
+def test_one_set_point_is_drawn_as_a_dot() -> None:
+    figure = coriolis_figure(made_findings(["revolute"] * 2, set_points=1))
+    marked = [line for line in figure.get_children() if isinstance(line, Line2D) and line.get_marker() == "o"]
+    assert len(marked) == 2 * 3
+
+
+def test_a_dollar_sign_is_not_mathematics(puma_findings: Findings) -> None:
+    assert not any(text.get_parse_math() for text in motion_figure(puma_findings).texts)
+
+
+def test_planar_arm_is_drawn_head_on(two_link: RobotArm, swing_findings: Findings) -> None:
+    # Gravity of this arm is along -y: up on paper is y.
+    np.testing.assert_array_equal(upright_frame(two_link)[2], [0.0, 1.0, 0.0])
+    assert "from the front" in texts(arm_figure(swing_findings))
+    assert "from above" not in texts(arm_figure(swing_findings))
+
+
+@given(arrays(float, (7, 2), elements=st.floats(-5, 5)))
+def test_lengths_are_to_scale(points: np.ndarray) -> None:
+    panel = equal_panel(points, (10.0, 20.0, 200.0, 80.0))
+    scales = (200.0 / (panel.x[1] - panel.x[0]), 80.0 / (panel.y[1] - panel.y[0]))
+    # The range is a middle plus and minus a half, of magnitudes up to 5: cancellation leaves eps * 5 over
+    # a range of at least 1e-9 * 80 / 200.
+    assert scales[0] == pytest.approx(scales[1], rel=1e-5)
+    assert panel.x[0] <= points[:, 0].min()
+    assert points[:, 1].max() <= panel.y[1]
+
+
+@given(arrays(float, st.integers(1, 5000), elements=st.floats(-1e6, 1e6)))
+def test_thinning_keeps_the_extremes(values: np.ndarray) -> None:
+    chosen = thinned(values)
+    assert len(chosen) <= max(2 * BINS + 2, 4 * BINS)
+    assert (np.diff(chosen) > 0).all()
+    assert (chosen[0], chosen[-1]) == (0, len(values) - 1)
+    assert values[chosen].min() == values.min()
+    assert values[chosen].max() == values.max()
+
+
+def test_long_curves_are_thinned() -> None:
+    findings = made_findings(["revolute"], set_points=20_000)
+    drawn = curves(inertia_figure(findings))["D11 combined"]
+    assert len(drawn) <= 2 * BINS + 2
+
+
+@given(arrays(float, 5, elements=st.floats(-1e12, 1e12)))
+def test_ranges_hold_their_values_and_ticks_are_inside(values: np.ndarray) -> None:
+    low, high = value_range(values)
+    assert low < high
+    assert low <= min(0.0, values.min())
+    assert max(0.0, values.max()) <= high
+    # Ticks may stand on the end itself, which is computed with another rounding.
+    slack = 1e-9 * (high - low)
+    assert all(low - slack <= tick <= high + slack for tick in ticks((low, high)))
+    assert len(ticks((low, high))) <= 5
+
+
+def test_labels_of_ticks_stay_short() -> None:
+    assert power_of_ten((-2e-5, 1e-5)) == -5
+    assert power_of_ten((0.0, 40.0)) == 0
+    assert tick_label(-0.30000000000000004) == "−0.3"

@@ -1,0 +1,303 @@
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from dataclasses import replace
+from html.parser import HTMLParser
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from report_arms import swing
+
+from gd_analyze.dominance import elements
+from gd_analyze.findings import Findings
+from gd_analyze.main_job import find
+from gd_analyze.models import parts_of
+from gd_analyze.report.context import build_context
+from gd_analyze.report.equations import torque_equations
+from gd_analyze.report.html import render_html
+from gd_analyze.report.interactive import DIGITS, MOST_FRAMES, MOST_POINTS, page_data, thinned
+from gd_analyze.robots import RobotArm, load_arm
+from gd_analyze.trajectories import Trajectory
+
+HOSTILE = '</script><script>alert(1)</script><b title="'
+
+
+class Page(HTMLParser):
+    """Everything a test asks of a page: elements with attributes, text, and what stands inside scripts."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.elements: list[tuple[str, dict[str, str]]] = []
+        self.scripts: list[str] = []
+        self.styles: list[str] = []
+        self.text = ""
+        self.inside = ""
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, {name: value or "" for name, value in attributes}))
+        self.inside = tag
+        if tag in ("script", "style"):
+            (self.scripts if tag == "script" else self.styles).append("")
+
+    def handle_endtag(self, tag: str) -> None:
+        self.inside = ""
+
+    def handle_data(self, data: str) -> None:
+        if self.inside == "script":
+            self.scripts[-1] += data
+        elif self.inside == "style":
+            self.styles[-1] += data
+        else:
+            self.text += data
+
+    def all(self, tag: str) -> list[dict[str, str]]:
+        return [attributes for name, attributes in self.elements if name == tag]
+
+    @property
+    def data(self) -> dict:
+        return json.loads(self.scripts[0])
+
+
+@pytest.fixture(scope="module")
+def source(puma_findings: Findings) -> str:
+    return render_html(puma_findings)
+
+
+@pytest.fixture(scope="module")
+def page(source: str) -> Page:
+    return Page(source)
+
+
+def test_the_document_is_whole(source: str, page: Page) -> None:
+    assert source.startswith("<!doctype html>")
+    assert source.rstrip().endswith("</html>")
+    assert len(page.all("h1")) == 1
+    levels = [int(tag[1]) for tag, _ in page.elements if re.fullmatch("h[1-6]", tag)]
+    assert all(after <= before + 1 for before, after in pairwise(levels))
+
+
+def test_nothing_is_asked_of_the_network(page: Page) -> None:
+    loading = {"src", "srcset", "poster", "data", "action", "background", "xlink:href"}
+    assert not [(tag, a) for tag, a in page.elements if loading & a.keys()]
+    assert not page.all("link")
+    assert all(a["href"].startswith("#") for a in page.all("a"))
+    assert not re.search(r"url\(|@import", "".join(page.styles))
+    policy = next(a["content"] for a in page.all("meta") if "http-equiv" in a)
+    assert "default-src 'none'" in policy
+    assert "http" not in policy
+
+
+def test_links_lead_to_sections(page: Page) -> None:
+    identifiers = {a["id"] for _, a in page.elements if "id" in a}
+    assert {a["href"][1:] for a in page.all("a")} <= identifiers
+    counted = Counter(a["id"] for _, a in page.elements if "id" in a)
+    assert max(counted.values()) == 1
+
+
+def test_the_answer_comes_first(puma_findings: Findings, page: Page) -> None:
+    context = build_context(puma_findings)
+    assert context.headline in page.text
+    assert page.text.index(context.headline) < page.text.index("The arm and its motion")
+    for value, caption in context.facts[:2]:
+        assert value in page.text
+        assert caption in page.text
+
+
+def test_every_figure_is_placed_and_has_data(puma_findings: Findings, page: Page) -> None:
+    placed = Counter(a["data-figure"] for a in page.all("div") if "data-figure" in a)
+    figures = page.data["figures"]
+    assert placed.keys() == figures.keys()
+    n = puma_findings.arm.n_joints
+    assert {element.label for element in elements(n)} <= placed.keys()
+    assert all(a["aria-label"] for a in page.all("div") if "data-figure" in a)
+
+
+def test_curves_are_the_decomposition(puma_findings: Findings, page: Page) -> None:
+    dataset = puma_findings.decomposition
+    # Six significant digits are kept; what the ranking calls zero is drawn as zero.
+    tolerance = 0.5 * 10.0 ** (1 - DIGITS)
+    for element in elements(puma_findings.arm.n_joints):
+        parts = element.parts(dataset)
+        traces = {
+            trace["role"]: np.array(trace["y"]) for trace in page.data["figures"][element.label]["traces"]
+        }
+        scale = np.abs(dataset[element.quantity].values).max()
+        noise = 64 * np.finfo(float).eps * scale
+        np.testing.assert_allclose(traces["combined"], parts.sum(axis=0), rtol=tolerance, atol=2 * noise)
+        if element.quantity != "gravity_loading":
+            np.testing.assert_allclose(traces["translation"], parts[0], rtol=tolerance, atol=noise)
+            np.testing.assert_allclose(traces["rotation"], parts[1], rtol=tolerance, atol=noise)
+        if element.quantity == "coriolis_centrifugal":
+            whole = traces["centrifugal"] + traces["coriolis"]
+            # Two addends, each rounded to six digits of its own size.
+            largest = np.abs(traces["centrifugal"]).max() + np.abs(traces["coriolis"]).max()
+            np.testing.assert_allclose(whole, traces["combined"], atol=3 * tolerance * largest)
+
+
+def test_tables_have_captions_and_buttons_names(source: str, page: Page) -> None:
+    assert len(page.all("table")) == len(page.all("caption")) > 5
+    for attributes in page.all("div"):
+        if attributes.get("role") == "group":
+            assert attributes["aria-label"]
+    assert all(a.get("type") == "button" for a in page.all("button"))
+    assert '<button type="button" id="theme" aria-label=' in source
+
+
+def test_the_model_equations_hold_exactly_what_is_kept(puma_findings: Findings) -> None:
+    n = puma_findings.arm.n_joints
+    equations = torque_equations(build_context(puma_findings), drives=False)
+    kept = set(puma_findings.model.kept)
+    for i, equation in enumerate(equations):
+        acting = {
+            part.element.label
+            for part in parts_of(n)
+            if part.label in kept
+            and i in (part.element.i, part.element.j if part.element.j is not None else -1)
+        }
+        written = set()
+        for term in equation.terms:
+            symbol, index = re.search(r"<mi>([Dhc])</mi><mn>([0-9,]+)</mn>", term).groups()
+            written.add(symbol + index)
+        assert written == acting
+        for term in equation.terms:
+            exponent = re.search(r"<mi>([Dh])</mi><mn>([0-9,]+)</mn><mtext>(tran|rot)</mtext>", term)
+            if exponent:
+                other = {"tran": "rotation", "rot": "translation"}[exponent[3]]
+                assert f"{exponent[1]}{exponent[2]} {other}" not in kept
+
+
+def test_drives_are_written_into_the_model(puma_findings: Findings) -> None:
+    equations = torque_equations(build_context(puma_findings), drives=True)
+    assert all(f"<mi>J</mi><mn>{i + 1}</mn>" in "".join(e.terms) for i, e in enumerate(equations))
+
+
+def test_text_verdicts_stand_beside_ours_for_the_texts_arm_only(
+    page: Page, arms: dict[str, RobotArm]
+) -> None:
+    assert "Beside the text's verdicts" in page.text
+    assert "VAX-11/780" in page.text
+    other = Page(render_html(find(arms["sliding"], swing(arms["sliding"]))))
+    assert "Beside the text's verdicts" not in other.text
+    assert "Fig 3.10" not in other.text
+
+
+def test_names_cannot_become_markup(puma_findings: Findings) -> None:
+    arm = puma_findings.arm
+    joints = (replace(arm.joints[0], name=HOSTILE), *arm.joints[1:])
+    hostile = replace(
+        puma_findings,
+        arm=replace(arm, title=HOSTILE, joints=joints, sources=(HOSTILE,)),
+        trajectory=replace(puma_findings.trajectory, name=HOSTILE, origin=HOSTILE),
+        warnings=(HOSTILE,),
+        provenance={"command": HOSTILE},
+    )
+    harmless, attacked = Page(render_html(puma_findings)), Page(render_html(hostile))
+    assert "<script>alert" not in render_html(hostile)
+    assert len(attacked.all("script")) == len(harmless.all("script"))
+    assert len(attacked.all("b")) == len(harmless.all("b"))
+    assert HOSTILE in attacked.text
+    assert attacked.data["viewer"]["joints"][0]["name"] == HOSTILE
+
+
+def test_warnings_are_prominent(puma_findings: Findings, page: Page) -> None:
+    assert not [a for a in page.all("div") if a.get("role") == "alert"]
+    warned = Page(render_html(replace(puma_findings, warnings=("joint 2 leaves its range", "and again"))))
+    assert [a for a in warned.all("div") if a.get("role") == "alert"]
+    assert warned.text.index("joint 2 leaves its range") < warned.text.index("The arm and its motion")
+
+
+def test_sliding_joints_have_their_units(arms: dict[str, RobotArm]) -> None:
+    arm = arms["sliding"]
+    page = Page(render_html(find(arm, swing(arm))))
+    figures = page.data["figures"]
+    units = {label: figures[label]["unit"] for label in ("D11", "D12", "D23", "h1", "h2", "c3", "error-3")}
+    assert units == {
+        "D11": "kg m²",
+        "D12": "kg m",
+        "D23": "kg",
+        "h1": "N m",
+        "h2": "N",
+        "c3": "N",
+        "error-3": "N",
+    }
+    assert {"q-revolute", "q-prismatic"} <= figures.keys()
+    assert figures["qd-prismatic"]["unit"] == "m/s"
+    # A shared scale must not mix units.
+    by_scale: dict[str, set[str]] = {}
+    for figure in figures.values():
+        by_scale.setdefault(figure.get("scale", ""), set()).add(figure["unit"])
+    assert all(len(found) == 1 for scale, found in by_scale.items() if scale)
+
+
+@pytest.mark.parametrize("count", [1, 2, 21])
+@pytest.mark.parametrize("which", ["one joint", "sliding", "puma560"])
+def test_any_arm_and_length(arms: dict[str, RobotArm], which: str, count: int) -> None:
+    arm = arms.get(which) or load_arm(which)
+    page = Page(render_html(find(arm, swing(arm, count))))
+    assert len(page.data["axes"]["all"]["point"]) == count
+    assert page.data["viewer"]["at"][-1] == count
+    assert len(page.data["viewer"]["points"][0]) == 2 * arm.n_joints + 1
+    assert page.text.count("NaN") == page.text.count("nan ") == 0
+
+
+def test_an_arm_without_torque(arms: dict[str, RobotArm]) -> None:
+    arm = replace(arms["one joint"], gravity=np.zeros(3))
+    still = np.zeros((3, 1))
+    page = Page(render_html(find(arm, Trajectory(np.arange(3.0), still, still, still))))
+    assert all(y == 0 for trace in page.data["figures"]["torque-1"]["traces"] for y in trace["y"])
+    assert "∞" not in page.text
+
+
+def test_more_than_nine_joints() -> None:
+    small = load_arm("two_link")
+    arm = replace(small, name="chain", joints=small.joints * 5, links=small.links * 5, dh_table=(), drives=())
+    page = Page(render_html(find(arm, swing(arm, 3))))
+    assert "D1,10" in page.data["figures"]
+    assert "<mn>1,10</mn>" in render_html(find(arm, swing(arm, 3)))
+
+
+def test_long_trajectories_are_thinned_and_say_so(arms: dict[str, RobotArm]) -> None:
+    arm = arms["one joint"]
+    count = 20_000
+    findings = find(arm, swing(arm, count))
+    page = Page(render_html(findings))
+    for figure in page.data["figures"].values():
+        axis = page.data["axes"][figure["axis"]]
+        assert len(axis["point"]) == len(axis["time"]) <= MOST_POINTS
+        assert axis["point"][0] == 1
+        assert axis["point"][-1] == count
+        for trace in figure["traces"]:
+            assert len(trace["y"]) == len(axis["point"])
+    assert len(page.data["viewer"]["at"]) == MOST_FRAMES
+    assert f"thinned to at most {MOST_POINTS}" in page.text
+    drawn = np.array(page.data["figures"]["c1"]["traces"][0]["y"])
+    exact = findings.decomposition.gravity_loading.values[:, 0]
+    # Only rounding to six digits stands between the drawn and the true extremes.
+    assert drawn.max() == pytest.approx(exact.max(), rel=10.0 ** (1 - DIGITS))
+    assert drawn.min() == pytest.approx(exact.min(), rel=10.0 ** (1 - DIGITS))
+
+
+def test_page_data_is_json(puma_findings: Findings) -> None:
+    data = page_data(puma_findings)
+    assert json.loads(json.dumps(data, allow_nan=False)) == data
+
+
+@given(st.integers(1, 5), st.integers(1, 3000), st.integers(30, 400), st.integers(0, 2**32 - 1))
+def test_thinning_keeps_ends_and_extremes(k: int, count: int, most: int, seed: int) -> None:
+    curves = np.random.default_rng(seed).normal(size=(k, count)).cumsum(axis=1)
+    chosen = thinned(curves, most)
+    assert (np.diff(chosen) > 0).all()
+    assert chosen[0] == 0
+    assert chosen[-1] == count - 1
+    assert len(chosen) <= most
+    assert (curves[:, chosen].max(axis=1) == curves.max(axis=1)).all()
+    assert (curves[:, chosen].min(axis=1) == curves.min(axis=1)).all()
+    if count <= most:
+        assert len(chosen) == count

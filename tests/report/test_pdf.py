@@ -1,0 +1,212 @@
+from __future__ import annotations
+
+import dataclasses
+import datetime
+import json
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from report_cases import HOSTILE, made_findings, resting_findings
+
+from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.findings import Findings
+from gd_analyze.main_job import find
+from gd_analyze.report.context import build_context
+from gd_analyze.report.document import document
+from gd_analyze.report.pdf import TEMPLATES, render_pdf, report_figures, typeset
+from gd_analyze.report.units import aligned, figures, hundredths, pretty
+from gd_analyze.robots import RobotArm
+from gd_analyze.trajectories import Trajectory
+
+NOW = datetime.datetime(2024, 5, 1, tzinfo=datetime.UTC)
+
+
+def read(pdf: bytes, folder: Path, *options: str) -> str:
+    """What a reader can select and copy, without line ends."""
+    program = shutil.which("pdftotext")
+    if program is None:
+        pytest.skip("pdftotext (poppler-utils) is not installed")
+    path = folder / "report.pdf"
+    path.write_bytes(pdf)
+    done = subprocess.run([program, *options, str(path), "-"], capture_output=True, check=True, text=True)
+    return " ".join(done.stdout.replace("\f", " \f ").split(" ")).replace("\n", " ")
+
+
+@pytest.fixture(scope="module")
+def puma_pdf(puma_findings: Findings) -> bytes:
+    return render_pdf(puma_findings)
+
+
+def test_first_page_answers_the_question(puma_pdf: bytes, puma_findings: Findings, tmp_path: Path) -> None:
+    context = build_context(puma_findings)
+    text = read(puma_pdf, tmp_path, "-l", "1")
+    words = " ".join(text.split())
+    assert context.title in words
+    assert context.headline in words
+    for value, caption in context.facts:
+        assert pretty(value) in words
+        assert caption in words
+    for warning in context.warnings:
+        assert warning in words
+    for row in context.joint_errors:
+        assert row.name in words
+        assert figures(row.peak_torque) in words
+
+
+def test_every_part_of_the_report_is_there(puma_pdf: bytes, tmp_path: Path) -> None:
+    words = " ".join(read(puma_pdf, tmp_path).split())
+    for heading in (
+        "The arm and its motion",
+        "Inertia matrix",
+        "Coriolis and centrifugal vector",
+        "Gravity loading vector",
+        "What dominates, ranked by torque",
+        "Beside the text",
+        "The simplified model",
+        "What was dropped, and why",
+        "Operations for one evaluation of all torques",
+        "Errors along the trajectory",
+        "Equations",
+        "Cross-check against Pinocchio",
+        "Sources",
+        "Assumptions",
+        "Provenance",
+    ):
+        assert heading in words, heading
+    for number in range(24, 29):
+        assert f"(3.4-{number})" in words
+    assert "not a bound" in words
+
+
+def test_is_a_pdf_of_a_sane_length_that_says_who_made_it(puma_pdf: bytes) -> None:
+    assert puma_pdf.startswith(b"%PDF-")
+    assert 5 <= puma_pdf.count(b"/Type /Page\n") + puma_pdf.count(b"/Type/Page/") <= 14
+    assert b"gd-analyze" in puma_pdf
+
+
+def test_same_findings_give_the_same_bytes(swing_findings: Findings) -> None:
+    assert render_pdf(swing_findings) == render_pdf(swing_findings)
+
+
+def test_user_text_comes_out_literally(tmp_path: Path) -> None:
+    findings = made_findings(["revolute", "prismatic"], title=HOSTILE)
+    hostile_link = dataclasses.replace(findings.arm.joints[0], name="#panic() $a_")
+    arm = dataclasses.replace(
+        findings.arm, joints=(hostile_link, findings.arm.joints[1]), sources=("#eval(x) <b>_",)
+    )
+    text = " ".join(read(render_pdf(dataclasses.replace(findings, arm=arm)), tmp_path).split())
+    assert HOSTILE in text
+    assert "#panic() $a_" in text
+    assert "#eval(x) <b>_" in text
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        pytest.param(lambda: made_findings(["revolute"]), id="one joint"),
+        pytest.param(lambda: made_findings(["prismatic"]), id="one sliding joint"),
+        pytest.param(lambda: made_findings(["revolute", "prismatic"] * 6), id="twelve joints"),
+        pytest.param(lambda: made_findings(["revolute"] * 3, set_points=1), id="one set point"),
+        pytest.param(lambda: made_findings(["revolute"] * 2, set_points=5000), id="long"),
+    ],
+)
+def test_any_serial_arm_can_be_typeset(made: Callable[[], Findings]) -> None:
+    assert render_pdf(made()).startswith(b"%PDF-")
+
+
+def test_an_arm_without_torque_can_be_typeset(puma: RobotArm) -> None:
+    findings = resting_findings(puma)
+    data = document(findings)
+    assert {row["peak_torque"]["text"] for row in data["errors"]} == {"0"}
+    assert not any(row["over"] for row in data["errors"])
+    assert render_pdf(findings).startswith(b"%PDF-")
+
+
+def test_no_font_of_the_machine_is_needed(puma_findings: Findings) -> None:
+    import typst
+
+    inputs = {"data": json.dumps(document(puma_findings)), **report_figures(puma_findings)}
+    _, warnings = typst.compile_with_warnings(
+        TEMPLATES / "report.typ", root=TEMPLATES, ignore_system_fonts=True, sys_inputs=inputs
+    )
+    assert warnings == []
+
+
+def test_typst_errors_are_passed_on(tmp_path: Path) -> None:
+    template = tmp_path / "broken.typ"
+    template.write_text("#sys.inputs.nowhere")
+    with pytest.raises(GdAnalyzeError, match=r"cannot be typeset[\s\S]*nowhere"):
+        typeset(template, {}, NOW)
+
+
+def test_document_is_plain_json_and_names_every_kept_part(puma_findings: Findings) -> None:
+    data = json.loads(json.dumps(document(puma_findings), allow_nan=False))
+    written = {
+        (term["symbol"], term["index"], term["effect"]) for row in data["equations"] for term in row["terms"]
+    }
+    model = puma_findings.model
+    for label in model.kept:
+        element, _, effect = label.partition(" ")
+        short = {"translation": "tran", "rotation": "rot", "": ""}[effect]
+        assert {(element[0], element[1:], short), (element[0], element[1:], "")} & written, label
+    gone = {(row["symbol"], row["index"], row["effect"]) for row in data["dropped"] + data["zeros"]}
+    assert len(gone) == len(model.dropped)
+    assert not gone & written
+
+
+def test_drives_stand_on_the_diagonal(puma: RobotArm, pick_and_place: Trajectory) -> None:
+    equations = document(find(puma, pick_and_place, drives=True))["equations"]
+    for i, row in enumerate(equations):
+        drives = [term for term in row["terms"] if term["symbol"] == "J"]
+        joint = str(i + 1)
+        assert drives == [{"symbol": "J", "index": joint, "effect": "", "acceleration": joint}]
+
+
+def test_units_follow_the_kind_of_joint() -> None:
+    rows = document(made_findings(["revolute", "prismatic"]))["dominance"]
+    units = {row["symbol"] + row["index"]: row["unit"] for row in rows}
+    assert units["D11"] == "kg m²"
+    assert units["D12"] == "kg m"
+    assert units["D22"] == "kg"
+    assert (units["h1"], units["h2"]) == ("N m", "N")
+
+
+def test_other_arms_have_no_verdicts_of_the_text(swing_findings: Findings, tmp_path: Path) -> None:
+    assert document(swing_findings)["text"] is None
+    assert "Beside the text" not in read(render_pdf(swing_findings), tmp_path)
+
+
+def test_text_remarks_are_weighed_with_our_numbers(puma_findings: Findings) -> None:
+    text = document(puma_findings)["text"]
+    context = build_context(puma_findings)
+    assert (text["agreed"], text["given"]) == context.text_agreement
+    assert {remark["index"] for remark in text["remarks"]} == {"45", "56"}
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (0.0, "0"),
+        (41.0, "41.0"),
+        (0.0012, "0.00120"),
+        (123.4, "123"),
+        (2.1e-14, "2.10 × 10⁻¹⁴"),
+        (np.inf, "∞"),
+    ],
+)
+def test_figures(value: float, shown: str) -> None:
+    assert figures(value) == shown
+
+
+def test_hundredths() -> None:
+    assert [hundredths(x) for x in (0.0, 1e-6, 0.01234, np.inf)] == ["0.00", "< 0.01", "1.23", "∞"]
+
+
+def test_aligned_numbers_have_the_same_number_of_decimals() -> None:
+    column = aligned(["12", "0.5", "1.25"])
+    filled = [(entry["text"] + entry["pad"]).partition(".")[2] for entry in column]
+    assert {len(decimals) for decimals in filled} == {2}
