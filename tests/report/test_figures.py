@@ -15,8 +15,7 @@ from gd_analyze.findings import Findings
 from gd_analyze.report.figure_arm import arm_figure, equal_panel, upright_frame
 from gd_analyze.report.figure_elements import coriolis_figure, gravity_figure, inertia_figure
 from gd_analyze.report.figures import motion_figure, torque_figure
-from gd_analyze.report.panel import power_of_ten, tick_label, ticks, value_range
-from gd_analyze.report.thinning import BINS, thinned
+from gd_analyze.report.panel import MOST_POINTS, power_of_ten, tick_label, ticks, value_range
 from gd_analyze.robots import RobotArm
 from gd_analyze.robots.parts import JointKind
 
@@ -137,20 +136,10 @@ def test_lengths_are_to_scale(points: np.ndarray) -> None:
     assert points[:, 1].max() <= panel.y[1]
 
 
-@given(arrays(float, st.integers(1, 5000), elements=st.floats(-1e6, 1e6)))
-def test_thinning_keeps_the_extremes(values: np.ndarray) -> None:
-    chosen = thinned(values)
-    assert len(chosen) <= max(2 * BINS + 2, 4 * BINS)
-    assert (np.diff(chosen) > 0).all()
-    assert (chosen[0], chosen[-1]) == (0, len(values) - 1)
-    assert values[chosen].min() == values.min()
-    assert values[chosen].max() == values.max()
-
-
 def test_long_curves_are_thinned() -> None:
     findings = made_findings(["revolute"], set_points=20_000)
     drawn = curves(inertia_figure(findings))["D11 combined"]
-    assert len(drawn) <= 2 * BINS + 2
+    assert len(drawn) <= MOST_POINTS
 
 
 @given(arrays(float, 5, elements=st.floats(-1e12, 1e12)))

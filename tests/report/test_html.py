@@ -9,8 +9,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from report_arms import swing
 
 from gd_analyze.dominance import elements
@@ -20,7 +18,7 @@ from gd_analyze.models import parts_of
 from gd_analyze.report.context import build_context
 from gd_analyze.report.equations import torque_equations
 from gd_analyze.report.html import render_html
-from gd_analyze.report.interactive import DIGITS, MOST_FRAMES, MOST_POINTS, page_data, thinned
+from gd_analyze.report.interactive import DIGITS, MOST_FRAMES, MOST_POINTS, page_data
 from gd_analyze.robots import RobotArm, load_arm
 from gd_analyze.trajectories import Trajectory
 
@@ -287,17 +285,3 @@ def test_long_trajectories_are_thinned_and_say_so(arms: dict[str, RobotArm]) -> 
 def test_page_data_is_json(puma_findings: Findings) -> None:
     data = page_data(puma_findings)
     assert json.loads(json.dumps(data, allow_nan=False)) == data
-
-
-@given(st.integers(1, 5), st.integers(1, 3000), st.integers(30, 400), st.integers(0, 2**32 - 1))
-def test_thinning_keeps_ends_and_extremes(k: int, count: int, most: int, seed: int) -> None:
-    curves = np.random.default_rng(seed).normal(size=(k, count)).cumsum(axis=1)
-    chosen = thinned(curves, most)
-    assert (np.diff(chosen) > 0).all()
-    assert chosen[0] == 0
-    assert chosen[-1] == count - 1
-    assert len(chosen) <= most
-    assert (curves[:, chosen].max(axis=1) == curves.max(axis=1)).all()
-    assert (curves[:, chosen].min(axis=1) == curves.min(axis=1)).all()
-    if count <= most:
-        assert len(chosen) == count

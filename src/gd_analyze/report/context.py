@@ -16,6 +16,7 @@ from gd_analyze.formulations.generalized_dalembert import EFFECTS
 from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.models.element_level import parts_of
 from gd_analyze.operations import OperationCount
+from gd_analyze.report.units import inertia_unit
 from gd_analyze.robots import RobotArm, fingerprint
 from gd_analyze.simplification import Loss, losses
 from gd_analyze.vectors import FloatArray, set_points_last
@@ -144,10 +145,10 @@ def build_context(findings: Findings) -> Context:
         subtitle=f"along {findings.trajectory.name}, {findings.trajectory.n_set_points} set points",
         headline=_headline(dropped, n_parts, saved, worst),
         facts=(
-            (f"{len(dropped)} / {n_parts}", f"parts dropped, {sum(map(_is_zero, dropped))} of them zero here"),
+            (f"{len(dropped)} / {n_parts}", f"parts dropped, {_zeros(dropped)} of them zero here"),
             (f"{model.operations_full.total} → {model.operations.total}", "operations per torque evaluation"),
             (percent(worst.largest_share), f"largest error, of peak torque (joint {worst.joint})"),
-            (f"{number(max(r.largest for r in findings.residuals))}", "largest difference from Pinocchio, SI"),
+            (number(max(r.largest for r in findings.residuals)), "largest difference from Pinocchio, SI"),
         ),
         budget=model.budget_stated,
         operations=_count(model.operations),
@@ -196,13 +197,13 @@ def motion(arm: RobotArm, q: FloatArray) -> Motion:
     return Motion(points, points[:, -1])
 
 
-def _is_zero(loss: Loss) -> bool:
-    return loss.torque_share <= ROUND_OFF_SHARE
+def _zeros(dropped: tuple[Loss, ...]) -> int:
+    return sum(loss.torque_share <= ROUND_OFF_SHARE for loss in dropped)
 
 
 def _headline(dropped: tuple[Loss, ...], n_parts: int, saved: float, worst: JointError) -> str:
     """Answer "what can I drop and what does it cost me" in one sentence."""
-    zero = sum(map(_is_zero, dropped))
+    zero = _zeros(dropped)
     more = len(dropped) - zero
     if not more:
         return (
@@ -211,9 +212,9 @@ def _headline(dropped: tuple[Loss, ...], n_parts: int, saved: float, worst: Join
         )
     rest = f"; {zero} more are zero here anyway" if zero else ""
     return (
-        f"{more} of {n_parts} parts can go{rest}. That saves {percent(saved)} of the operations, and no joint's "
-        f"torque is off by more than {percent(worst.largest_share).replace('< ', '')} of its peak along this "
-        "trajectory."
+        f"{more} of {n_parts} parts can go{rest}. That saves {percent(saved)} of the operations, and no "
+        f"joint's torque is off by more than {percent(worst.largest_share).replace('< ', '')} of its peak "
+        "along this trajectory."
     )
 
 
@@ -246,9 +247,7 @@ def _kept(labels: tuple[str, ...], n_joints: int) -> dict[str, str]:
 
 def _unit(arm: RobotArm, i: int, j: int) -> str:
     """Unit of D_ij, or of h_i and c_i where j is -1."""
-    if j < 0:
-        return arm.joints[i].effort_unit
-    return ("kg", "kg m", "kg m^2")[arm.is_revolute[i] + arm.is_revolute[j]]
+    return arm.joints[i].effort_unit if j < 0 else inertia_unit(arm, i, j)
 
 
 def _label(symbol: str, i: int, j: int) -> str:

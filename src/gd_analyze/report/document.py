@@ -12,8 +12,8 @@ from gd_analyze.findings import Findings
 from gd_analyze.models.element_level import Part, parts_of
 from gd_analyze.report.arm_data import arm_data
 from gd_analyze.report.context import Context, DominanceRow, build_context, percent
-from gd_analyze.report.thinning import BINS, is_thinned
-from gd_analyze.report.units import aligned, figures, hundredths, inertia_unit, pretty
+from gd_analyze.report.panel import MOST_POINTS
+from gd_analyze.report.units import aligned, figures, hundredths, pretty
 
 EFFECT_NAMES = {"translation": "tran", "rotation": "rot", "both": "", "neither": ""}
 _SYMBOLS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c"}
@@ -33,7 +33,7 @@ def document(findings: Findings) -> dict[str, Any]:
         "budget": context.budget,
         "n_joints": arm.n_joints,
         "n_set_points": count,
-        "thinned_to": 2 * BINS if is_thinned(count) else 0,
+        "thinned_to": MOST_POINTS if count > MOST_POINTS else 0,
         "all_turning": all(arm.is_revolute),
         "errors": _errors(context, round_off(findings)),
         "round_off": figures(round_off(findings)),
@@ -140,7 +140,7 @@ def _dominance(findings: Findings, rows: tuple[DominanceRow, ...]) -> list[dict[
             "symbol": row.element[0],
             "index": row.element[1:],
             "peak": peaks[k],
-            "unit": inertia_unit(arm, i, j) if j >= 0 else pretty(arm.joints[i].effort_unit),
+            "unit": pretty(row.unit),
             "without_translation": without[0][k],
             "without_rotation": without[1][k],
             "split": not row.element.startswith("c"),

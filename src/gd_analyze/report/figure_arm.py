@@ -15,6 +15,7 @@ from gd_analyze.findings import Findings
 from gd_analyze.report.context import Motion, motion
 from gd_analyze.report.panel import (
     GREY,
+    MOST_POINTS,
     PALE,
     VERMILLION,
     WIDTH,
@@ -197,7 +198,7 @@ def _draw_pose(figure: Figure, panel: Panel, points: FloatArray, share: float) -
 
 
 def _draw_path(figure: Figure, panel: Panel, path: FloatArray, **style: object) -> None:
-    chosen = np.union1d(thinned(path[:, 0]), thinned(path[:, 1]))
+    chosen = thinned(path.T, MOST_POINTS)
     add_line(figure, panel, *path[chosen].T, **style)
 
 

@@ -56,7 +56,7 @@ def inertia_figure(findings: Findings) -> Figure:
             findings,
             element,
             (left, bottom, pitch - (25 if roomy else 7), row),
-            "" if all(arm.is_revolute) else inertia_unit(arm, element.i, element.j),
+            "" if all(arm.is_revolute) else pretty(inertia_unit(arm, element.i, element.j)),
             roomy=roomy,
             set_points=element.i == element.j,
         )

@@ -24,8 +24,9 @@ from gd_analyze.report.equations import (
     source_equations,
     torque_equations,
 )
-from gd_analyze.report.interactive import MOST_POINTS, element_unit, page_data
+from gd_analyze.report.interactive import MOST_POINTS, page_data
 from gd_analyze.report.stroboscope import stroboscope
+from gd_analyze.report.units import pretty
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -69,7 +70,6 @@ def render_html(findings: Findings) -> str:
             trajectory=findings.trajectory,
             panels=_panels(findings, context),
             order={element.label: k for k, element in enumerate(elements(arm.n_joints))},
-            units={element.label: element_unit(arm, element) for element in elements(arm.n_joints)},
             mixed=not all(arm.is_revolute),
             dropped=_dropped(context),
             torque_equations=torque_equations(context, model.drives),
@@ -79,7 +79,6 @@ def render_html(findings: Findings) -> str:
             still=stroboscope(arm, findings.decomposition.q.values),
             kinds=[k for k in ("revolute", "prismatic") if any(joint.kind == k for joint in arm.joints)],
             threshold=float(findings.dominance.attrs["threshold"]),
-            floor=[float(value) for value in findings.dominance.attrs["floor"]],
             drives=model.drives,
             text_remarks=source.remarks if source else {},
             thinned_to=MOST_POINTS if findings.trajectory.n_set_points > MOST_POINTS else None,
@@ -100,7 +99,6 @@ class Panel:
     quantity: str
     row: int
     column: int
-    unit: str
     ranked: DominanceRow
 
 
@@ -114,7 +112,6 @@ def _panels(findings: Findings, context: Context) -> dict[str, list[Panel]]:
             element.quantity,
             element.i + 1,
             (element.i if element.j is None else element.j) + 1,
-            element_unit(findings.arm, element),
             ranked[element.label],
         )
 
@@ -180,7 +177,7 @@ def _environment() -> Environment:
         "number": lambda value: _typeset(number(float(value))),
         "percent": lambda share: _typeset(percent(float(share))),
         "typeset": _typeset,
-        "unit": lambda unit: re.sub(r"\^2", "²", str(unit)),
+        "unit": pretty,
         "symbol": mathml.part,
         "digits": lambda value: _typeset(f"{float(value):.6g}"),
         "degrees": lambda angle: _typeset(f"{math.degrees(float(angle)):.4g}"),

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.dominance import Element, elements
+from gd_analyze.dominance import elements
 from gd_analyze.findings import Findings
 from gd_analyze.formulations.generalized_dalembert import EFFECTS
 from gd_analyze.report.context import motion
+from gd_analyze.report.thinning import thinned
+from gd_analyze.report.units import inertia_unit, pretty
 from gd_analyze.robots import RobotArm
 from gd_analyze.vectors import Array, FloatArray
 
@@ -46,41 +48,6 @@ def page_data(findings: Findings) -> dict[str, Any]:
     return {"axes": drawing.axes, "figures": drawing.figures, "viewer": _viewer(findings)}
 
 
-def thinned(curves: FloatArray, most: int = MOST_POINTS) -> Array:
-    """Indices of the set points to draw: every curve keeps its extremes in each of equal stretches.
-
-    Parameters
-    ----------
-    curves
-        Curves drawn over the same set points, shape (k, N).
-    most
-        Largest number of set points to keep.
-
-    Returns
-    -------
-    numpy.ndarray
-        Increasing indices, all N of them if N is at most `most`.
-    """
-    k, count = curves.shape
-    if count <= most:
-        return np.arange(count)
-    stretches = max((most - 2) // (2 * k), 1)
-    length = -(-count // stretches)
-    padded = np.pad(curves, ((0, 0), (0, stretches * length - count)), mode="edge")
-    windows = padded.reshape(k, stretches, length)
-    starts = np.arange(stretches) * length
-    extremes = [(windows.argmin(axis=2) + starts).ravel(), (windows.argmax(axis=2) + starts).ravel()]
-    return np.unique(np.minimum(np.concatenate([[0, count - 1], *extremes]), count - 1))
-
-
-def element_unit(arm: RobotArm, element: Element) -> str:
-    """Unit of an element; rows and columns of D of sliding joints are in kg and kg m."""
-    if element.j is None:
-        return arm.joints[element.i].effort_unit
-    turning = arm.is_revolute[element.i] + arm.is_revolute[element.j]
-    return ("kg", "kg m", "kg m^2")[turning]
-
-
 class _Drawing:
     """Collects figures and the abscissas they share."""
 
@@ -92,7 +59,7 @@ class _Drawing:
     def add(self, identifier: str, unit: str, curves: dict[str, Array], **more: Any) -> None:
         """Add one figure; `curves` by role, or by "role: label"."""
         values = np.array(list(curves.values()))
-        chosen = thinned(values)
+        chosen = thinned(values, MOST_POINTS)
         axis = "all" if len(chosen) == len(self.time) else identifier
         if axis not in self.axes:
             self.axes[axis] = {"point": (chosen + 1).tolist(), "time": _rounded(self.time[chosen])}
@@ -100,7 +67,7 @@ class _Drawing:
         for role, curve in zip(curves, values, strict=True):
             kind, _, label = role.partition(": ")
             traces.append({"role": kind, "label": label or kind, "y": _rounded(curve[chosen])})
-        self.figures[identifier] = {"axis": axis, "unit": _display(unit), "traces": traces, **more}
+        self.figures[identifier] = {"axis": axis, "unit": pretty(unit), "traces": traces, **more}
 
 
 def _add_elements(drawing: _Drawing, findings: Findings) -> None:
@@ -108,8 +75,8 @@ def _add_elements(drawing: _Drawing, findings: Findings) -> None:
     zero = _zero_parts(findings)
     for element in elements(arm.n_joints):
         parts = np.where(zero[element.label][:, None], 0.0, element.parts(dataset))
-        unit = element_unit(arm, element)
-        group = element.quantity if unit in ("kg m^2", "N m") else f"{element.quantity} {unit}"
+        i, j = element.i, element.j
+        unit = arm.joints[i].effort_unit if j is None else inertia_unit(arm, i, j)
         curves = {"combined": parts.sum(axis=0)}
         if element.quantity != "gravity_loading":
             curves |= dict(zip(EFFECTS, parts, strict=True))
@@ -118,7 +85,7 @@ def _add_elements(drawing: _Drawing, findings: Findings) -> None:
                 values = dataset[share].values[:, :, element.i].T
                 curves[share] = np.where(zero[element.label][:, None], 0.0, values).sum(axis=0)
         # From zero, so that the parts can be weighed against each other by eye.
-        drawing.add(element.label, unit, curves, scale=group, zero=True)
+        drawing.add(element.label, unit, curves, scale=f"{element.quantity}, {unit}", zero=True)
 
 
 def _zero_parts(findings: Findings) -> dict[str, Array]:
@@ -185,8 +152,7 @@ def _viewer(findings: Findings) -> dict[str, Any]:
         "q": [_rounded(row) for row in q[frames]],
         "torque": [_rounded(row) for row in torque[frames]],
         "joints": [
-            {"name": joint.name, "kind": joint.kind, "effort": _display(joint.effort_unit)}
-            for joint in arm.joints
+            {"name": joint.name, "kind": joint.kind, "effort": joint.effort_unit} for joint in arm.joints
         ],
         "axes": ["xyz"[axis] for axis in axes],
         "floor": float(floor),
@@ -203,7 +169,3 @@ def _rounded(values: Array) -> list[float]:
     rounded = np.round(values * scale) / scale
     out: list[float] = rounded.tolist()
     return out
-
-
-def _display(unit: str) -> str:
-    return unit.replace("^2", "²")

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 # Okabe and Ito's colours, told apart by all forms of colour vision; dash and width do it in greyscale.
 BLUE, VERMILLION, GREEN, INK, GREY, PALE = "#0072B2", "#D55E00", "#009E73", "#1a1a1a", "#8a8a8a", "#dcdcdc"
 
+# Set points to draw of a long trajectory: some four per point (1/72 in) of a wide panel.
+MOST_POINTS = 500
+
 # Type area of the page, pt; a heading and a legend stand above the figure.
 WIDTH, PAGE_HEIGHT = 493.0, 660.0
 
@@ -85,7 +88,7 @@ def add_line(figure: Figure, panel: Panel, x: Any, y: Any, **style: Any) -> None
 
 def add_curve(figure: Figure, panel: Panel, x: FloatArray, y: FloatArray, **style: Any) -> None:
     """Draw a curve over the set points, thinned where it is long."""
-    chosen = thinned(y)
+    chosen = thinned(y[None], MOST_POINTS)
     add_line(figure, panel, x[chosen], y[chosen], **style)
 
 

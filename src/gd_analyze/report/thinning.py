@@ -2,42 +2,34 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.vectors import FloatArray
 
-BINS = 250
 
-
-def thinned(values: FloatArray, bins: int = BINS) -> NDArray[np.intp]:
-    """Set points to draw: all of them, or the lowest and highest of every bin, in order.
+def thinned(curves: FloatArray, most: int) -> NDArray[np.intp]:
+    """Indices of the set points to draw: every curve keeps its extremes in each of equal stretches.
 
     Parameters
     ----------
-    values
-        One curve, shape (N,).
-    bins
-        Number of bins of equal numbers of set points.
+    curves
+        Curves drawn over the same set points, shape (k, N).
+    most
+        Largest number of set points to keep.
 
     Returns
     -------
     numpy.ndarray
-        Indices; first and last set point are among them, so is every bin's minimum and maximum.
+        Increasing indices, all N of them if N is at most `most`.
     """
-    count = len(values)
-    if not is_thinned(count, bins):
+    k, count = curves.shape
+    if count <= most:
         return np.arange(count)
-    edges = np.linspace(0, count, bins + 1).astype(int)
-    chosen = [0, count - 1]
-    for start, stop in pairwise(edges):
-        part = values[start:stop]
-        chosen += [start + int(part.argmin()), start + int(part.argmax())]
-    return np.unique(np.array(chosen))
-
-
-def is_thinned(count: int, bins: int = BINS) -> bool:
-    """Whether curves of so many set points are thinned."""
-    return count > 4 * bins
+    stretches = max((most - 2) // (2 * k), 1)
+    length = -(-count // stretches)
+    padded = np.pad(curves, ((0, 0), (0, stretches * length - count)), mode="edge")
+    windows = padded.reshape(k, stretches, length)
+    starts = np.arange(stretches) * length
+    extremes = [(windows.argmin(axis=2) + starts).ravel(), (windows.argmax(axis=2) + starts).ravel()]
+    return np.unique(np.minimum(np.concatenate([[0, count - 1], *extremes]), count - 1))

@@ -13,9 +13,8 @@ _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def inertia_unit(arm: RobotArm, i: int, j: int) -> str:
-    """Unit of D_ij, joints counted from 0: kg m² between turning joints, kg between sliding ones."""
-    turning = arm.is_revolute[i] + arm.is_revolute[j]
-    return ("kg", "kg m", "kg m²")[turning]
+    """Unit of D_ij, joints counted from 0: kg m^2 between turning joints, kg between sliding ones."""
+    return ("kg", "kg m", "kg m^2")[arm.is_revolute[i] + arm.is_revolute[j]]
 
 
 def pretty(text: str) -> str:

@@ -86,7 +86,7 @@ const report = (() => {
       xaxis: { ...line, range: [x[0] - pad, x[x.length - 1] + pad], nticks: large ? 8 : x[x.length - 1] > 999 ? 3 : 4, exponentformat: "none", separatethousands: true, showgrid: false, showspikes: true, spikemode: "across",
         spikethickness: 1, spikedash: "solid", spikecolor: ink, spikesnap: "hovered data",
         title: large ? { text: state.x === "time" ? "time, s" : "set point", standoff: 6 } : undefined, hoverformat: ".4~g" },
-      yaxis: { ...line, range, nticks: large ? 6 : 4, zeroline: true, tickvals: flat ? [0] : undefined,
+      yaxis: { ...line, range, nticks: large ? 6 : document.documentElement.classList.contains("printing") ? 3 : 4, zeroline: true, tickvals: flat ? [0] : undefined,
         title: large ? { text: spec.unit, standoff: 4 } : undefined },
       shapes: spec.band ? [{ type: "rect", layer: "below", xref: "paper", x0: 0, x1: 1, y0: -spec.band, y1: spec.band,
         fillcolor: color("accent-wash"), line: { width: 0 } }] : [],
