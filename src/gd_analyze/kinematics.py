@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import Array
+from gd_analyze.vectors import Array, Elementwise
 
 
 @dataclass(frozen=True)
@@ -45,8 +44,8 @@ class Kinematics:
 def solve_kinematics(
     arm: RobotArm,
     q: Array,
-    cos: Callable[[Array], Array] = np.cos,
-    sin: Callable[[Array], Array] = np.sin,
+    cos: Elementwise = np.cos,
+    sin: Elementwise = np.sin,
 ) -> Kinematics:
     """Forward kinematics of every joint and link.
 

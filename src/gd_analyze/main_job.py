@@ -12,7 +12,7 @@ import numpy as np
 from gd_analyze.authority import cross_check
 from gd_analyze.decomposition import decompose
 from gd_analyze.dominance import rank
-from gd_analyze.errors import Location, OutputError, UsageError
+from gd_analyze.errors import GdAnalyzeWarning, Location, OutputError, UsageError
 from gd_analyze.files import replacing, write_text
 from gd_analyze.findings import Findings
 from gd_analyze.models import evaluate, save_model
@@ -74,9 +74,10 @@ def find(
         If the input does not fit together, or a result disagrees with Pinocchio.
     """
     budget = budget or Budget()
+    budget.allowed(np.ones(arm.n_joints))  # a budget of a wrong length shall fail before any computing
     source = provenance(command)
     with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
+        warnings.simplefilter("always", GdAnalyzeWarning)
         dataset = decompose(
             arm,
             trajectory,
@@ -99,9 +100,17 @@ def find(
         model=model,
         evaluation=evaluate(model, trajectory, dataset),
         residuals=residuals,
-        warnings=(*warned, *(str(item.message) for item in caught)),
+        warnings=(*warned, *_told(caught)),
         provenance=source,
     )
+
+
+def _told(caught: list[warnings.WarningMessage]) -> list[str]:
+    """Our own warnings as sentences; those of other libraries go on to whoever listens."""
+    for item in caught:
+        if not issubclass(item.category, GdAnalyzeWarning):
+            warnings.warn_explicit(item.message, item.category, item.filename, item.lineno)
+    return [str(item.message) for item in caught if issubclass(item.category, GdAnalyzeWarning)]
 
 
 def analyze(

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -89,37 +91,65 @@ def load_results(path: str | Path) -> xr.DataTree:
     import xarray as xr
 
     path = Path(path)
-    if not path.is_file():
-        raise StoreError("there is no such results file", where=Location(path))
+    _require_ours(path)
+    with _damage_named(path), xr.open_datatree(path, engine="h5netcdf") as opened:
+        tree: xr.DataTree = opened.load()
     try:
-        with xr.open_datatree(path, engine="h5netcdf") as opened:
-            tree: xr.DataTree = opened.load()
-    except (OSError, ValueError, KeyError, RuntimeError) as error:
+        validate(tree["decomposition"].to_dataset())
+    except StoreError as error:
+        raise _damaged(path, error.what) from None
+    return tree
+
+
+def _require_ours(path: Path) -> None:
+    """Say what is wrong with a file before xarray tries to make sense of it; plain h5py fails cleanly."""
+    import h5py  # type: ignore[import-untyped]  # h5py ships no types
+
+    if not path.is_file():
         raise StoreError(
-            "the results file is damaged or not HDF5",
+            "there is no such results file",
             where=Location(path),
-            expected="a file that gd-analyze wrote, e.g. analysis.h5",
-            found=str(error).splitlines()[0] if str(error) else type(error).__name__,
-            next_step="run the analysis again",
-        ) from None
-    missing = [group for group in GROUPS if group not in tree.children]
-    if tree.attrs.get("format") != FORMAT or missing:
+            next_step="name the analysis.h5 of a results folder",
+        )
+    with _damage_named(path), h5py.File(path) as file:
+        attributes: Any = dict(file.attrs)
+        groups = list(file)
+        file.visititems(lambda _, item: dict(item.attrs) and None)
+    if not np.array_equal(attributes.get("format"), FORMAT) or not set(GROUPS) <= set(groups):
         raise StoreError(
             "this HDF5 file does not hold gd-analyze results",
             where=Location(path),
             expected=f"the groups {', '.join(GROUPS)}",
-            found=", ".join(tree.children) or "no groups",
+            found=", ".join(groups) or "no groups",
+            next_step="name the analysis.h5 of a results folder",
         )
-    if int(tree.attrs["schema"]) != SCHEMA_VERSION:
+    schema = np.ravel(attributes.get("schema")).tolist()  # netCDF stores numbers as arrays of one
+    if schema != [SCHEMA_VERSION]:
         raise StoreError(
             "the results file is of another schema version",
             where=Location(path),
             expected=str(SCHEMA_VERSION),
-            found=str(tree.attrs["schema"]),
+            found=", ".join(str(number) for number in schema),
             next_step="use the gd-analyze that wrote it, or run the analysis again",
         )
-    validate(tree["decomposition"].to_dataset())
-    return tree
+
+
+@contextmanager
+def _damage_named(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except Exception as error:  # what a damaged file makes HDF5 and its readers raise has no common class
+        raise _damaged(path, str(error) or type(error).__name__) from None
+
+
+def _damaged(path: Path, found: str) -> StoreError:
+    return StoreError(
+        "the results file is damaged or not HDF5",
+        where=Location(path),
+        expected="a file that gd-analyze wrote, e.g. analysis.h5",
+        found=found.splitlines()[0],
+        next_step="run the analysis again",
+    )
 
 
 def _model(findings: Findings) -> xr.Dataset:

@@ -8,6 +8,7 @@ symbols).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[Any]
 FloatArray = NDArray[np.float64]
+Elementwise = Callable[[Array], Array]
 
 
 def cross(a: Array, b: Array) -> Array:

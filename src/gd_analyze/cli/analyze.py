@@ -2,54 +2,98 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.cli.options import ROBOT, TRAJECTORY, reporting
+from gd_analyze.cli.options import (
+    ROBOT,
+    ROBOT_HELP,
+    TRAJECTORY,
+    TRAJECTORY_HELP,
+    NameList,
+    command_line,
+    reporting,
+)
 
 if TYPE_CHECKING:
     from gd_analyze.findings import Findings
+    from gd_analyze.report.context import Context
 
-_SHORT = {"translation": "tran", "rotation": "rot", "both": "both", "negligible": "negl.", "neither": "-", "": ""}
-_FORMATS = "h5,json,csv,html,pdf"
-# Below this a decomposition takes a fraction of a second and a progress bar would only flicker.
-_LONG = 100_000
+FORMATS = ("h5", "json", "csv", "html", "pdf")
+_SHORT = {
+    "translation": "tran",
+    "rotation": "rot",
+    "both": "both",
+    "negligible": "negl.",
+    "neither": "-",
+    "": "",
+}
+_COUNTS = ("multiplications", "additions", "sines_cosines")
 
 
-@click.command(hidden=True)
-@click.argument("robot", type=ROBOT)
-@click.argument("trajectory", type=TRAJECTORY)
-@click.option("-o", "--out", type=click.Path(path_type=Path), help="Folder for the results.")
+class MainJobContext(click.Context):
+    """The main job is called without a verb, and its messages shall say so."""
+
+    @property
+    def command_path(self) -> str:
+        """`gd-analyze`."""
+        return self.parent.command_path if self.parent is not None else super().command_path
+
+
+class MainJob(click.Command):
+    """A command that stands for the program itself."""
+
+    context_class = MainJobContext
+
+
+@click.command(cls=MainJob, hidden=True)
+@click.argument("robot", type=ROBOT, help=ROBOT_HELP)
+@click.argument("trajectory", type=TRAJECTORY, help=TRAJECTORY_HELP)
+@click.option(
+    "-o",
+    "--out",
+    type=click.Path(path_type=Path),
+    help="Folder for the results.  [default: reports/ROBOT-TRAJECTORY]",
+)
 @click.option(
     "--format",
     "formats",
-    default=_FORMATS,
+    type=NameList(FORMATS, "format"),
+    default=",".join(FORMATS),
     show_default=True,
     metavar="LIST",
-    help="Which files to write.",
+    help="Which files to write, comma-separated.",
 )
 @click.option(
     "--budget",
     default="1%",
     show_default=True,
     metavar="LIST",
-    help="Allowed torque error: share of each joint's peak torque (1%), or N m (0.5); one, or one per joint.",
+    help="Allowed torque error: a share of each joint's peak torque (1%) or N m (0.5); one for all joints, "
+    "or one per joint, comma-separated.",
 )
-@click.option("--drives", is_flag=True, help="Include drive inertia as a separate contribution.")
-@click.option("--no-coupling", is_flag=True, help="Do not store h_ijk (2 n^3 numbers per set point).")
+@click.option("--drives", is_flag=True, help="Include drive inertia, as a contribution of its own.")
+@click.option(
+    "--no-coupling", is_flag=True, help="Leave h_ijk out of analysis.h5: 2 n^3 numbers per set point."
+)
 @click.option("--by-link", is_flag=True, help="Also store what each link contributes.")
-@click.option("--terms", is_flag=True, help="Also store the text's terms T1..T4, R1, R2 of h.")
-@click.option("--top", default=12, show_default=True, help="Rows of the ranking to print.")
+@click.option("--terms", is_flag=True, help="Also store the terms T1..T4, R1, R2 that h consists of.")
+@click.option(
+    "--top",
+    type=click.IntRange(min=0),
+    default=12,
+    show_default=True,
+    metavar="NUMBER",
+    help="Rows of the ranking to print.",
+)
 @reporting
 def analyze(
     robot: str,
     trajectory: str,
     out: Path | None,
-    formats: str,
+    formats: tuple[str, ...],
     budget: str,
     drives: bool,
     no_coupling: bool,
@@ -61,48 +105,59 @@ def analyze(
     debug: bool,
 ) -> None:
     """Decompose, rank, simplify, store and report: the main job."""
-    from gd_analyze.cli.terminal import print_json, progress_bar, warnings_told
-    from gd_analyze.main_job import FILES, default_folder
-    from gd_analyze.main_job import analyze as run
-    from gd_analyze.robots import load_arm
-    from gd_analyze.simplification import Budget
-    from gd_analyze.trajectories import read_trajectory
+    from gd_analyze.cli.terminal import print_json, stages, warnings_told
 
-    allowed = Budget.parse(budget)
-    chosen = tuple(name.strip() for name in formats.split(",") if name.strip())
-    with warnings_told(quiet) as warned:
+    with warnings_told(quiet) as told, stages(quiet) as stage:
+        stage("reading")
+        from gd_analyze.main_job import FILES, default_folder, find, require_writable, write_findings
+        from gd_analyze.robots import load_arm
+        from gd_analyze.simplification import Budget
+        from gd_analyze.trajectories import read_trajectory
+
+        allowed = Budget.parse(budget)
         arm = load_arm(robot)
         motion = read_trajectory(trajectory, arm)
-    folder = default_folder(arm, motion) if out is None else out
-    long = motion.n_set_points >= _LONG and not quiet
-    with progress_bar("decomposing", motion.n_set_points, long) as progress:
-        findings = run(
+        folder = default_folder(arm, motion) if out is None else out
+        require_writable(folder)
+        decomposed = 0
+
+        def progress(done: int) -> None:
+            nonlocal decomposed
+            decomposed += done
+            stage.advance(done)
+            if decomposed == motion.n_set_points:
+                stage("checking, ranking, simplifying")
+
+        stage("decomposing", motion.n_set_points)
+        findings = find(
             arm,
             motion,
-            folder,
-            formats=chosen,
             budget=allowed,
             drives=drives,
             coupling=not no_coupling,
             by_link=by_link,
             terms=terms,
-            command=shlex.join(["gd-analyze", *sys.argv[1:]]),
-            warned=warned,
+            command=command_line(),
+            warned=told,
             progress=progress,
         )
-    files = [folder / FILES[name] for name in FILES if name in chosen]
+        told.extend(warning for warning in findings.warnings if warning not in told)
+        stage(f"writing {', '.join(formats)}")
+        write_findings(findings, folder, formats)
+        files = [folder / FILES[name] for name in formats]
+        if not quiet or as_json:
+            from gd_analyze.report.context import build_context
+
+            context = build_context(findings)
     if as_json:
-        print_json(_summary(findings, files))
+        print_json(_document(findings, context, files))
     elif not quiet:
-        _show(findings, files, top)
+        _show(findings, context, files, top)
 
 
-def _summary(findings: Findings, files: list[Path]) -> dict[str, Any]:
+def _document(findings: Findings, context: Context, files: list[Path]) -> dict[str, Any]:
     from dataclasses import asdict
 
-    from gd_analyze.report.context import build_context
-
-    context = build_context(findings)
     return {
         "arm": findings.arm.name,
         "trajectory": findings.trajectory.name,
@@ -110,78 +165,93 @@ def _summary(findings: Findings, files: list[Path]) -> dict[str, Any]:
         "headline": context.headline,
         "budget": context.budget,
         "joints": [asdict(row) for row in context.joint_errors],
-        "operations": dict(zip(("multiplications", "additions", "sines_cosines"), context.operations, strict=True)),
-        "operations_full": dict(
-            zip(("multiplications", "additions", "sines_cosines"), context.operations_full, strict=True)
-        ),
+        "operations": dict(zip(_COUNTS, context.operations, strict=True)),
+        "operations_full": dict(zip(_COUNTS, context.operations_full, strict=True)),
         "kept": list(findings.model.kept),
         "dropped": [asdict(row) for row in context.dropped],
         "dominance": [asdict(row) for row in context.dominance],
         "residuals": [asdict(residual) for residual in findings.residuals],
         "warnings": list(findings.warnings),
+        "provenance": dict(findings.provenance),
         "files": [str(path) for path in files],
     }
 
 
-def _show(findings: Findings, files: list[Path], top: int) -> None:
-    from gd_analyze.cli.terminal import console, table
-    from gd_analyze.report.context import build_context, number, percent
+def _show(findings: Findings, context: Context, files: list[Path], top: int) -> None:
+    from gd_analyze.cli.terminal import line, sentence
+    from gd_analyze.report.context import number
 
-    context = build_context(findings)
-    screen = console()
-    screen.print(f"[bold]{context.title}[/bold] {context.subtitle}", markup=True)
-    screen.print(context.headline)
-    screen.print(
-        table(
-            f"Torque error of the simplified model, budget {context.budget}: N m, of peak torque",
-            [("joint", "left"), ("peak", "right"), ("allowed", "right"), ("largest", "right"), ("", "right")]
-            + [("RMS", "right"), ("", "right")],
-            [
-                [
-                    f"{row.joint} {row.name}",
-                    f"{number(row.peak_torque)}{'' if row.unit == 'N m' else ' ' + row.unit}",
-                    number(row.allowed),
-                    number(row.largest),
-                    percent(row.largest_share),
-                    number(row.rms),
-                    percent(row.rms_share),
-                ]
-                for row in context.joint_errors
-            ],
-        )
-    )
-    with_text = bool(context.text_source)
-    shown = context.dominance[:top]
-    screen.print(
-        table(
-            f"Ranking by torque, {len(shown)} of {len(context.dominance)} elements (D kg m²; h, c N m)",
-            [("", "left"), ("tran", "right"), ("rot", "right"), ("torque", "right"), ("joint", "right")]
-            + [("of peak", "right"), ("verdict", "left"), ("kept", "left")]
-            + ([("text", "left")] if with_text else []),
-            [
-                [
-                    row.element,
-                    number(row.translation_peak),
-                    number(row.rotation_peak),
-                    number(row.torque_peak),
-                    str(row.torque_joint),
-                    percent(row.torque_share),
-                    *(_SHORT[word] for word in words),
-                ]
-                for row in shown
-                for words in [(row.verdict, row.kept, *([row.text_verdict] if with_text else []))]
-            ],
-        )
-    )
-    if with_text:
+    sentence(f"{context.title} {context.subtitle}", bold=True)
+    sentence(context.headline)
+    _show_errors(context)
+    if top:
+        _show_ranking(context, top)
+    line()
+    if context.text_source:
         agreed, compared = context.text_agreement
-        screen.print(f"The text's verdicts agree with ours on {agreed} of {compared} elements of D and h.")
+        sentence(f"The text's verdicts agree with ours on {agreed} of {compared} elements of D and h.")
     full, left = findings.model.operations_full, findings.model.operations
-    screen.print(f"operations  {full}\n         ->  {left}")
-    largest = max(findings.residuals, key=lambda residual: residual.largest / residual.bound)
-    screen.print(
-        f"Pinocchio   differs by at most {number(largest.largest)} {largest.unit} "
-        f"(round-off allows {number(largest.bound)})"
+    line(f"operations  {full}")
+    line(f"         -> {left}")
+    residual = max(findings.residuals, key=lambda r: r.largest / r.bound)
+    line(
+        f"Pinocchio   differs by at most {number(residual.largest)} {residual.unit} "
+        f"(round-off allows {number(residual.bound)})"
     )
     for path in files:
-        screen.print(f"wrote       {path}", soft_wrap=True)
+        line(f"wrote       {path}")
+
+
+def _show_errors(context: Context) -> None:
+    from gd_analyze.cli.terminal import table
+    from gd_analyze.report.context import number, percent
+
+    units = {row.unit for row in context.joint_errors}
+    table(
+        f"Torque error of the simplified model (budget {context.budget}), "
+        f"{' or '.join(sorted(units, reverse=True))} and share of peak torque",
+        [("joint", "left"), ("peak torque", "right"), ("allowed", "right"), ("largest", "right")]
+        + [("share", "right"), ("RMS", "right"), ("share", "right")]
+        + ([("unit", "left")] if len(units) > 1 else []),
+        [
+            [
+                f"{row.joint} {row.name}" if row.name != row.joint else row.joint,
+                number(row.peak_torque),
+                number(row.allowed),
+                number(row.largest),
+                percent(row.largest_share),
+                number(row.rms),
+                percent(row.rms_share),
+                *([row.unit] if len(units) > 1 else []),
+            ]
+            for row in context.joint_errors
+        ],
+    )
+
+
+def _show_ranking(context: Context, top: int) -> None:
+    from gd_analyze.cli.terminal import table
+    from gd_analyze.report.context import number, percent
+
+    with_text = bool(context.text_source)
+    shown = context.dominance[:top]
+    table(
+        f"Ranking by torque, {len(shown)} of {len(context.dominance)} elements: largest part by effect "
+        "(D in kg m², h and c in N m), largest torque, its joint and its share of that joint's peak torque",
+        [("", "left"), ("tran", "right"), ("rot", "right"), ("torque", "right"), ("joint", "right")]
+        + [("share", "right"), ("verdict", "left"), ("kept", "left")]
+        + ([("text", "left")] if with_text else []),
+        [
+            [
+                row.element,
+                number(row.translation_peak),
+                number(row.rotation_peak),
+                number(row.torque_peak),
+                str(row.torque_joint),
+                percent(row.torque_share),
+                *(_SHORT[word] for word in words),
+            ]
+            for row in shown
+            for words in [(row.verdict, row.kept, *([row.text_verdict] if with_text else []))]
+        ],
+    )

@@ -1,18 +1,21 @@
-"""Entry point: `gd-analyze ROBOT TRAJECTORY` is the main job, every other verb a subcommand."""
+"""The verbs: `gd-analyze ROBOT TRAJECTORY` is the main job, every other verb a subcommand."""
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Sequence
+from itertools import takewhile
+from pathlib import Path
 
 import click
+from click.shell_completion import CompletionItem
 
 from gd_analyze.cli.analyze import analyze
 from gd_analyze.cli.arms import arms
 from gd_analyze.cli.completion import completion
 from gd_analyze.cli.evaluate import evaluate
+from gd_analyze.cli.options import ROBOT
 from gd_analyze.cli.plan import plan
-from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.errors import UsageError
+from gd_analyze.resources import shipped
 from gd_analyze.version import __version__
 
 EPILOG = """\b
@@ -21,7 +24,16 @@ Examples:
   gd-analyze my_arm.toml my_move.csv --budget 0.5% --out results
   gd-analyze arms puma560
   gd-analyze evaluate results/model.json other.csv
+
+\b
+Exit codes:
+  0  done; warnings, if any, are on standard error
+  1  gd-analyze or the machine failed
+  2  the command or its input is at fault, and nothing was written
+  130  interrupted
 """
+
+_FLAGS = {"--json", "--quiet", "--debug"}
 
 
 class MainJobGroup(click.Group):
@@ -30,9 +42,42 @@ class MainJobGroup(click.Group):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Put the main job's verb in front where the user left it out."""
         own = {name for param in self.get_params(ctx) for name in param.opts}
-        if args and args[0] not in self.commands and args[0] not in own:
+        flags = list(takewhile(_FLAGS.__contains__, args))
+        rest = args[len(flags) :]
+        if rest and rest[0] in self.commands:
+            args = [rest[0], *flags, *rest[1:]]
+        elif args and args[0] not in own:
+            if rest and not ctx.resilient_parsing:
+                self._refuse_mistyped_verb(rest[0])
             args = [analyze.name or "", *args]
         return super().parse_args(ctx, args)
+
+    def _refuse_mistyped_verb(self, word: str) -> None:
+        """Suggest a verb, rather than miss an arm, where the word is nearer to a verb."""
+        import difflib
+
+        arms_known = shipped("robots", ".toml")
+        if word.startswith("-") or word in arms_known or Path(word).suffix or Path(word).exists():
+            return
+        verbs = [name for name, command in self.commands.items() if not command.hidden]
+        near = difflib.get_close_matches(word, [*arms_known, *verbs], n=1)
+        if near and near[0] in verbs:
+            raise UsageError(
+                f"there is no verb {word!r}",
+                expected=f"one of {', '.join(verbs)}, or an arm and a trajectory",
+                found="neither a verb, nor a built-in arm, nor an existing file",
+                next_step=f"did you mean `gd-analyze {near[0]}`?",
+            )
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Offer what may come first: a verb, an arm, or an option of the main job."""
+        if incomplete.startswith("-"):
+            main_job = click.Context(analyze, parent=ctx, resilient_parsing=True)
+            own = super().shell_complete(ctx, incomplete)
+            values = {item.value for item in own}
+            more = [item for item in analyze.shell_complete(main_job, incomplete) if item.value not in values]
+            return [*own, *more]
+        return [*ROBOT.shell_complete(ctx, None, incomplete), *super().shell_complete(ctx, incomplete)]
 
     def format_usage(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Show the main job's usage beside the verbs'."""
@@ -44,47 +89,31 @@ class MainJobGroup(click.Group):
         inner = click.Context(analyze, info_name=analyze.name, parent=ctx)
         records = [r for p in analyze.get_params(inner) if (r := p.get_help_record(inner)) is not None]
         records = [r for r in records if "--help" not in r[0]]
-        with formatter.section("Options of the main job"):
+        with formatter.section("The main job"):
             formatter.write_dl(records)
         super().format_options(ctx, formatter)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the verbs, and say where their options are told."""
+        rows = [(name, c.get_short_help_str(60)) for name, c in self.commands.items() if not c.hidden]
+        with formatter.section("Verbs (gd-analyze VERB --help tells more)"):
+            formatter.write_dl(rows)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Keep the order in which a user meets the verbs."""
         return list(self.commands)
 
 
-@click.group(cls=MainJobGroup, epilog=EPILOG, no_args_is_help=True, context_settings={"max_content_width": 100})
-@click.version_option(__version__, prog_name="gd-analyze")
+@click.group(
+    cls=MainJobGroup,
+    epilog=EPILOG,
+    no_args_is_help=True,
+    context_settings={"max_content_width": 80, "help_option_names": ["-h", "--help"]},
+)
+@click.version_option(__version__, prog_name="gd-analyze", message="%(prog)s %(version)s")
 def app() -> None:
-    """Split an arm's dynamics by effect, rank the parts, drop what the torque budget allows.
-
-    ROBOT is a built-in arm (see `gd-analyze arms`) or the path of an arm's TOML file; TRAJECTORY is a CSV
-    file, the name of a shipped trajectory, or - for standard input. Results go to
-    reports/ROBOT-TRAJECTORY/ unless --out names another folder.
-    """
+    """Split an arm's dynamics by effect, rank the parts, drop what the torque budget allows."""
 
 
 for command in (analyze, arms, plan, evaluate, completion):
     app.add_command(command)
-
-
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and leave with its exit code: 0 done, 2 the user's input is at fault."""
-    words = list(sys.argv[1:] if arguments is None else arguments)
-    debug = "--debug" in words
-    try:
-        app(words, prog_name="gd-analyze", standalone_mode=False)
-    except GdAnalyzeError as error:
-        if debug:
-            raise
-        click.echo(f"{click.style('error', fg='red', bold=True)}: {error}", err=True)
-        sys.exit(2)
-    except click.ClickException as error:
-        error.show()
-        sys.exit(2)
-    except (click.Abort, KeyboardInterrupt):
-        click.echo("interrupted; nothing half-written was left behind", err=True)
-        sys.exit(130)
-    except BrokenPipeError:
-        sys.stderr.close()
-        sys.exit(0)

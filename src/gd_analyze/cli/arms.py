@@ -8,44 +8,44 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.cli.options import ROBOT, reporting
+from gd_analyze.cli.options import ROBOT, ROBOT_HELP, reporting
 
 if TYPE_CHECKING:
     from gd_analyze.robots import RobotArm
 
 
-@click.command()
-@click.argument("robot", type=ROBOT, required=False)
+@click.command(short_help="List the built-in arms, or show one.")
+@click.argument("robot", type=ROBOT, required=False, help=ROBOT_HELP)
 @click.option("--toml", is_flag=True, help="Print the arm's TOML file, a template for your own arm.")
 @reporting
 def arms(robot: str | None, toml: bool, as_json: bool, quiet: bool, debug: bool) -> None:
-    """List the built-in arms, or show one: table, masses, limits, drives, sources.
+    r"""List the built-in arms, or show one: table, masses, limits, drives, sources.
 
     \b
-    Example:
+    Examples:
+      gd-analyze arms puma560
       gd-analyze arms puma560 --toml > my_arm.toml
     """
     from gd_analyze.cli.terminal import print_json, warnings_told
-    from gd_analyze.robots import builtin_arms, load_arm
 
+    if toml and (robot is None or as_json):
+        raise click.UsageError("--toml needs the name of an arm, and goes without --json")
     with warnings_told(quiet):
-        if robot is None:
-            if toml:
-                raise click.UsageError("--toml needs the name of an arm.")
-            catalogue = {name: load_arm(name) for name in builtin_arms()}
-        else:
-            arm = load_arm(robot)
-    if robot is None:
-        if as_json:
-            print_json([{"name": a.name, "title": a.title, "joints": a.n_joints} for a in catalogue.values()])
-        elif not quiet:
-            _list(catalogue)
-    elif toml:
+        from gd_analyze.robots import builtin_arms, load_arm
+
+        shown = [load_arm(name) for name in (builtin_arms() if robot is None else [robot])]
+    if toml and robot is not None:
         click.echo(Path(builtin_arms().get(robot, robot)).read_text(encoding="utf-8"), nl=False)
     elif as_json:
-        print_json(_document(arm))
+        print_json([_summary(arm) for arm in shown] if robot is None else _document(shown[0]))
+    elif not quiet and robot is None:
+        _list(shown)
     elif not quiet:
-        _show(arm)
+        _show(shown[0])
+
+
+def _summary(arm: RobotArm) -> dict[str, Any]:
+    return {"name": arm.name, "title": arm.title, "joints": arm.n_joints, "drives": bool(arm.drives)}
 
 
 def _document(arm: RobotArm) -> dict[str, Any]:
@@ -64,70 +64,39 @@ def _document(arm: RobotArm) -> dict[str, Any]:
     }
 
 
-def _list(catalogue: dict[str, RobotArm]) -> None:
-    from gd_analyze.cli.terminal import console, table
+def _list(catalogue: list[RobotArm]) -> None:
+    from gd_analyze.cli.terminal import line, sentence, table
     from gd_analyze.trajectories import shipped_trajectories
 
-    screen = console()
-    rows = [[a.name, a.title, str(a.n_joints), "yes" if a.drives else "no"] for a in catalogue.values()]
-    headings = [("name", "left"), ("title", "left"), ("joints", "right"), ("drives", "left")]
-    screen.print(table("Built-in arms", headings, rows))
-    screen.print("Shipped trajectories: " + ", ".join(shipped_trajectories()))
-    screen.print("Your own arm: a TOML file, see `gd-analyze arms puma560 --toml`.")
+    rows = [[a.name, a.title, str(a.n_joints), "yes" if a.drives else "no"] for a in catalogue]
+    table(
+        "Built-in arms", [("name", "left"), ("title", "left"), ("joints", "right"), ("drives", "left")], rows
+    )
+    line()
+    sentence("Shipped trajectories: " + ", ".join(shipped_trajectories()))
+    sentence("Your own arm is a TOML file: `gd-analyze arms puma560 --toml` prints one to start from.")
 
 
 def _show(arm: RobotArm) -> None:
-    from gd_analyze.cli.terminal import console, table
+    from gd_analyze.cli.terminal import line, sentence
 
-    screen = console()
-    screen.print(f"[bold]{arm.title}[/bold] ({arm.name}), {arm.n_joints} joints, gravity {_vector(arm.gravity)} m/s²")
+    sentence(f"{arm.title} ({arm.name}), {arm.n_joints} joints", bold=True)
+    sentence(f"gravity {' '.join(f'{g:g}' for g in arm.gravity)} m/s² along x, y, z of the base frame")
     if arm.dh_table:
-        screen.print(_dh(arm))
-    screen.print(
-        table(
-            "Links: centre of mass in the link frame, inertia about it",
-            [("link", "left"), ("mass kg", "right"), ("x, y, z m", "right"), ("Ixx Iyy Izz kg m²", "right")]
-            + [("Ixy Ixz Iyz", "right")],
-            [
-                [
-                    link.name,
-                    f"{link.mass:g}",
-                    _vector(link.com),
-                    _vector(link.inertia_com.diagonal()),
-                    _vector(link.inertia_com[[0, 0, 1], [1, 2, 2]]),
-                ]
-                for link in arm.links
-            ],
-        )
-    )
-    screen.print(_limits(arm))
+        _show_dh_table(arm)
+    _show_links(arm)
+    _show_limits(arm)
     if arm.drives:
-        screen.print(
-            table(
-                "Drives: inertia at the joint kg m², friction at the motor N m s, N m, limit N m",
-                [("joint", "left"), ("inertia", "right"), ("ratio", "right"), ("viscous", "right")]
-                + [("Coulomb", "right"), ("limit", "right")],
-                [
-                    [
-                        joint.name,
-                        f"{d.inertia:g}" + (f" ± {d.inertia_uncertainty:g}" if d.inertia_uncertainty else ""),
-                        f"{d.gear_ratio:g}",
-                        f"{d.viscous:.3g}",
-                        f"{d.coulomb[0]:.3g} / {d.coulomb[1]:.3g}",
-                        f"{d.torque_limit:g}" if d.torque_limit else "",
-                    ]
-                    for joint, d in zip(arm.joints, arm.drives, strict=True)
-                ],
-            )
-        )
+        _show_drives(arm)
     for heading, sentences in (("Sources", arm.sources), ("Assumptions", arm.assumptions)):
         if sentences:
-            screen.print(f"[bold]{heading}[/bold]")
-            for sentence in sentences:
-                screen.print(f"- {sentence}", markup=False)
+            line()
+            sentence(heading, bold=True)
+            for text in sentences:
+                sentence(f"- {text}", indent="  ")
 
 
-def _dh(arm: RobotArm) -> Any:
+def _show_dh_table(arm: RobotArm) -> None:
     from gd_analyze.cli.terminal import table
 
     rows = []
@@ -145,22 +114,67 @@ def _dh(arm: RobotArm) -> Any:
             ]
         )
     headings = [("joint", "left"), ("kind", "left"), ("theta °", "right"), ("d m", "right"), ("a m", "right")]
-    return table(arm.convention, [*headings, ("alpha °", "right")], rows)
+    table(arm.convention[:1].upper() + arm.convention[1:], [*headings, ("alpha °", "right")], rows)
 
 
-def _limits(arm: RobotArm) -> Any:
+def _show_links(arm: RobotArm) -> None:
+    from gd_analyze.cli.terminal import table
+
+    products = bool((arm.inertia_com[:, [0, 0, 1], [1, 2, 2]] != 0).any())
+    rows = []
+    for link in arm.links:
+        numbers = [link.mass, *link.com, *link.inertia_com.diagonal()]
+        if products:
+            numbers.extend(link.inertia_com[[0, 0, 1], [1, 2, 2]])
+        rows.append([link.name, *(f"{value:g}" for value in numbers)])
+    columns = ["mass", "x", "y", "z", "Ixx", "Iyy", "Izz", *(("Ixy", "Ixz", "Iyz") if products else ())]
+    table(
+        "Links: mass (kg), centre of mass (m) and inertia about it (kg m²), in the link's frame"
+        + ("" if products else "; all products of inertia are zero"),
+        [("link", "left"), *((column, "right") for column in columns)],
+        rows,
+    )
+
+
+def _show_limits(arm: RobotArm) -> None:
     from gd_analyze.cli.terminal import table
 
     rows = []
     for joint in arm.joints:
-        scale = math.degrees(1.0) if joint.kind == "revolute" else 1.0
+        scale, unit = (math.degrees(1.0), "°") if joint.kind == "revolute" else (1.0, "m")
         ends = [f"{end * scale:g}" if end is not None else "?" for end in (joint.lower, joint.upper)]
-        rates = [f"{x:g}" if x is not None else "?" for x in (joint.rate_limit, joint.acceleration_limit)]
-        unit = "°" if joint.kind == "revolute" else "m"
-        rows.append([joint.name, f"{ends[0]} .. {ends[1]} {unit}", *(f"{rates[k]} {joint.unit}/s{'²' * k}" for k in (0, 1))])
+        limits = [joint.rate_limit, joint.acceleration_limit]
+        rows.append(
+            [joint.name, f"{ends[0]} .. {ends[1]} {unit}"]
+            + [
+                f"{limit:g} {joint.unit}/s{'²' * k}" if limit is not None else "?"
+                for k, limit in enumerate(limits)
+            ]
+        )
     headings = [("joint", "left"), ("range", "right"), ("rate", "right"), ("acceleration", "right")]
-    return table("Limits", headings, rows)
+    table("Limits", headings, rows)
 
 
-def _vector(values: Any) -> str:
-    return " ".join(f"{value:g}" for value in values)
+def _show_drives(arm: RobotArm) -> None:
+    from gd_analyze.cli.terminal import table
+
+    rows = [
+        [
+            joint.name,
+            f"{drive.inertia:g}",
+            f"{drive.inertia_uncertainty:g}" if drive.inertia_uncertainty is not None else "?",
+            f"{drive.gear_ratio:g}",
+            f"{drive.viscous:g}",
+            f"{drive.coulomb[0]:g}",
+            f"{drive.coulomb[1]:g}",
+            f"{drive.torque_limit:g}" if drive.torque_limit is not None else "?",
+        ]
+        for joint, drive in zip(arm.joints, arm.drives, strict=True)
+    ]
+    columns = ("inertia", "±", "ratio", "viscous", "Coulomb +", "Coulomb -", "limit")
+    table(
+        "Drives: inertia at the joint (kg m²), gear ratio, friction at the motor (N m s and N m), "
+        "torque limit at the joint (N m)",
+        [("joint", "left"), *((column, "right") for column in columns)],
+        rows,
+    )

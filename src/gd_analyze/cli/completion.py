@@ -6,15 +6,19 @@ import click
 from click.shell_completion import get_completion_class
 
 
-@click.command()
-@click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
+@click.command(short_help="Print a shell's completion script.")
+@click.argument(
+    "shell", type=click.Choice(["bash", "zsh", "fish"]), metavar="SHELL", help="bash, zsh or fish."
+)
 @click.pass_context
 def completion(ctx: click.Context, shell: str) -> None:
-    """Print the completion script of a shell.
+    r"""Print the completion script of a shell: verbs, options, arms and trajectories.
 
     \b
-    Example:
+    Put one of these into ~/.bashrc, ~/.zshrc or ~/.config/fish/config.fish:
       eval "$(gd-analyze completion bash)"
+      eval "$(gd-analyze completion zsh)"
+      gd-analyze completion fish | source
     """
     kind = get_completion_class(shell)
     assert kind is not None  # click ships all three

@@ -3,37 +3,59 @@
 from __future__ import annotations
 
 import math
-import shlex
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.cli.options import ROBOT, reporting
-from gd_analyze.errors import UsageError
+from gd_analyze.cli.options import ROBOT, ROBOT_HELP, PositiveNumber, command_line, reporting
+from gd_analyze.errors import TrajectoryError, UsageError
 
 if TYPE_CHECKING:
     from gd_analyze.robots import RobotArm
     from gd_analyze.trajectories import Plan
 
 
-@click.command()
-@click.argument("robot", type=ROBOT)
-@click.option("--from", "start", required=True, metavar="LIST", help="Start: degrees (m), comma-separated.")
-@click.option("--to", "goal", required=True, metavar="LIST", help="Goal: degrees (m), comma-separated.")
+# As in `gd_analyze.trajectories.PROFILES`, which loads NumPy.
+PROFILE_NAMES = ("4-3-4", "3-5-3", "quintic", "cubic", "trapezoidal")
+
+# How the library's arguments are called on the command line.
+_OPTIONS = {"start": "--from", "goal": "--to", "via": "--via"}
+
+
+@click.command(short_help="Plan a trajectory and hold it against the arm's limits.")
+@click.argument("robot", type=ROBOT, help=ROBOT_HELP)
+@click.option("--from", "start", required=True, metavar="LIST", help="Start, comma-separated: degrees (m).")
+@click.option("--to", "goal", required=True, metavar="LIST", help="Goal, comma-separated: degrees (m).")
 @click.option("--via", multiple=True, metavar="LIST", help="A point in between; repeatable, in order.")
-@click.option("--points", default=31, show_default=True, help="Number of set points.")
-@click.option("--duration", required=True, type=float, metavar="SECONDS", help="Time from start to goal.")
+@click.option(
+    "--points",
+    type=click.IntRange(min=2),
+    default=31,
+    show_default=True,
+    metavar="NUMBER",
+    help="Number of set points, evenly spaced in time.",
+)
+@click.option(
+    "--duration", required=True, type=PositiveNumber(), metavar="SECONDS", help="Time from start to goal."
+)
 @click.option(
     "--profile",
+    type=click.Choice(PROFILE_NAMES),
     default="4-3-4",
     show_default=True,
     metavar="NAME",
-    help="4-3-4, 3-5-3, quintic, cubic or trapezoidal.",
+    help=f"{', '.join(PROFILE_NAMES[:-1])} or {PROFILE_NAMES[-1]}.",
 )
-@click.option("--allow-violations", is_flag=True, help="Warn when rates or accelerations exceed their limits.")
-@click.option("-o", "--out", type=click.Path(path_type=Path), help="CSV file; standard output if left out.")
+@click.option(
+    "--allow-violations", is_flag=True, help="Only warn of rates or accelerations over their limits."
+)
+@click.option(
+    "-o",
+    "--out",
+    type=click.Path(path_type=Path),
+    help="CSV file; left out, the CSV goes to standard output.",
+)
 @reporting
 def plan(
     robot: str,
@@ -49,43 +71,70 @@ def plan(
     quiet: bool,
     debug: bool,
 ) -> None:
-    """Plan set points from rest to rest and report them against the arm's limits.
+    r"""Plan set points from rest to rest and report them against the arm's limits.
+
+    The CSV file records the command that made it in its first line.
 
     \b
-    Example:
-      gd-analyze plan two_link --from 0,0 --to 60,-45 --duration 2 \\
-          --profile quintic -o swing.csv
+    Examples:
+      gd-analyze plan two_link --from 0,0 --to 60,-45 --duration 2 -o swing.csv
+      gd-analyze plan two_link --from 0,0 --to 60,-45 --duration 2 |
+          gd-analyze two_link -
     """
-    from gd_analyze.cli.terminal import console, print_json, warnings_told
-    from gd_analyze.robots import load_arm
-    from gd_analyze.trajectories import make_plan, trajectory_csv, write_trajectory
+    from gd_analyze.cli.terminal import line, print_json, sentence, stages, warnings_told
 
-    with warnings_told(quiet):
+    with warnings_told(quiet) as told, stages(quiet) as stage:
+        stage("planning")
+        from gd_analyze.robots import load_arm
+        from gd_analyze.trajectories import make_plan, trajectory_csv, write_trajectory
+
         arm = load_arm(robot)
-        made = make_plan(
-            arm,
-            _joint_values(arm, start, "--from"),
-            _joint_values(arm, goal, "--to"),
-            [_joint_values(arm, point, "--via") for point in via],
-            duration=duration,
-            n_set_points=points,
-            profile=profile,
-            allow_violations=allow_violations,
-            name=out.stem if out is not None else None,
-        )
-    comments = [shlex.join(["gd-analyze", *sys.argv[1:]])]
-    if out is not None:
-        write_trajectory(made.trajectory, out, comments)
-    elif not as_json:
-        click.echo(trajectory_csv(made.trajectory, comments), nl=False)
+        knots = [_joint_values(arm, text, option) for option, text in _points(start, goal, via)]
+        try:
+            made = make_plan(
+                arm,
+                knots[0],
+                knots[1],
+                knots[2:],
+                duration=duration,
+                n_set_points=points,
+                profile=profile,
+                allow_violations=allow_violations,
+                name=out.stem if out is not None else None,
+            )
+        except TrajectoryError as error:
+            raise _in_words_of_the_command(error) from None
+        if out is not None:
+            write_trajectory(made.trajectory, out, [command_line()])
     if as_json:
-        print_json(_document(made, out))
-    elif not quiet and out is not None:
-        screen = console()
-        screen.print(_limits(made))
+        print_json(_document(made, told, out))
+    elif out is None:
+        click.echo(trajectory_csv(made.trajectory, [command_line()]), nl=False)
+    elif not quiet:
+        _show_limits(made)
+        line()
         if made.shortest_duration is not None:
-            screen.print(f"The limits allow this motion in {made.shortest_duration:.3g} s at the shortest.")
-        screen.print(f"wrote {out}", soft_wrap=True)
+            sentence(f"The limits allow this motion in {made.shortest_duration:.3g} s at the shortest.")
+        line(f"wrote {out}")
+
+
+def _points(start: str, goal: str, via: tuple[str, ...]) -> list[tuple[str, str]]:
+    return [("--from", start), ("--to", goal), *(("--via", point) for point in via)]
+
+
+def _in_words_of_the_command(error: TrajectoryError) -> TrajectoryError:
+    """Name options where the library names its arguments, which are in radians."""
+    details = dict(error.details)
+    option = _OPTIONS.get(details.get("where", "").partition(" ")[0])
+    next_step = details.pop("next", None)
+    if option is not None:
+        details["where"] = option
+        next_step = (
+            "`gd-analyze arms ROBOT` shows the ranges" if "radians" in (next_step or "") else next_step
+        )
+    if next_step is not None:
+        next_step = next_step.replace("allow_violations=True", "--allow-violations")
+    return TrajectoryError(error.what, **details, next_step=next_step)
 
 
 def _joint_values(arm: RobotArm, text: str, option: str) -> list[float]:
@@ -115,44 +164,48 @@ def _joint_values(arm: RobotArm, text: str, option: str) -> list[float]:
     return values
 
 
-def _rows(made: Plan) -> list[dict[str, Any]]:
+def _document(made: Plan, told: list[str], out: Path | None) -> dict[str, Any]:
     from dataclasses import asdict
 
-    return [asdict(joint) for joint in made.limits.rows]
-
-
-def _document(made: Plan, out: Path | None) -> dict[str, Any]:
+    motion = made.trajectory
     return {
-        "file": str(out) if out is not None else None,
-        "set_points": made.trajectory.n_set_points,
+        "trajectory": motion.name,
+        "set_points": motion.n_set_points,
         "knot_times": made.knot_times.tolist(),
         "shortest_duration": made.shortest_duration,
-        "joints": _rows(made),
+        "joints": [asdict(row) for row in made.limits.rows],
+        "time": motion.time.tolist(),
+        "q": motion.q.tolist(),
+        "qd": motion.qd.tolist(),
+        "qdd": motion.qdd.tolist(),
+        "warnings": told,
+        "files": [str(out)] if out is not None else [],
     }
 
 
-def _limits(made: Plan) -> Any:
-    """Extremes of the motion beside the limits, angles in degrees."""
+def _show_limits(made: Plan) -> None:
+    """Extremes of the motion beside the limits, angles in degrees as they were typed."""
     from gd_analyze.cli.terminal import table
 
     rows = []
     for row in made.limits.rows:
         scale, unit = (math.degrees(1.0), "°") if row.unit == "rad" else (1.0, "m")
 
-        def shown(value: float | None, scale: float = scale) -> str:
+        def shown(value: float | None, scale: float = 1.0) -> str:
             return "?" if value is None else f"{value * scale:.3g}"
 
         rows.append(
             [
-                f"{row.joint} {row.name}",
-                f"{shown(row.lowest)} .. {shown(row.highest)}",
-                f"{shown(row.lower)} .. {shown(row.upper)}",
+                f"{row.joint} {row.name}" if row.name != str(row.joint) else row.name,
+                f"{shown(row.lowest, scale)} .. {shown(row.highest, scale)}",
+                f"{shown(row.lower, scale)} .. {shown(row.upper, scale)}",
                 unit,
-                f"{row.rate:.3g} / {shown(row.rate_limit, 1.0)}",
-                f"{row.acceleration:.3g} / {shown(row.acceleration_limit, 1.0)}",
-                row.unit,
+                f"{shown(row.rate)} / {shown(row.rate_limit)}",
+                f"{row.unit}/s",
+                f"{shown(row.acceleration)} / {shown(row.acceleration_limit)}",
+                f"{row.unit}/s²",
             ]
         )
     headings = [("joint", "left"), ("motion", "right"), ("range", "right"), ("", "left")]
-    headings += [("rate / limit", "right"), ("acc. / limit", "right"), ("per s, s²", "left")]
-    return table("Extremes of the motion, between the set points too", headings, rows)
+    headings += [("rate / limit", "right"), ("", "left"), ("acc. / limit", "right"), ("", "left")]
+    table("Extremes of the motion, between the set points too", headings, rows)

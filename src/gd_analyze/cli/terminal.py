@@ -1,11 +1,14 @@
-"""What every verb prints with: a console, tables that fit 80 columns, warnings, progress."""
+"""What every verb prints with: tables, sentences, JSON, warnings and progress."""
 
 from __future__ import annotations
 
 import json
+import math
+import os
 import sys
+import textwrap
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -14,63 +17,141 @@ import click
 from gd_analyze.errors import GdAnalyzeWarning
 
 if TYPE_CHECKING:
-    from rich.console import Console
-    from rich.table import Table
+    from rich.progress import Progress
+
+# What a terminal of unknown width, a file or a pipe is taken for.
+_WIDTH = 80
 
 
-def console() -> Console:
-    """Console on standard output; plain text when it is not a terminal."""
-    from rich.console import Console
+def sentence(text: str, indent: str = "", bold: bool = False) -> None:
+    """Print a sentence, wrapped between words; `indent` goes before its further lines."""
+    for wrapped in textwrap.wrap(
+        text, _width(), subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+    ):
+        _echo(click.style(wrapped, bold=True) if bold else wrapped)
 
-    return Console(highlight=False, soft_wrap=False, width=None if sys.stdout.isatty() else 80)
+
+def line(text: str = "") -> None:
+    """Print a line that must stay whole, such as a path; a blank line by default."""
+    _echo(text)
 
 
-def table(title: str, columns: Sequence[tuple[str, str]], rows: Sequence[Sequence[str]]) -> Table:
-    """Make a table; each column is (heading, "left" or "right")."""
+def table(title: str, columns: Sequence[tuple[str, str]], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table behind a blank line; each column is (heading, "left" or "right").
+
+    A table wider than the terminal is printed at its full width: a number is never cut.
+    """
+    import io
+
     from rich import box
+    from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
-    out = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
-    out.min_width = min(len(title), 78)
-    out.padding = (0, 1, 0, 0)
-    for heading, side in columns:
-        out.add_column(heading, justify="right" if side == "right" else "left", no_wrap=True)
+    grid = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
+    for text, side in columns:
+        grid.add_column(Text(text), justify="right" if side == "right" else "left", no_wrap=True)
     for row in rows:
-        out.add_row(*row)
-    return out
+        # Text, because names may hold square brackets, which rich would take for markup.
+        grid.add_row(*(Text(cell) for cell in row))
+    drawn = io.StringIO()
+    Console(file=drawn, width=10_000, color_system=None).print(grid)
+    lines = [drawn_line.rstrip() for drawn_line in drawn.getvalue().splitlines()]
+    _echo("")
+    if title:
+        sentence(title, bold=True)
+    _echo("\n".join(lines))
 
 
 def print_json(value: Any) -> None:
-    """Print plain values as JSON."""
-    click.echo(json.dumps(value, indent=2, ensure_ascii=False))
+    """Print plain values as JSON, in ASCII and without the NaN and Infinity that JSON does not know."""
+    click.echo(json.dumps(_finite(value), indent=2, allow_nan=False))
+
+
+def tell(kind: str, text: str) -> None:
+    """Print an error or a warning to standard error."""
+    colour = "red" if kind == "error" else "yellow"
+    click.echo(f"{click.style(kind, fg=colour, bold=True)}: {text}", err=True, color=_colour())
 
 
 @contextmanager
 def warnings_told(quiet: bool) -> Iterator[list[str]]:
-    """Collect the library's warnings and print them, once each, to standard error."""
+    """Collect the library's warnings, once each, and print them to standard error in the end.
+
+    Yields the list, which grows as warnings come in; what the caller appends is printed too.
+    """
     told: list[str] = []
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", GdAnalyzeWarning)
-        yield told
-    for item in caught:
-        if not issubclass(item.category, GdAnalyzeWarning):
-            warnings.warn_explicit(item.message, item.category, item.filename, item.lineno)
-        elif str(item.message) not in told:
-            told.append(str(item.message))
-            if not quiet:
-                click.echo(f"{click.style('warning', fg='yellow', bold=True)}: {item.message}", err=True)
+    shown_by_python = warnings.showwarning
+
+    def note(message: Warning | str, category: type[Warning], *rest: Any, **more: Any) -> None:
+        if not issubclass(category, GdAnalyzeWarning):
+            shown_by_python(message, category, *rest, **more)
+        elif str(message) not in told:
+            told.append(str(message))
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("always", GdAnalyzeWarning)
+            warnings.showwarning = note
+            yield told
+    finally:
+        if not quiet:
+            for text in told:
+                tell("warning", text)
+
+
+class Stages:
+    """Says on standard error what is going on; silent without a progress display."""
+
+    def __init__(self, display: Progress | None = None) -> None:
+        self._display = display
+        self._task = display.add_task("") if display is not None else None
+
+    def __call__(self, label: str, total: int | None = None) -> None:
+        """Begin a stage of `total` steps, or of an unknown number."""
+        if self._display is not None and self._task is not None:
+            self._display.reset(self._task, description=label, total=total)
+
+    def advance(self, steps: int) -> None:
+        """Note that some steps are done."""
+        if self._display is not None and self._task is not None:
+            self._display.advance(self._task, steps)
 
 
 @contextmanager
-def progress_bar(label: str, total: int, shown: bool) -> Iterator[Callable[[int], None]]:
-    """Show a bar on standard error while work of more than a second goes on."""
-    if not shown or not sys.stderr.isatty():
-        yield lambda done: None
+def stages(quiet: bool) -> Iterator[Stages]:
+    """Show the stages of the work on standard error while it lasts, if that is a terminal."""
+    if quiet or not sys.stderr.isatty():
+        yield Stages()
         return
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    columns = (TextColumn(label), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(label, total=total)
-        yield lambda done: bar.advance(task, done)
+    columns = (SpinnerColumn(), TextColumn("{task.description:<34}"), BarColumn(24), TimeElapsedColumn())
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, redirect_stdout=False) as display:
+        yield Stages(display)
+
+
+def _echo(text: str) -> None:
+    click.echo(text, color=_colour())
+
+
+def _colour() -> bool | None:
+    """Whether to colour: never where NO_COLOR asks for none, else if it is a terminal."""
+    return False if os.environ.get("NO_COLOR") else None
+
+
+def _width() -> int:
+    import shutil
+
+    return max(40, shutil.get_terminal_size((_WIDTH, 24)).columns) if sys.stdout.isatty() else _WIDTH
+
+
+def _finite(value: Any) -> Any:
+    """Put null where a number is not finite, at any depth."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -151,7 +151,7 @@ def coupling(moments: CompositeMoments, pairs: tuple[Array, ...], out: Array | N
 def coriolis_centrifugal(
     moments: CompositeMoments, pairs: tuple[Array, ...], qd: Array
 ) -> tuple[Array, Array]:
-    """h by effect and its centrifugal share, each of shape (2, n, N). [FGL87] Eqs. (3.4-26), (3.4-27)."""
+    """H by effect and its centrifugal share, each of shape (2, n, N). [FGL87] Eqs. (3.4-26), (3.4-27)."""
     n, count = qd.shape
     spins = moments.turning * qd[:, None]
     below = np.cumsum(spins, axis=0) - spins

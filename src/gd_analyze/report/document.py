@@ -133,7 +133,6 @@ def _dominance(findings: Findings, rows: tuple[DominanceRow, ...]) -> list[dict[
         aligned(_change(getattr(row, key)) for row in rows)
         for key in ("without_translation", "without_rotation")
     ]
-    indices = zip(findings.dominance.i.values - 1, findings.dominance.j.values - 1, strict=True)
     return [
         {
             "rank": row.rank,
@@ -154,7 +153,7 @@ def _dominance(findings: Findings, rows: tuple[DominanceRow, ...]) -> list[dict[
             "text": row.text_verdict,
             "agrees": row.dominant == row.text_verdict,
         }
-        for k, (row, (i, j)) in enumerate(zip(rows, indices, strict=True))
+        for k, row in enumerate(rows)
     ]
 
 

@@ -10,6 +10,7 @@ holds d, a and alpha.
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
@@ -104,17 +105,17 @@ class RobotArm:
     @cached_property
     def mass(self) -> FloatArray:
         """m_s, kg, shape (n,)."""
-        return np.array([link.mass for link in self.links])
+        return _read_only([link.mass for link in self.links])
 
     @cached_property
     def com(self) -> FloatArray:
         """Centres of mass in their link frames, m, shape (n, 3)."""
-        return np.array([link.com for link in self.links])
+        return _read_only([link.com for link in self.links])
 
     @cached_property
     def inertia_com(self) -> FloatArray:
         """I_s about the centres of mass in link frames, kg m^2, shape (n, 3, 3)."""
-        return np.array([link.inertia_com for link in self.links])
+        return _read_only([link.inertia_com for link in self.links])
 
     @cached_property
     def is_revolute(self) -> tuple[bool, ...]:
@@ -143,4 +144,10 @@ class RobotArm:
                 expected="one [[drives]] table per joint",
                 next_step="add the drives to the arm file, or leave drives out",
             )
-        return np.array([drive.inertia for drive in self.drives])
+        return _read_only([drive.inertia for drive in self.drives])
+
+
+def _read_only(values: Sequence[float | FloatArray]) -> FloatArray:
+    array = np.array(values, dtype=float)
+    array.flags.writeable = False
+    return array

@@ -1,7 +1,7 @@
 """Reads an arm from a TOML file: schema, units, and the line of the file that is to blame.
 
-Units are SI and radians unless a key says otherwise: `alpha_deg`, `theta_deg`, `range_deg`,
-`rate_limit_deg`, `acceleration_limit_deg`, `a_mm`, `d_mm`.
+Units are SI and radians unless a key says otherwise: `alpha_deg`, `theta_deg`, `a_mm`, `d_mm`, `com_mm`, and
+for a joint's `range`, `rate_limit` and `acceleration_limit` `_deg` where it turns, `_mm` where it slides.
 """
 
 from __future__ import annotations
@@ -23,12 +23,17 @@ from gd_analyze.vectors import FloatArray
 
 FORMAT = "gd-analyze arm 1"
 
-_DEGREES = math.pi / 180
-_UNIT_SUFFIXES = {"_deg": _DEGREES, "_mm": 1e-3}
+_UNIT_SUFFIXES = {"_deg": math.pi / 180, "_mm": 1e-3}
+_LIMITS = ("range", "rate_limit", "acceleration_limit")
 
 
 class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+    @classmethod
+    def _unit_suffixes(cls, data: dict[str, Any]) -> dict[str, str]:
+        """Suffix that each key may take, given the rest of its table."""
+        return {}
 
     @model_validator(mode="before")
     @classmethod
@@ -36,15 +41,13 @@ class _Table(BaseModel):
         """Fold keys with a unit suffix into their SI key."""
         if not isinstance(data, dict):
             return data
+        converted = {f"{key}{suffix}": (key, suffix) for key, suffix in cls._unit_suffixes(data).items()}
         out: dict[str, Any] = {}
-        for key, value in data.items():
-            suffix = next((s for s in _UNIT_SUFFIXES if key.endswith(s)), None)
-            target = key.removesuffix(suffix) if suffix else key
-            if suffix and target not in cls.model_fields:
-                target, suffix = key, None
-            if target in out:
-                raise ValueError(f"{target} is given twice, once with a unit suffix")
-            out[target] = _scaled(value, _UNIT_SUFFIXES[suffix]) if suffix else value
+        for given, value in data.items():
+            key, suffix = converted.get(given, (given, None))
+            if key in out:
+                raise ValueError(f"{key} is given twice, once with a unit suffix")
+            out[key] = _scaled(value, _UNIT_SUFFIXES[suffix]) if suffix else value
         return out
 
 
@@ -64,6 +67,12 @@ class _JointTable(_Table):
     range: list[float] | None = Field(default=None, min_length=2, max_length=2)
     rate_limit: float | None = None
     acceleration_limit: float | None = None
+
+    @classmethod
+    def _unit_suffixes(cls, data: dict[str, Any]) -> dict[str, str]:
+        of_motion = "_mm" if data.get("kind") == "prismatic" else "_deg"
+        lengths_and_angles = {"theta": "_deg", "alpha": "_deg", "a": "_mm", "d": "_mm"}
+        return lengths_and_angles | dict.fromkeys(_LIMITS, of_motion)
 
 
 class _InertiaTable(_Table):
@@ -88,6 +97,10 @@ class _LinkTable(_Table):
     inertia_about: Literal["com", "origin"] = "com"
     as_measured: bool = False
     axial_only: bool = False
+
+    @classmethod
+    def _unit_suffixes(cls, data: dict[str, Any]) -> dict[str, str]:
+        return {"com": "_mm"}
 
     def inertia_com(self) -> FloatArray:
         """Inertia about the centre of mass, by the parallel-axis theorem where given elsewhere."""
@@ -127,7 +140,7 @@ def read_arm(path: str | Path) -> RobotArm:
     Parameters
     ----------
     path
-        The file; its keys are described in the README under "Your own arm".
+        The file; docs/arms.md describes its keys.
 
     Returns
     -------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from contextlib import suppress
 from pathlib import Path
 
 from gd_analyze.errors import ArmError
@@ -44,8 +45,9 @@ def load_arm(name_or_path: str | Path) -> RobotArm:
     if text in builtin:
         return read_arm(builtin[text])
     path = Path(name_or_path)
-    if path.is_file():
-        return read_arm(path)
+    with suppress(OSError):  # a name too long for the file system is no file either
+        if path.is_file():
+            return read_arm(path)
     near = difflib.get_close_matches(text, builtin, n=1)
     raise ArmError(
         f"there is no arm {text!r}",

@@ -81,8 +81,8 @@ def arm_from_description(description: dict[str, Any]) -> RobotArm:
     )
 
 
-def fingerprint(arm: RobotArm) -> str:
-    """SHA-256 of the numbers that act on torque at a state; names, limits and drives do not count."""
+def fingerprint(arm: RobotArm, drives: bool = False) -> str:
+    """SHA-256 of the numbers that act on torque at a state; drives on request, never names or limits."""
     description = describe(arm)
     acting = {
         "gravity": description["gravity"],
@@ -91,6 +91,8 @@ def fingerprint(arm: RobotArm) -> str:
             [link[key] for key in ("mass", "com", "inertia_com", "frame")] for link in description["links"]
         ],
     }
+    if drives:
+        acting["drive_inertia"] = description["drive_inertia"]
     return hashlib.sha256(json.dumps(acting, sort_keys=True).encode()).hexdigest()
 
 

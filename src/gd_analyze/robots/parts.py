@@ -194,8 +194,9 @@ class Link:
 
     def __post_init__(self) -> None:
         where = self.source or f"link {self.name}"
-        constant(self.mass, (), f"the mass of link {self.name}", where)
-        if self.mass < 0:
+        mass = float(constant(self.mass, (), f"the mass of link {self.name}", where))
+        object.__setattr__(self, "mass", mass)
+        if mass < 0:
             raise ArmError(
                 f"the mass of link {self.name} is negative",
                 where=where,
@@ -276,6 +277,14 @@ class Drive:
     viscous: float = 0.0
     coulomb: tuple[float, float] = (0.0, 0.0)
     torque_limit: float | None = None
+
+    def __post_init__(self) -> None:
+        inertia = float(constant(self.inertia, (), "the inertia of a drive", "drive"))
+        object.__setattr__(self, "inertia", inertia)
+        if inertia < 0:
+            raise ArmError(
+                "the inertia of a drive is negative", expected="0 or more", found=f"{inertia:g} kg m^2"
+            )
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,20 @@ class Budget:
     amounts: tuple[float, ...] = (0.01,)
     is_share: tuple[bool, ...] = (True,)
 
+    def __post_init__(self) -> None:
+        if not self.amounts or len(self.amounts) != len(self.is_share):
+            raise UsageError(
+                "a budget needs one mark of share or not per amount",
+                where="Budget",
+                expected="amounts and is_share of the same length, at least 1",
+                found=f"{len(self.amounts)} and {len(self.is_share)}",
+            )
+        for amount in self.amounts:
+            if not 0 <= amount < np.inf:
+                raise UsageError(
+                    "a budget cannot be that", where="Budget", expected="0 or more", found=f"{amount:g}"
+                )
+
     @classmethod
     def parse(cls, text: str) -> Budget:
         """Read "1%", "0.5" (N m), or one such entry per joint: "1%,1%,0.2".

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gd_analyze.dominance import ROUND_OFF_SHARE, peak_magnitude
+from gd_analyze.dominance import ROUND_OFF_SHARE, Element, peak_magnitude
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.models.element_level import Part, parts_of, trace_parts
+from gd_analyze.models.element_level import Part, TracedParts, parts_of, trace_parts
 from gd_analyze.models.simplified import ErrorTable, SimplifiedModel
+from gd_analyze.operations import Expression
 from gd_analyze.robots import RobotArm
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.selection import blocks, select
@@ -18,6 +19,9 @@ from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
     import xarray as xr
+
+# Where no joint feels any torque, a share of it allows nothing: still a number to divide by.
+_NO_TORQUE = 1e-200
 
 
 def simplify(
@@ -61,16 +65,12 @@ def simplify(
     budget = budget or Budget()
     parts = parts_of(arm.n_joints)
     peak_torque = peak_magnitude(dataset.torque.values)
-    allowed = np.maximum(budget.allowed(peak_torque), ROUND_OFF_SHARE * peak_torque.max())
+    floor = max(ROUND_OFF_SHARE * float(peak_torque.max()), _NO_TORQUE)
+    allowed = np.maximum(budget.allowed(peak_torque), floor)
     traced = trace_parts(arm)
     costs = blocks(traced.trace, [[traced.expression(part)] for part in parts])
-    for p, part in enumerate(parts):
-        # Adding a part to its joints' torque, and for D the product with the acceleration.
-        products, additions = _assembly(part)
-        costs[frozenset([p])] = costs.get(frozenset([p]), 0) + additions
-        if products:
-            pair = frozenset([p, p + 1 if part.effect == "translation" else p - 1])
-            costs[pair] = costs.get(pair, 0) + (products if part.effect == "translation" else 0)
+    for needing, operations in assembly(traced, parts, "drive_torque" in dataset).items():
+        costs[needing] = costs.get(needing, 0) + operations
     selection = select(torque_by_part(dataset, parts), allowed, costs)
     return model_of(
         arm,
@@ -140,9 +140,31 @@ def torque_by_part(dataset: xr.Dataset, parts: tuple[Part, ...]) -> FloatArray:
     return out
 
 
-def _assembly(part: Part) -> tuple[int, int]:
-    """Multiplications and additions that put a part into the torques."""
-    if part.element.quantity != "inertia":
-        return 0, 1
-    joints = 1 if part.element.i == part.element.j else 2
-    return joints, joints
+def assembly(traced: TracedParts, parts: tuple[Part, ...], drives: bool) -> dict[frozenset[int], int]:
+    """Operations that put the parts into the torques, by the set of parts that need them.
+
+    One addition per part and joint, less one that every joint saves at its first term; an element of D is
+    multiplied by an acceleration once for both of its effects and added to each joint once. Constants are
+    summed beforehand. A drive's inertia stands on the diagonal already, product and all.
+    """
+    costs: dict[frozenset[int], int] = {}
+    effects: dict[Element, list[int]] = {}
+    for p, part in enumerate(parts):
+        if is_zero(traced.expression(part)):
+            costs[frozenset([p])] = 1  # nothing is lost without it, so it goes
+        else:
+            effects.setdefault(part.element, []).append(p)
+    for element, live in effects.items():
+        varying = any(isinstance(traced.expression(parts[p]), Expression) for p in live)
+        if varying or element.j is None:
+            costs |= {frozenset([p]): 1 for p in live}
+        joints = 1 if element.i == element.j else 2
+        if element.j is not None and not (drives and joints == 1):
+            either = frozenset(live)
+            costs[either] = costs.get(either, 0) + 2 * joints - (1 if varying else 0)
+    return costs
+
+
+def is_zero(expression: object) -> bool:
+    """Whether a part is zero in every state."""
+    return not isinstance(expression, Expression) and expression == 0.0

@@ -1,0 +1,117 @@
+"""The entry point: runs the verbs and turns whatever goes wrong into a message and an exit code."""
+
+from __future__ import annotations
+
+import io
+import shlex
+import signal
+import sys
+import traceback
+from collections.abc import Sequence
+from pathlib import Path
+from types import FrameType
+from typing import NoReturn
+
+import click
+from click.exceptions import NoArgsIsHelpError
+
+from gd_analyze.cli.app import app
+from gd_analyze.cli.terminal import tell
+from gd_analyze.errors import GdAnalyzeError, UsageError
+
+DONE, FAILED, BAD_INPUT, INTERRUPTED, TERMINATED = 0, 1, 2, 130, 143
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line; leaves with `SystemExit` unless all went well.
+
+    Parameters
+    ----------
+    arguments
+        Words after `gd-analyze`; those the process was started with by default.
+
+    Raises
+    ------
+    SystemExit
+        1 if gd-analyze or the machine failed, 2 if the command or its input is at fault, 130 if
+        interrupted, 143 if terminated.
+    """
+    if arguments is None:
+        _behave_as_a_process()
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        code = _run(words)
+        sys.stdout.flush()
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("interrupted", err=True)
+        code = INTERRUPTED
+    except Exception as error:
+        code = _explain(error, "--debug" in words)
+    if code != DONE:
+        sys.exit(code)
+
+
+def _run(words: list[str]) -> int:
+    for word in words:
+        if not word.isprintable() and any("\ud800" <= letter <= "\udfff" for letter in word):
+            raise UsageError(
+                "a word of the command is not text in the encoding of this system",
+                found=repr(word),
+                next_step="rename the file, or set LC_ALL to the encoding of its name",
+            )
+    command = shlex.join(["gd-analyze", *words])
+    return int(app(words, prog_name="gd-analyze", standalone_mode=False, obj=command) or DONE)
+
+
+def _explain(error: Exception, debug: bool) -> int:
+    """Print what went wrong to standard error and choose the exit code."""
+    if isinstance(error, NoArgsIsHelpError):
+        error.show()
+        return BAD_INPUT
+    if debug:
+        traceback.print_exception(error)
+    if isinstance(error, click.ClickException):
+        error = _in_our_words(error)
+    if isinstance(error, GdAnalyzeError):
+        tell("error", str(error))
+        return BAD_INPUT
+    if isinstance(error, MemoryError):
+        tell("error", f"out of memory\n  found: {error}\n  next: try --no-coupling, or fewer set points")
+    elif isinstance(error, OSError):
+        tell("error", f"the system refused\n  found: {error}")
+    else:
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        tell(
+            "error",
+            f"{type(error).__name__}: {error}\n  where: {Path(last.filename).name}, line {last.lineno}\n"
+            "  next: this is a bug in gd-analyze; please report it with what --debug shows",
+        )
+    return FAILED
+
+
+def _in_our_words(error: click.ClickException) -> GdAnalyzeError:
+    """Put click's complaint into the form of every other message."""
+    context = getattr(error, "ctx", None)
+    message = " ".join(error.format_message().split()).rstrip(".").replace(". (", " (")
+    return UsageError(
+        message[:1].lower() + message[1:],
+        expected=" ".join(context.get_usage().removeprefix("Usage: ").split()) if context else None,
+        next_step=f"`{context.command_path} --help` explains them" if context else None,
+    )
+
+
+def _behave_as_a_process() -> None:
+    """Settle what concerns the whole process, not a call from Python."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            # A terminal that cannot show a sign shows a question mark, and nothing breaks.
+            stream.reconfigure(errors="replace")
+    if hasattr(signal, "SIGPIPE"):
+        # As with every Unix tool, `| head` ends it quietly; all files are written before anything is printed.
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+    signal.signal(signal.SIGTERM, _terminate)
+
+
+def _terminate(number: int, frame: FrameType | None) -> NoReturn:
+    """Leave by an exception, so that temporary files are removed on the way."""
+    sys.exit(TERMINATED)

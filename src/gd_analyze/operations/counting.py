@@ -1,0 +1,114 @@
+"""Numbers that count: how many multiplications and additions code carries out, as it stands.
+
+Unlike a trace nothing is folded and nothing shared: a product with zero counts, an intermediate result formed
+twice counts twice. This is what the text's tables count, and what running the code costs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gd_analyze.operations.program import OperationCount
+from gd_analyze.vectors import Array
+
+
+@dataclass
+class Tally:
+    """Operations carried out so far by the numbers that share this tally."""
+
+    multiplications: int = 0
+    additions: int = 0
+    sines_cosines: int = 0
+
+    @property
+    def count(self) -> OperationCount:
+        """The tally as a value."""
+        return OperationCount(self.multiplications, self.additions, self.sines_cosines)
+
+
+class CountingNumber:
+    """A real number whose arithmetic is tallied."""
+
+    __slots__ = ("tally", "value")
+
+    def __init__(self, value: float, tally: Tally) -> None:
+        self.value = value
+        self.tally = tally
+
+    def __add__(self, other: Any) -> CountingNumber:
+        # NumPy starts its sums from an integer zero; that addition is not in the code's formula.
+        if not (isinstance(other, int) and other == 0):
+            self.tally.additions += 1
+        return CountingNumber(self.value + _value(other), self.tally)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> CountingNumber:
+        self.tally.additions += 1
+        return CountingNumber(self.value - _value(other), self.tally)
+
+    def __rsub__(self, other: Any) -> CountingNumber:
+        self.tally.additions += 1
+        return CountingNumber(_value(other) - self.value, self.tally)
+
+    def __mul__(self, other: Any) -> CountingNumber:
+        self.tally.multiplications += 1
+        return CountingNumber(self.value * _value(other), self.tally)
+
+    __rmul__ = __mul__
+
+    def __neg__(self) -> CountingNumber:
+        return CountingNumber(-self.value, self.tally)
+
+    def __float__(self) -> float:
+        return self.value
+
+
+def counting_array(values: Array, tally: Tally) -> Array:
+    """Numbers of one set point, shape (n, 1), that count."""
+    out = np.empty((len(values), 1), dtype=object)
+    out[:, 0] = [CountingNumber(float(value), tally) for value in values]
+    return out
+
+
+def counting_function(function: Callable[[float], float], tally: Tally) -> Callable[[Array], Array]:
+    """A sine or cosine of counting numbers."""
+
+    def one(number: CountingNumber) -> CountingNumber:
+        tally.sines_cosines += 1
+        return CountingNumber(function(number.value), tally)
+
+    return np.frompyfunc(one, 1, 1)
+
+
+def count_operations(code: Callable[..., Any], *states: Array) -> OperationCount:
+    """Run code once on numbers that count.
+
+    Parameters
+    ----------
+    code
+        Called with the states as arrays of shape (n, 1), and with `cos` and `sin` for such arrays.
+    states
+        Numbers of one set point, each of shape (n,).
+
+    Returns
+    -------
+    OperationCount
+        What was carried out.
+    """
+    tally = Tally()
+    code(
+        *(counting_array(state, tally) for state in states),
+        cos=counting_function(math.cos, tally),
+        sin=counting_function(math.sin, tally),
+    )
+    return tally.count
+
+
+def _value(number: Any) -> float:
+    return number.value if isinstance(number, CountingNumber) else float(number)

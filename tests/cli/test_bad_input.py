@@ -1,0 +1,255 @@
+"""Every kind of bad input, through the real entry point: exit code 2, a full message, nothing written."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+
+HEADER = "time,q1,q2"
+ROWS = tuple(f"{0.25 * k},{0.02 * k * k},{-0.01 * k * k}" for k in range(9))
+ARM = """\
+format = "gd-analyze arm 1"
+name = "own"
+[[joints]]
+a = 1.0
+[[joints]]
+a = 1.0
+[[links]]
+mass = 2.0
+com = [-0.5, 0.0, 0.0]
+inertia = { xx = 0.0, yy = 0.2, zz = 0.2 }
+[[links]]
+mass = 1.0
+com = [-0.5, 0.0, 0.0]
+inertia = { xx = 0.0, yy = 0.1, zz = 0.1 }
+"""
+
+
+@dataclass(frozen=True)
+class Case:
+    """Files to make, words to type, and what the message must say."""
+
+    name: str
+    words: tuple[str, ...]
+    says: tuple[str, ...]
+    files: dict[str, str | bytes] = field(default_factory=dict)
+
+
+def csv(*rows: str, header: str = HEADER) -> str:
+    return "\n".join([header, *rows]) + "\n"
+
+
+def trajectory(name: str, content: str | bytes, *says: str, robot: str = "two_link") -> Case:
+    return Case(name, (robot, "x.csv"), ("where: x.csv", *says), {"x.csv": content})
+
+
+def arm(name: str, content: str | bytes, *says: str) -> Case:
+    files: dict[str, str | bytes] = {"own.toml": content, "x.csv": csv(*ROWS)}
+    return Case(name, ("own.toml", "x.csv"), ("where: own.toml", *says), files)
+
+
+def words(name: str, line: str, *says: str) -> Case:
+    return Case(name, tuple(line.split()), says, {"x.csv": csv(*ROWS)})
+
+
+def replaced(k: int, row: str) -> str:
+    return csv(*ROWS[:k], row, *ROWS[k + 1 :])
+
+
+PLAN = "plan two_link --from 0,0 --to 60,-45 --duration 2 -o made.csv"
+
+CASES = (
+    words(
+        "missing trajectory",
+        "two_link nowhere.csv",
+        "there is no trajectory 'nowhere.csv'",
+        "expected:",
+        "next:",
+    ),
+    words("mistyped trajectory", "puma560 pick-and-plaze", "did you mean the shipped 'pick-and-place'?"),
+    words("a folder as trajectory", "two_link .", "found: Is a directory"),
+    trajectory("empty file", "", "is empty", "expected: the header time,q1,q2", "found: 0 bytes", "next:"),
+    trajectory("comments only", "# nothing\n\n", "is empty"),
+    trajectory("header only", HEADER + "\n", "holds a header only"),
+    trajectory("no header", "\n".join(ROWS), "line 1", "no header line", "time,q1,q2"),
+    trajectory("wrong column", csv(*ROWS, header="time,q1,shoulder"), "line 1, column 3", "shoulder"),
+    trajectory("duplicate column", csv(*ROWS, header="time,q1,q1"), "line 1, column 3", "q1 is given twice"),
+    trajectory("no time", csv(*ROWS, header="q3,q1,q2"), "line 1", "time is missing", "found: q3, q1, q2"),
+    trajectory(
+        "non-numeric cell",
+        replaced(4, "1.0,abc,0.0"),
+        "line 6, column 2",
+        "q1 is not a number",
+        "expected: a number",
+        "found: 'abc'",
+        "next:",
+    ),
+    trajectory("empty cell", replaced(4, "1.0,,0.0"), "line 6, column 2", "found: an empty cell"),
+    trajectory("short line", replaced(8, "2.0,0.1"), "line 10", "too few columns", "expected: 3", "found: 2"),
+    trajectory("NaN", replaced(2, "0.5,nan,0.0"), "line 4, column 2", "not a finite number", "found: nan"),
+    trajectory("infinity", replaced(2, "0.5,0.0,-inf"), "line 4, column 3", "found: -inf"),
+    trajectory(
+        "fewer than needed rows", csv(*ROWS[:3]), "too few set points", "found: 3 set points", "next:"
+    ),
+    trajectory("time repeats", replaced(3, "0.5,0.1,0.1"), "line 5, column 1", "time does not increase"),
+    trajectory("time goes back", replaced(3, "0.1,0.1,0.1"), "line 5, column 1", "found: 0.1 s"),
+    trajectory(
+        "wrong number of joints",
+        csv(*ROWS),
+        "line 1",
+        "expected: 6 joints",
+        "found: 2 joints",
+        robot="puma560",
+    ),
+    trajectory("a surplus joint", csv("0,0,0,0", header=HEADER + ",q3"), "found: 3 joints"),
+    trajectory("UTF-16", csv(*ROWS).encode("utf-16"), "found: UTF-16"),
+    trajectory("binary", b"\x89HDF\r\n\x1a\n\0\0", "binary"),
+    words(
+        "unknown arm", "puma506 x.csv", "there is no arm 'puma506'", "expected:", "did you mean 'puma560'?"
+    ),
+    words("missing arm file", "nowhere.toml x.csv", "there is no arm 'nowhere.toml'", "gd-analyze arms"),
+    arm("malformed TOML", ARM.replace("mass = 2.0", "mass = = 2.0"), "line 8, column 8", "not valid TOML"),
+    arm("unknown key", ARM.replace("mass = 2.0", "mas = 2.0"), "links[1]"),
+    arm("missing key", ARM.replace("mass = 2.0\n", ""), "line 7", "links[1].mass", "found: nothing"),
+    arm("word for a number", ARM.replace("2.0", '"heavy"', 1), "line 8", "found: 'heavy'"),
+    arm("negative mass", ARM.replace("mass = 2.0", "mass = -2.0"), "line 7", "mass of link 1 is negative"),
+    arm("triangle inequality", ARM.replace("yy = 0.2", "yy = 0.7"), "line 7", "triangle inequality", "next:"),
+    arm("not positive", ARM.replace("zz = 0.2", "zz = -0.2"), "line 7", "not positive semidefinite"),
+    arm("infinite mass", ARM.replace("mass = 2.0", "mass = inf"), "line 8", "finite"),
+    arm("a link too few", ARM[: ARM.rindex("[[links]]")], "expected: 2 [[links]] tables", "found: 1"),
+    arm("binary arm", b"\xff\xfe\0\0", "not text"),
+    arm("other TOML", 'name = "x"\n', "format"),
+    words("no drives", "two_link x.csv --drives", "describes no drives", "next:"),
+    words(
+        "unknown format",
+        "two_link x.csv --format html,doc",
+        "'--format'",
+        "'doc'",
+        "h5, json, csv, html, pdf",
+    ),
+    words("no format", "two_link x.csv --format ,", "'--format'"),
+    words("negative budget", "two_link x.csv --budget -1", "--budget, entry 1", "found: '-1'"),
+    words("NaN budget", "two_link x.csv --budget nan", "--budget, entry 1", "found: 'nan'"),
+    words("wordy budget", "two_link x.csv --budget small", "--budget, entry 1", "expected: a share"),
+    words("too many budgets", "two_link x.csv --budget 1%,1%,1%", "--budget", "expected: 1 or 2", "found: 3"),
+    words("negative top", "two_link x.csv --top -1", "'--top'"),
+    words("unwritable folder", "two_link x.csv --out x.csv/results", "x.csv is not a folder", "next:"),
+    words("unmakeable folder", "two_link x.csv --out /proc/results", "where: /proc/results", "next:"),
+    words(
+        "no trajectory", "two_link", "missing argument 'TRAJECTORY'", "ROBOT TRAJECTORY", "gd-analyze --help"
+    ),
+    words("unknown option", "two_link x.csv --fromat csv", "no such option '--fromat'", "--format"),
+    words("surplus argument", "two_link x.csv y.csv", "y.csv"),
+    words(
+        "mistyped verb",
+        "pln two_link --from 0,0",
+        "there is no verb 'pln'",
+        "did you mean `gd-analyze plan`?",
+    ),
+    words("missing option of a verb", "plan two_link --from 0,0", "--to", "`gd-analyze plan --help`"),
+    words("wrong number of knot values", PLAN.replace("0,0", "0,0,0"), "where: --from", "expected: 2 values"),
+    words("knot not a number", PLAN.replace("60,-45", "60,x"), "where: --to, value 2", "found: 'x'"),
+    words("knot out of range", PLAN.replace("60,-45", "60,700"), "where: --to", "found: 12.22 rad (700 deg)"),
+    words("via out of range", PLAN + " --profile quintic --via 0,300", "where: --via", "outside the range"),
+    words("NaN duration", PLAN.replace("duration 2", "duration nan"), "'--duration'", "'nan'"),
+    words("negative duration", PLAN.replace("duration 2", "duration -2"), "'--duration'", "'-2'"),
+    words("one point", PLAN + " --points 1", "'--points'"),
+    words("unknown profile", PLAN + " --profile quintc", "'--profile'", "quintic"),
+    words("vias the profile cannot take", PLAN + " --via 1,1", "where: --via", "found: 1"),
+    words("too fast", PLAN.replace("duration 2", "duration 0.1"), "too fast", "--allow-violations"),
+    words("plan into a file's inside", PLAN.replace("made.csv", "x.csv/made.csv"), "where: x.csv/made.csv"),
+    words("--toml without an arm", "arms --toml", "--toml needs the name of an arm"),
+    words("missing model", "evaluate nowhere.json x.csv", "where: nowhere.json"),
+    words("a foreign model", "evaluate x.csv x.csv", "where: x.csv", "not valid JSON"),
+    Case("other JSON", ("evaluate", "m.json", "x.csv"), ("not a gd-analyze model",), {"m.json": "{}"}),
+    Case(
+        "a binary model",
+        ("evaluate", "m.json", "x.csv"),
+        ("found: a file that is not text",),
+        {"m.json": b"\xff"},
+    ),
+    words("a shell without a script", "completion tcsh", "'tcsh'", "bash"),
+)
+
+
+@pytest.mark.parametrize("as_json", [False, True], ids=["text", "json"])
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_bad_input(run, here: Path, listing: Callable[[], set[str]], case: Case, as_json: bool):
+    for name, content in case.files.items():
+        (here / name).write_bytes(content if isinstance(content, bytes) else content.encode())
+    before = listing()
+    flags = ("--json",) if as_json and case.words[0] != "completion" and "--toml" not in case.words else ()
+    result = run(*case.words, *flags)
+    assert result.code == 2, result
+    assert result.out == ""
+    assert result.err.startswith("error: ")
+    for text in case.says:
+        assert text in result.err
+    assert "Traceback" not in result.err
+    assert not re.search(r"\bNone\b|<class|object at 0x", result.err)
+    assert listing() == before
+
+
+def test_a_damaged_model_is_refused(run, here, motion):
+    assert run("two_link", motion, "--out", "r", "--format", "json").code == 0
+    path = here / "r/model.json"
+    sound = path.read_text(encoding="utf-8")
+    document = json.loads(sound)
+    damaged = {
+        "cut off": sound[: len(sound) // 2],
+        "other version": json.dumps(document | {"version": 99}),
+        "a part moved": json.dumps(document | {"kept": document["kept"][1:]}),
+        "mass changed": sound.replace('"mass": 2.0', '"mass": 2.5'),
+        "arm gone": json.dumps(document | {"arm": {}}),
+        "word for a number": sound.replace('"mass": 2.0', '"mass": "heavy"'),
+        "unknown key": json.dumps(document | {"surplus": 1}),
+    }
+    for name, text in damaged.items():
+        assert text != sound, name
+        path.write_text(text, encoding="utf-8")
+        result = run("evaluate", path, motion, "-o", "torque.csv")
+        assert (result.code, result.out) == (2, ""), name
+        assert result.err.startswith("error: "), name
+        assert "model.json" in result.err, name
+        assert not (here / "torque.csv").exists(), name
+
+
+def test_positions_outside_limits_are_a_warning(run, here):
+    rows = [f"{k},{0.05 * k},{0.4 * k}" for k in range(9)]
+    (here / "far.csv").write_text(csv(*rows))
+    result = run("two_link", "far.csv", "--format", "json", "--json")
+    assert result.code == 0
+    assert "warning: trajectory far: joint 2 (elbow)" in result.err
+    assert any("elbow" in warning for warning in result.json["warnings"])
+    assert run("two_link", "far.csv", "--format", "json", "--quiet").err == ""
+
+
+def test_degrees_taken_for_radians_are_a_warning(run, here):
+    rows = [f"{k},{10 * k},{-5 * k}" for k in range(9)]
+    (here / "degrees.csv").write_text(csv(*rows))
+    result = run("two_link", "degrees.csv", "--format", "json", "--json")
+    assert result.code == 0
+    assert "looks like degrees" in result.err
+    assert len(result.json["warnings"]) == len(result.err.strip().splitlines())
+
+
+def test_an_inertia_off_by_a_measurements_error_is_a_warning(run, here, motion):
+    # 0.2 + 0.001 < 0.21: broken by 4 % of the largest moment, less than the 10 % of a measurement.
+    (here / "own.toml").write_text(
+        ARM.replace("xx = 0.0, yy = 0.2, zz = 0.2", "xx = 0.001, yy = 0.2, zz = 0.21")
+    )
+    result = run("own.toml", motion, "--format", "json")
+    assert result.code == 0
+    assert "as_measured = true" in result.err
+
+
+def test_a_failed_run_leaves_earlier_results_alone(run, here, motion):
+    assert run("two_link", motion, "--out", "r").code == 0
+    before = {path.name: path.read_bytes() for path in (here / "r").iterdir()}
+    assert run("two_link", motion, "--out", "r", "--budget", "1%,1%,1%").code == 2
+    assert {path.name: path.read_bytes() for path in (here / "r").iterdir()} == before

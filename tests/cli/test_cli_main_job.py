@@ -1,0 +1,156 @@
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import gd_analyze as gd
+from gd_analyze.cli.analyze import FORMATS
+from gd_analyze.main_job import FILES
+
+
+def test_the_formats_are_those_of_the_library():
+    assert tuple(FILES) == FORMATS
+
+
+def test_everything_is_written_and_said_alike(run, here):
+    result = run("puma560", "pick-and-place", "--json")
+    assert result.code == 0
+    assert result.err == ""
+    told = result.json
+    folder = Path("reports/puma560-pick-and-place")
+    assert {str(folder / name) for name in FILES.values()} == set(told["files"])
+    assert sorted(path.name for path in folder.iterdir()) == sorted(FILES.values())
+    assert (folder / "report.pdf").read_bytes().startswith(b"%PDF-")
+    assert (folder / "report.html").read_text(encoding="utf-8").lstrip().lower().startswith("<!doctype html")
+
+    model = json.loads((folder / "model.json").read_text(encoding="utf-8"))
+    assert told["kept"] == model["kept"]
+    assert {row["part"] for row in told["dropped"]} == set(model["dropped"])
+    for row, stored in zip(told["joints"], model["errors"], strict=True):
+        assert row["name"] == stored["joint"]
+        assert row["largest"] == stored["largest_error"]
+        assert row["rms"] == stored["rms_error"]
+        assert row["allowed"] == stored["allowed_error"]
+    assert told["operations"] == model["operations"]
+
+    with (folder / "dominance.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["element"] for row in rows] == [row["element"] for row in told["dominance"]]
+    for row, shown in zip(rows, told["dominance"], strict=True):
+        assert row["verdict"] == shown["verdict"]
+        assert float(row["torque_peak"]) == shown["torque_peak"]
+
+    with h5py.File(folder / "analysis.h5") as file:
+        assert file.attrs["command"] == "gd-analyze puma560 pick-and-place --json"
+        assert file["decomposition/inertia"].shape == (told["set_points"], 2, 6, 6)
+        largest = np.abs(file["simplified_model/torque_error"][:]).max(axis=0)
+    # The stored errors are those of the same two arrays, so they agree to the last bit or are round-off.
+    allowed = [1e-12 * row["peak_torque"] for row in told["joints"]]
+    assert (np.abs(largest - [row["largest"] for row in told["joints"]]) <= np.maximum(allowed, 1e-9)).all()
+
+
+def test_the_terminal_shows_the_answer_within_80_columns(run, here):
+    result = run("puma560", "pick-and-place", "--format", "csv")
+    assert result.code == 0
+    assert result.err == ""
+    lines = result.out.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert all(line == line.rstrip() for line in lines)
+    assert "\x1b" not in result.out
+    assert lines[0] == "Unimation PUMA 560 along pick-and-place, 31 set points"
+    assert lines[-1] == "wrote       reports/puma560-pick-and-place/dominance.csv"
+    assert "The text's verdicts agree with ours" in result.out
+
+
+@pytest.mark.parametrize("formats", [("csv",), ("json",), ("h5", "json"), ("html",), ("pdf",)])
+def test_only_the_chosen_files_are_written(run, motion, here, formats):
+    assert run("two_link", motion, "--out", "x", "--quiet", "--format", ",".join(formats)).code == 0
+    assert {path.name for path in (here / "x").iterdir()} == {FILES[name] for name in formats}
+
+
+def test_options_may_stand_anywhere(run, motion, here):
+    assert run("--out", "a", "--format=json", "two_link", motion).code == 0
+    assert run("two_link", "--out", "b", motion, "--format", "JSON").code == 0
+    models = [json.loads((here / x / "model.json").read_text(encoding="utf-8")) for x in "ab"]
+    assert models[0]["kept"] == models[1]["kept"]
+
+
+def test_quiet_prints_nothing(run, motion):
+    result = run("--quiet", "two_link", motion, "--format", "json", "--out", "x")
+    assert (result.code, result.out, result.err) == (0, "", "")
+
+
+def test_top_chooses_the_rows_of_the_ranking(run, motion):
+    def rows(top: int) -> int:
+        out = run("two_link", motion, "--format", "csv", "--top", top).out
+        return sum(line.split()[0] in labels for line in out.splitlines() if line)
+
+    labels = {"D11", "D12", "D22", "h1", "h2", "c1", "c2"}
+    assert [rows(top) for top in (0, 1, 3, 100)] == [0, 1, 3, 7]
+    assert "Ranking" not in run("two_link", motion, "--format", "csv", "--top", 0).out
+
+
+def test_what_is_stored_follows_the_options(run, motion, here):
+    def stored(*options: str) -> set[str]:
+        assert run("two_link", motion, "--format", "h5", "--out", "x", "--quiet", *options).code == 0
+        return set(gd.load_results("x/analysis.h5")["decomposition"].data_vars)
+
+    assert "coupling" in stored()
+    assert "coupling" not in stored("--no-coupling")
+    assert "inertia_by_link" in stored("--by-link")
+    assert "coriolis_centrifugal_terms" in stored("--terms")
+
+
+def test_drives_count_when_asked_for(run, here):
+    def peak(*options: str) -> float:
+        words = ("puma560", "large-slew", "--format", "json", "--json", *options)
+        return run(*words).json["joints"][0]["peak_torque"]
+
+    assert peak("--drives") > peak()
+
+
+def test_a_budget_in_newton_metres_per_joint(run, motion):
+    told = run("two_link", motion, "--format", "json", "--json", "--budget", "0.3,10%").json
+    first, second = told["joints"]
+    assert first["allowed"] == 0.3
+    # One product, so within one rounding.
+    assert second["allowed"] == pytest.approx(0.1 * second["peak_torque"], rel=2**-52)
+    assert all(row["largest"] <= row["allowed"] for row in told["joints"])
+
+
+def test_a_trajectory_from_standard_input(process, motion):
+    result = process("two_link", "-", "--format", "json", "--json", stdin=motion.read_text())
+    assert result.code == 0, result.err
+    assert result.json["trajectory"] == "stdin"
+
+
+def test_a_plan_may_be_piped_into_the_main_job(process):
+    planned = process("plan", "two_link", "--from", "0,0", "--to", "60,-45", "--duration", "2")
+    assert planned.code == 0
+    assert planned.out.startswith("# gd-analyze plan two_link --from 0,0 --to 60,-45 --duration 2\ntime,q1")
+    assert process("two_link", "-", "--format", "json", stdin=planned.out).code == 0
+
+
+def test_an_arm_of_ones_own_with_a_joint_that_slides(run, here):
+    (here / "slider.toml").write_text(
+        'format = "gd-analyze arm 1"\nname = "slider"\n'
+        '[[joints]]\nkind = "prismatic"\n[[joints]]\na = 0.5\n'
+        "[[links]]\nmass = 1.0\ncom = [0.0, 0.0, 0.0]\ninertia = { xx = 1.0, yy = 1.0, zz = 1.0 }\n"
+        "[[links]]\nmass = 1.0\ncom = [-0.2, 0.1, 0.0]\ninertia = { xx = 0.1, yy = 0.1, zz = 0.1 }\n"
+    )
+    rows = "".join(f"{0.2 * k},{0.01 * k * k},{0.02 * k * k}\n" for k in range(9))
+    (here / "lift.csv").write_text("time,q1,q2\n" + rows)
+    result = run("slider.toml", "lift.csv", "--format", "csv")
+    assert result.code == 0, result.err
+    assert "N m or N and share of peak torque" in " ".join(result.out.split())
+    assert [
+        row["unit"] for row in run("slider.toml", "lift.csv", "--format", "csv", "--json").json["joints"]
+    ] == [
+        "N",
+        "N m",
+    ]

@@ -1,0 +1,196 @@
+"""The program as a process: exit codes, streams, signals, and what it imports."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SLOW = ("numpy", "scipy", "pandas", "xarray", "h5py", "matplotlib", "pinocchio", "plotly", "typst", "jinja2")
+SLOW = (*SLOW, "pydantic", "rich")
+
+
+@pytest.mark.parametrize(
+    "words", ["['--help']", "['plan', '--help']", "['--version']", "['completion', 'fish']"]
+)
+def test_help_imports_nothing_slow(process, words):
+    result = process(
+        before=f"""
+import sys
+sys.argv[1:] = {words}
+import atexit
+atexit.register(lambda: print(*sorted({set(SLOW)!r} & set(sys.modules)), file=sys.stderr))"""
+    )
+    assert result.code == 0
+    assert result.out
+    assert result.err == "\n"
+
+
+def test_no_arguments_show_the_help(process):
+    result = process()
+    assert (result.code, result.out) == (2, "")
+    assert result.err.startswith("Usage: gd-analyze ROBOT TRAJECTORY")
+    assert result.err.rstrip() == process("--help").out.rstrip()
+
+
+def test_h_is_short_for_help(run):
+    assert run("-h").out == run("--help").out
+    assert run("plan", "-h").code == 0
+
+
+def test_the_version(run):
+    from gd_analyze import __version__
+
+    assert run("--version").out == f"gd-analyze {__version__}\n"
+
+
+@pytest.mark.parametrize(
+    "words", [("two_link", "nowhere.csv"), ("plan", "two_link", "--from", "0,0"), ("pln",)]
+)
+def test_debug_adds_the_traceback(run, words):
+    plain, debug = run(*words), run(*words, "--debug")
+    assert plain.code == debug.code == 2
+    assert "Traceback" not in plain.err
+    assert "Traceback" in debug.err
+
+
+def test_a_bug_is_called_a_bug(process, motion):
+    before = """
+import gd_analyze.robots as robots
+def load_arm(name): raise ZeroDivisionError('oh')
+robots.load_arm = load_arm"""
+    result = process("two_link", motion, before=before)
+    assert (result.code, result.out) == (1, "")
+    assert result.err.startswith("error: ZeroDivisionError: oh\n  where: ")
+    assert "this is a bug in gd-analyze" in result.err
+    assert "Traceback" not in result.err
+    debug = process("two_link", motion, "--debug", before=before)
+    assert debug.code == 1
+    assert "Traceback" in debug.err
+
+
+def test_out_of_memory_is_no_bug(process, motion):
+    before = (
+        "import gd_analyze.main_job as job\ndef find(*a, **k): raise MemoryError('7 TiB')\njob.find = find"
+    )
+    result = process("two_link", motion, before=before)
+    assert result.code == 1
+    assert "out of memory" in result.err
+    assert "--no-coupling" in result.err
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full on this system")
+def test_a_full_disk_behind_standard_output(here):
+    code = "from gd_analyze.cli import main; main()"
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-c", code, "arms"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert done.returncode == 1
+    assert "error: the system refused" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGPIPE"), reason="no SIGPIPE on this system")
+def test_a_reader_that_leaves_early_is_no_error(here):
+    code = "from gd_analyze.cli import main; main()"
+    words = [sys.executable, "-c", code, "arms", "puma560", "--toml"]
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run(words, stdout=write, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(write)
+    assert done.returncode == -signal.SIGPIPE
+    assert done.stderr == ""
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interrupted_run_cleans_up(process, motion, listing, number, code):
+    """The signal comes while the HDF5 file is half written: nothing of it stays."""
+    result = process("two_link", motion, "--out", "r", before=dying(number))
+    assert result.code == code
+    assert result.out == ""
+    assert "Traceback" not in result.err
+    assert listing() == {"gentle.csv", "r"}
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
+def test_a_killed_run_leaves_no_half_file(process, motion, here):
+    words = ("two_link", motion, "--format", "h5,json,csv")
+    assert process(*words, "--out", "r").code == 0
+    before = {path.name: path.read_bytes() for path in (here / "r").iterdir()}
+    assert process(*words, "--out", "r", before=dying(signal.SIGKILL)).code == -signal.SIGKILL
+    after = {path.name: path.read_bytes() for path in (here / "r").iterdir() if not path.name.startswith(".")}
+    assert after == before
+    assert process(*words, "--out", "s", before=dying(signal.SIGKILL)).code == -signal.SIGKILL
+    assert [path.name for path in (here / "s").iterdir() if not path.name.startswith(".")] == []
+
+
+def dying(number: int) -> str:
+    """Code that makes the process send itself a signal in the middle of writing."""
+    return f"""
+import os, pathlib, time, xarray
+def half(self, path, **more):
+    pathlib.Path(path).write_bytes(b"half")
+    os.kill(os.getpid(), {int(number)})
+    time.sleep(30)
+xarray.DataTree.to_netcdf = half"""
+
+
+def test_signs_a_stream_cannot_show_break_nothing(process, motion, monkeypatch):
+    monkeypatch.setenv("PYTHONIOENCODING", "ascii:strict")
+    for words in (
+        ("arms", "puma560"),
+        ("two_link", motion, "--format", "csv"),
+        ("arms", "puma560", "--json"),
+    ):
+        result = process(*words)
+        assert (result.code, result.err) == (0, "")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="file names are bytes on Linux only")
+def test_a_name_that_is_no_text_is_refused(here):
+    code = "from gd_analyze.cli import main; main()"
+    done = subprocess.run(
+        [os.fsencode(sys.executable), b"-c", code.encode(), b"two_link", b"\xff.csv"],
+        capture_output=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert done.stderr.startswith(b"error: a word of the command is not text")
+
+
+def test_no_progress_and_no_colour_without_a_terminal(process, motion):
+    result = process("two_link", motion, "--out", "r", "--format", "json")
+    assert (result.code, result.err) == (0, "")
+    assert "\x1b" not in result.out
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
+@pytest.mark.parametrize("flags", [(), ("--quiet",)])
+def test_progress_on_a_terminal_only_and_not_when_quiet(here, motion, flags, monkeypatch):
+    import pty
+
+    monkeypatch.setenv("TERM", "xterm-256color")
+    terminal, far_end = pty.openpty()
+    code = "from gd_analyze.cli import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-c", code, "two_link", str(motion), "--format", "json", "--json", *flags],
+        stdout=subprocess.PIPE,
+        stderr=far_end,
+        check=False,
+    )
+    os.close(far_end)
+    shown = b""
+    try:
+        while chunk := os.read(terminal, 65536):
+            shown += chunk
+    except OSError:  # Linux: the far end is closed
+        pass
+    os.close(terminal)
+    assert done.returncode == 0
+    assert done.stdout.startswith(b"{")
+    assert (b"reading" in shown) == (not flags)

@@ -1,0 +1,166 @@
+from __future__ import annotations
+
+import csv
+import json
+import math
+import shlex
+
+import numpy as np
+import pytest
+
+import gd_analyze as gd
+from gd_analyze.cli.plan import PROFILE_NAMES
+from gd_analyze.cli.terminal import print_json
+from gd_analyze.trajectories import PROFILES, recorded_command, shipped_trajectories
+
+PLAN = ("plan", "two_link", "--from", "0,0", "--to", "60,-45", "--duration", "2")
+
+
+def test_arms_lists_every_built_in_arm(run):
+    result = run("arms")
+    assert (result.code, result.err) == (0, "")
+    for name in [*gd.builtin_arms(), *shipped_trajectories()]:
+        assert name in result.out
+    assert [row["name"] for row in run("arms", "--json").json] == list(gd.builtin_arms())
+
+
+@pytest.mark.parametrize("name", list(gd.builtin_arms()))
+def test_arms_shows_one_arm_within_80_columns(run, name):
+    result = run("arms", name)
+    assert (result.code, result.err) == (0, "")
+    assert max(map(len, result.out.splitlines())) <= 80
+    arm = gd.load_arm(name)
+    for part in (*arm.joints, *arm.links):
+        assert part.name in result.out
+    flowing = " ".join(result.out.split())
+    for sentence in (*arm.sources, *arm.assumptions):
+        assert sentence in flowing
+    for heading in ("Standard Denavit-Hartenberg", "Links", "Limits"):
+        assert heading in flowing
+
+
+def test_arms_as_json_holds_every_number(run):
+    told = run("arms", "puma560", "--json").json
+    arm = gd.load_arm("puma560")
+    assert [link["mass"] for link in told["links"]] == arm.mass.tolist()
+    assert [drive["inertia"] for drive in told["drives"]] == arm.drive_inertia.tolist()
+    assert told["sources"] == list(arm.sources)
+
+
+def test_the_printed_toml_is_an_arm_file(run, here):
+    result = run("arms", "puma560", "--toml")
+    assert result.code == 0
+    (here / "own.toml").write_text(result.out, encoding="utf-8")
+    assert (gd.load_arm("own.toml").mass == gd.load_arm("puma560").mass).all()
+    assert run("arms", "own.toml", "--toml").out == result.out
+
+
+def test_products_of_inertia_and_long_numbers_are_never_cut(run, here):
+    (here / "own.toml").write_text(
+        'format = "gd-analyze arm 1"\nname = "own"\n[[joints]]\nname = "a joint with quite a long name"\n'
+        "[[links]]\nmass = 1.23456\ncom = [0.123456, -0.234567, 0.345678]\n"
+        "inertia = { xx = 0.912345, yy = 0.923456, zz = 0.934567, "
+        "xy = -0.0123456, xz = 0.0234567, yz = 0.0345678 }\n"
+    )
+    out = run("arms", "own.toml").out
+    for number in ("1.23456", "-0.234567", "0.934567", "-0.0123456", "0.0345678"):
+        assert number in out
+    assert "…" not in out
+    assert "rate" in out
+    assert "?" in out
+
+
+def test_the_profiles_are_those_of_the_library():
+    assert tuple(PROFILES) == PROFILE_NAMES
+
+
+@pytest.mark.parametrize("profile", PROFILE_NAMES)
+def test_a_plan_starts_and_ends_where_it_was_told_to(run, here, profile):
+    result = run(*PLAN, "--points", 17, "--profile", profile, "-o", "my swing.csv")
+    assert (result.code, result.err) == (0, "")
+    assert max(map(len, result.out.splitlines())) <= 80
+    assert result.out.endswith("wrote my swing.csv\n")
+    motion = gd.read_trajectory("my swing.csv", gd.load_arm("two_link"))
+    assert motion.n_set_points == 17
+    # Typed degrees become radians by one rounding each.
+    np.testing.assert_allclose(np.rad2deg(motion.q[[0, -1]]), [[0, 0], [60, -45]], rtol=4e-16, atol=0)
+
+
+def test_a_plan_records_the_command_that_repeats_it(run, here):
+    assert run(*PLAN, "-o", "my swing.csv").code == 0
+    text = (here / "my swing.csv").read_text(encoding="utf-8")
+    assert text.splitlines()[0] == "# " + shlex.join(["gd-analyze", *PLAN, "-o", "my swing.csv"])
+    command = recorded_command(text)
+    assert command is not None
+    (here / "my swing.csv").unlink()
+    assert run(*shlex.split(command)[1:]).code == 0
+    assert (here / "my swing.csv").read_text(encoding="utf-8") == text
+
+
+def test_a_plan_goes_to_standard_output_without_a_file(run, listing):
+    result = run(*PLAN)
+    assert (result.code, result.err) == (0, "")
+    lines = result.out.splitlines()
+    assert lines[0] == "# " + shlex.join(["gd-analyze", *PLAN])
+    assert lines[1] == "time,q1,q2,qd1,qd2,qdd1,qdd2"
+    assert len(lines) == 2 + 31
+    assert listing() == set()
+    assert run(*PLAN, "--quiet").out.splitlines()[1:] == lines[1:]
+
+
+def test_a_plan_as_json_holds_the_set_points(run, here):
+    told = run(*PLAN, "--json").json
+    assert told["q"][-1] == [math.radians(60), math.radians(-45)]
+    assert len(told["time"]) == told["set_points"] == 31
+    assert run(*PLAN, "--json", "-o", "x.csv").json["files"] == ["x.csv"]
+    motion = gd.read_trajectory("x.csv", gd.load_arm("two_link"))
+    assert motion.qdd.tolist() == told["qdd"]
+
+
+def test_a_plan_over_the_limits_is_a_warning_when_allowed(run, here):
+    words = [*PLAN[:-1], "0.3", "-o", "fast.csv"]
+    assert run(*words).code == 2
+    assert not (here / "fast.csv").exists()
+    result = run(*words, "--allow-violations")
+    assert result.code == 0
+    assert "warning: the motion is too fast" in result.err
+    assert (here / "fast.csv").exists()
+
+
+@pytest.fixture
+def model(run, motion):
+    assert run("two_link", motion, "--out", "r", "--format", "json", "--quiet").code == 0
+    return "r/model.json"
+
+
+def test_a_model_keeps_its_promise_where_it_was_made(run, motion, model):
+    result = run("evaluate", model, motion, "--json")
+    assert (result.code, result.err) == (0, "")
+    for row in result.json["joints"]:
+        # The same program on the same states, so the same bits.
+        assert row["largest_error"] == row["promised_largest_error"]
+    assert "The model errs no more here than on gentle." in run("evaluate", model, motion).out
+
+
+def test_a_model_is_tried_on_another_trajectory(run, model, here):
+    result = run("evaluate", model, "two-link-swing", "-o", "torque.csv")
+    assert (result.code, result.err) == (0, "")
+    assert max(map(len, result.out.splitlines())) <= 80
+    assert result.out.endswith("wrote torque.csv\n")
+    told = run("evaluate", model, "two-link-swing", "--json").json
+    with (here / "torque.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    for i, row in enumerate(told["joints"], start=1):
+        error = [abs(float(r[f"simplified{i}"]) - float(r[f"exact{i}"])) for r in rows]
+        # Differences at round-off level are reported as no error at all.
+        assert row["largest_error"] == pytest.approx(max(error), rel=0, abs=1e-12 * row["peak_torque"])
+    assert told["made_for"]["trajectory"] == "gentle"
+    assert json.loads((here / model).read_text(encoding="utf-8"))["made_for"] == told["made_for"]
+
+
+def test_json_knows_no_infinity(capsys):
+    print_json({"share": math.inf, "rows": [(math.nan, 1.5)], "name": "é"})
+    assert (
+        capsys.readouterr().out
+        == json.dumps({"share": None, "rows": [[None, 1.5]], "name": "é"}, indent=2) + "\n"
+    )

@@ -1,0 +1,80 @@
+"""Shared fixtures; the Hypothesis profile makes every run draw the same examples."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import settings
+
+from gd_analyze.decomposition import decompose
+from gd_analyze.findings import Findings
+from gd_analyze.main_job import find
+from gd_analyze.robots import RobotArm, load_arm
+from gd_analyze.trajectories import Trajectory, read_trajectory
+from strategies import PROFILE
+
+settings.load_profile(PROFILE)
+
+
+@pytest.fixture(scope="session")
+def puma() -> RobotArm:
+    return load_arm("puma560")
+
+
+@pytest.fixture(scope="session")
+def two_link() -> RobotArm:
+    return load_arm("two_link")
+
+
+@pytest.fixture(scope="session")
+def pick_and_place(puma: RobotArm) -> Trajectory:
+    return read_trajectory("pick-and-place", puma)
+
+
+@pytest.fixture(scope="session")
+def swing(two_link: RobotArm) -> Trajectory:
+    return read_trajectory("two-link-swing", two_link)
+
+
+@pytest.fixture(scope="session")
+def pick_and_place_dataset(puma: RobotArm, pick_and_place: Trajectory) -> xr.Dataset:
+    return decompose(puma, pick_and_place)
+
+
+@pytest.fixture(scope="session")
+def swing_dataset(two_link: RobotArm, swing: Trajectory) -> xr.Dataset:
+    return decompose(two_link, swing)
+
+
+@pytest.fixture(scope="session")
+def puma_findings(puma: RobotArm, pick_and_place: Trajectory) -> Findings:
+    """Everything optional switched on."""
+    return find(
+        puma,
+        pick_and_place,
+        drives=True,
+        by_link=True,
+        terms=True,
+        command="gd-analyze puma560",
+        warned=("odd",),
+    )
+
+
+@pytest.fixture(scope="session")
+def swing_findings(two_link: RobotArm, swing: Trajectory) -> Findings:
+    return find(two_link, swing, command="gd-analyze two_link")
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(20240501)
+
+
+@pytest.fixture
+def blocked_folder(tmp_path: Path) -> Path:
+    """A folder nobody can make, whatever their rights: its parent is a file."""
+    (tmp_path / "file").write_text("in the way")
+    return tmp_path / "file" / "results"

@@ -1,0 +1,120 @@
+"""docs/arms.md against the reader: every key, every default, and the example."""
+
+from __future__ import annotations
+
+import json
+import warnings
+
+import numpy as np
+import pytest
+from markdown_pages import ROOT, blocks, code, tables
+
+from gd_analyze.decomposition import decompose_states
+from gd_analyze.robots import arm_file, load_arm
+
+PAGE = ROOT / "docs" / "arms.md"
+SECTIONS = {
+    "The file": arm_file._ArmFile,
+    "`[[joints]]`": arm_file._JointTable,
+    "`[[links]]`": arm_file._LinkTable,
+    "`[[drives]]`": arm_file._DriveTable,
+}
+
+
+@pytest.fixture
+def example(tmp_path):
+    [text] = [block.text for block in blocks(PAGE) if block.language == "toml"]
+    path = tmp_path / "lift_and_turn.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("section", list(SECTIONS))
+def test_every_key_is_explained_and_none_is_invented(section):
+    rows = tables(PAGE, section)
+    fields = SECTIONS[section].model_fields
+    assert [code(row["key"]) for row in rows] == list(fields)
+    for row in rows:
+        field = fields[code(row["key"])]
+        assert (row["default"] == "required") == field.is_required(), row["key"]
+        stated = row["default"].strip("`")
+        if stated[0] in '["0123456789' or stated in ("true", "false"):
+            assert json.loads(stated) == field.default, row["key"]
+
+
+@pytest.mark.parametrize("section", list(SECTIONS))
+def test_the_stated_suffixes_are_read(section):
+    table = SECTIONS[section]
+    for row in tables(PAGE, section):
+        key = code(row["key"])
+        taken = {
+            suffix
+            for kind in ("revolute", "prismatic")
+            for name, suffix in table._unit_suffixes({"kind": kind}).items()
+            if name == key
+        }
+        assert {suffix for suffix in ("_deg", "_mm") if f"`{suffix}`" in row["unit"]} == taken, key
+
+
+def test_the_example_uses_almost_every_key(example):
+    text = example.read_text(encoding="utf-8")
+    left_out = {"theta", "d", "as_measured", "axial_only"}
+    for section in SECTIONS:
+        for row in tables(PAGE, section):
+            assert code(row["key"]) in text or code(row["key"]) in left_out
+
+
+def test_the_example_is_a_possible_arm(example):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        arm = load_arm(example)
+    assert [joint.kind for joint in arm.joints] == ["prismatic", "revolute"]
+    assert arm.joints[1].upper == pytest.approx(np.deg2rad(150), rel=1e-15)
+    assert arm.joints[1].rate_limit == pytest.approx(np.pi, rel=1e-15)
+    # 0.107 about the frame's origin, less m c^2 = 2 * 0.2^2; a few roundings of 0.107.
+    assert arm.inertia_com[1, 2, 2] == pytest.approx(0.027, rel=1e-14)
+    assert arm.inertia_com[0, 0, 2] == -0.01
+    assert arm.drive_inertia.tolist() == [1.5, 0.2]
+    state = np.zeros((1, 2))
+    found = decompose_states(arm, state, state, state, drives=True)
+    # The lift carries both masses; a product and a sum of two numbers.
+    assert found["torque"][0, 0] == pytest.approx(8.0 * 9.8062, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("sound", "broken", "says"),
+    [
+        ("mass = 6.0", "mass = -6.0", "negative"),
+        ("inertia = 1.5", "inertia = -1.5", "drives[1].inertia"),
+        ("range = [0.0, 0.8]", "range = [0.8, 0.0]", "empty"),
+        ("rate_limit = 0.5", "rate_limit = 0.0", "not positive"),
+        ("yy = 0.09", "yy = 0.2", "triangle inequality"),
+        ("xx = 0.04", "xx = -0.04", "not positive semidefinite"),
+        ("mass = 2.0", "mass = 2.0\naxial_only = true", "about the joint axis only"),
+        ("mass = 2.0", "mass = nan", "links[2].mass"),
+        ("mass = 2.0", "weight = 2.0", "links[2]"),
+        ("range_deg = [-150.0, 150.0]", "range_mm = [-150.0, 150.0]", "joints[2]"),
+        ("[[drives]]\ninertia = 1.5\ntorque_limit = 300.0\n", "", "[[drives]]"),
+    ],
+)
+def test_the_stated_failures_fail(example, sound, broken, says):
+    text = example.read_text(encoding="utf-8")
+    assert sound in text
+    example.write_text(text.replace(sound, broken, 1), encoding="utf-8")
+    with pytest.raises(arm_file.ArmError) as caught:
+        load_arm(example)
+    assert says in str(caught.value)
+
+
+def test_the_stated_warnings_warn(example):
+    # The other two moments add up to xx + zz = 0.12 kg m^2, so yy = 0.125 is too large by 4 % of itself.
+    text = example.read_text(encoding="utf-8")
+    example.write_text(text.replace("yy = 0.09", "yy = 0.125"), encoding="utf-8")
+    with pytest.warns(UserWarning, match="as_measured = true"):
+        load_arm(example)
+    measured = text.replace("yy = 0.09", "yy = 0.125").replace("mass = 6.0", "mass = 6.0\nas_measured = true")
+    example.write_text(measured, encoding="utf-8")
+    load_arm(example)
+    example.write_text(text.replace("com = [-0.1, 0.0, 0.05]", "com = [-100.0, 0.0, 50.0]"), encoding="utf-8")
+    with pytest.warns(UserWarning, match="are its units metres"):
+        load_arm(example)

@@ -1,0 +1,64 @@
+"""The commands and Python blocks of README and docs run, in order, in one folder per page."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from markdown_pages import ROOT, Block, blocks
+
+NOT_RUN = "not run"
+
+
+def commands(block: Block) -> list[str]:
+    """The block's `gd-analyze` commands, continuation lines joined."""
+    lines = block.text.replace("\\\n", " ").splitlines()
+    return [line for line in lines if line.startswith("gd-analyze ")]
+
+
+def runnable(path: Path) -> list[Block]:
+    return [
+        block
+        for block in blocks(path)
+        if block.marked != NOT_RUN
+        and (block.language == "python" or (block.language == "sh" and commands(block)))
+    ]
+
+
+PAGES = [page for page in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))) if runnable(page)]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with the program on its own, the shipped data beside it as in a checkout."""
+    program = tmp_path / "bin" / "gd-analyze"
+    program.parent.mkdir()
+    program.write_text(f"#!{sys.executable}\nfrom gd_analyze.cli import main\nmain()\n")
+    program.chmod(0o755)
+    work = tmp_path / "work"
+    shutil.copytree(ROOT / "data", work / "data")
+    return work
+
+
+def test_the_readme_is_among_the_pages():
+    assert ROOT / "README.md" in PAGES
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="the blocks are for a POSIX shell")
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_the_blocks_run(page: Path, folder: Path):
+    environment = os.environ | {"PATH": f"{folder.parent / 'bin'}{os.pathsep}{os.environ['PATH']}"}
+    for block in runnable(page):
+        calls = [[sys.executable, "-c", block.text]]
+        if block.language == "sh":
+            calls = [["sh", "-ec", command] for command in commands(block)]
+        for call in calls:
+            done = subprocess.run(
+                call, cwd=folder, env=environment, capture_output=True, text=True, check=False
+            )
+            assert done.returncode == 0, f"{page.name}, line {block.line}:\n{call[-1]}\n{done.stderr}"
+            assert "Traceback" not in done.stderr

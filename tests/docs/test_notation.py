@@ -1,0 +1,62 @@
+"""docs/notation.md against the code: every name exists, with that shape and unit, and none is left out."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+from markdown_pages import ROOT, code, tables
+
+from gd_analyze.decomposition import EFFECTS
+from gd_analyze.kinematics import Kinematics, solve_kinematics
+from gd_analyze.robots import load_arm
+from gd_analyze.schema import DECOMPOSITION
+
+PAGE = ROOT / "docs" / "notation.md"
+ALONG = {code(row["name"]): row for row in tables(PAGE, "Quantities along a trajectory")}
+GEOMETRY = {code(row["name"]): row for row in tables(PAGE, "Geometry at every set point")}
+ARM = {code(row["name"]): row for row in tables(PAGE, "The arm")}
+
+
+def shape(text: str, sizes: dict[str, int]) -> tuple[int, ...]:
+    names = [name.strip() for name in text.strip("()").split(",") if name.strip()]
+    return tuple(sizes[name] if name in sizes else int(name) for name in names)
+
+
+def test_every_variable_of_the_schema_is_explained():
+    assert list(ALONG) == list(DECOMPOSITION)
+
+
+@pytest.mark.parametrize("name", list(ALONG))
+def test_dimensions_units_and_equations_are_those_of_the_schema(name):
+    row, declared = ALONG[name], DECOMPOSITION[name]
+    assert tuple(row["dimensions"].split(", ")) == declared.dims
+    assert row["unit"] == declared.unit
+    assert re.findall(r"\(3\.4-\d+\)", row["equation"]) == re.findall(r"\(3\.4-\d+\)", declared.equation)
+
+
+def test_the_effects_are_called_what_the_page_says():
+    text = PAGE.read_text(encoding="utf-8")
+    for effect in EFFECTS:
+        assert f"`{effect}`" in text
+
+
+def test_every_attribute_of_the_kinematics_is_explained():
+    own = {field.name for field in dataclasses.fields(Kinematics)}
+    own |= {name for name, value in vars(Kinematics).items() if isinstance(value, property)}
+    assert set(GEOMETRY) == own
+
+
+@pytest.mark.parametrize("name", list(GEOMETRY))
+def test_shapes_of_the_geometry(name):
+    arm, count = load_arm("puma560"), 5
+    value = getattr(solve_kinematics(arm, np.zeros((arm.n_joints, count))), name)
+    assert value.shape == shape(GEOMETRY[name]["shape"], {"n": arm.n_joints, "N": count})
+
+
+@pytest.mark.parametrize("name", list(ARM))
+def test_shapes_of_the_arm(name):
+    arm = load_arm("puma560")
+    assert np.shape(getattr(arm, name)) == shape(ARM[name]["shape"], {"n": arm.n_joints})

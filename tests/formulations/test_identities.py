@@ -1,0 +1,244 @@
+"""What physics demands of the formulation, on arms of every make, each effect by itself.
+
+Unit of every tolerance: `round_off_bounds`, argued there, is how far two correct programs may differ in an
+element of D, h, c or torque. An identity that combines k such elements may fail by k of them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import lagrange_euler as le
+from gd_analyze.authority import pinocchio_dynamics, round_off_bounds
+from gd_analyze.formulations import composite_moments as composite
+from gd_analyze.formulations import generalized_dalembert as dalembert
+from gd_analyze.kinematics import Kinematics, solve_kinematics
+from gd_analyze.robots import RobotArm, load_arm
+from gd_analyze.vectors import FloatArray
+from strategies import States, arms_with_states, examples, random_states
+
+every_arm = st.one_of(
+    arms_with_states(),
+    st.builds(
+        lambda name, seed: (load_arm(name), random_states(load_arm(name).n_joints, 6, seed)),
+        st.sampled_from(["puma560", "two_link"]),
+        st.integers(0, 2**32 - 1),
+    ),
+)
+
+
+class Solved:
+    """One arm at some states: its elements by both paths, and the bounds."""
+
+    def __init__(self, arm: RobotArm, states: States) -> None:
+        self.arm, self.states, self.n = arm, states, arm.n_joints
+        self.q, self.qd, self.qdd = states.last
+        self.bounds = round_off_bounds(arm, states.q, states.qd, states.qdd)
+        self.kinematics = solve_kinematics(arm, self.q)
+        moments = composite.composite_moments(arm, self.kinematics)
+        self.inertia = composite.inertia(moments)
+        pairs = composite.brackets(moments)
+        self.coupling = composite.coupling(moments, pairs)
+        self.h, self.centrifugal = composite.coriolis_centrifugal(moments, pairs, self.qd)
+        self.c = composite.gravity_loading(arm, moments)
+
+    @property
+    def coupling_bound(self) -> float:
+        """h_ijk sums the same products of masses and two levers as D_ij does."""
+        return self.bounds["inertia"]
+
+
+def literal_h(arm: RobotArm, kinematics: Kinematics, qd: FloatArray) -> FloatArray:
+    """h by effect, the text's terms summed over terms and links."""
+    itemised = dalembert.coriolis_centrifugal_by_link(arm, kinematics, qd)
+    effects = np.array([term.effect for term in dalembert.terms_of(arm)])
+    return np.stack([itemised[effects == effect].sum(axis=(0, 1)) for effect in dalembert.EFFECTS])
+
+
+@examples(120)
+@given(every_arm)
+def test_inertia_of_each_effect_is_symmetric_and_positive_semidefinite(case):
+    solved = Solved(*case)
+    literal = dalembert.inertia_by_link(solved.arm, solved.kinematics).sum(axis=1)
+    for inertia in (solved.inertia, literal):
+        # x . y and y . x round alike; only the order of the sum over links could differ, and it does not.
+        assert np.abs(inertia - inertia.swapaxes(1, 2)).max() <= solved.bounds["inertia"]
+        # A perturbation of every entry by at most b moves an eigenvalue by at most n b.
+        smallest = np.linalg.eigvalsh(np.moveaxis(inertia, -1, 0))[..., 0].min()
+        assert smallest >= -solved.n * solved.bounds["inertia"]
+
+
+@examples(80)
+@given(arms_with_states(massive=True))
+def test_inertia_is_positive_definite_where_every_link_has_mass_and_inertia(case):
+    solved = Solved(*case)
+    smallest = np.linalg.eigvalsh(np.moveaxis(solved.inertia.sum(axis=0), -1, 0))[:, 0].min()
+    # Beyond what round-off could have lifted above zero.
+    assert smallest > solved.n * solved.bounds["inertia"]
+
+
+@examples(120)
+@given(every_arm)
+def test_composites_give_what_the_sums_over_links_give(case):
+    solved = Solved(*case)
+    literal = dalembert.inertia_by_link(solved.arm, solved.kinematics).sum(axis=1)
+    gravity = dalembert.gravity_loading_by_link(solved.arm, solved.kinematics).sum(axis=0)
+    h = literal_h(solved.arm, solved.kinematics, solved.qd)
+    assert np.abs(solved.inertia - literal).max() <= solved.bounds["inertia"]
+    assert np.abs(solved.c - gravity).max() <= solved.bounds["gravity_loading"]
+    assert np.abs(solved.h - h).max() <= solved.bounds["coriolis_centrifugal"]
+
+
+@examples(120)
+@given(every_arm)
+def test_coupling_is_what_the_texts_terms_give_for_pairs_of_rates(case):
+    """Polarisation: h(e_j + e_k) - h(e_j) - h(e_k) = h_ijk + h_ikj."""
+    solved = Solved(*case)
+    n, count = solved.n, solved.q.shape[1]
+
+    def h(rates: FloatArray) -> FloatArray:
+        return literal_h(solved.arm, solved.kinematics, np.repeat(rates[:, None], count, axis=1))
+
+    unit = [h(np.eye(n)[j]) for j in range(n)]
+    for j in range(n):
+        for k in range(j + 1):
+            expected = unit[j] if j == k else 0.5 * (h(np.eye(n)[j] + np.eye(n)[k]) - unit[j] - unit[k])
+            for found in (solved.coupling[:, :, j, k], solved.coupling[:, :, k, j]):
+                # h(e_j + e_k) holds four products of rates, the others one each: half of six, and ours.
+                assert np.abs(found - expected).max() <= 4 * solved.coupling_bound
+        assert np.abs(unit[j][:, j]).max() <= solved.coupling_bound  # h_jjj = 0, in the text's own terms
+
+
+@examples(120)
+@given(every_arm)
+def test_coupling_symmetries(case):
+    coupling = Solved(*case).coupling
+    n = coupling.shape[1]
+    np.testing.assert_array_equal(coupling, coupling.swapaxes(2, 3))
+    for i in range(n):
+        assert not coupling[:, i, i, i].any()
+        for m in range(i, n):
+            for k in range(i + 1):
+                np.testing.assert_array_equal(coupling[:, m, k, i], -coupling[:, i, k, m])
+
+
+@examples(120)
+@given(every_arm)
+def test_h_and_its_centrifugal_share_are_contractions_of_the_coupling(case):
+    solved = Solved(*case)
+    contracted = np.einsum("eijkN,jN,kN->eiN", solved.coupling, solved.qd, solved.qd)
+    assert np.abs(solved.h - contracted).max() <= solved.bounds["coriolis_centrifugal"]
+    centrifugal = np.einsum("eijjN,jN->eiN", solved.coupling, solved.qd**2)
+    assert np.abs(solved.centrifugal - centrifugal).max() <= solved.bounds["coriolis_centrifugal"]
+
+
+@examples(80)
+@given(every_arm)
+def test_lagrange_euler_gives_the_same_inertia_coupling_and_gravity_by_effect(case):
+    """Two truly different derivations. The complex step adds no error of its own: nothing cancels."""
+    solved = Solved(*case)
+    q = solved.states.q
+    # 4x4 products take as many roundings again as the vectors do.
+    assert np.abs(solved.inertia - le.inertia(solved.arm, q)).max() <= 2 * solved.bounds["inertia"]
+    # D is at most quadratic in cos, sin, or a slide: its slope is at most twice as large; three make h_ijk.
+    assert np.abs(solved.coupling - le.coupling(solved.arm, q)).max() <= 6 * solved.coupling_bound
+    gradient = np.array(
+        [le.derivative(lambda x: le.potential_energy(solved.arm, x), q, e) for e in np.eye(solved.n)]
+    )
+    assert np.abs(solved.c - gradient).max() <= 2 * solved.bounds["gravity_loading"]
+
+
+@examples(80)
+@given(every_arm)
+def test_rate_of_inertia_less_twice_coriolis_matrix_is_skew_for_each_effect(case):
+    solved = Solved(*case)
+    rate = le.derivative(lambda x: _literal_inertia(solved.arm, x.T), solved.states.q, solved.states.qd)
+    coriolis_matrix = np.einsum("eijkN,kN->eijN", solved.coupling, solved.qd)
+    skew = rate - 2 * coriolis_matrix
+    # Ddot sums n slopes of D times a rate, C n coefficients; the transpose doubles it.
+    tolerance = 2 * (2 + 2) * np.abs(solved.qd).sum(axis=0).max() * solved.coupling_bound
+    assert np.abs(skew + skew.swapaxes(1, 2)).max() <= tolerance
+
+
+@examples(80)
+@given(every_arm)
+def test_power_balance(case):
+    """d/dt (kinetic + potential energy) = qd . tau along any motion, and per effect for its own energy."""
+    solved = Solved(*case)
+    arm, states = solved.arm, solved.states
+    both = np.concatenate([states.q, states.qd], axis=1)
+    along = np.concatenate([states.qd, states.qdd], axis=1)
+    n = solved.n
+    kinetic = le.derivative(lambda x: le.kinetic_energy(arm, x[:, :n], x[:, n:]), both, along)
+    potential = le.derivative(lambda x: le.potential_energy(arm, x), states.q, states.qd)
+    torque = np.einsum("eijN,jN->eiN", solved.inertia, solved.qdd) + solved.h
+    power = np.einsum("iN,eiN->eN", solved.qd, torque)
+    # Each row of torque may be off by its bound on either side.
+    tolerance = 2 * np.abs(solved.qd).sum(axis=0).max() * solved.bounds["torque"]
+    assert np.abs(kinetic - power).max() <= tolerance
+    assert np.abs(potential - np.einsum("iN,iN->N", solved.qd, solved.c)).max() <= tolerance
+
+
+@examples(80)
+@given(every_arm, st.integers(0, 7), st.integers(0, 2**32 - 1))
+def test_inertia_does_not_depend_on_the_joints_below(case, i, seed):
+    arm, states = case
+    i = min(i, arm.n_joints - 1)
+    solved = Solved(arm, states)
+    moved = states.q.copy()
+    moved[:, : i + 1] = np.random.default_rng(seed).uniform(-np.pi, np.pi, moved[:, : i + 1].shape)
+    other = Solved(arm, States(moved, states.qd, states.qdd))
+    tolerance = solved.bounds["inertia"] + other.bounds["inertia"]
+    assert np.abs(solved.inertia[:, i, i:] - other.inertia[:, i, i:]).max() <= tolerance
+
+
+@examples(120)
+@given(every_arm)
+def test_pinocchio_agrees(case):
+    solved = Solved(*case)
+    states = solved.states
+    theirs = pinocchio_dynamics(solved.arm, states.q, states.qd, states.qdd)
+    torque = np.einsum("eijN,jN->iN", solved.inertia, solved.qdd) + solved.h.sum(axis=0) + solved.c
+    ours = {
+        "inertia": np.moveaxis(solved.inertia.sum(axis=0), -1, 0),
+        "coriolis_centrifugal": solved.h.sum(axis=0).T,
+        "gravity_loading": solved.c.T,
+        "torque": torque.T,
+    }
+    for name, values in ours.items():
+        assert np.abs(values - theirs[name]).max() <= solved.bounds[name], name
+
+
+@pytest.mark.parametrize("name", ["puma560", "two_link"])
+def test_round_off_bounds_are_neither_hit_nor_idle(name):
+    """A bound a million times what is seen, or not small beside the numbers, would prove nothing."""
+    solved = Solved(load_arm(name), random_states(load_arm(name).n_joints, 200, 7))
+    states = solved.states
+    theirs = pinocchio_dynamics(solved.arm, states.q, states.qd, states.qdd)
+    largest = np.abs(np.moveaxis(solved.inertia.sum(axis=0), -1, 0) - theirs["inertia"]).max()
+    assert 1e-6 * solved.bounds["inertia"] <= largest <= solved.bounds["inertia"]
+    scales = {
+        "inertia": np.abs(theirs["inertia"]).max(),
+        "coriolis_centrifugal": np.abs(theirs["coriolis_centrifugal"]).max(),
+        "gravity_loading": np.abs(theirs["gravity_loading"]).max(),
+        "torque": np.abs(theirs["torque"]).max(),
+    }
+    for quantity, scale in scales.items():
+        assert solved.bounds[quantity] <= 1e-9 * scale, quantity
+
+
+@examples(30)
+@given(arms_with_states())
+def test_h_is_quadratic_in_the_rates(case):
+    """Doubling is exact in binary, and so must be the fourfold h."""
+    solved = Solved(*case)
+    states = solved.states
+    doubled = Solved(solved.arm, States(states.q, 2 * states.qd, states.qdd))
+    np.testing.assert_array_equal(doubled.h, 4 * solved.h)
+
+
+def _literal_inertia(arm: RobotArm, q: FloatArray) -> FloatArray:
+    return dalembert.inertia_by_link(arm, solve_kinematics(arm, q)).sum(axis=1)

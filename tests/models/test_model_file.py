@@ -1,0 +1,226 @@
+"""Model files: exact round trip; damaged, foreign and edited files are refused with a way out."""
+
+from __future__ import annotations
+
+import copy
+import json
+import pickle
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gd_analyze.decomposition import decompose
+from gd_analyze.errors import ModelError, OutputError
+from gd_analyze.models import load_model, save_model
+from gd_analyze.simplification import Budget, simplify
+from strategies import examples, motions
+
+
+@pytest.fixture(scope="module")
+def written(puma_findings, tmp_path_factory) -> str:
+    path = tmp_path_factory.mktemp("model") / "model.json"
+    save_model(puma_findings.model, path)
+    return path.read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Callable[[str | bytes], Path]:
+    def write(content: str | bytes) -> Path:
+        path = tmp_path / "model.json"
+        path.write_bytes(content.encode() if isinstance(content, str) else content)
+        return path
+
+    return write
+
+
+def refused(path: Path) -> ModelError:
+    with pytest.raises(ModelError) as caught:
+        load_model(path)
+    assert str(path) in caught.value.details["where"]
+    assert caught.value.details["next"]
+    return caught.value
+
+
+def assert_same(model, again, states) -> None:
+    np.testing.assert_array_equal(
+        again.torque(states.q, states.qd, states.qdd), model.torque(states.q, states.qd, states.qdd)
+    )
+    np.testing.assert_array_equal(again.inertia(states.q), model.inertia(states.q))
+    for table in ("peak_torque", "largest", "rms"):
+        np.testing.assert_array_equal(getattr(again.promise, table), getattr(model.promise, table))
+    np.testing.assert_array_equal(again.budget, model.budget)
+    assert again.kept == model.kept
+    assert again.drives == model.drives
+    assert again.budget_stated == model.budget_stated
+    assert again.made_for == model.made_for
+    assert again.provenance == model.provenance
+    assert again.operations == model.operations
+
+
+def test_round_trip_is_exact(puma_findings, file, written):
+    assert_same(puma_findings.model, load_model(file(written)), puma_findings.trajectory)
+
+
+@examples(15)
+@given(motions(max_joints=4))
+def test_round_trip_of_any_arm_is_exact(tmp_path_factory, case):
+    arm, motion = case
+    model = simplify(arm, decompose(arm, motion), Budget.parse("10%"))
+    path = tmp_path_factory.mktemp("model") / "model.json"
+    save_model(model, path)
+    assert_same(model, load_model(path), motion)
+
+
+def test_the_file_says_what_it_is(written):
+    document = json.loads(written)
+    assert document["format"] == "gd-analyze simplified model"
+    assert document["version"] == 1
+    assert document["errors"][0].keys() == {
+        "joint", "unit", "peak_torque", "allowed_error", "largest_error", "rms_error",
+    }  # fmt: skip
+    assert document["errors_are"] == "sampled at the set points of made_for"
+    assert written.endswith("}\n")
+
+
+NOT_JSON = {
+    "empty": "",
+    "truncated": '{"format": "gd-analyze simplified model", "version": 1,',
+    "prose": "a model of an arm",
+    "toml": 'format = "gd-analyze arm 1"\n',
+    "byte order mark": '\ufeff{"format": "gd-analyze simplified model"}',
+}
+
+
+@pytest.mark.parametrize("content", NOT_JSON.values(), ids=NOT_JSON.keys())
+def test_not_json(file, content):
+    error = refused(file(content))
+    assert "not valid JSON" in error.what
+    assert "line 1, column" in error.details["where"]
+
+
+OTHER = {
+    "list": "[]",
+    "number": "3",
+    "object": '{"a": 1}',
+    "other format": '{"format": "gd-analyze results"}',
+    "null": "null",
+    "nested beyond reason": "[" * 100_000,
+    "binary": bytes(range(256)),
+    "pickle": pickle.dumps({"format": "gd-analyze simplified model"}),
+    "latin": '{"name": "Größe"}'.encode("latin-1"),
+}
+
+
+@pytest.mark.parametrize("content", OTHER.values(), ids=OTHER.keys())
+def test_foreign(file, content):
+    assert refused(file(content)).what == "this is not a gd-analyze model"
+
+
+class Trap:
+    """Would leave a trace if anything unpickled it."""
+
+    sprung = False
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (_spring, ())
+
+
+def _spring() -> None:
+    Trap.sprung = True
+
+
+def test_loading_executes_nothing(file, written):
+    payload = pickle.dumps(Trap())
+    pickle.loads(payload)
+    assert Trap.sprung  # the trap works
+    Trap.sprung = False
+    refused(file(payload))
+    document = json.loads(written)
+    document["arm"]["name"] = "__import__('os').system('false')"
+    document["provenance"]["py/object"] = "os.system"
+    load_model(file(json.dumps(document)))  # names are names
+    assert not Trap.sprung
+
+
+@pytest.mark.parametrize("version", [0, 2, "1", None])
+def test_other_version(file, written, version):
+    document = json.loads(written)
+    document["version"] = version
+    error = refused(file(json.dumps(document)))
+    assert "another version" in error.what
+    assert error.details["expected"] == "version 1"
+
+
+def edit(document: dict[str, Any], keys: tuple[Any, ...], value: Any) -> dict[str, Any]:
+    document = copy.deepcopy(document)
+    inner: Any = document
+    for key in keys[:-1]:
+        inner = inner[key]
+    if value is KeyError:
+        del inner[keys[-1]]
+    else:
+        inner[keys[-1]] = value
+    return document
+
+
+CHANGED = {
+    "kept list shortened": (("kept", 0), KeyError),
+    "kept list of another part": (("kept", 0), "D99 rotation"),
+    "dropped list emptied": (("dropped",), []),
+    "mass": (("arm", "links", 1, "mass"), 17.5),
+    "inertia": (("arm", "links", 1, "inertia_com", 0, 0), 0.1301),
+    "gravity": (("arm", "gravity", 2), -9.81),
+    "placement": (("arm", "links", 1, "frame", "translation", 0), 0.432),
+    "drive inertia": (("arm", "drive_inertia", 0), 1.15),
+    "negative mass": (("arm", "links", 1, "mass"), -1.0),
+    "mass not a number": (("arm", "links", 1, "mass"), float("nan")),
+    "mass a word": (("arm", "links", 1, "mass"), "heavy"),
+    "drive inertia infinite": (("arm", "drive_inertia", 0), float("inf")),
+    "link gone": (("arm", "links", 5), KeyError),
+    "joint key unknown": (("arm", "joints", 0, "colour"), "red"),
+    "joint key gone": (("arm", "joints", 0, "axis"), KeyError),
+    "arm of another shape": (("arm",), {"links": 3}),
+    "joints no list": (("arm", "joints"), 6),
+    "rotation skewed": (("arm", "links", 0, "frame", "rotation", 0, 0), 2.0),
+    "errors of one joint gone": (("errors", 5), KeyError),
+    "error not a number": (("errors", 0, "largest_error"), "small"),
+    "error infinite": (("errors", 0, "largest_error"), float("inf")),
+    "key gone": (("budget",), KeyError),
+    "key unknown": (("colour",), "red"),
+    "level unknown": (("level",), "term"),
+    "operations a word": (("operations", "additions"), "few"),
+    "fingerprint": (("arm_fingerprint",), "0" * 64),
+    "drives of an arm": (("drives",), False),
+}
+
+
+@pytest.mark.parametrize(("keys", "value"), CHANGED.values(), ids=CHANGED.keys())
+def test_edited(file, written, keys, value):
+    edited = edit(json.loads(written), keys, value)
+    assert edited != json.loads(written)
+    refused(file(json.dumps(edited)))
+
+
+@examples(60)
+@given(st.data())
+def test_any_truncation_is_refused(written, tmp_path_factory, data):
+    raw = written.encode()
+    end = data.draw(st.integers(0, len(raw) - 2))  # the last two bytes are the closing brace and a newline
+    path = tmp_path_factory.mktemp("model") / "model.json"
+    path.write_bytes(raw[:end])
+    refused(path)
+
+
+def test_missing_file_and_folder(tmp_path):
+    assert refused(tmp_path / "none.json").what == "cannot read the model file"
+    assert refused(tmp_path).what == "cannot read the model file"
+
+
+def test_unwritable(puma_findings, blocked_folder):
+    with pytest.raises(OutputError):
+        save_model(puma_findings.model, blocked_folder / "model.json")

@@ -1,0 +1,205 @@
+"""Counting arithmetic: folding, sharing, and a program that computes what the code computes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gd_analyze.operations import Expression, OperationCount, Program, Trace
+from gd_analyze.operations.trace import reached
+from gd_analyze.vectors import cross, dot
+from strategies import examples
+
+
+@pytest.fixture
+def trace() -> Trace:
+    return Trace()
+
+
+def variables(trace: Trace, count: int = 3) -> list[Expression]:
+    return list(trace.inputs("x", count)[:, 0])
+
+
+def counted(trace: Trace, *outputs: object) -> tuple[int, int, int]:
+    count = Program.of(trace, outputs).count
+    return count.multiplications, count.additions, count.sines_cosines
+
+
+def test_zeros_and_ones_vanish(trace):
+    x, y, _ = variables(trace)
+    assert x + 0 is x
+    assert 0 + x is x
+    assert x - 0 is x
+    assert x * 1 is x
+    assert 1.0 * x is x
+    assert x * 0 == 0.0
+    assert 0 * x == 0.0
+    assert x - x == 0.0
+    assert x * y - y * x == 0.0
+
+
+def test_signs_move_outside_and_cancel(trace):
+    x, y, _ = variables(trace)
+    assert trace.negative(-x) is x
+    assert x * -1 is -x
+    assert (-x) * (-y) is x * y
+    assert (-x) * y is -(x * y)
+    assert x + (-y) is x - y
+    assert (-x) + y is y - x
+    assert -(x - y) is y - x
+    assert (-x) - y is -(x + y)
+    assert x - (-y) is x + y
+    assert 0 - x is -x
+    assert x * -2.0 is -(x * 2.0)
+
+
+def test_equal_subexpressions_are_one(trace):
+    x, y, z = variables(trace)
+    assert x + y is y + x
+    assert x * y is y * x
+    assert (x * y) * z is (y * x) * z
+    assert trace.cos(np.array([x], dtype=object))[0] is trace.cos(np.array([x], dtype=object))[0]
+    assert x - y is not y - x
+    assert x + 2 is 2.0 + x
+
+
+def test_constants_are_folded(trace):
+    assert trace.add(2, 3) == 5.0
+    assert trace.multiply(2, 3) == 6.0
+    assert trace.negative(2) == -2.0
+    assert trace.cos(np.array([0.0], dtype=object))[0] == 1.0
+    assert trace.sin(np.array([0.0], dtype=object))[0] == 0.0
+    assert not trace.expressions
+
+
+def test_inputs_of_one_name_are_the_same(trace):
+    np.testing.assert_array_equal(trace.inputs("q", 2), trace.inputs("q", 2))
+    assert trace.inputs("q", 2).shape == (2, 1)
+
+
+def test_a_count_done_by_hand(trace):
+    """l1 cos(q1) + l2 cos(q1 + q2), and the same with sines: 4 products, 3 sums, 4 functions."""
+    q = trace.inputs("q", 2)
+    elbow = q[0] + q[1]
+    x = 0.5 * trace.cos(q[0]) + 0.25 * trace.cos(elbow)
+    y = 0.5 * trace.sin(q[0]) + 0.25 * trace.sin(elbow)
+    assert counted(trace, x[0], y[0]) == (4, 3, 4)
+    assert counted(trace, x[0]) == (2, 2, 2)
+    assert counted(trace, 1.0, q[0, 0]) == (0, 0, 0)
+
+
+def test_vector_operations_by_hand(trace):
+    """a x b: 6 products, 3 differences; a . b: 3 and 2; a . (a x b) as written: 9 and 5."""
+    a, b = trace.inputs("a", 3), trace.inputs("b", 3)
+    assert counted(trace, *cross(a, b)[:, 0]) == (6, 3, 0)
+    assert counted(trace, dot(a, b)[0]) == (3, 2, 0)
+    assert counted(trace, dot(a, cross(a, b))[0]) == (9, 5, 0)
+    along_z = np.array([[0.0], [0.0], [1.0]])
+    assert counted(trace, *cross(along_z, b)[:, 0]) == (0, 0, 0)
+
+
+def test_a_change_of_sign_is_free_and_dead_code_is_not_counted(trace):
+    x, y, z = variables(trace)
+    unused = x * y + z
+    assert isinstance(unused, Expression)
+    assert counted(trace, -(x * z)) == (1, 0, 0)
+    program = Program.of(trace, [-(x * z)])
+    assert len(program.steps) == len(reached(program.outputs)) == 4
+
+
+def test_count_reads_well():
+    count = OperationCount(3, 4, 5)
+    assert count.total == 7
+    assert str(count) == "7 (3 mult + 4 add), 5 sin and cos"
+
+
+# Random programs as trees: a leaf is an input or a constant, a node an operation on earlier ones.
+leaves = st.one_of(
+    st.integers(0, 2), st.sampled_from([0.0, 1.0, -1.0, 2.0, -0.5]), st.floats(-3, 3, allow_subnormal=False)
+)
+trees = st.recursive(
+    leaves,
+    lambda inner: st.one_of(
+        st.tuples(st.sampled_from(["add", "subtract", "multiply"]), inner, inner),
+        st.tuples(st.sampled_from(["negative", "cos", "sin"]), inner),
+    ),
+    max_leaves=25,
+)
+
+
+def built(tree, inputs, cos, sin):
+    if isinstance(tree, int):
+        return inputs[tree]
+    if isinstance(tree, float):
+        return tree
+    operation, *arguments = tree
+    values = [built(a, inputs, cos, sin) for a in arguments]
+    if operation == "add":
+        return values[0] + values[1]
+    if operation == "subtract":
+        return values[0] - values[1]
+    if operation == "multiply":
+        return values[0] * values[1]
+    if operation == "negative":
+        return -values[0]
+    return (cos if operation == "cos" else sin)(values[0])
+
+
+@examples(300)
+@given(trees, st.integers(0, 2**32 - 1))
+def test_programs_compute_what_direct_evaluation_computes(tree, seed):
+    """To the last bit: every folding is exact in floating point (signs, 0, 1, order of two operands)."""
+    trace = Trace()
+    symbols = list(trace.inputs("x", 3)[:, 0])
+    expression = built(
+        tree,
+        symbols,
+        lambda x: trace.cos(np.array([x], dtype=object))[0],
+        lambda x: trace.sin(np.array([x], dtype=object))[0],
+    )
+    values = np.random.default_rng(seed).uniform(-3, 3, (3, 50))
+    found = Program.of(trace, [expression]).run({f"x{i + 1}": row for i, row in enumerate(values)})
+    expected = built(tree, list(values), _cos, _sin)
+    np.testing.assert_array_equal(found[0], np.broadcast_to(expected, 50))
+
+
+def _cos(x):
+    # The cosine of a constant is taken by the C library when tracing, of an array by NumPy.
+    import math
+
+    return math.cos(x) if isinstance(x, float) else np.cos(x)
+
+
+def _sin(x):
+    import math
+
+    return math.sin(x) if isinstance(x, float) else np.sin(x)
+
+
+@pytest.mark.parametrize("count", [0, 1, 1023, 1024, 1025, 3000])
+def test_chunks_of_a_run_leave_no_seam(trace, count, rng):
+    x, y, _ = variables(trace)
+    values = rng.normal(size=(2, count))
+    found = Program.of(trace, [x * y + x, 4.0, y]).run({"x1": values[0], "x2": values[1]})
+    np.testing.assert_array_equal(found[0], values[0] * values[1] + values[0])
+    np.testing.assert_array_equal(found[1], np.full(count, 4.0))
+    np.testing.assert_array_equal(found[2], values[1])
+
+
+def test_traced_formulation_computes_the_torque(puma, rng):
+    """The whole formulation, run on expressions, against the same code run on numbers."""
+    from gd_analyze.authority import round_off_bounds
+    from gd_analyze.decomposition import decompose_states
+    from gd_analyze.models import parts_of
+    from gd_analyze.models.element_level import trace_parts
+
+    traced = trace_parts(puma)
+    every = [part.label for part in parts_of(6)]
+    program = Program.of(traced.trace, list(traced.keep(every, None)["torque"]))
+    q, qd, qdd = rng.uniform(-3, 3, (3, 100, 6))
+    inputs = {f"{name}{i + 1}": x[:, i] for name, x in (("q", q), ("qd", qd), ("qdd", qdd)) for i in range(6)}
+    expected = decompose_states(puma, q, qd, qdd)["torque"]
+    # Folded and unfolded arithmetic sum in another order: two correct programs.
+    assert np.abs(program.run(inputs).T - expected).max() <= round_off_bounds(puma, q, qd, qdd)["torque"]

@@ -1,0 +1,230 @@
+"""The arm as a value: valid once it exists, immutable, and identified by its numbers."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from gd_analyze.errors import ArmError, GdAnalyzeWarning
+from gd_analyze.robots import (
+    DHRow,
+    Drive,
+    Joint,
+    Link,
+    Placement,
+    RobotArm,
+    arm_from_description,
+    builtin_arms,
+    describe,
+    fingerprint,
+    load_arm,
+)
+from strategies import arms, examples
+
+
+def link(**changes) -> Link:
+    return Link(**{"name": "l", "mass": 1.0, "com": np.zeros(3), "inertia_com": 0.1 * np.eye(3)} | changes)
+
+
+def test_built_in_arms():
+    assert list(builtin_arms()) == ["puma560", "two_link"]
+    for name in builtin_arms():
+        arm = load_arm(name)
+        assert arm.name == name
+        assert arm.title
+        assert arm.sources
+
+
+def test_puma_numbers(puma):
+    """Armstrong, Khatib, Burdick 1986 and [FGL87] Fig. 2.11."""
+    assert puma.mass.tolist() == [0.0, 17.4, 4.8, 0.82, 0.34, 0.09]
+    assert puma.inertia_com[1].diagonal().tolist() == [0.13, 0.524, 0.539]
+    assert puma.com[1].tolist() == [-0.3638, 0.006, 0.07745]
+    assert puma.drive_inertia.tolist() == [1.14, 4.71, 0.827, 0.2, 0.179, 0.193]
+    np.testing.assert_allclose(
+        np.degrees(puma.limits("lower")), [-160, -225, -45, -110, -100, -266], rtol=4e-16
+    )
+    np.testing.assert_allclose(np.degrees(puma.limits("upper")), [160, 45, 225, 170, 100, 266], rtol=4e-16)
+    assert puma.gravity.tolist() == [0.0, 0.0, -9.8062]
+    assert [row.a for row in puma.dh_table] == [0.0, 0.4318, -0.02032, 0.0, 0.0, 0.0]
+    assert isinstance(puma.dh_table[0], DHRow)
+
+
+def test_limits_that_are_unknown_are_infinite():
+    arm = RobotArm("a", (Joint("1"),), (link(),))
+    assert arm.limits("lower").tolist() == [-np.inf]
+    assert arm.limits("upper").tolist() == [np.inf]
+    assert arm.limits("rate_limit").tolist() == [np.inf]
+
+
+@pytest.mark.parametrize("axis", [(0, 0, 2.0), (0, 0, 0), (1, 1, 0), (0, 0, 1 + 1e-5)])
+def test_axis_must_be_a_unit_vector(axis):
+    with pytest.raises(ArmError, match="not a unit vector"):
+        Joint("1", axis=np.array(axis, dtype=float))
+
+
+@pytest.mark.parametrize(
+    ("build", "says"),
+    [
+        (lambda: Joint("1", "spherical"), "unknown kind"),
+        (lambda: Joint("1", lower=1.0, upper=1.0), "range of joint 1 is empty"),
+        (lambda: Joint("1", acceleration_limit=-1.0), "acceleration limit of joint 1 is not positive"),
+        (lambda: Joint("1", axis=np.array([np.nan, 0, 1])), "not finite"),
+        (lambda: Joint("1", axis=np.array([0.0, 1.0])), "wrong shape"),
+        (lambda: Placement(2 * np.eye(3)), "is not a rotation"),
+        (lambda: Placement(np.diag([1.0, 1.0, -1.0])), "is not a rotation"),
+        (lambda: Placement(np.eye(3), np.array([np.inf, 0, 0])), "not finite"),
+        (lambda: link(mass=-1.0), "is negative"),
+        (lambda: link(mass=np.nan), "not finite"),
+        (lambda: link(com=np.zeros(2)), "wrong shape"),
+        (lambda: link(inertia_com=np.triu(np.ones((3, 3)))), "not symmetric"),
+        (lambda: link(inertia_com=np.diag([1.0, 1.0, -0.5])), "not positive semidefinite"),
+        (lambda: link(inertia_com=np.diag([1.0, 1.0, 3.0])), "breaks the triangle inequality"),
+        (lambda: Drive(inertia=-1.0), "drive is negative"),
+        (lambda: Drive(inertia=np.nan), "drive is not finite"),
+        (lambda: RobotArm("a", (), ()), "has no joints"),
+        (lambda: RobotArm("a", (Joint("1"),), ()), "one of its links per joint"),
+        (lambda: RobotArm("a", (Joint("1"),), (link(), link())), "one of its links per joint"),
+        (
+            lambda: RobotArm("a", (Joint("1"),), (link(),), drives=(Drive(), Drive())),
+            "one of its drives per joint",
+        ),
+        (lambda: RobotArm("a", (Joint("1"),), (link(),), np.array([0, 0])), "wrong shape"),
+    ],
+)
+def test_impossible_parts(build, says):
+    with pytest.raises(ArmError, match=says):
+        build()
+
+
+@pytest.mark.parametrize(
+    ("excess", "outcome"), [(0.0005, "fine"), (0.002, "warns"), (0.0999, "warns"), (0.1001, "fails")]
+)
+def test_triangle_inequality_by_how_much(excess, outcome):
+    """I_zz = 1 = I_xx + I_yy + excess: rounding below 0.1 %, a measurement's error below 10 %."""
+    inertia = np.diag([0.5, 0.5 - excess, 1.0])
+    if outcome == "fails":
+        with pytest.raises(ArmError):
+            link(inertia_com=inertia)
+    elif outcome == "warns":
+        with pytest.warns(GdAnalyzeWarning, match="breaks the triangle inequality"):
+            link(inertia_com=inertia)
+        link(inertia_com=inertia, as_measured=True)
+    else:
+        link(inertia_com=inertia)
+
+
+def test_a_rod_without_thickness_is_possible():
+    link(inertia_com=np.diag([0.0, 1 / 12, 1 / 12]))
+
+
+def test_com_far_away_warns():
+    with pytest.warns(GdAnalyzeWarning, match=r"centre of mass is 0\.2 m"):
+        RobotArm("a", (Joint("1"),), (link(com=np.array([0.2, 0, 0])),))
+    RobotArm("a", (Joint("1"),), (link(com=np.array([0.2, 0, 0]), mass=0.0),))
+
+
+def test_values_cannot_be_changed(puma):
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        puma.name = "other"
+    for array in (puma.gravity, puma.mass, puma.com, puma.inertia_com, puma.drive_inertia, puma.links[0].com):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1.0
+
+
+def test_the_callers_arrays_stay_the_callers():
+    com = np.zeros(3)
+    made = link(com=com)
+    com[0] = 0.05
+    assert made.com[0] == 0.0
+
+
+@examples(50)
+@given(arms())
+def test_description_round_trip(arm):
+    text = json.dumps(describe(arm), allow_nan=False)
+    again = arm_from_description(json.loads(text))
+    assert fingerprint(again) == fingerprint(arm)
+    assert describe(again) == describe(arm)
+
+
+def test_description_of_the_shipped_arms(puma, two_link):
+    for arm in (puma, two_link):
+        again = arm_from_description(json.loads(json.dumps(describe(arm))))
+        assert fingerprint(again, drives=True) == fingerprint(arm, drives=True)
+        assert again.limits("upper").tolist() == arm.limits("upper").tolist()
+
+
+def leaves(value, keys=()):
+    """Places of all numbers and words in nested JSON values."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from leaves(inner, (*keys, key))
+    elif isinstance(value, list):
+        for key, inner in enumerate(value):
+            yield from leaves(inner, (*keys, key))
+    else:
+        yield keys, value
+
+
+ACTING = {"gravity", "kind", "placement", "axis", "mass", "com", "inertia_com", "frame"}
+
+
+def test_fingerprint_changes_with_every_number_that_acts_and_with_nothing_else(puma):
+    """Through the fingerprint of an edited description, where that still describes a possible arm."""
+    before = fingerprint(puma)
+    changed = unchanged = 0
+    for keys, value in leaves(describe(puma)):
+        edited = json.loads(json.dumps(describe(puma)))
+        inner = edited
+        for key in keys[:-1]:
+            inner = inner[key]
+        if isinstance(value, bool) or value is None:
+            continue
+        # The smallest change there is; numbers of rotations and inertias stay within what is possible.
+        inner[keys[-1]] = value + "x" if isinstance(value, str) else float(np.nextafter(value, 2.0))
+        if keys[-1] == "kind":
+            inner[keys[-1]] = "prismatic"
+        if "axial_only" in str(keys):
+            continue
+        try:
+            after = fingerprint(arm_from_description(edited))
+        except ArmError:
+            continue  # e.g. an inertia edited on one side of its diagonal
+        if ACTING & set(keys):
+            assert after != before, keys
+            changed += 1
+        else:
+            assert after == before, keys
+            unchanged += 1
+    assert changed > 150
+    assert unchanged > 30
+
+
+def test_fingerprint_of_drives_on_request(puma):
+    other = dataclasses.replace(puma, drives=(Drive(9.0), *puma.drives[1:]))
+    assert fingerprint(other) == fingerprint(puma)
+    assert fingerprint(other, drives=True) != fingerprint(puma, drives=True)
+
+
+def test_fingerprint_does_not_care_how_a_number_was_typed():
+    one = RobotArm("a", (Joint("1"),), (link(mass=2),))
+    same = RobotArm("b", (Joint("other name"),), (link(mass=np.float32(2.0), name="x"),))
+    assert fingerprint(one) == fingerprint(same)
+
+
+@examples(50)
+@given(arms())
+def test_reach_bounds_every_pose(arm):
+    from gd_analyze.kinematics import solve_kinematics
+
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (arm.n_joints, 20))
+    slides = [not revolute for revolute in arm.is_revolute]
+    q[slides] = 0.0
+    kinematics = solve_kinematics(arm, q)
+    distance = np.linalg.norm(kinematics.link_origins - kinematics.joint_origins[0], axis=1).max()
+    assert distance <= arm.reach * (1 + 1e-13)  # some 20 roundings per joint

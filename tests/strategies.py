@@ -1,0 +1,128 @@
+"""Hypothesis strategies: arms of every make, and states for them.
+
+Hypothesis chooses the structure, which is what breaks code: how many joints, of which kind, axes along z or
+askew, plain or general placements, massless links. The numbers inside come from a seed it chooses as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from hypothesis import settings
+from hypothesis import strategies as st
+
+from gd_analyze.robots import Joint, Link, Placement, RobotArm
+from gd_analyze.trajectories import Trajectory
+from gd_analyze.vectors import FloatArray
+
+PROFILE = "gd-analyze"
+settings.register_profile(PROFILE, derandomize=True, deadline=None, database=None, print_blob=True)
+
+
+def examples(count: int) -> Callable[[Any], Any]:
+    """Number of examples of one test, on the project's own profile whichever is loaded."""
+    return settings(settings.get_profile(PROFILE), max_examples=count)
+
+
+@dataclass(frozen=True)
+class States:
+    """States of one arm, shape (N, n)."""
+
+    q: FloatArray
+    qd: FloatArray
+    qdd: FloatArray
+
+    @property
+    def last(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """With the set points last, (n, N), as the formulations want them."""
+        return self.q.T.copy(), self.qd.T.copy(), self.qdd.T.copy()
+
+
+def names_in(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def random_rotation(rng: np.random.Generator) -> FloatArray:
+    q, r = np.linalg.qr(rng.normal(size=(3, 3)))
+    q = q * np.sign(np.diag(r))
+    return q * np.linalg.det(q).round()
+
+
+def random_inertia(rng: np.random.Generator, thickness: float = 0.01) -> FloatArray:
+    """I = tr(P) 1 - P of a second moment P: exactly the inertias that matter can have."""
+    root = rng.normal(scale=0.3, size=(3, 3))
+    second = root @ root.T + thickness * np.eye(3)
+    second = 0.5 * (second + second.T)
+    return np.trace(second) * np.eye(3) - second
+
+
+def random_states(n: int, count: int, seed: int) -> States:
+    rng = np.random.default_rng(seed)
+    q = rng.uniform(-np.pi, np.pi, (count, n))
+    return States(q, rng.uniform(-3, 3, (count, n)), rng.uniform(-10, 10, (count, n)))
+
+
+@st.composite
+def arms(draw: st.DrawFn, max_joints: int = 8, massive: bool = False, revolute: bool = False) -> RobotArm:
+    """Arms of 1 to `max_joints` joints; `massive` ones have mass and inertia in every link."""
+    kinds = st.just("revolute") if revolute else st.sampled_from(["revolute", "prismatic"])
+    joint_kinds = draw(st.lists(kinds, min_size=1, max_size=max_joints))
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    general = draw(st.booleans())
+    askew = draw(st.booleans())
+    joints, links = [], []
+    for i, kind in enumerate(joint_kinds):
+        axis = rng.normal(size=3) if askew else np.array([0.0, 0.0, 1.0])
+        before = Placement(random_rotation(rng), rng.uniform(-0.5, 0.5, 3)) if general else Placement()
+        quarter = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+        behind = Placement(
+            random_rotation(rng) if general else (quarter if rng.random() < 0.5 else np.eye(3)),
+            rng.uniform(-0.5, 0.5, 3),
+        )
+        massless = not massive and draw(st.integers(0, 4)) == 0
+        com = (
+            random_rotation(rng)[0] * rng.uniform(0, 1) * max(0.1, float(np.linalg.norm(behind.translation)))
+        )
+        joints.append(Joint(f"joint {i}", kind, before, axis / np.linalg.norm(axis)))
+        links.append(
+            Link(
+                f"link {i}",
+                0.0 if massless else rng.uniform(0.5, 3.0),
+                com,
+                np.zeros((3, 3)) if massless else random_inertia(rng),
+                behind,
+            )
+        )
+    return RobotArm("drawn", tuple(joints), tuple(links), rng.uniform(-10, 10, 3))
+
+
+@st.composite
+def arms_with_states(
+    draw: st.DrawFn, max_joints: int = 8, count: int = 6, massive: bool = False, revolute: bool = False
+) -> tuple[RobotArm, States]:
+    arm = draw(arms(max_joints, massive, revolute))
+    return arm, random_states(arm.n_joints, count, draw(st.integers(0, 2**32 - 1)))
+
+
+@st.composite
+def motions(draw: st.DrawFn, max_joints: int = 4, count: int = 12) -> tuple[RobotArm, Trajectory]:
+    """An arm and set points of unrelated states: harder than any motion."""
+    arm, states = draw(arms_with_states(max_joints, count))
+    return arm, Trajectory(0.1 * np.arange(count), states.q, states.qd, states.qdd, "drawn")
+
+
+def two_link_of(length: float, m1: float, m2: float, g: float = 9.8062) -> RobotArm:
+    """The text's two rods in a vertical plane, [FGL87] section 3.2.6."""
+
+    def rod(name: str, mass: float) -> Link:
+        across = mass * length**2 / 12
+        behind = Placement(np.eye(3), np.array([length, 0.0, 0.0]))
+        return Link(name, mass, np.array([-length / 2, 0.0, 0.0]), np.diag([0.0, across, across]), behind)
+
+    return RobotArm(
+        "two rods", (Joint("1"), Joint("2")), (rod("1", m1), rod("2", m2)), np.array([0.0, -g, 0.0])
+    )

@@ -1,0 +1,183 @@
+"""The Dataset: its parts sum to the whole, whatever the shape and length of the states."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from gd_analyze.authority import pinocchio_dynamics, round_off_bounds
+from gd_analyze.decomposition import CHUNK, decompose, decompose_states
+from gd_analyze.errors import ArmError, TrajectoryError
+from gd_analyze.robots import load_arm
+from gd_analyze.schema import DECOMPOSITION
+from gd_analyze.trajectories import Trajectory, read_trajectory, shipped_trajectories
+from strategies import arms_with_states, examples, motions, random_states
+
+EPS = float(np.finfo(float).eps)
+
+
+@pytest.mark.parametrize("name", sorted(shipped_trajectories()))
+def test_parts_sum_to_what_pinocchio_finds_on_every_shipped_trajectory(name):
+    arm = load_arm("two_link" if name.startswith("two-link") else "puma560")
+    trajectory = read_trajectory(name, arm)
+    dataset = decompose(arm, trajectory)
+    theirs = pinocchio_dynamics(arm, trajectory.q, trajectory.qd, trajectory.qdd)
+    bounds = round_off_bounds(arm, trajectory.q, trajectory.qd, trajectory.qdd)
+    ours = {
+        "inertia": dataset.inertia.sum("effect"),
+        "coriolis_centrifugal": dataset.coriolis_centrifugal.sum("effect"),
+        "gravity_loading": dataset.gravity_loading,
+        "torque": dataset.torque,
+    }
+    for quantity, values in ours.items():
+        assert np.abs(values.values - theirs[quantity]).max() <= bounds[quantity], quantity
+
+
+@examples(30)
+@given(motions(max_joints=6))
+def test_everything_adds_up(case):
+    arm, motion = case
+    found = decompose(arm, motion, by_link=True, terms=True)
+    bounds = round_off_bounds(arm, motion.q, motion.qd, motion.qdd)
+    h_bound = bounds["coriolis_centrifugal"]
+
+    def differs(a, b):
+        return float(np.abs(a - b).max())
+
+    assert differs(found.inertia_by_link.sum("link"), found.inertia) <= bounds["inertia"]
+    h = found.coriolis_centrifugal
+    assert differs(found.coriolis_centrifugal_by_link.sum("link"), h) <= h_bound
+    assert (
+        differs(found.gravity_loading_by_link.sum("link"), found.gravity_loading) <= bounds["gravity_loading"]
+    )
+    by_effect = found.coriolis_centrifugal_terms.groupby("term_effect").sum()
+    assert differs(by_effect.sel(term_effect=found.effect.values).values, h.values) <= h_bound
+    # centrifugal + (h - centrifugal): one rounding of each, of numbers no larger than h's own bound allows.
+    assert differs(found.centrifugal + found.coriolis, h) <= h_bound
+    qd = found.qd.values
+    centrifugal = np.einsum("teijj,tj->tei", found.coupling.values, qd**2)
+    assert differs(centrifugal, found.centrifugal.values) <= h_bound
+    coriolis = np.einsum("teijk,tj,tk->tei", found.coupling.values, qd, qd) - centrifugal
+    assert differs(coriolis, found.coriolis.values) <= h_bound
+    accelerating = np.einsum("teij,tj->ti", found.inertia.values, found.qdd.values)
+    whole = accelerating + h.sum("effect").values + found.gravity_loading.values
+    assert differs(whole, found.torque.values) <= bounds["torque"]
+
+
+def test_drive_torque_is_a_separate_contribution(puma, pick_and_place, pick_and_place_dataset):
+    driven = decompose(puma, pick_and_place, drives=True)
+    np.testing.assert_array_equal(driven.drive_torque, puma.drive_inertia * pick_and_place.qdd)
+    np.testing.assert_array_equal(driven.inertia, pick_and_place_dataset.inertia)
+    added = driven.torque - driven.drive_torque - pick_and_place_dataset.torque
+    # One addition and its undoing: a rounding of the sum, one of the difference.
+    assert float(np.abs(added).max()) <= 2 * EPS * float(np.abs(driven.torque).max())
+    assert driven.attrs["drives"] == 1
+    assert pick_and_place_dataset.attrs["drives"] == 0
+
+
+def test_drives_of_an_arm_without_any_are_refused(two_link, swing):
+    with pytest.raises(ArmError, match="describes no drives"):
+        decompose(two_link, swing, drives=True)
+
+
+@pytest.mark.parametrize("count", [CHUNK - 1, CHUNK, CHUNK + 1])
+def test_chunks_leave_no_seam(puma, count):
+    """A set point's numbers are the same alone, in a short run and across a chunk's edge."""
+    states = random_states(6, count, 11)
+    long = decompose_states(puma, states.q, states.qd, states.qdd, by_link=True, terms=True, drives=True)
+    bounds = round_off_bounds(puma, states.q, states.qd, states.qdd)
+    picks = sorted({0, 1, CHUNK // 2, count - 2, count - 1, min(CHUNK, count - 1)})
+    for k in picks:
+        alone = decompose_states(
+            puma, states.q[k], states.qd[k], states.qdd[k], by_link=True, terms=True, drives=True
+        )
+        for name, values in alone.items():
+            # Long and short loops of NumPy may sum in another order and take cos and sin by another path,
+            # so the argument of two correct programs applies; nearly always the bits agree.
+            quantity = "inertia" if values.ndim >= 3 and "coriolis" not in name else "torque"
+            assert np.abs(values - long[name][k]).max() <= bounds[quantity], name
+
+
+@examples(30)
+@given(arms_with_states(max_joints=4))
+def test_any_leading_shape_goes_through_the_same_code(case):
+    arm, states = case
+    flat = decompose_states(arm, states.q, states.qd, states.qdd)
+    n = arm.n_joints
+    nested = decompose_states(arm, *(x.reshape(2, 3, n) for x in (states.q, states.qd, states.qdd)))
+    single = decompose_states(arm, states.q[4], states.qd[4], states.qdd[4])
+    assert flat.keys() == nested.keys() == single.keys()
+    bounds = round_off_bounds(arm, states.q, states.qd, states.qdd)
+    for name, values in flat.items():
+        assert values.shape[0] == 6
+        np.testing.assert_array_equal(nested[name].reshape(values.shape), values, err_msg=name)
+        assert single[name].shape == values.shape[1:]
+        assert np.abs(single[name] - values[4]).max() <= max(bounds.values()), name
+
+
+def test_no_states_give_no_numbers(puma):
+    none = np.empty((0, 6))
+    assert decompose_states(puma, none, none, none)["inertia"].shape == (0, 2, 6, 6)
+
+
+def test_progress_counts_every_set_point(puma):
+    states = random_states(6, CHUNK + 5, 1)
+    done: list[int] = []
+    decompose_states(puma, states.q, states.qd, states.qdd, coupling=False, progress=done.append)
+    assert done == [CHUNK, 5]
+
+
+def test_without_coupling_the_rest_is_the_same(puma, pick_and_place, pick_and_place_dataset):
+    lean = decompose(puma, pick_and_place, coupling=False)
+    assert "coupling" not in lean
+    assert "joint_k" not in lean.coords
+    for name in lean.data_vars:
+        np.testing.assert_array_equal(lean[name], pick_and_place_dataset[name], err_msg=str(name))
+
+
+def test_every_variable_is_as_declared(puma_findings):
+    dataset = puma_findings.decomposition
+    assert set(dataset.data_vars) == set(DECOMPOSITION)
+    for name, variable in DECOMPOSITION.items():
+        assert dataset[name].dims == variable.dims
+        assert dataset[name].attrs == variable.attributes()
+    assert dataset.effect.values.tolist() == ["translation", "rotation"]
+    assert dataset.joint.values.tolist() == dataset.joint_k.values.tolist() == [1, 2, 3, 4, 5, 6]
+    assert dataset.joint_name.values.tolist()[:2] == ["waist", "shoulder"]
+    assert dataset.term.values.tolist() == ["T1", "T2", "T3", "T4", "R1", "R2"]
+    assert dataset.time.attrs["units"] == "s"
+
+
+def test_units_of_a_sliding_joint_are_said():
+    variable = DECOMPOSITION["torque"]
+    assert variable.attributes(mixed_units=True)["units"] == "N m (m, N for rows of sliding joints)"
+    assert variable.attributes()["units"] == "N m"
+
+
+def test_trajectory_of_another_arm_is_refused(puma, swing):
+    with pytest.raises(TrajectoryError, match="of another arm") as caught:
+        decompose(puma, swing)
+    assert caught.value.details["expected"] == "6 joints (puma560)"
+    assert caught.value.details["found"] == "2 joints"
+
+
+@pytest.mark.parametrize(
+    ("q", "qd", "qdd", "culprit"),
+    [
+        ((5, 4), (5, 4), (5, 4), "q"),
+        ((5, 8), (5, 8), (5, 8), "q"),
+        ((5, 6), (6,), (5, 6), "qd"),
+        ((5, 6), (5, 6), (1, 6), "qdd"),
+        ((), (), (), "q"),
+    ],
+)
+def test_states_that_do_not_fit_are_refused(puma, q, qd, qdd, culprit):
+    with pytest.raises(TrajectoryError) as caught:
+        decompose_states(puma, np.zeros(q), np.zeros(qd), np.zeros(qdd))
+    assert caught.value.details["where"] == culprit
+
+
+def test_one_set_point_is_a_trajectory(puma):
+    one = Trajectory(np.zeros(1), *(np.full((1, 6), x) for x in (0.3, 0.2, 0.1)))
+    assert decompose(puma, one).sizes["time"] == 1

@@ -1,0 +1,72 @@
+"""Axes, origins, frames and centres of mass, against 4x4 transforms and a published pose."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+
+import lagrange_euler as le
+from gd_analyze.kinematics import solve_kinematics
+from strategies import arms_with_states, examples
+
+EPS = float(np.finfo(float).eps)
+
+
+def test_puma_hand_at_the_pose_of_the_text(puma):
+    """[FGL87] Fig. 2.11 at (90, 0, 90, 0, 0, 0) degrees."""
+    q = np.radians([90.0, 0.0, 90.0, 0.0, 0.0, 0.0])[:, None]
+    kinematics = solve_kinematics(puma, q)
+    # Lengths of 0.4 m, six rotations of some roundings each; cos(pi/2) = 6e-17 is one of them.
+    hand = 1000 * kinematics.link_origins[5, :, 0]
+    np.testing.assert_allclose(hand, [-149.09, 921.12, 20.32], atol=1000 * 60 * EPS)
+    rows = kinematics.link_rotations[5, :, :, 0]
+    np.testing.assert_allclose(rows, [[0, -1, 0], [0, 0, 1], [-1, 0, 0]], atol=60 * EPS)
+
+
+@examples(60)
+@given(arms_with_states())
+def test_frames_axes_and_centres_of_mass_are_those_of_the_transforms(case):
+    arm, states = case
+    kinematics = solve_kinematics(arm, states.q.T.copy())
+    frames = le.link_frames(arm, states.q)
+    n = arm.n_joints
+    # Each joint multiplies by at most three rotations and adds two vectors: some 20 roundings, of coordinates
+    # no larger than the arm with its slides stretched out; for unit vectors that size is 1.
+    reach = 1.0 + 2 * n + np.abs(states.q).sum(axis=1).max()
+    tolerance = 20 * n * EPS * reach
+    np.testing.assert_allclose(
+        np.moveaxis(kinematics.link_rotations, -1, 1), frames[..., :3, :3], atol=20 * n * EPS
+    )
+    np.testing.assert_allclose(
+        np.moveaxis(kinematics.link_origins, -1, 1), frames[..., :3, 3], atol=tolerance
+    )
+    points = np.array([np.append(link.com, 1.0) for link in arm.links])
+    com = np.einsum("sNab,sb->sNa", frames, points)[..., :3]
+    np.testing.assert_allclose(np.moveaxis(kinematics.com_positions, -1, 1), com, atol=tolerance)
+    before = np.concatenate([np.broadcast_to(np.eye(4), frames[:1].shape), frames[:-1]])
+    for i, joint in enumerate(arm.joints):
+        axis = before[i, :, :3, :3] @ (joint.placement.rotation @ joint.axis)
+        origin = before[i, :, :3, :3] @ joint.placement.translation + before[i, :, :3, 3]
+        np.testing.assert_allclose(kinematics.joint_axes[i].T, axis, atol=20 * n * EPS)
+        np.testing.assert_allclose(kinematics.joint_origins[i].T, origin, atol=tolerance)
+
+
+@examples(40)
+@given(arms_with_states())
+def test_axes_are_unit_vectors_and_rotations_orthonormal(case):
+    arm, states = case
+    kinematics = solve_kinematics(arm, states.q.T.copy())
+    tolerance = 40 * arm.n_joints * EPS  # a squared length doubles the 20 roundings per joint
+    lengths = np.linalg.norm(kinematics.joint_axes, axis=1)
+    np.testing.assert_allclose(lengths, 1.0, rtol=tolerance)
+    squares = np.einsum("sabN,sacN->sbcN", kinematics.link_rotations, kinematics.link_rotations)
+    np.testing.assert_allclose(squares, np.eye(3)[None, :, :, None] + 0 * squares, atol=tolerance)
+
+
+def test_states_do_not_disturb_each_other(puma, rng):
+    q = rng.uniform(-3, 3, (6, 7))
+    together = solve_kinematics(puma, q)
+    for k in range(7):
+        alone = solve_kinematics(puma, np.ascontiguousarray(q[:, k : k + 1]))
+        # One set point or many go through the same elementwise operations.
+        np.testing.assert_array_equal(alone.com_positions[..., 0], together.com_positions[..., k])

@@ -1,0 +1,156 @@
+"""The main job writes what was chosen, the files hold what was found, and bad input costs nothing."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+import pytest
+
+import gd_analyze as gd
+from gd_analyze import main_job
+from gd_analyze.errors import GdAnalyzeError, OutputError, TrajectoryError, UsageError
+from gd_analyze.main_job import FILES, analyze, default_folder, dominance_csv, find, require_writable
+from strategies import names_in
+
+DATA_FORMATS = ("h5", "json", "csv")
+
+
+@pytest.fixture
+def nothing_computed(monkeypatch):
+    def fail(*args, **options):
+        raise AssertionError("computed before the output was known to be writable")
+
+    monkeypatch.setattr(main_job, "find", fail)
+
+
+@pytest.mark.parametrize(
+    "formats",
+    [(), ("h5",), ("json",), ("csv",), ("csv", "json"), DATA_FORMATS],
+    ids=lambda f: "+".join(f) or "none",
+)
+def test_exactly_the_chosen_files(two_link, swing, tmp_path, formats):
+    folder = tmp_path / "deep" / "results"
+    findings = analyze(two_link, swing, folder, formats=formats)
+    assert sorted(names_in(folder) if folder.exists() else []) == sorted(FILES[name] for name in formats)
+    assert findings.model.dropped
+
+
+def test_the_files_hold_what_was_found(puma, pick_and_place, tmp_path):
+    findings = analyze(
+        puma, pick_and_place, tmp_path, formats=DATA_FORMATS, command="gd-analyze puma560 x.csv"
+    )
+    tree = gd.load_results(tmp_path / "analysis.h5")
+    np.testing.assert_array_equal(tree["decomposition/torque"], findings.decomposition.torque)
+    assert tree.attrs["command"] == "gd-analyze puma560 x.csv"
+    model = gd.load_model(tmp_path / "model.json")
+    assert model.kept == findings.model.kept
+    assert model.provenance["command"] == "gd-analyze puma560 x.csv"
+    assert (tmp_path / "dominance.csv").read_text() == dominance_csv(findings)
+
+
+def test_the_ranking_as_csv_is_the_dataset(puma_findings, tmp_path):
+    import pandas as pd
+
+    path = tmp_path / "dominance.csv"
+    path.write_text(dominance_csv(puma_findings))
+    table = pd.read_csv(path)
+    dominance = puma_findings.dominance
+    assert len(table) == 21 + 6 + 6
+    assert table["element"].tolist() == dominance.element.values.tolist()
+    for name, array in dominance.data_vars.items():
+        columns = [name] if array.dims == ("element",) else [f"{name}_translation", f"{name}_rotation"]
+        found = table[columns].to_numpy().reshape(array.shape)
+        if array.dtype.kind == "f":
+            # Written with every digit; a parser that is fast may miss the last bit.
+            np.testing.assert_allclose(found, array.values, rtol=4e-16, atol=0)
+        else:
+            assert found.tolist() == array.values.tolist()
+
+
+def test_default_folder(two_link, swing, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    analyze(two_link, swing, formats=("csv",))
+    assert names_in(tmp_path / "reports") == ["two_link-two-link-swing"]
+    assert default_folder(two_link, swing).name == "two_link-two-link-swing"
+
+
+@pytest.mark.usefixtures("nothing_computed")
+def test_an_unwritable_folder_is_found_out_first(two_link, swing, blocked_folder):
+    with pytest.raises(OutputError, match="cannot write the results there") as caught:
+        analyze(two_link, swing, blocked_folder, formats=DATA_FORMATS)
+    assert str(blocked_folder) in caught.value.details["where"]
+    assert "is not a folder" in caught.value.details["found"]
+    assert "--out" in caught.value.details["next"]
+    assert not blocked_folder.exists()
+
+
+@pytest.mark.usefixtures("nothing_computed")
+def test_a_folder_without_permission_is_found_out_first(two_link, swing, tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    with pytest.raises(OutputError) as caught:
+        analyze(two_link, swing, tmp_path / "new", formats=DATA_FORMATS)
+    assert "is not writable" in caught.value.details["found"]
+    assert names_in(tmp_path) == []
+
+
+def test_a_folder_that_can_be_made_is_fine(tmp_path):
+    require_writable(tmp_path / "a" / "b")
+    require_writable(tmp_path)
+    assert names_in(tmp_path) == []
+
+
+@pytest.mark.usefixtures("nothing_computed")
+def test_an_unknown_format(two_link, swing, tmp_path):
+    with pytest.raises(UsageError, match="no format 'docx'"):
+        analyze(two_link, swing, tmp_path, formats=("h5", "docx"))
+    assert names_in(tmp_path) == []
+
+
+def test_a_trajectory_of_another_arm_writes_nothing(puma, swing, tmp_path):
+    with pytest.raises(TrajectoryError):
+        analyze(puma, swing, tmp_path / "out", formats=DATA_FORMATS)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_disagreement_with_the_authority_writes_nothing(two_link, swing, tmp_path, monkeypatch):
+    def disagree(*args):
+        raise GdAnalyzeError("torque disagrees with Pinocchio")
+
+    monkeypatch.setattr(main_job, "cross_check", disagree)
+    with pytest.raises(GdAnalyzeError):
+        analyze(two_link, swing, tmp_path / "out", formats=DATA_FORMATS)
+    assert not (tmp_path / "out").exists()
+
+
+def test_warnings_end_up_in_the_findings(two_link, swing, monkeypatch):
+    import warnings
+
+    from gd_analyze.errors import GdAnalyzeWarning
+
+    real = main_job.decompose
+
+    def suspicious(*args, **options):
+        warnings.warn("an odd arm", GdAnalyzeWarning, stacklevel=1)
+        return real(*args, **options)
+
+    monkeypatch.setattr(main_job, "decompose", suspicious)
+    assert find(two_link, swing, warned=("an odd file",)).warnings == ("an odd file", "an odd arm")
+
+
+def test_budget_and_options_reach_what_they_are_for(puma, pick_and_place):
+    found = find(puma, pick_and_place, budget=gd.Budget.parse("5%"), drives=True, coupling=False, terms=True)
+    assert found.model.budget_stated == "5%"
+    assert found.model.drives
+    assert "coupling" not in found.decomposition
+    assert "coriolis_centrifugal_terms" in found.decomposition
+    peak = np.abs(found.decomposition.torque.values).max(axis=0)
+    np.testing.assert_array_equal(found.dominance.attrs["floor"], 0.05 * peak / 8)
+    np.testing.assert_array_equal(found.model.budget, 0.05 * peak)
+
+
+def test_provenance_is_flat(puma_findings):
+    source = puma_findings.provenance
+    assert source.keys() >= {"gd_analyze", "created", "command", "python", "numpy", "pinocchio"}
+    assert all(isinstance(value, str) for value in source.values())
+    assert puma_findings.decomposition.attrs["command"] == source["command"]
