@@ -11,7 +11,7 @@ import numpy as np
 
 from gd_analyze.authority import cross_check
 from gd_analyze.decomposition import decompose
-from gd_analyze.dominance import rank
+from gd_analyze.dominance import peak_magnitude, rank
 from gd_analyze.errors import GdAnalyzeWarning, Location, OutputError, UsageError
 from gd_analyze.files import replacing, write_text
 from gd_analyze.findings import Findings
@@ -89,7 +89,7 @@ def find(
         )
         dataset.attrs |= source
         residuals = cross_check(arm, dataset)
-        allowed = budget.allowed(np.abs(dataset.torque.values).max(axis=0))
+        allowed = budget.allowed(peak_magnitude(dataset.torque.values))
         dominance = rank(dataset, budget=allowed)
         model = simplify(arm, dataset, budget, source)
     return Findings(

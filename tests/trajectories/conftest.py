@@ -7,15 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import settings
 
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.robots import Joint, Link, RobotArm, load_arm
-
-# Slow imports happen inside the first call that needs them; that is no test case's fault.
-settings.register_profile("no deadline", deadline=None)
-settings.load_profile("no deadline")
-
 
 @pytest.fixture(scope="session")
 def puma() -> RobotArm:

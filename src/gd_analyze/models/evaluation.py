@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gd_analyze.decomposition import decompose
+from gd_analyze.errors import ModelError
 from gd_analyze.models.simplified import ErrorTable, SimplifiedModel
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray
@@ -50,12 +51,28 @@ def evaluate(model: SimplifiedModel, trajectory: Trajectory, dataset: xr.Dataset
     ------
     TrajectoryError
         If the trajectory is of another number of joints.
+    ModelError
+        If the dataset is not of this trajectory and the model's drives.
     """
-    if dataset is None:
+    if dataset is not None:
+        _require_same(model, trajectory, dataset)
+    else:
         dataset = decompose(model.arm, trajectory, coupling=False, drives=model.drives)
     exact = dataset.torque.values
     simplified = model.torque(trajectory.q, trajectory.qd, trajectory.qdd)
     return Evaluation(exact, simplified, ErrorTable.of(exact, simplified))
+
+
+def _require_same(model: SimplifiedModel, trajectory: Trajectory, dataset: xr.Dataset) -> None:
+    stated = {"trajectory_fingerprint": trajectory.fingerprint, "drives": int(model.drives)}
+    for name, value in stated.items():
+        if dataset.attrs[name] != value:
+            raise ModelError(
+                "the decomposition is of another trajectory, or differs from the model in its drives",
+                where=name,
+                expected=str(value),
+                found=str(dataset.attrs[name]),
+            )
 
 
 def torque_csv(trajectory: Trajectory, evaluation: Evaluation) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from pathlib import Path
 from typing import Any, Literal
@@ -55,6 +56,7 @@ class _ModelFile(_Strict):
     arm_fingerprint: str
     arm: dict[str, Any]
     provenance: dict[str, str]
+    digest: str
 
 
 def save_model(model: SimplifiedModel, path: str | Path) -> None:
@@ -100,7 +102,9 @@ def save_model(model: SimplifiedModel, path: str | Path) -> None:
         arm_fingerprint=fingerprint(model.arm, model.drives),
         arm=describe(model.arm),
         provenance=dict(model.provenance),
+        digest="",
     )
+    document.digest = _digest(document.model_dump())
     write_text(path, json.dumps(document.model_dump(), indent=2, ensure_ascii=False) + "\n")
 
 
@@ -177,22 +181,21 @@ def load_model(path: str | Path) -> SimplifiedModel:
             found=(str(error) or type(error).__name__).splitlines()[0],
             next_step=_WRITE_AGAIN,
         ) from None
-    if set(document.dropped) != set(model.dropped):
+    if document.digest != _digest(raw):
         raise ModelError(
-            "the model file was changed: what it keeps and what it drops do not make up the whole",
+            "the model file was changed after it was written: its stated errors no longer hold",
             where=Location(path),
-            next_step="its stated error no longer holds; write the model again",
-        )
-    found = fingerprint(arm, model.drives)
-    if document.arm_fingerprint != found or len(document.errors) != arm.n_joints:
-        raise ModelError(
-            "the model file was changed: its arm no longer has the fingerprint it states",
-            where=Location(path),
-            expected=document.arm_fingerprint[:16] + "...",
-            found=found[:16] + "...",
-            next_step="write the model again for the arm you mean",
+            expected=f"digest {_digest(raw)[:16]}... of its content",
+            found=f"digest {document.digest[:16]}...",
+            next_step="write the model again for the arm and the parts you mean",
         )
     return model
+
+
+def _digest(document: dict[str, Any]) -> str:
+    """SHA-256 of everything in the file but the digest itself."""
+    content = {key: value for key, value in document.items() if key != "digest"}
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 def _column(document: _ModelFile, name: str) -> FloatArray:
