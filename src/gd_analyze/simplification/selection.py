@@ -8,8 +8,8 @@ Intermediates with the same parts above them form one block b of w_b operations,
     minimise  sum_b w_b y_b   subject to   y_b >= x_p for every part p above b,
               | sum_p a_pit (1 - x_p) | <= allowed_i  for all i, t
 
-is an integer program whose optimum is that in operations (up to the few that putting parts into torques may share). Few set points decide: only those
-that a trial solution violates are added, until none is.
+is an integer program whose optimum is that in operations, up to the few that putting parts into torques may
+share. Few set points decide: only those that a trial solution violates are added, until none is.
 """
 
 from __future__ import annotations
