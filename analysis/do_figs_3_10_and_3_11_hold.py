@@ -93,7 +93,9 @@ def variants(arm: gd.RobotArm) -> dict[str, gd.RobotArm]:
     changed = {
         "as measured: Ixx = Iyy, centre of mass on the axis": hand,
         "Iyy 10 % below Ixx": dataclasses.replace(hand, inertia_com=np.diag([1.5e-4, 1.35e-4, 0.4e-4])),
-        "centre of mass 1 mm off the axis": dataclasses.replace(hand, com=hand.com + np.array([0.001, 0.0, 0.0])),
+        "centre of mass 1 mm off the axis": dataclasses.replace(
+            hand, com=hand.com + np.array([0.001, 0.0, 0.0])
+        ),
         "product of inertia Ixz = 1e-5 kg m^2": dataclasses.replace(
             hand, inertia_com=hand.inertia_com + 1e-5 * (np.eye(3)[[2, 1, 0]] - np.diag([0, 1, 0]))
         ),

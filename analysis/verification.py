@@ -1,6 +1,6 @@
 """How exact is it? Measures every identity the numbers must satisfy and writes `docs/verification.md`.
 
-    python analysis/verification.py
+Run it again after any change of the mechanics: `python analysis/verification.py`.
 """
 
 from __future__ import annotations
@@ -48,9 +48,7 @@ def measure() -> Iterator[Measurement]:
     yield from _two_link_closed_forms()
 
 
-def _identities(
-    arm: gd.RobotArm, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray
-) -> Iterator[Measurement]:
+def _identities(arm: gd.RobotArm, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> Iterator[Measurement]:
     ours = gd.decompose_states(arm, q, qd, qdd)
     theirs = pinocchio_dynamics(arm, q, qd, qdd)
     bounds = round_off_bounds(arm, q, qd, qdd)
@@ -142,7 +140,7 @@ def _identities(
 
 
 def _gradient(arm: gd.RobotArm, q: np.ndarray) -> np.ndarray:
-    """d D / d q_k by effect, shape (k, effect, N, n, n)."""
+    """Slopes of D by q_k, by effect, shape (k, effect, N, n, n)."""
     slopes = []
     for k in range(arm.n_joints):
         ends = []

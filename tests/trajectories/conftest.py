@@ -11,6 +11,7 @@ import pytest
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.robots import Joint, Link, RobotArm, load_arm
 
+
 @pytest.fixture(scope="session")
 def puma() -> RobotArm:
     return load_arm("puma560")
