@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,48 +125,59 @@ def _solve(
 
     `rows` are the (joint, set point) held to the budget; of each set in `barred` one part must stay.
     """
-    from scipy.optimize import Bounds, LinearConstraint, milp
-    from scipy.sparse import coo_array
+    import highspy
 
     n_parts = len(scaled)
     members = [sorted(parts) for parts in costs]
-    weights = np.array(list(costs.values()), dtype=float)
-    n_blocks = len(members)
-    pairs = [(b, p) for b, parts in enumerate(members) for p in parts]
-    r = np.arange(len(pairs))
-    needs = coo_array(
-        (
-            np.concatenate([np.ones(len(pairs)), -np.ones(len(pairs))]),
-            (
-                np.concatenate([r, r]),
-                np.concatenate([[n_parts + b for b, _ in pairs], [p for _, p in pairs]]).astype(int),
-            ),
-        ),
-        shape=(len(pairs), n_parts + n_blocks),
+    cost = np.concatenate([np.zeros(n_parts), np.array(list(costs.values()), dtype=float)])
+    n_columns = len(cost)
+    solver = highspy.Highs()
+    solver.setOptionValue("output_flag", False)
+    solver.setOptionValue("time_limit", _TIME_LIMIT)
+    solver.addVars(n_columns, np.zeros(n_columns), np.ones(n_columns))
+    solver.changeColsCost(n_columns, np.arange(n_columns, dtype=np.int32), cost)
+    solver.changeColsIntegrality(
+        n_parts,
+        np.arange(n_parts, dtype=np.int32),
+        np.full(n_parts, int(highspy.HighsVarType.kInteger), dtype=np.uint8),
     )
+    pairs = np.array([(n_parts + b, p) for b, parts in enumerate(members) for p in parts], dtype=np.int32)
+    _add_rows(solver, pairs, np.tile([1.0, -1.0], (len(pairs), 1)), 0.0, np.inf)
     lost = np.array([scaled[:, i, t] for i, t in rows])
     shrink = np.maximum(1.0, np.abs(lost).max(axis=1) / _LARGEST_COEFFICIENT)
     lost, limit = lost / shrink[:, None], (1.0 - _FEASIBILITY_MARGIN) / shrink
     everything = lost.sum(axis=1)
-    held = [
-        LinearConstraint(needs.tocsr(), 0.0, np.inf),
-        LinearConstraint(_widened(lost, n_blocks), everything - limit, everything + limit),
-    ]
-    if barred:
-        stays = np.array([[float(p in parts) for p in range(n_parts)] for parts in barred])
-        held.append(LinearConstraint(_widened(stays, n_blocks), 1.0, np.inf))
-    solution = milp(
-        c=np.concatenate([np.zeros(n_parts), weights]),
-        integrality=np.concatenate([np.ones(n_parts), np.zeros(n_blocks)]),
-        bounds=Bounds(0.0, 1.0),
-        constraints=held,
-        options={"time_limit": _TIME_LIMIT},
+    each_part = np.tile(np.arange(n_parts, dtype=np.int32), (len(rows), 1))
+    _add_rows(solver, each_part, lost, everything - limit, everything + limit)
+    for parts in barred:
+        _add_rows(solver, np.array([sorted(parts)], dtype=np.int32), np.ones((1, len(parts))), 1.0, np.inf)
+    solver.run()
+    status = solver.getModelStatus()
+    values = np.array(solver.getSolution().col_value)
+    if len(values) != n_columns or not solver.getInfo().primal_solution_status:
+        raise GdAnalyzeError(
+            "the selection of parts failed",
+            found=solver.modelStatusToString(status),
+            next_step="please report this with the arm file and the trajectory",
+        )
+    return values[:n_parts] > 0.5, status == highspy.HighsModelStatus.kOptimal
+
+
+def _add_rows(
+    solver: Any,
+    columns: NDArray[np.int32],
+    coefficients: FloatArray,
+    lower: FloatArray | float,
+    upper: FloatArray | float,
+) -> None:
+    """Add rows lower <= sum of coefficients * columns <= upper, one per line of `columns`."""
+    count, width = columns.shape
+    solver.addRows(
+        count,
+        np.broadcast_to(lower, count).astype(float),
+        np.broadcast_to(upper, count).astype(float),
+        columns.size,
+        np.arange(0, columns.size, max(width, 1), dtype=np.int32),
+        columns.ravel(),
+        coefficients.ravel(),
     )
-    if solution.x is None:
-        raise GdAnalyzeError("the selection of parts failed", found=str(solution.message))
-    return solution.x[:n_parts] > 0.5, solution.status == 0
-
-
-def _widened(coefficients: FloatArray, n_blocks: int) -> FloatArray:
-    """Rows over the parts as rows over parts and blocks."""
-    return np.hstack([coefficients, np.zeros((len(coefficients), n_blocks))])
