@@ -31,6 +31,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gd_analyze.kinematics import Kinematics
 from gd_analyze.robots import RobotArm
@@ -58,7 +59,7 @@ class CompositeMoments:
     momentum
         f_m, shape (n, 3, N).
     origin_velocities
-        v_i(p_{m-1}) for i <= m, one array of shape (m, 3, N) per joint m.
+        v_i(p_{m-1}) of every pair i < m, ordered as in `pair_indices`, shape (n (n - 1) / 2, 3, N).
     """
 
     turning: Array
@@ -68,7 +69,7 @@ class CompositeMoments:
     first: Array
     second: Array
     momentum: Array
-    origin_velocities: tuple[Array, ...]
+    origin_velocities: Array
 
 
 def composite_moments(arm: RobotArm, kinematics: Kinematics) -> CompositeMoments:
@@ -95,11 +96,23 @@ def composite_moments(arm: RobotArm, kinematics: Kinematics) -> CompositeMoments
     momentum = cross(turning, first)
     if sliding is not None:
         momentum += mass[:, None, None] * sliding
-    velocities = []
-    for m in range(n):
-        velocity = cross(turning[: m + 1], origins[m] - origins[: m + 1])
-        velocities.append(velocity if sliding is None else velocity + sliding[: m + 1])
-    return CompositeMoments(turning, sliding, origins, mass, first, second, momentum, tuple(velocities))
+    i, m = pair_indices(n)
+    velocities = cross(turning[i], origins[m] - origins[i])
+    if sliding is not None:
+        velocities += sliding[i]
+    return CompositeMoments(turning, sliding, origins, mass, first, second, momentum, velocities)
+
+
+def pair_indices(n: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Inner joint i and outer joint m of every pair i < m, by m and then i."""
+    m, i = np.tril_indices(n, -1)
+    return i, m
+
+
+def pairs_of(m: int) -> slice:
+    """Where the pairs of outer joint m stand in that order."""
+    start = m * (m - 1) // 2
+    return slice(start, start + m)
 
 
 def inertia(moments: CompositeMoments, out: Array | None = None) -> Array:
@@ -113,25 +126,30 @@ def inertia(moments: CompositeMoments, out: Array | None = None) -> Array:
         if moments.sliding is not None:
             angular[TRANSLATION] += cross(moments.first[m], moments.sliding[m])
         column = np.einsum("ian,ean->ein", w[: m + 1], angular, out=out[:, : m + 1, m])
-        column[TRANSLATION] += dot(moments.origin_velocities[m], moments.momentum[m])
+        column[TRANSLATION, :m] += dot(moments.origin_velocities[pairs_of(m)], moments.momentum[m])
+        if moments.sliding is not None:
+            column[TRANSLATION, m] += dot(moments.sliding[m], moments.momentum[m])
         out[:, m, :m] = column[:, :m]
     return out
 
 
-def brackets(moments: CompositeMoments) -> tuple[Array, ...]:
-    """B_im for i < m by effect, one array of shape (2, m, 3, N) per joint m."""
-    w = moments.turning
-    out = []
-    for m in range(len(moments.mass)):
-        bracket = np.einsum("eabn,ibn->eian", moments.second[:, m], cross(w[m], w[:m]))
-        bracket[TRANSLATION] += cross(moments.momentum[m], moments.origin_velocities[m][:m])
-        if moments.sliding is not None:
-            bracket[TRANSLATION] += cross(moments.sliding[m], cross(w[:m], moments.first[m]))
-        out.append(bracket)
-    return tuple(out)
+def brackets(moments: CompositeMoments) -> Array:
+    """B_im of every pair i < m by effect, ordered as in `pair_indices`, shape (2, n (n - 1) / 2, 3, N)."""
+    n, w = len(moments.mass), moments.turning
+    i, m = pair_indices(n)
+    turned = cross(w[m], w[i])
+    out = np.empty((2, *turned.shape), turned.dtype)
+    for outer_joint in range(1, n):
+        pairs = pairs_of(outer_joint)
+        second = moments.second[:, outer_joint]
+        np.einsum("eabn,ibn->eian", second, turned[pairs], out=out[:, pairs])
+    out[TRANSLATION] += cross(moments.momentum[m], moments.origin_velocities)
+    if moments.sliding is not None:
+        out[TRANSLATION] += cross(moments.sliding[m], cross(w[i], moments.first[m]))
+    return out
 
 
-def coupling(moments: CompositeMoments, pairs: tuple[Array, ...], out: Array | None = None) -> Array:
+def coupling(moments: CompositeMoments, pairs: Array, out: Array | None = None) -> Array:
     """h_ijk by effect, symmetric in j and k, shape (2, n, n, n, N). [FGL87] Eqs. (3.4-26), (3.4-27).
 
     `pairs` are the `brackets` of the moments.
@@ -139,7 +157,7 @@ def coupling(moments: CompositeMoments, pairs: tuple[Array, ...], out: Array | N
     n, w = len(moments.mass), moments.turning
     out = np.empty((2, n, n, n, moments.first.shape[-1]), moments.first.dtype) if out is None else out
     for m in range(n):
-        slab = np.einsum("eian,lan->eiln", pairs[m], w[: m + 1], out=out[:, :m, : m + 1, m])
+        slab = np.einsum("eian,lan->eiln", pairs[:, pairs_of(m)], w[: m + 1], out=out[:, :m, : m + 1, m])
         out[:, :m, m, :m] = slab[:, :, :m]
         out[:, m, : m + 1, m] = out[:, m, m, :m] = 0.0
         for i in range(m):
@@ -148,9 +166,7 @@ def coupling(moments: CompositeMoments, pairs: tuple[Array, ...], out: Array | N
     return out
 
 
-def coriolis_centrifugal(
-    moments: CompositeMoments, pairs: tuple[Array, ...], qd: Array
-) -> tuple[Array, Array]:
+def coriolis_centrifugal(moments: CompositeMoments, pairs: Array, qd: Array) -> tuple[Array, Array]:
     """H by effect and its centrifugal share, each of shape (2, n, N). [FGL87] Eqs. (3.4-26), (3.4-27)."""
     n, count = qd.shape
     spins = moments.turning * qd[:, None]
@@ -158,8 +174,9 @@ def coriolis_centrifugal(
     factors = np.stack([2.0 * below + spins, spins]) * qd[:, None]
     out = np.zeros((2, 2, n, count), moments.first.dtype)
     for m in range(1, n):
-        out[:, :, :m] += np.einsum("eian,kan->kein", pairs[m], factors[:, m])
-        out[:, :, m] -= np.einsum("eian,kian->ken", pairs[m], factors[:, :m])
+        of_m = pairs[:, pairs_of(m)]
+        out[:, :, :m] += np.einsum("eian,kan->kein", of_m, factors[:, m])
+        out[:, :, m] -= np.einsum("eian,kian->ken", of_m, factors[:, :m])
     return out[0], out[1]
 
 
