@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given
 
-import lagrange_euler as le
 from gd_analyze.kinematics import solve_kinematics
 from strategies import arms_with_states, examples
+from transforms import link_frames
 
 EPS = float(np.finfo(float).eps)
 
@@ -28,7 +28,7 @@ def test_puma_hand_at_the_pose_of_the_text(puma):
 def test_frames_axes_and_centres_of_mass_are_those_of_the_transforms(case):
     arm, states = case
     kinematics = solve_kinematics(arm, states.q.T.copy())
-    frames = le.link_frames(arm, states.q)
+    frames = link_frames(arm, states.q)
     n = arm.n_joints
     # Each joint multiplies by at most three rotations and adds two vectors: some 20 roundings, of coordinates
     # no larger than the arm with its slides stretched out; for unit vectors that size is 1.

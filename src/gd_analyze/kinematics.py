@@ -103,7 +103,8 @@ class _Constants:
 @lru_cache(maxsize=64)
 def _constants(arm: RobotArm) -> tuple[_Constants, ...]:
     def sparse(vector: Array) -> _Sparse:
-        return tuple((int(b), float(vector[b])) for b in np.flatnonzero(vector))
+        values = vector.tolist()
+        return tuple((int(b), values[b]) for b in np.flatnonzero(vector))
 
     def columns(rotation: Array) -> tuple[_Sparse, ...] | None:
         return None if np.array_equal(rotation, np.eye(3)) else tuple(sparse(column) for column in rotation.T)

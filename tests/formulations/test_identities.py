@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import lagrange_euler as le
+import transforms as tf
 from gd_analyze.authority import pinocchio_dynamics, round_off_bounds
 from gd_analyze.formulations import composite_moments as composite
 from gd_analyze.formulations import generalized_dalembert as dalembert
@@ -24,7 +24,7 @@ every_arm = st.one_of(
     arms_with_states(),
     st.builds(
         lambda name, seed: (load_arm(name), random_states(load_arm(name).n_joints, 6, seed)),
-        st.sampled_from(["puma560", "two_link"]),
+        st.sampled_from(["puma560", "stanford", "two_link"]),
         st.integers(0, 2**32 - 1),
     ),
 )
@@ -142,11 +142,12 @@ def test_lagrange_euler_gives_the_same_inertia_coupling_and_gravity_by_effect(ca
     solved = Solved(*case)
     q = solved.states.q
     # 4x4 products take as many roundings again as the vectors do.
-    assert np.abs(solved.inertia - le.inertia(solved.arm, q)).max() <= 2 * solved.bounds["inertia"]
+    assert np.abs(solved.inertia - tf.inertia(solved.arm, q)).max() <= 2 * solved.bounds["inertia"]
+    assert np.abs(solved.coupling - tf.coupling(solved.arm, q)).max() <= 2 * solved.coupling_bound
     # D is at most quadratic in cos, sin, or a slide: its slope is at most twice as large; three make h_ijk.
-    assert np.abs(solved.coupling - le.coupling(solved.arm, q)).max() <= 6 * solved.coupling_bound
+    assert np.abs(solved.coupling - tf.christoffel(solved.arm, q)).max() <= 6 * solved.coupling_bound
     gradient = np.array(
-        [le.derivative(lambda x: le.potential_energy(solved.arm, x), q, e) for e in np.eye(solved.n)]
+        [tf.derivative(lambda x: tf.potential_energy(solved.arm, x), q, e) for e in np.eye(solved.n)]
     )
     assert np.abs(solved.c - gradient).max() <= 2 * solved.bounds["gravity_loading"]
 
@@ -155,7 +156,7 @@ def test_lagrange_euler_gives_the_same_inertia_coupling_and_gravity_by_effect(ca
 @given(every_arm)
 def test_rate_of_inertia_less_twice_coriolis_matrix_is_skew_for_each_effect(case):
     solved = Solved(*case)
-    rate = le.derivative(lambda x: _literal_inertia(solved.arm, x.T), solved.states.q, solved.states.qd)
+    rate = tf.derivative(lambda x: _literal_inertia(solved.arm, x.T), solved.states.q, solved.states.qd)
     coriolis_matrix = np.einsum("eijkN,kN->eijN", solved.coupling, solved.qd)
     skew = rate - 2 * coriolis_matrix
     # Ddot sums n slopes of D times a rate, C n coefficients; the transpose doubles it.
@@ -172,8 +173,8 @@ def test_power_balance(case):
     both = np.concatenate([states.q, states.qd], axis=1)
     along = np.concatenate([states.qd, states.qdd], axis=1)
     n = solved.n
-    kinetic = le.derivative(lambda x: le.kinetic_energy(arm, x[:, :n], x[:, n:]), both, along)
-    potential = le.derivative(lambda x: le.potential_energy(arm, x), states.q, states.qd)
+    kinetic = tf.derivative(lambda x: tf.kinetic_energy(arm, x[:, :n], x[:, n:]), both, along)
+    potential = tf.derivative(lambda x: tf.potential_energy(arm, x), states.q, states.qd)
     torque = np.einsum("eijN,jN->eiN", solved.inertia, solved.qdd) + solved.h
     power = np.einsum("iN,eiN->eN", solved.qd, torque)
     # Each row of torque may be off by its bound on either side.
@@ -212,7 +213,7 @@ def test_pinocchio_agrees(case):
         assert np.abs(values - theirs[name]).max() <= solved.bounds[name], name
 
 
-@pytest.mark.parametrize("name", ["puma560", "two_link"])
+@pytest.mark.parametrize("name", ["puma560", "stanford", "two_link"])
 def test_round_off_bounds_are_neither_hit_nor_idle(name):
     """A bound a million times what is seen, or not small beside the numbers, would prove nothing."""
     solved = Solved(load_arm(name), random_states(load_arm(name).n_joints, 200, 7))

@@ -1,0 +1,95 @@
+"""The Newton-Euler recursion with every vector in the base frame.
+
+[FGL87] section 3.3, Table 3.2. Outward: angular velocity, angular acceleration, linear accelerations; inward:
+forces, moments, torques. Every link's inertia tensor is turned into the base frame, which is what the link-
+frame version avoids.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gd_analyze.formulations.hand_load import NO_LOAD, HandLoad
+from gd_analyze.kinematics import Kinematics
+from gd_analyze.robots import RobotArm
+from gd_analyze.vectors import Array, apply, cross, dot
+
+
+def torque(
+    arm: RobotArm,
+    kinematics: Kinematics,
+    qd: Array,
+    qdd: Array,
+    *,
+    gravity: bool = True,
+    damping: Array | None = None,
+    load: HandLoad = NO_LOAD,
+) -> Array:
+    """Generalized torque by Newton-Euler, shape (n, N). [FGL87] Table 3.2.
+
+    Parameters
+    ----------
+    arm, kinematics
+        The arm and where it is.
+    qd, qdd
+        Rates and accelerations, set points last, shape (n, N).
+    gravity
+        Whether gravity acts.
+    damping
+        Viscous damping b_i at the joints, N m s, shape (n,).
+    load
+        Force and moment that the hand exerts on the world, in the base frame.
+    """
+    n, count = qd.shape
+    omega = omega_dot = np.zeros((3, count))
+    base_acceleration = -arm.gravity if gravity else np.zeros(3)
+    acceleration: Array = np.broadcast_to(base_acceleration[:, None], (3, count))
+    forces, moments = [], []
+    for i in range(n):
+        z = kinematics.joint_axes[i]
+        arm_vector = _link_vector(kinematics, i)
+        if arm.is_revolute[i]:
+            omega_dot = omega_dot + z * qdd[i] + cross(omega, z * qd[i])
+            omega = omega + z * qd[i]
+            sliding: Array | float = 0.0
+        else:
+            sliding = z * qdd[i] + 2.0 * cross(omega, z * qd[i])
+        com = kinematics.com_from_joint[i]
+        com_acceleration = acceleration + sliding + _rigid(omega, omega_dot, com)
+        if arm_vector is not None:
+            acceleration = acceleration + sliding + _rigid(omega, omega_dot, arm_vector)
+        forces.append(arm.mass[i] * com_acceleration)
+        tensor = _base_tensor(kinematics.link_rotations[i], arm.inertia_com[i])
+        moments.append(apply(tensor, omega_dot) + cross(omega, apply(tensor, omega)))
+    out = np.empty((n, count), np.result_type(qd, kinematics.joint_axes))
+    force, moment = load.force[:, None], load.moment[:, None]
+    for i in reversed(range(n)):
+        z = kinematics.joint_axes[i]
+        arm_vector = _link_vector(kinematics, i)
+        if arm_vector is None:
+            arm_vector = kinematics.link_origins[i] - kinematics.joint_origins[i]
+        moment = (
+            moment + cross(arm_vector, force) + cross(kinematics.com_from_joint[i], forces[i]) + moments[i]
+        )
+        force = force + forces[i]
+        out[i] = dot(z, moment) if arm.is_revolute[i] else dot(z, force)
+        if damping is not None:
+            out[i] += damping[i] * qd[i]
+    return out
+
+
+def _rigid(omega: Array, omega_dot: Array, lever: Array) -> Array:
+    """Acceleration of a point of a rigid body relative to another of its points."""
+    return cross(omega_dot, lever) + cross(omega, cross(omega, lever))
+
+
+def _link_vector(kinematics: Kinematics, i: int) -> Array | None:
+    """p_i* from joint i's origin to the next joint's; None for the last link."""
+    if i + 1 == len(kinematics.joint_axes):
+        return None
+    return kinematics.joint_origins[i + 1] - kinematics.joint_origins[i]
+
+
+def _base_tensor(rotation: Array, inertia_com: Array) -> Array:
+    """R I R^T."""
+    return np.einsum("acn,dcn->adn", np.einsum("abn,bc->acn", rotation, inertia_com), rotation)
