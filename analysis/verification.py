@@ -96,7 +96,7 @@ def _identities(arm: gd.RobotArm, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray
     literal = np.stack([itemised[effects == effect].sum(axis=0) for effect in dalembert.EFFECTS])
     h = np.moveaxis(ours["coriolis_centrifugal"], 0, -1)
     yield Measurement(
-        "h: sums of brackets equal the text's terms T1..T4, R1, R2",
+        "h: sums of brackets equal the sums of the text's terms over links",
         arm.name,
         float(np.abs(literal - h).max()),
         bounds["coriolis_centrifugal"],
@@ -215,7 +215,8 @@ def report() -> str:
         "",
         f"Largest residual over {N_STATES} random states drawn evenly from each arm's ranges and its rate and "
         "acceleration limits, beside what floating-point round-off (or the truncation of a central difference) "
-        "explains. The bounds are derived in `gd_analyze.authority.round_off_bounds` and beside each measurement.",
+        "explains. The bounds are derived in `gd_analyze.authority.round_off_bounds` and beside each measurement. "
+        "Rows and columns of the Stanford arm's sliding joint are in N, kg m and kg.",
         "",
         "| identity | arm | measured | bound | unit |",
         "|---|---|---|---|---|",

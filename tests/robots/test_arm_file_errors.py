@@ -206,7 +206,7 @@ def test_unknown_arm(name, suggestion):
     with pytest.raises(ArmError, match="there is no arm") as caught:
         load_arm(name)
     assert suggestion in caught.value.details["next"]
-    assert "puma560, two_link" in caught.value.details["expected"]
+    assert "puma560, stanford, two_link" in caught.value.details["expected"]
 
 
 @pytest.mark.parametrize("name", ["", "x" * 5000, "nul\0byte", "mine.toml"])

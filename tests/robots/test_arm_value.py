@@ -31,7 +31,7 @@ def link(**changes) -> Link:
 
 
 def test_built_in_arms():
-    assert list(builtin_arms()) == ["puma560", "two_link"]
+    assert list(builtin_arms()) == ["puma560", "stanford", "two_link"]
     for name in builtin_arms():
         arm = load_arm(name)
         assert arm.name == name

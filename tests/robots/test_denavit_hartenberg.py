@@ -13,8 +13,8 @@ from gd_analyze.authority import round_off_bounds
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.robots import DHRow, Joint, Link, RobotArm
 from gd_analyze.robots.denavit_hartenberg import exact_cos_sin, modified_placements, standard_placements
-from lagrange_euler import link_frames
 from strategies import examples, random_inertia, random_states
+from transforms import link_frames
 
 EPS = float(np.finfo(float).eps)
 angles = st.one_of(st.floats(-3.2, 3.2), st.sampled_from([0.0, math.pi / 2, -math.pi / 2, math.pi]))

@@ -5,12 +5,14 @@ from gd_analyze.robots.arm_file import read_arm
 from gd_analyze.robots.catalogue import builtin_arms, load_arm
 from gd_analyze.robots.description import arm_from_description, describe, fingerprint
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
+from gd_analyze.robots.payload import Payload, parse_payload, with_payload
 
 __all__ = [
     "DHRow",
     "Drive",
     "Joint",
     "Link",
+    "Payload",
     "Placement",
     "RobotArm",
     "arm_from_description",
@@ -18,5 +20,7 @@ __all__ = [
     "describe",
     "fingerprint",
     "load_arm",
+    "parse_payload",
     "read_arm",
+    "with_payload",
 ]

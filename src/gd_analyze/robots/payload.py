@@ -1,0 +1,167 @@
+"""What the hand carries, merged into the last link."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gd_analyze.errors import ArmError, UsageError
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Link
+from gd_analyze.vectors import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Payload:
+    """A rigid body held by the last link; its data are given in the last link's frame.
+
+    Parameters
+    ----------
+    mass
+        kg.
+    position
+        Its centre of mass, m, shape (3,).
+    inertia
+        Its inertia about its own centre of mass along the axes of the last link's frame, kg m^2: the moments
+        (xx, yy, zz), or these and (xy, xz, yz) as they stand in the tensor, or the tensor itself. Stored as
+        the tensor, shape (3, 3). Left out, the payload is a point mass.
+
+    Raises
+    ------
+    ArmError
+        If a number is not finite, the mass is negative, or no body can have this inertia.
+    """
+
+    mass: float
+    position: FloatArray
+    inertia: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
+
+    def __post_init__(self) -> None:
+        # A payload is as possible or impossible as a link is, so a link is what checks it.
+        body = Link("payload", self.mass, self.position, _tensor(self.inertia))
+        object.__setattr__(self, "mass", body.mass)
+        object.__setattr__(self, "position", body.com)
+        object.__setattr__(self, "inertia", body.inertia_com)
+
+
+def with_payload(
+    arm: RobotArm, mass: float, position: ArrayLike, inertia: ArrayLike | None = None
+) -> RobotArm:
+    """Merge a payload into the last link: exact mass, centre of mass and inertia of the two together.
+
+    Parameters
+    ----------
+    arm
+        The arm; it stays as it is.
+    mass, position, inertia
+        As for `Payload`.
+
+    Returns
+    -------
+    RobotArm
+        The arm whose last link carries the payload, said so among its assumptions.
+
+    Raises
+    ------
+    ArmError
+        If a number is not finite, the mass is negative, or no body can have this inertia.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        If the common centre of mass lies farther out than the whole arm reaches: are the units metres?
+
+    Examples
+    --------
+    >>> from gd_analyze.robots import load_arm
+    >>> with_payload(load_arm("puma560"), 1.5, [0.0, 0.0, 0.1]).mass[-1].item()
+    1.59
+    """
+    payload = Payload(mass, np.asarray(position, dtype=float), _tensor(inertia))
+    last = arm.links[-1]
+    together = last.mass + payload.mass
+    com = last.com
+    if together > 0:
+        com = (last.mass * last.com + payload.mass * payload.position) / together
+    merged = dataclasses.replace(
+        last,
+        mass=together,
+        com=com,
+        inertia_com=last.inertia_com
+        + _shift(last.mass, last.com - com)
+        + payload.inertia
+        + _shift(payload.mass, payload.position - com),
+    )
+    place = ", ".join(f"{x:g}" for x in payload.position)
+    note = f"Link {last.name} carries a payload of {payload.mass:g} kg at ({place}) m in its frame."
+    return dataclasses.replace(arm, links=(*arm.links[:-1], merged), assumptions=(*arm.assumptions, note))
+
+
+def parse_payload(text: str) -> Payload:
+    """Read a payload from one line: mass,x,y,z[,xx,yy,zz[,xy,xz,yz]].
+
+    Parameters
+    ----------
+    text
+        kg, m, kg m^2, separated by commas; meanings as for `Payload`.
+
+    Raises
+    ------
+    UsageError
+        If the text is not 4, 7 or 10 numbers.
+    ArmError
+        If no body is like that.
+
+    Examples
+    --------
+    >>> parse_payload("1.5, 0,0,0.1").mass
+    1.5
+    """
+    expected = "mass,x,y,z in kg and m, then xx,yy,zz (and xy,xz,yz) in kg m^2 if it is no point mass"
+    numbers = []
+    for count, word in enumerate(text.split(","), start=1):
+        try:
+            numbers.append(float(word))
+        except ValueError:
+            raise UsageError(
+                "the payload is not a list of numbers",
+                where=f"number {count} of {text!r}",
+                expected=expected,
+                found=repr(word.strip()),
+            ) from None
+    if len(numbers) not in (4, 7, 10):
+        raise UsageError(
+            "the payload has the wrong count of numbers",
+            where=repr(text),
+            expected=f"4, 7 or 10 of them: {expected}",
+            found=str(len(numbers)),
+        )
+    return Payload(numbers[0], np.array(numbers[1:4]), _tensor(numbers[4:] or None))
+
+
+def _tensor(inertia: ArrayLike | None) -> FloatArray:
+    if inertia is None:
+        return np.zeros((3, 3))
+    given = np.asarray(inertia, dtype=float)
+    if given.shape == (3,):
+        return np.diag(given)
+    if given.shape == (6,):
+        xx, yy, zz, xy, xz, yz = given
+        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if given.shape == (3, 3):
+        return given
+    raise ArmError(
+        "the inertia of the payload has the wrong shape",
+        where="payload",
+        expected="3 principal moments, 6 components (xx, yy, zz, xy, xz, yz) or a 3x3 tensor",
+        found=f"shape {given.shape}",
+    )
+
+
+def _shift(mass: float, lever: FloatArray) -> FloatArray:
+    """What a mass adds to the inertia about a point at -lever from it: the parallel-axis theorem."""
+    added: FloatArray = mass * (float(lever @ lever) * np.eye(3) - np.outer(lever, lever))
+    return added

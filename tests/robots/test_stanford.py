@@ -1,0 +1,131 @@
+"""The Stanford arm: read as the data file says, possible, and refused when its unit trap springs."""
+
+from __future__ import annotations
+
+import re
+import warnings
+
+import numpy as np
+import pytest
+
+from gd_analyze.authority import pinocchio_dynamics, round_off_bounds
+from gd_analyze.decomposition import decompose_states
+from gd_analyze.errors import ArmError
+from gd_analyze.kinematics import solve_kinematics
+from gd_analyze.robots import RobotArm, builtin_arms, load_arm
+
+
+@pytest.fixture(scope="module")
+def stanford() -> RobotArm:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        return load_arm("stanford")
+
+
+def test_kinds_limits_and_drives(stanford):
+    assert [joint.kind for joint in stanford.joints] == ["revolute"] * 2 + ["prismatic"] + ["revolute"] * 3
+    assert [joint.unit for joint in stanford.joints] == ["rad", "rad", "m", "rad", "rad", "rad"]
+    assert stanford.joints[2].effort_unit == "N"
+    assert (stanford.joints[2].lower, stanford.joints[2].upper) == (0.3048, 1.27)
+    turning = [i for i in range(6) if i != 2]
+    # Degrees into radians and back: two roundings.
+    for what, sign in (("lower", -1), ("upper", 1)):
+        np.testing.assert_allclose(
+            np.degrees(stanford.limits(what))[turning], sign * np.array([170, 170, 170, 90, 170]), rtol=5e-16
+        )
+    assert stanford.drive_inertia.tolist() == [0.953, 2.193, 0.782, 0.106, 0.097, 0.020]
+    assert stanford.mass.tolist() == [9.29, 5.01, 4.25, 1.08, 0.63, 0.51]
+
+
+def test_the_unit_trap_is_explained_in_the_file():
+    comments = " ".join(
+        line[1:].strip()
+        for line in builtin_arms()["stanford"].read_text("utf-8").splitlines()
+        if line.startswith("#")
+    )
+    for words in ("CENTIMETRES", "ORIGINS", "not a quotation"):
+        assert words in comments
+
+
+def test_inertias_about_the_centres_of_mass_are_possible(stanford):
+    """No measured-inertia allowance is used: all moments are positive, no one exceeds the other two's sum."""
+    assert not any(link.as_measured or link.axial_only for link in stanford.links)
+    for link in stanford.links:
+        principal = np.linalg.eigvalsh(link.inertia_com)
+        assert principal[0] > 0
+        # Equality is a thin rod; three-digit data may miss it by a rounding of its last digit.
+        assert principal[2] <= (principal[0] + principal[1]) * (1 + 1e-3), link.name
+
+
+def test_moving_the_inertias_back_gives_the_table(stanford):
+    printed = [
+        (0.276, 0.255, 0.071),
+        (0.108, 0.018, 0.100),
+        (2.51, 2.51, 0.006),
+        (0.002, 0.001, 0.001),
+        (0.003, 0.003, 0.0004),
+        (0.013, 0.013, 0.0003),
+    ]
+    for link, moments in zip(stanford.links, printed, strict=True):
+        back = link.inertia_com + link.mass * (link.com @ link.com * np.eye(3) - np.outer(link.com, link.com))
+        # A few roundings of the largest moment.
+        np.testing.assert_allclose(back, np.diag(moments), atol=1e-15 * max(moments))
+
+
+def test_metres_for_centimetres_is_refused(tmp_path):
+    text = builtin_arms()["stanford"].read_text("utf-8")
+
+    def hundredfold(match: re.Match[str]) -> str:
+        return f"com = {[100 * float(word) for word in match[1].split(',')]}"
+
+    path = tmp_path / "stanford.toml"
+    path.write_text(re.sub(r"^com = \[(.*)\]", hundredfold, text, flags=re.MULTILINE), encoding="utf-8")
+    with pytest.raises(ArmError, match="inertia of link 1 is not positive semidefinite") as caught:
+        load_arm(path)
+    assert "line " in caught.value.details["where"]
+    assert "point the inertia is about" in caught.value.details["next"]
+
+
+@pytest.mark.parametrize("index", range(6))
+def test_one_centre_of_mass_in_metres_is_enough(tmp_path, index):
+    """The copies that mix units: any single link's centre of mass a hundredfold is refused."""
+    text = builtin_arms()["stanford"].read_text("utf-8")
+    lines = [match.span() for match in re.finditer(r"^com = .*$", text, flags=re.MULTILINE)]
+    start, end = lines[index]
+    com = [100 * float(word) for word in text[start:end].split("[")[1].rstrip("]").split(",")]
+    path = tmp_path / "stanford.toml"
+    path.write_text(f"{text[:start]}com = {com}{text[end:]}", encoding="utf-8")
+    with pytest.raises(ArmError, match=f"inertia of link {index + 1} "):
+        load_arm(path)
+
+
+def test_pinocchio_agrees(stanford):
+    rng = np.random.default_rng(1981)
+    q = rng.uniform(stanford.limits("lower"), stanford.limits("upper"), (300, 6))
+    qd = rng.uniform(-1, 1, (300, 6)) * stanford.limits("rate_limit")
+    qdd = rng.uniform(-1, 1, (300, 6)) * stanford.limits("acceleration_limit")
+    ours = decompose_states(stanford, q, qd, qdd, coupling=False)
+    theirs = pinocchio_dynamics(stanford, q, qd, qdd)
+    bounds = round_off_bounds(stanford, q, qd, qdd)
+    for name, bound in bounds.items():
+        found = ours[name].sum(axis=1) if name in ("inertia", "coriolis_centrifugal") else ours[name]
+        assert np.abs(found - theirs[name]).max() <= bound, name
+
+
+def test_the_boom(stanford):
+    """What can be said by hand: D33 is the mass that slides, and standing upright it carries its weight."""
+    q = np.array([[0.3, 0.0, 0.7, 0.4, -0.5, 0.6]])
+    still = np.zeros_like(q)
+    found = decompose_states(stanford, q, still, still)
+    sliding = stanford.mass[2:].sum()
+    # A sum of four masses, and of four weights along z: some roundings of each.
+    np.testing.assert_allclose(found["inertia"][0, 0, 2, 2], sliding, rtol=1e-15)
+    assert found["inertia"][0, 1, 2, 2] == 0.0
+    np.testing.assert_allclose(found["gravity_loading"][0, 2], 9.8062 * sliding, rtol=1e-14)
+
+
+def test_the_wrist_is_where_the_table_says(stanford):
+    """At q = (0, 90 deg, d3, ...) the boom lies along the base's x axis, past the shoulder's offset."""
+    kinematics = solve_kinematics(stanford, np.array([0.0, np.pi / 2, 0.8, 0.0, 0.0, 0.0])[:, None])
+    # 0.8 m out, 0.154 m aside, 0.412 m up; cos(pi/2) = 6e-17 is one of a few roundings.
+    np.testing.assert_allclose(kinematics.link_origins[5, :, 0], [0.8, 0.154, 0.412], atol=1e-15)

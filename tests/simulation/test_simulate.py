@@ -1,0 +1,312 @@
+"""Simulated motions: the books of energy balance, and known motions come out."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.interpolate import CubicSpline
+from scipy.special import ellipk
+from tolerances import energy_bound, per_step
+
+from gd_analyze.comparison.methods import METHODS
+from gd_analyze.decomposition import decompose, decompose_states
+from gd_analyze.errors import ArmError, GdAnalyzeError, UsageError
+from gd_analyze.robots import Joint, Link, Placement, RobotArm, load_arm
+from gd_analyze.simulation import Simulation, simulate
+from gd_analyze.trajectories import Trajectory
+from strategies import arms_with_states, examples
+
+
+def limp(n: int):
+    return lambda t, q, qd: np.zeros(n)
+
+
+def undriven(arm: RobotArm, duration: float, **options) -> Simulation:
+    n = arm.n_joints
+    start, rates = np.linspace(0.4, 0.9, n), np.linspace(-0.5, 0.5, n)
+    return simulate(arm, limp(n), start, rates, duration, set_points=41, **options)
+
+
+# The bare wrist of the PUMA has inertias down to 4e-5 kg m^2, and D is all but singular where axes 4 and 6
+# line up; with the drives' inertia, as in the real arm, it takes half as many steps.
+PASSIVE = [
+    ("puma560", 1.0, {"drives": True}),
+    ("puma560", 0.2, {}),
+    ("stanford", 1.0, {}),
+    ("stanford", 1.0, {"drives": True}),
+    ("two_link", 2.0, {}),
+]
+
+
+@pytest.mark.parametrize(("name", "duration", "options"), PASSIVE)
+def test_energy_is_conserved_without_torque_and_friction(name, duration, options):
+    arm = load_arm(name)
+    found = undriven(arm, duration, rtol=1e-12, atol=1e-12, **options)
+    assert np.ptp(found.kinetic) > 1.0  # joules: it does fall
+    assert not found.work.any()
+    assert not found.dissipated.any()
+    bound = energy_bound(arm, found, **options)
+    assert np.abs(found.energy_residual).max() <= bound
+    assert bound < 1e-6  # far below the joules that change hands
+
+
+@pytest.mark.parametrize("integrator", ["RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"])
+def test_every_integrator_conserves_energy_within_its_tolerance(two_link, integrator):
+    # Low orders take the square or the cube of the steps: ask for less.
+    found = undriven(two_link, 0.5, integrator=integrator, rtol=1e-6, atol=1e-6)
+    assert np.abs(found.energy_residual).max() <= energy_bound(two_link, found)
+    assert found.integrator == integrator
+
+
+def test_energy_is_conserved_better_when_asked_to(two_link):
+    residuals = [
+        np.abs(undriven(two_link, 1.0, rtol=tolerance, atol=tolerance).energy_residual).max()
+        for tolerance in (1e-5, 1e-8, 1e-11)
+    ]
+    # In proportion to the tolerance but for the growing number of steps, 1000^(1/8) = 2.4 times as many.
+    assert residuals[1] <= residuals[0] / 50
+    assert residuals[2] <= residuals[1] / 50
+
+
+@examples(10)
+@given(arms_with_states(max_joints=4, massive=True), st.integers(0, 2**32 - 1))
+def test_work_is_the_energy_gained_less_what_was_dissipated(case, seed):
+    arm, states = case
+    rng = np.random.default_rng(seed)
+    n = arm.n_joints
+    time = np.linspace(0, 0.3, 13)
+    history = rng.uniform(-20, 20, (13, n))
+    damping = rng.uniform(0, 1, n)
+    start = (states.q[0], states.qd[0], 0.3)
+    found = simulate(arm, (time, history), *start, set_points=31, damping=damping)
+    assert np.abs(found.work).max() > 0
+    assert (np.diff(found.dissipated) >= -energy_bound(arm, found)).all()
+    assert found.dissipated[-1] > 0
+    assert np.abs(found.energy_residual).max() <= energy_bound(arm, found)
+
+
+def test_work_is_the_energy_gained_with_drives_under_a_torque_history(puma):
+    time = np.linspace(0, 1, 21)
+    history = np.sin(np.outer(time, np.arange(1, 7))) * [40.0, 90.0, 30.0, 2.0, 2.0, 1.0]
+    found = simulate(puma, (time, history), np.full(6, 0.3), np.zeros(6), 1.0, set_points=41, drives=True)
+    assert found.work[-1] > 1.0
+    assert np.abs(found.energy_residual).max() <= energy_bound(puma, found, drives=True)
+    # The spline goes through its set points; those are every other one of the simulation's.
+    np.testing.assert_allclose(found.torque[::2], history, atol=1e-12)
+
+
+def test_friction_only_takes_energy(puma):
+    found = undriven(puma, 0.5, drives=True, friction=True)
+    slack = energy_bound(puma, found, drives=True)
+    assert (np.diff(found.dissipated) >= -slack).all()
+    assert (np.diff(found.energy) <= slack).all()
+    assert found.dissipated[-1] > 1.0
+    assert found.energy[-1] < found.energy[0] - 1.0
+    assert np.abs(found.energy_residual).max() <= slack
+
+
+def test_a_stiff_integrator_agrees_when_friction_holds_the_arm(puma):
+    options = {"drives": True, "friction": True, "rtol": 1e-8, "atol": 1e-8}
+    explicit, implicit = (undriven(puma, 0.3, integrator=name, **options) for name in ("DOP853", "LSODA"))
+    # Friction contracts, so no error grows: each motion is within its steps' local errors, the others' too.
+    allowed = sum(2 * s.steps * per_step(s).max() for s in (explicit, implicit))
+    assert np.abs(explicit.q - implicit.q).max() <= allowed
+
+
+@pytest.mark.parametrize("method", list(METHODS))
+def test_every_formulation_simulates_the_same_motion(two_link, method):
+    found, reference = undriven(two_link, 0.3, method=method), undriven(two_link, 0.3)
+    # Equal right-hand sides but for round-off, hence equal steps: 1e-13 of the accelerations, over 0.3 s.
+    np.testing.assert_allclose(found.q, reference.q, atol=1e-11)
+    assert found.method == method
+
+
+LENGTH, GRAVITY = 0.7, 9.8062
+
+
+def pendulum() -> RobotArm:
+    """A point mass on a massless rod, hanging down at q = 0."""
+    return RobotArm(
+        "pendulum",
+        (Joint("pivot"),),
+        (
+            Link(
+                "bob", 2.0, np.zeros(3), np.zeros((3, 3)), Placement(np.eye(3), np.array([0.0, -LENGTH, 0.0]))
+            ),
+        ),
+        np.array([0.0, -GRAVITY, 0.0]),
+    )
+
+
+def period(swing: float) -> float:
+    """Exact period of a swing up to an angle: 4 sqrt(l/g) K(sin^2(angle / 2))."""
+    return 4 * np.sqrt(LENGTH / GRAVITY) * ellipk(np.sin(swing / 2) ** 2)
+
+
+@pytest.mark.parametrize("swing", [0.1, 1.0, 2.5, 3.1])
+def test_a_pendulum_keeps_its_exact_period(swing):
+    turns = 2
+    found = simulate(pendulum(), limp(1), [swing], [0.0], turns * period(swing), set_points=4 * turns + 1)
+    expected = swing * np.array([1, 0, -1, 0] * turns + [1])
+    # An error of the state is one of the swing and of the phase. Of the swing: d = l qd dqd / (g sin swing)
+    # at the bottom, where the rate is largest. Of the phase: the period changes with the swing, per turn.
+    fastest = 2 * np.sqrt(GRAVITY / LENGTH) * np.sin(swing / 2)
+    to_swing = 1 + LENGTH * fastest / (GRAVITY * np.sin(swing))
+    slope = abs(period(swing + 1e-6) - period(swing - 1e-6)) / 2e-6
+    growth = to_swing * (1 + fastest * (turns * slope + 1 / np.sqrt(GRAVITY / LENGTH)))
+    allowed = 2 * found.steps * per_step(found).max() * growth
+    assert np.abs(found.q[:, 0] - expected).max() <= allowed
+    assert allowed < 0.01 * swing
+
+
+class Quintic:
+    """A planned motion from rest to rest: s = 10 x^3 - 15 x^4 + 6 x^5, exact at any time."""
+
+    def __init__(self, start, end, duration) -> None:
+        self.start, self.travel = np.array(start), np.array(end) - np.array(start)
+        self.duration = duration
+
+    def __call__(self, t):
+        x = np.asarray(t)[..., None] / self.duration
+        s = 10 * x**3 - 15 * x**4 + 6 * x**5
+        v = (30 * x**2 - 60 * x**3 + 30 * x**4) / self.duration
+        a = (60 * x - 180 * x**2 + 120 * x**3) / self.duration**2
+        return self.start + s * self.travel, v * self.travel, a * self.travel
+
+
+# The Stanford arm with its drives: without, a joint of 3e-4 kg m^2 follows the smallest error of its torque.
+PLANS = {
+    "two_link": (Quintic([0.0, 0.0], [1.0, -0.8], 1.0), False),
+    "stanford": (Quintic([0.0, 0.5, 0.4, 0.0, 0.3, 0.0], [1.0, 1.2, 0.8, 0.5, -0.5, 1.0], 1.0), True),
+}
+
+
+def sensitivity(arm: RobotArm, history, begin, duration: float, drives: bool) -> float:
+    """How much a small error of any state at the start grows on the way, by trying."""
+    n, nudge = arm.n_joints, 1e-5
+
+    def motion(state):
+        options = {"drives": drives, "rtol": 1e-8, "atol": 1e-8}
+        found = simulate(arm, history, state[:n], state[n:], duration, **options)
+        return np.concatenate([found.q, found.qd], axis=1)
+
+    reference = motion(begin)
+    moved = [motion(begin + nudge * direction) - reference for direction in np.eye(2 * n)]
+    return float(np.abs(np.array(moved)).sum(axis=0).max() / nudge)
+
+
+@pytest.mark.parametrize("name", list(PLANS))
+def test_a_torque_history_reproduces_the_planned_trajectory(name):
+    arm, (plan, drives) = load_arm(name), PLANS[name]
+    time = np.linspace(0, plan.duration, 201)
+    motion = Trajectory(time, *plan(time), "plan")
+    torque = decompose(arm, motion, coupling=False, drives=drives).torque.values
+    begin = np.concatenate([plan.start, 0 * plan.start])
+    found = simulate(
+        arm, (time, torque), plan.start, 0 * plan.start, plan.duration, set_points=101, drives=drives
+    )
+    q, qd, qdd = plan(found.time)
+    fine = np.linspace(0, plan.duration, 4001)
+    exact = decompose_states(arm, *plan(fine), coupling=False, drives=drives)
+    off = CubicSpline(time, torque)(fine) - exact["torque"]
+    inertia = exact["inertia"].sum(axis=1) + (np.diag(arm.drive_inertia) if drives else 0.0)
+    pushed = np.abs(np.linalg.solve(inertia, off[..., None])).max(axis=(1, 2)).mean() * plan.duration
+    # Open loop an error grows; twice what it grows from the start covers errors that come later. What comes
+    # in: local errors of all steps, and the spline's torque error as an acceleration, added up over time.
+    growth = 2 * sensitivity(arm, (time, torque), begin, plan.duration, drives)
+    allowed = growth * (2 * found.steps * per_step(found).max() + pushed)
+    assert np.abs(found.q - q).max() <= allowed
+    assert np.abs(found.qd - qd).max() <= allowed
+    assert allowed < 1e-3  # of moves of about 1 rad: the bound says something
+    np.testing.assert_allclose(found.qdd, qdd, atol=100 * allowed)
+
+
+def test_the_motion_is_a_trajectory(two_link):
+    found = undriven(two_link, 0.2)
+    trajectory = found.as_trajectory("fall")
+    assert trajectory.name == "fall"
+    assert trajectory.origin == "simulated: composite_moments, DOP853, rtol 1e-09, atol 1e-09"
+    torque = decompose(two_link, trajectory).torque.values
+    # Inverse dynamics of what forward dynamics gave: no torque, to round-off of some tens of N m.
+    assert np.abs(torque).max() <= 1e-12
+    np.testing.assert_array_equal(found.torque, np.zeros((41, 2)))
+    assert found.time[[0, -1]].tolist() == [0.0, 0.2]
+    np.testing.assert_array_equal(found.energy, found.kinetic + found.potential)
+
+
+def test_a_simulation_does_not_change(two_link):
+    found = undriven(two_link, 0.1)
+    with pytest.raises(ValueError, match="read-only"):
+        found.q[0] = 0.0
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        found.q = 0.0
+
+
+def test_drives_slow_the_fall(puma):
+    light, heavy = undriven(puma, 0.1), undriven(puma, 0.1, drives=True)
+    assert np.abs(heavy.qdd[0]).max() < np.abs(light.qdd[0]).max()
+
+
+TIME, VALUES = [0.0, 0.5, 1.0], np.zeros((3, 2))
+
+
+@pytest.mark.parametrize(
+    ("change", "what", "where"),
+    [
+        ({"q0": [0.0]}, "q0 does not fit arm two_link", "q0"),
+        ({"q0": np.zeros((2, 2)), "qd0": np.zeros((2, 2))}, "starts from one state", "q0"),
+        ({"qd0": [0.0, np.nan]}, "qd0 is not finite", "qd0[1]"),
+        ({"duration": 0.0}, "duration is not positive", "duration"),
+        ({"duration": np.inf}, "duration is not positive", "duration"),
+        ({"set_points": 1}, "at least two set points", "set_points"),
+        ({"set_points": 2.5}, "at least two set points", "set_points"),
+        ({"method": "lagrange"}, "no formulation 'lagrange'", "method"),
+        ({"integrator": "Euler"}, "no integrator 'Euler'", "integrator"),
+        ({"rtol": 1e-15}, "cannot keep these tolerances", "rtol, atol"),
+        ({"atol": 0.0}, "cannot keep these tolerances", "rtol, atol"),
+        ({"atol": np.nan}, "cannot keep these tolerances", "rtol, atol"),
+        ({"torque": 3.0}, "neither a function nor a history", "torque"),
+        ({"torque": (TIME, "abc")}, "neither a function nor a history", "torque"),
+        ({"torque": (TIME, np.zeros((3, 3)))}, "torque history does not fit arm two_link", "torque"),
+        ({"torque": ([0.0], np.zeros((1, 2)))}, "torque history does not fit arm two_link", "torque"),
+        ({"torque": ([0.0, 1.0, 1.0], VALUES)}, "its time does not increase", "torque"),
+        ({"torque": (TIME, VALUES + np.inf)}, "not finite", "torque"),
+        ({"torque": (TIME, VALUES), "duration": 1.5}, "does not cover the simulation", "torque"),
+        ({"torque": (np.array(TIME) + 0.1, VALUES)}, "does not cover the simulation", "torque"),
+    ],
+)
+def test_bad_input(two_link, change, what, where):
+    arguments = {"torque": limp(2), "q0": [0.0, 0.0], "qd0": [0.0, 0.0], "duration": 0.5} | change
+    with pytest.raises(UsageError, match=what) as caught:
+        simulate(two_link, **arguments)
+    assert caught.value.details["where"] == where
+
+
+def test_an_arm_without_drives(two_link):
+    for switch in ("drives", "friction"):
+        with pytest.raises(ArmError, match="describes no drives"):
+            undriven(two_link, 0.1, **{switch: True})
+
+
+def test_a_torque_function_that_misbehaves(two_link):
+    for torque, found in (
+        (lambda t, q, qd: [1.0], "shape (1,)"),
+        (lambda t, q, qd: [np.nan, 0], "[nan, 0.0]"),
+    ):
+        with pytest.raises(GdAnalyzeError, match="torque function does not give") as caught:
+            simulate(two_link, torque, [0, 0], [0, 0], 0.1)
+        assert caught.value.details["found"] == found
+        assert caught.value.details["where"] == "t = 0 s"
+
+
+def test_an_integrator_that_gives_up():
+    """qdd grows with the square of the rate: infinite at t = 1, and no step is small enough there."""
+    arm = dataclasses.replace(pendulum(), gravity=np.zeros(3))
+    inertia = 2.0 * LENGTH**2
+    with pytest.raises(GdAnalyzeError, match=r"gives up|grows without bounds") as caught:
+        simulate(arm, lambda t, q, qd: inertia * qd**2, [0.0], [1.0], 2.0, rtol=1e-6, atol=1e-6)
+    assert caught.value.details["where"].startswith(("t = 1 ", "t = 1.0", "t = 0.99"))
