@@ -7,6 +7,8 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
+import pytest
+
 ROOT = Path(__file__).resolve().parent.parent
 
 
@@ -41,3 +43,19 @@ def test_verification_measures_and_documents_every_identity() -> None:
     documented = (ROOT / "docs" / "verification.md").read_text("utf-8")
     for row in measurements:
         assert f"| {row.identity} | {row.arm} |" in documented
+
+
+def test_the_study_of_the_cost_tables_is_up_to_date() -> None:
+    module = study("tables_3_1_3_4_3_5")
+    assert module.report() == (ROOT / "analysis" / "tables_3_1_3_4_3_5.md").read_text("utf-8")
+
+
+def test_every_operation_is_booked_to_one_row_of_the_cost_tables() -> None:
+    module = study("tables_3_1_3_4_3_5")
+    rows = module.newton_euler_rows()
+    parts = {module.Place("newton_euler_link", "torque", "omega", "torque"): module.OperationCount(3, 2, 0)}
+    assert module.booked(parts, rows)[0] == module.OperationCount(3, 2, 0)
+    with pytest.raises(ValueError, match="no row"):
+        module.booked({module.Place("elsewhere", "", "", ""): module.OperationCount(1, 0, 0)}, rows)
+    with pytest.raises(ValueError, match="belongs to"):
+        module.booked(parts, (*rows, rows[0]))

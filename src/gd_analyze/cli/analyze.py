@@ -16,6 +16,7 @@ from gd_analyze.cli.options import (
     command_line,
     reporting,
 )
+from gd_analyze.cli.payload import load_arm_carrying, payload_option
 
 if TYPE_CHECKING:
     from gd_analyze.findings import Findings
@@ -75,6 +76,7 @@ class MainJob(click.Command):
     "or one per joint, comma-separated.",
 )
 @click.option("--drives", is_flag=True, help="Include drive inertia, as a contribution of its own.")
+@payload_option
 @click.option(
     "--no-coupling", is_flag=True, help="Leave h_ijk out of analysis.h5: 2 n^3 numbers per set point."
 )
@@ -96,6 +98,7 @@ def analyze(
     formats: tuple[str, ...],
     budget: str,
     drives: bool,
+    payload: str | None,
     no_coupling: bool,
     by_link: bool,
     terms: bool,
@@ -110,12 +113,11 @@ def analyze(
     with warnings_told(quiet) as told, stages(quiet) as stage:
         stage("reading")
         from gd_analyze.main_job import FILES, default_folder, find, require_writable, write_findings
-        from gd_analyze.robots import load_arm
         from gd_analyze.simplification import Budget
         from gd_analyze.trajectories import read_trajectory
 
         allowed = Budget.parse(budget)
-        arm = load_arm(robot)
+        arm = load_arm_carrying(robot, payload)
         motion = read_trajectory(trajectory, arm)
         folder = default_folder(arm, motion) if out is None else out
         require_writable(folder)

@@ -10,7 +10,9 @@ from click.shell_completion import CompletionItem
 
 from gd_analyze.cli.analyze import analyze
 from gd_analyze.cli.arms import arms
+from gd_analyze.cli.compare import compare
 from gd_analyze.cli.completion import completion
+from gd_analyze.cli.equations import equations
 from gd_analyze.cli.evaluate import evaluate
 from gd_analyze.cli.options import ROBOT
 from gd_analyze.cli.plan import plan
@@ -115,5 +117,7 @@ def app() -> None:
     """Split an arm's dynamics by effect, rank the parts, drop what the torque budget allows."""
 
 
-for command in (analyze, arms, plan, evaluate, completion):
+for command in (analyze, arms, plan, evaluate, equations, compare, completion):
+    # In a raw docstring click's mark of a preformatted paragraph is two characters.
+    command.help = (command.help or "").replace("\\b\n", "\b\n")
     app.add_command(command)

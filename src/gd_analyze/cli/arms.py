@@ -120,20 +120,28 @@ def _show_dh_table(arm: RobotArm) -> None:
 def _show_links(arm: RobotArm) -> None:
     from gd_analyze.cli.terminal import table
 
-    products = bool((arm.inertia_com[:, [0, 0, 1], [1, 2, 2]] != 0).any())
-    rows = []
-    for link in arm.links:
-        numbers = [link.mass, *link.com, *link.inertia_com.diagonal()]
-        if products:
-            numbers.extend(link.inertia_com[[0, 0, 1], [1, 2, 2]])
-        rows.append([link.name, *(f"{value:g}" for value in numbers)])
-    columns = ["mass", "x", "y", "z", "Ixx", "Iyy", "Izz", *(("Ixy", "Ixz", "Iyz") if products else ())]
+    products = arm.inertia_com[:, [0, 0, 1], [1, 2, 2]]
+    rows = [
+        [link.name, *(f"{value:g}" for value in (link.mass, *link.com, *link.inertia_com.diagonal()))]
+        for link in arm.links
+    ]
+    columns = ("mass", "x", "y", "z", "Ixx", "Iyy", "Izz")
     table(
         "Links: mass (kg), centre of mass (m) and inertia about it (kg m²), in the link's frame"
-        + ("" if products else "; all products of inertia are zero"),
+        + ("" if products.any() else "; all products of inertia are zero"),
         [("link", "left"), *((column, "right") for column in columns)],
         rows,
     )
+    # A table of their own: beside the rest they would not fit into a terminal.
+    if products.any():
+        table(
+            "Products of inertia about the centre of mass (kg m²), as they stand in the tensor",
+            [("link", "left"), *((column, "right") for column in ("Ixy", "Ixz", "Iyz"))],
+            [
+                [link.name, *(f"{value:g}" for value in row)]
+                for link, row in zip(arm.links, products, strict=True)
+            ],
+        )
 
 
 def _show_limits(arm: RobotArm) -> None:

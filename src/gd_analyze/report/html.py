@@ -62,7 +62,7 @@ def render_html(findings: Findings) -> str:
     arm, model = findings.arm, findings.model
     source = text_verdicts(arm.name)
     return (
-        _environment()
+        environment()
         .get_template("report.html.j2")
         .render(
             c=context,
@@ -84,8 +84,8 @@ def render_html(findings: Findings) -> str:
             thinned_to=MOST_POINTS if findings.trajectory.n_set_points > MOST_POINTS else None,
             data=_json(page_data(findings)),
             plotly=_plotly(),
-            style=Markup(_asset("report.css")),
-            scripts=Markup("\n".join(_asset(name) for name in SCRIPTS)),
+            style=Markup(template_text("report.css")),
+            scripts=Markup("\n".join(template_text(name) for name in SCRIPTS)),
             letters=LETTERS,
         )
     )
@@ -163,7 +163,8 @@ def _dropped(context: Context) -> DroppedParts:
 
 
 @cache
-def _environment() -> Environment:
+def environment() -> Environment:
+    """Jinja with the reports' templates and filters."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
@@ -177,6 +178,7 @@ def _environment() -> Environment:
         "number": lambda value: _typeset(number(float(value))),
         "percent": lambda share: _typeset(percent(float(share))),
         "typeset": _typeset,
+        "powers": _powers,
         "unit": pretty,
         "symbol": mathml.part,
         "digits": lambda value: _typeset(f"{float(value):.6g}"),
@@ -196,13 +198,20 @@ def _typeset(text: str) -> Markup:
     return Markup(re.sub(r"(^|\s)-(?=\d)", r"\1−", powers))
 
 
+def _powers(text: str) -> Markup:
+    """Raise what follows a caret, and typeset the numbers."""
+    typeset = str(_typeset(text)).replace(" - ", " − ")
+    return Markup(re.sub(r"\^([\d.]+)", r"<sup>\1</sup>", typeset))
+
+
 def _json(values: dict[str, Any]) -> Markup:
     """JSON that cannot end the script element it stands in."""
     text = json.dumps(values, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     return Markup(text.replace("<", "\\u003c"))
 
 
-def _asset(name: str) -> str:
+def template_text(name: str) -> str:
+    """Text of a file among the templates."""
     return (TEMPLATES / name).read_text(encoding="utf-8")
 
 

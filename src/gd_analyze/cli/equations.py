@@ -1,0 +1,251 @@
+"""`gd-analyze equations`: the exact equations of motion of an arm, as a person would write them."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from gd_analyze.cli.options import ROBOT, ROBOT_HELP, reporting
+
+if TYPE_CHECKING:
+    from gd_analyze.harmonics import Harmonics
+    from gd_analyze.harmonics.equations import Equation
+
+# What every terminal shows, and a file or a mail as well.
+_WIDTH = 80
+
+# A double has no more.
+_MOST_DIGITS = 17
+
+
+class Share(click.ParamType[float]):
+    """A share of 0 to 1, written 1% or 0.01."""
+
+    name = "share"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Read it."""
+        if isinstance(value, float):
+            return value
+        text = str(value).strip()
+        try:
+            number = float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
+        except ValueError:
+            number = math.nan
+        if not 0 <= number <= 1:
+            self.fail(f"{value!r} is not a share of 0 to 1, such as 1% or 0.01", param, ctx)
+        return number
+
+
+@click.command(short_help="Print the exact equations of motion.")
+@click.argument("robot", type=ROBOT, help=ROBOT_HELP)
+@click.option(
+    "--element",
+    "elements",
+    metavar="LABEL",
+    multiple=True,
+    help="D12, h112 or c2; h1 for all h_1jk; D, h or c for all of a kind. May be repeated; all of D and c "
+    "by default.",
+)
+@click.option(
+    "--min-share",
+    metavar="SHARE",
+    type=Share(),
+    default="0%",
+    show_default=True,
+    help="Leave out terms that stay below this share of the element's largest term.",
+)
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["text", "latex", "mathml", "sympy"]),
+    default="text",
+    show_default=True,
+    help="How to write them: sympy is a Python script, the others are one equation each.",
+)
+@click.option("--terms", is_flag=True, help="Print a table of terms for every element: effect, links, share.")
+@click.option(
+    "--digits",
+    type=click.IntRange(1, _MOST_DIGITS),
+    default=3,
+    show_default=True,
+    help="Significant digits of coefficients; sympy keeps all.",
+)
+@click.option("-o", "--out", type=click.Path(path_type=Path), help="Write the equations into this file.")
+@reporting
+def equations(
+    robot: str,
+    elements: tuple[str, ...],
+    min_share: float,
+    form: str,
+    terms: bool,
+    digits: int,
+    out: Path | None,
+    as_json: bool,
+    quiet: bool,
+    debug: bool,
+) -> None:
+    r"""Print the exact equations of motion: every term of D, h and c.
+
+    The terms are read off numeric values, so that any arm has them; see docs/equations.md.
+
+    \b
+    Examples:
+      gd-analyze equations puma560 --min-share 1%
+      gd-analyze equations puma560 --element D11 --element h1 --terms
+      gd-analyze equations my_arm.toml --format latex -o my_arm.tex
+    """
+    from gd_analyze.cli.terminal import line, print_json, stages, warnings_told
+
+    if terms and (form != "text" or out is not None):
+        raise click.UsageError("--terms is a table for the terminal: it goes without --format and --out")
+    with warnings_told(quiet) as told, stages(quiet) as stage:
+        import time
+
+        from gd_analyze.files import write_text
+        from gd_analyze.harmonics import identify
+        from gd_analyze.harmonics.equations import equations as write_out
+        from gd_analyze.robots import load_arm
+
+        arm = load_arm(robot)
+        stage("identifying")
+        start = time.perf_counter()
+        harmonics = identify(arm)
+        seconds = time.perf_counter() - start
+        stage("writing out")
+        found = write_out(harmonics, elements, min_share=min_share)
+        about = _about(harmonics, found, whole=not elements, min_share=min_share, seconds=seconds)
+        written = _written(found, form, digits, harmonics.arm.n_joints)
+        if out is not None:
+            stage(f"writing {out.name}")
+            write_text(out, _with_header(about, written, form))
+    if as_json:
+        print_json(_document(harmonics, found, seconds, form, written, told, out))
+    elif terms:
+        if not quiet:
+            click.echo(_with_header(about, "", form).rstrip())
+        _show_tables(found, digits)
+    elif out is None:
+        click.echo(written if quiet else _with_header(about, written, form), nl=False)
+    elif not quiet:
+        line(f"wrote {out}")
+
+
+def _about(
+    harmonics: Harmonics, found: tuple[Equation, ...], *, whole: bool, min_share: float, seconds: float
+) -> tuple[str, ...]:
+    """Say what is shown and how to read it, one sentence per entry."""
+    from gd_analyze.harmonics.rendering import legend
+
+    arm = harmonics.arm
+    count = sum(len(equation.terms) for equation in found)
+    terms = f"{count} term{'s' if count != 1 else ''}"
+    cut = f" of at least {100 * min_share:g} % of the largest of their element" if min_share > 0 else ""
+    about = [f"{arm.title or arm.name}: {terms}{cut}; identified in {seconds:.2g} s", "Units: kg, m, s, rad"]
+    if whole:
+        about[-1] += "; D is symmetric, and elements not shown are zero"
+    if any(equation.symbol.startswith("h") for equation in found):
+        about[-1] += "; h_i is the sum over j and k of h_ijk qd_j qd_k, and h_ikj = h_ijk"
+    meanings = legend(found)
+    return (*about, *((", ".join(meanings),) if meanings else ()))
+
+
+def _written(found: tuple[Equation, ...], form: str, digits: int, n_joints: int) -> str:
+    from gd_analyze.harmonics import rendering
+
+    if form == "sympy":
+        names = [f"q{j + 1}" for j in range(n_joints)]
+        lines = [
+            "from sympy import cos, sin, symbols",
+            "",
+            f"({', '.join(names)}{',' if n_joints == 1 else ''}) = symbols({' '.join(names)!r}, "
+            "real=True, seq=True)",
+            "",
+        ]
+        # From ten joints on there are commas in symbols, which no name in Python may hold.
+        lines += [
+            f"{equation.symbol.replace(',', '_')} = {rendering.to_sympy(equation)}" for equation in found
+        ]
+    elif form == "latex":
+        lines = [rendering.to_latex(equation, digits) for equation in found]
+    elif form == "mathml":
+        lines = [rendering.to_mathml(equation, digits) for equation in found]
+    else:
+        lines = [rendering.to_text(equation, digits, _WIDTH) for equation in found]
+    return "".join(f"{text}\n" for text in lines)
+
+
+def _with_header(about: tuple[str, ...], written: str, form: str) -> str:
+    """Put the header in front, as a comment of the language where there is one."""
+    import textwrap
+
+    before, after = {"text": ("", ""), "latex": ("% ", ""), "mathml": ("<!-- ", " -->"), "sympy": ("# ", "")}[
+        form
+    ]
+    # Two hyphens would end a comment of XML.
+    about = tuple(text.replace("--", "- -") for text in about) if form == "mathml" else about
+    room = _WIDTH - len(before) - len(after)
+    lines = [piece for text in about for piece in textwrap.wrap(f"{text}.", room)]
+    return "".join(f"{before}{text}{after}\n" for text in lines) + "\n" + written
+
+
+def _show_tables(found: tuple[Equation, ...], digits: int) -> None:
+    from gd_analyze.cli.terminal import table
+    from gd_analyze.harmonics.rendering import factors_text, number
+
+    columns = [("term", "left"), ("coefficient", "right"), ("effect", "left"), ("links", "left")]
+    for equation in found:
+        rows = [
+            [
+                factors_text(term.factors),
+                number(term.coefficient, digits),
+                term.effect,
+                _spans(term.links),
+                f"{100 * term.share:.3g} %",
+            ]
+            for term in equation.terms
+        ]
+        zero = "" if rows else " is zero"
+        table(
+            f"{equation.symbol}{zero} ({equation.unit})",
+            [*columns, ("share", "right")],
+            rows,
+        )
+
+
+def _spans(links: tuple[int, ...]) -> str:
+    """Write 2-4, 6 for 2, 3, 4, 6."""
+    spans: list[list[int]] = []
+    for s in links:
+        if spans and s == spans[-1][-1] + 1:
+            spans[-1].append(s)
+        else:
+            spans.append([s])
+    return ", ".join(str(span[0]) if len(span) == 1 else f"{span[0]}-{span[-1]}" for span in spans)
+
+
+def _document(
+    harmonics: Harmonics,
+    found: tuple[Equation, ...],
+    seconds: float,
+    form: str,
+    written: str,
+    told: list[str],
+    out: Path | None,
+) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    return {
+        "arm": harmonics.arm.name,
+        "seconds": seconds,
+        "noise": {"inertia": harmonics.noise[0], "potential": harmonics.noise[1]},
+        "gap": harmonics.gap,
+        "equations": [asdict(equation) for equation in found],
+        "format": form,
+        "written": written,
+        "warnings": told,
+        "files": [str(out)] if out is not None else [],
+    }

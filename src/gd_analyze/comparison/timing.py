@@ -1,0 +1,103 @@
+"""How long every formulation takes per set point, beside Pinocchio in the same run."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from statistics import median
+from types import MappingProxyType
+
+import numpy as np
+
+from gd_analyze.authority import pinocchio_model
+from gd_analyze.comparison.evaluation import torque_of_states
+from gd_analyze.comparison.methods import METHODS, Method
+from gd_analyze.robots import RobotArm
+from gd_analyze.vectors import FloatArray
+
+N_SET_POINTS = 2000
+REPEATS = 7
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Seconds per set point.
+
+    Parameters
+    ----------
+    seconds
+        By method, median over the repeats; one array call per operation and chunk of set points.
+    pinocchio
+        A Python loop over Pinocchio's `rnea` at the same set points, between ours.
+    set_points, repeats
+        How many.
+    """
+
+    seconds: Mapping[str, float]
+    pinocchio: float
+    set_points: int
+    repeats: int
+
+
+def time_methods(
+    arm: RobotArm,
+    q: FloatArray,
+    qd: FloatArray,
+    qdd: FloatArray,
+    *,
+    methods: Mapping[str, Method] = MappingProxyType(METHODS),
+    repeats: int = REPEATS,
+    progress: Callable[[int], None] | None = None,
+) -> Timing:
+    """Time the torque of every method and of Pinocchio, in turn.
+
+    All run on one thread: none of them calls a library that would start more.
+
+    Parameters
+    ----------
+    arm
+        The arm.
+    q, qd, qdd
+        States, shape (N, n).
+    methods
+        Which methods.
+    repeats
+        How often each runs; a first run of each is not counted.
+    progress
+        Called with the number of repeats done since the last call.
+    """
+    works: dict[str, Callable[[], object]] = {
+        name: partial(torque_of_states, method, arm, q, qd, qdd) for name, method in methods.items()
+    }
+    works[""] = _pinocchio_loop(arm, q, qd, qdd)
+    taken: dict[str, list[float]] = {name: [] for name in works}
+    for repeat in range(repeats + 1):
+        # In turn, so that a machine whose speed drifts slows all alike.
+        for name, work in works.items():
+            start = time.perf_counter()
+            work()
+            if repeat:
+                taken[name].append(time.perf_counter() - start)
+        if progress is not None:
+            progress(1)
+    per_set_point = {name: median(times) / len(q) for name, times in taken.items()}
+    pinocchio = per_set_point.pop("")
+    return Timing(per_set_point, pinocchio, len(q), repeats)
+
+
+def _pinocchio_loop(arm: RobotArm, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> Callable[[], object]:
+    import pinocchio as pin
+
+    model = pinocchio_model(arm)
+    data = model.createData()
+    rnea = pin.rnea
+
+    def loop() -> FloatArray:
+        out = np.empty(q.shape)
+        for k in range(len(q)):
+            out[k] = rnea(model, data, q[k], qd[k], qdd[k])
+        return out
+
+    return loop

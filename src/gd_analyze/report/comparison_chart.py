@@ -1,0 +1,184 @@
+"""Operations over the number of joints, both axes logarithmic, as SVG for page and paper alike."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+from xml.sax.saxutils import escape
+
+from gd_analyze.report.comparison import ComparisonContext, Count, Curve
+
+_LEFT, _RIGHT, _TOP, _BOTTOM = 58.0, 98.0, 8.0, 32.0
+_LABEL_PITCH = 12.0
+
+# Colour, dash and marker tell the curves apart, so that grey print does as well.
+_MARKERS = {
+    "lagrange_euler": "square",
+    "recursive_lagrangian": "triangle",
+    "newton_euler_base": "open",
+    "newton_euler_link": "circle",
+    "generalized_dalembert": "diamond",
+    "composite_moments": "cross",
+}
+
+
+@dataclass(frozen=True)
+class Palette:
+    """Colours as CSS, by method and for "soft", "line" and "paper"; font as a CSS family; size in px."""
+
+    colours: Mapping[str, str]
+    font: str
+    width: float
+    height: float
+
+
+SCREEN = Palette(
+    {name: f"var(--series-{k})" for k, name in enumerate(_MARKERS, start=1)}
+    | {"soft": "var(--soft)", "line": "var(--line)", "paper": "var(--paper)"},
+    "inherit",
+    510.0,
+    340.0,
+)
+PAPER = Palette(
+    dict(
+        zip(
+            _MARKERS,
+            ("#0072B2", "#D55E00", "#009E73", "#b0457f", "#8a6a00", "#1a1a1a"),
+            strict=True,
+        )
+    )
+    | {"soft": "#6f6f6f", "line": "#dcdcdc", "paper": "#ffffff"},
+    "Libertinus Serif",
+    380.0,
+    300.0,
+)
+
+
+def growth_chart(context: ComparisonContext, which: Literal["executed", "folded"], palette: Palette) -> str:
+    """Draw the total operations of every method; the text's polynomials are dashed.
+
+    Parameters
+    ----------
+    context
+        The comparison's numbers.
+    which
+        As executed, or folded.
+    palette
+        `SCREEN` or `PAPER`.
+    """
+    totals = [c.total for curve in context.curves for c in (*curve.executed, *curve.folded, *curve.text)]
+    # Both charts of a report share their scale.
+    axes = _Axes(context.sizes, min(totals), max(totals), palette.width, palette.height)
+    parts = [_frame(axes, palette)]
+    ends = []
+    for curve in context.curves:
+        colour = palette.colours[curve.name]
+        counts: tuple[Count, ...] = getattr(curve, which)
+        if curve.text:
+            parts.append(_line(axes, [c.total for c in curve.text], colour, dashed=True))
+        parts.append(_line(axes, [c.total for c in counts], colour))
+        for n, count in zip(context.sizes, counts, strict=True):
+            parts.append(_marker(axes, n, count.total, curve, palette))
+        ends.append((axes.y(counts[-1].total), curve))
+    parts += _labels(axes, ends, palette)
+    style = f"font-family:{palette.font};font-size:10.5px"
+    counted = "as executed" if which == "executed" else "after folding"
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {palette.width:g} {palette.height:g}" '
+        f'role="img" aria-label="Operations {counted} over the number of joints" style="{style}">'
+        f"{''.join(parts)}</svg>"
+    )
+
+
+@dataclass(frozen=True)
+class _Axes:
+    sizes: tuple[int, ...]
+    low: float
+    high: float
+    width: float
+    height: float
+
+    @property
+    def right(self) -> float:
+        return self.width - _RIGHT
+
+    @property
+    def bottom(self) -> float:
+        return self.height - _BOTTOM
+
+    def x(self, n: float) -> float:
+        span = math.log(self.sizes[-1] / self.sizes[0])
+        return _LEFT + math.log(n / self.sizes[0]) / span * (self.right - _LEFT)
+
+    def y(self, total: float) -> float:
+        low, high = math.log(self.low / 1.3), math.log(self.high * 1.3)
+        return self.bottom - (math.log(total) - low) / (high - low) * (self.bottom - _TOP)
+
+
+def _frame(axes: _Axes, palette: Palette) -> str:
+    soft, line = palette.colours["soft"], palette.colours["line"]
+    right, bottom = axes.right, axes.bottom
+    parts = []
+    for power in range(1, 8):
+        if axes.low / 1.3 <= 10**power <= axes.high * 1.3:
+            y = axes.y(10**power)
+            parts.append(
+                f'<path d="M{_LEFT:g} {y:.1f}H{right:g}" style="stroke:{line};stroke-width:.7"/>'
+                f'<text x="{_LEFT - 6:g}" y="{y + 3.5:.1f}" text-anchor="end" style="fill:{soft}">'
+                f"{_grouped(10**power)}</text>"
+            )
+    for n in axes.sizes:
+        x = axes.x(n)
+        parts.append(f'<path d="M{x:.1f} {bottom:g}v3" style="stroke:{soft};stroke-width:.7"/>')
+        if n <= 6 or n % 2 == 0:
+            parts.append(
+                f'<text x="{x:.1f}" y="{bottom + 14:g}" text-anchor="middle" style="fill:{soft}">{n}</text>'
+            )
+    middle = (_LEFT + right) / 2
+    parts.append(
+        f'<path d="M{_LEFT:g} {bottom:g}H{right:g}" style="stroke:{soft};stroke-width:.8"/>'
+        f'<text x="{middle:g}" y="{axes.height - 3:g}" text-anchor="middle" style="fill:{soft}">'
+        "joints n</text>"
+    )
+    return "".join(parts)
+
+
+def _line(axes: _Axes, totals: list[int], colour: str, dashed: bool = False) -> str:
+    points = " ".join(f"{axes.x(n):.1f},{axes.y(t):.1f}" for n, t in zip(axes.sizes, totals, strict=True))
+    dash = ";stroke-dasharray:5 3.5;stroke-width:1.1" if dashed else ";stroke-width:1.7"
+    return f'<polyline points="{points}" style="fill:none;stroke:{colour}{dash}"/>'
+
+
+def _marker(axes: _Axes, n: int, total: int, curve: Curve, palette: Palette) -> str:
+    x, y, colour = axes.x(n), axes.y(total), palette.colours[curve.name]
+    shape = {
+        "square": f"M{x - 2.6:.1f} {y - 2.6:.1f}h5.2v5.2h-5.2z",
+        "triangle": f"M{x - 3.1:.1f} {y + 2.5:.1f}h6.2l-3.1 -5.6z",
+        "diamond": f"M{x:.1f} {y - 3.5:.1f}l3.5 3.5l-3.5 3.5l-3.5 -3.5z",
+        "cross": f"M{x - 2.8:.1f} {y - 2.8:.1f}l5.6 5.6m0 -5.6l-5.6 5.6",
+    }.get(_MARKERS[curve.name], f"M{x - 2.7:.1f} {y:.1f}a2.7 2.7 0 1 0 5.4 0a2.7 2.7 0 1 0 -5.4 0z")
+    fill = palette.colours["paper"] if _MARKERS[curve.name] == "open" else colour
+    told = escape(f"{curve.short}, n = {n}: {total} operations")
+    return (
+        f'<path d="{shape}" style="fill:{fill};stroke:{colour};stroke-width:1.3"><title>{told}</title></path>'
+    )
+
+
+def _labels(axes: _Axes, ends: list[tuple[float, Curve]], palette: Palette) -> list[str]:
+    """Name the curves at their ends, moved apart where they would overlap."""
+    ordered = sorted(ends, key=lambda end: end[0])
+    places: list[float] = []
+    for y, _ in ordered:
+        places.append(max(y, places[-1] + _LABEL_PITCH) if places else y)
+    overshoot = max(0.0, places[-1] - axes.bottom)
+    return [
+        f'<text x="{axes.right + 8:g}" y="{place - overshoot + 3.5:.1f}" '
+        f'style="fill:{palette.colours[curve.name]};font-weight:600">{escape(curve.short)}</text>'
+        for place, (_, curve) in zip(places, ordered, strict=True)
+    ]
+
+
+def _grouped(value: int) -> str:
+    return f"{value:,}".replace(",", "\u202f")

@@ -1,0 +1,172 @@
+"""`gd-analyze equations`: what it prints, in every form, and what it refuses."""
+
+from __future__ import annotations
+
+import json
+import re
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+import gd_analyze as gd
+from gd_analyze.harmonics.rendering import to_text
+
+
+def body(text: str) -> str:
+    """What follows the header."""
+    return text.partition("\n\n")[2]
+
+
+@pytest.mark.parametrize("name", ["puma560", "stanford", "two_link"])
+def test_all_of_d_and_c_on_80_columns(run, name):
+    result = run("equations", name)
+    assert (result.code, result.err) == (0, "")
+    assert max(map(len, result.out.splitlines())) <= 80
+    found = gd.equations(gd.load_arm(name))
+    assert body(result.out) == "".join(f"{to_text(equation, width=80)}\n" for equation in found)
+    header = result.out.partition("\n\n")[0]
+    assert gd.load_arm(name).title in header
+    assert f"{sum(len(equation.terms) for equation in found)} terms" in header
+    assert re.search(r"identified\s+in\s+[\d.e-]+\s+s", header)
+
+
+def test_the_legend_names_what_occurs(run):
+    header = run("equations", "stanford", "--element", "c2").out.partition("\n\n")[0]
+    assert "d3 = q3 in m" in header
+    assert "h_i is the sum" not in header
+    header = run("equations", "puma560", "--element", "h1").out.partition("\n\n")[0]
+    assert "C23 = cos(q2 + q3), S23 = sin(q2 + q3)" in header
+    assert "h_i is the sum over j and k of h_ijk qd_j qd_k" in " ".join(header.split())
+
+
+def test_elements_shares_and_digits(run):
+    words = ("equations", "puma560", "--element", "D12", "--element", "c3", "--min-share", "1%")
+    assert body(run(*words).out) == "D12 = 0.687 S2 - 0.138 C23 + 0.0237 C2\nc3 = -8.76 S23 + 0.25 C23\n"
+    assert run(*words, "--quiet").out == body(run(*words).out)
+    assert run(*words[:-1], "0.01", "--quiet").out == run(*words, "--quiet").out
+    assert (
+        run(*words, "--digits", 1, "--quiet").out
+        == "D12 = 0.7 S2 - 0.1 C23 + 0.02 C2\nc3 = -9 S23 + 0.3 C23\n"
+    )
+    assert "of at least 1 % of" in run(*words).out
+
+
+def test_an_element_that_is_zero_is_said_to_be(run):
+    assert run("equations", "puma560", "--element", "D45", "--quiet").out == "D45 = 0\n"
+    assert "D45 is zero" in run("equations", "puma560", "--element", "D45", "--terms").out
+
+
+def test_tables_of_terms(run):
+    result = run("equations", "puma560", "--element", "D11", "--terms")
+    assert (result.code, result.err) == (0, "")
+    assert max(map(len, result.out.splitlines())) <= 80
+    (equation,) = gd.equations(gd.load_arm("puma560"), ["D11"])
+    rows = result.out.splitlines()[-len(equation.terms) :]
+    assert rows[0].split() == ["1", "1.87", "both", "1-6", "100", "%"]
+    for row, term in zip(rows, equation.terms, strict=True):
+        assert f" {term.effect} " in row
+        assert row.endswith(f"{100 * term.share:.3g} %")
+
+
+def test_every_table_of_every_built_in_arm_fits_80_columns(run):
+    for name in gd.builtin_arms():
+        out = run("equations", name, "--terms", "--element", "D", "--element", "h", "--element", "c").out
+        assert max(map(len, out.splitlines())) <= 80
+
+
+def test_json_holds_every_digit(run):
+    result = run("equations", "puma560", "--element", "D11", "--json")
+    assert (result.code, result.err) == (0, "")
+    (told,) = result.json["equations"]
+    (equation,) = gd.equations(gd.load_arm("puma560"), ["D11"])
+    assert told["symbol"] == "D11"
+    assert [t["coefficient"] for t in told["terms"]] == [t.coefficient for t in equation.terms]
+    assert told["terms"][1]["factors"] == [{"kind": "cos", "multiples": [0, 1, 0, 0, 0, 0], "exponent": 2}]
+    assert told["terms"][0]["links"] == [1, 2, 3, 4, 5, 6]
+    assert result.json["written"].startswith("D11 = 1.87 + ")
+    assert result.json["files"] == []
+    assert result.out.isascii()
+
+
+def test_latex_mathml_and_their_comments(run):
+    lines = run("equations", "two_link", "--format", "latex").out.splitlines()
+    assert next(line for line in lines if line and not line.startswith("% ")) == "D_{11} = 2 + C_{2}"
+    out = run("equations", "puma560", "--format", "mathml").out
+    tree = ET.fromstring(f"<page>{out}</page>")
+    assert len(tree) == len(gd.equations(gd.load_arm("puma560")))
+
+
+def test_a_title_cannot_end_a_comment(run, here):
+    text = run("arms", "two_link", "--toml").out
+    (here / "own.toml").write_text(re.sub(r'title = ".*"', 'title = "two --> <b>"', text), encoding="utf-8")
+    ET.fromstring(f"<page>{run('equations', 'own.toml', '--format', 'mathml').out}</page>")
+
+
+@pytest.mark.parametrize("name", ["two_link", "stanford"])
+def test_the_sympy_form_is_a_script(run, name):
+    sympy = pytest.importorskip("sympy", reason="needs SymPy: pip install 'gd-analyze[symbolic]'")
+    scope: dict[str, object] = {}
+    exec(run("equations", name, "--format", "sympy").out, scope)
+    arm = gd.load_arm(name)
+    q = np.linspace(0.1, 0.6, arm.n_joints)
+    values = {sympy.Symbol(f"q{j + 1}", real=True): q[j] for j in range(arm.n_joints)}
+    exact = gd.decompose_states(arm, q, q, q)
+    whole = float(sympy.sympify(scope["D11"]).subs(values))
+    # Some ten terms of at most the arm's largest inertia, each rounded.
+    assert whole == pytest.approx(exact["inertia"][:, 0, 0].sum(), rel=1e-12)
+
+
+def test_a_file_holds_what_the_terminal_would_show(run, here, listing):
+    result = run("equations", "two_link", "-o", "out/two.txt")
+    assert (result.code, result.err, result.out) == (0, "", "wrote out/two.txt\n")
+    assert body((here / "out/two.txt").read_text(encoding="utf-8")) == body(run("equations", "two_link").out)
+    assert run("equations", "two_link", "-o", "quiet.txt", "--quiet").out == ""
+    told = run("equations", "two_link", "-o", "told.tex", "--format", "latex", "--json")
+    assert told.json["files"] == ["told.tex"]
+    assert (here / "told.tex").read_text(encoding="utf-8").endswith(told.json["written"])
+    assert listing() == {"out", "out/two.txt", "quiet.txt", "told.tex"}
+
+
+def test_an_own_arm(run, here):
+    text = run("arms", "two_link", "--toml").out
+    (here / "own.toml").write_text(text, encoding="utf-8")
+    assert run("equations", "own.toml", "--quiet").out == run("equations", "two_link", "--quiet").out
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("nowhere",), "there is no arm 'nowhere'"),
+        (("two_link", "--element", "D13"), "there is no element 'D13'"),
+        (("two_link", "--element", ""), "there is no element ''"),
+        (("two_link", "--element", "D11,D12"), "there is no element 'D11,D12'"),
+        (("two_link", "--min-share", "2"), "'2' is not a share of 0 to 1"),
+        (("two_link", "--min-share", "-1%"), "'-1%' is not a share"),
+        (("two_link", "--min-share", "nan"), "'nan' is not a share"),
+        (("two_link", "--min-share", "some"), "'some' is not a share"),
+        (("two_link", "--digits", "0"), "0 is not in the range 1<=x<=17"),
+        (("two_link", "--digits", "18"), "18 is not in the range"),
+        (("two_link", "--format", "html"), "'html' is not one of"),
+        (("two_link", "--terms", "--format", "latex"), "--terms is a table for the terminal"),
+        (("two_link", "--terms", "-o", "x.txt"), "--terms is a table for the terminal"),
+        (("two_link", "-o", "."), "cannot write there"),
+        ((), "missing argument"),
+    ],
+)
+def test_what_is_refused(run, listing, words, says):
+    result = run("equations", *words)
+    assert (result.code, result.out) == (2, "")
+    assert says in result.err.replace("‘", "'")
+    assert "Traceback" not in result.err
+    assert listing() == set()
+
+
+def test_json_of_an_arm_without_round_off(run, here):
+    """A gap may be infinite, which JSON does not know."""
+    text = run("arms", "two_link", "--toml").out
+    (here / "own.toml").write_text(re.sub(r"gravity = .*", "gravity = [0, 0, 0]", text), encoding="utf-8")
+    told = run("equations", "own.toml", "--json").json
+    assert told["gap"] is None or told["gap"] > 1e3
+    assert json.loads(json.dumps(told)) == told
+    assert not [equation for equation in told["equations"] if equation["symbol"].startswith("c")]

@@ -1,0 +1,93 @@
+"""Agreement is measured, and a formulation that is wrong is noticed."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from gd_analyze.comparison import METHODS, agreement, dynamics_of_states, time_methods, torque_of_states
+from gd_analyze.comparison.evaluation import CHUNK
+from gd_analyze.comparison.states import random_states, states_of
+from gd_analyze.errors import TrajectoryError
+from gd_analyze.robots import load_arm
+from gd_analyze.trajectories import read_trajectory
+from strategies import arms_with_states, examples
+
+
+@examples(15)
+@given(arms_with_states(max_joints=6))
+def test_all_formulations_agree(drawn):
+    arm, states = drawn
+    found = agreement(arm, states.q, states.qd, states.qdd)
+    assert found.holds, (found.torque, found.from_authority, found.bounds)
+    assert found.names == (*METHODS, "pinocchio")
+    np.testing.assert_array_equal(found.torque, found.torque.T)
+    assert not np.diagonal(found.torque).any()
+    assert found.largest == max(found.worst_of(name) for name in found.names)
+
+
+@pytest.mark.parametrize("quantity", ["torque", "dynamics"])
+def test_a_wrong_formulation_is_noticed(two_link, quantity):
+    states = random_states(two_link, 20)
+    right = METHODS["newton_euler_link"]
+
+    def wrong_torque(arm, q, qd, qdd, **rest):
+        return right.torque(arm, q, qd, qdd, **rest) * (1 + 1e-9)
+
+    def wrong_dynamics(arm, q, qd):
+        given = right.dynamics(arm, q, qd)
+        return dataclasses.replace(given, inertia=given.inertia * (1 + 1e-9))
+
+    wrong = {"torque": wrong_torque, "dynamics": wrong_dynamics}[quantity]
+    methods = METHODS | {"newton_euler_link": dataclasses.replace(right, **{quantity: wrong})}
+    found = agreement(two_link, states.q, states.qd, states.qdd, methods=methods)
+    assert not found.holds
+    worst = max(found.from_authority, key=lambda name: max(found.from_authority[name].values()))
+    assert worst == "newton_euler_link"
+
+
+def test_chunks_do_not_show():
+    arm = load_arm("two_link")
+    states = random_states(arm, CHUNK + 7)
+    method = METHODS["composite_moments"]
+    whole = torque_of_states(method, arm, states.q, states.qd, states.qdd)
+    part = torque_of_states(method, arm, states.q[CHUNK:], states.qd[CHUNK:], states.qdd[CHUNK:])
+    # Vector instructions may round the last elements of an array differently: a few roundings.
+    np.testing.assert_allclose(whole[CHUNK:], part, rtol=0, atol=1e-14 * np.abs(whole).max())
+    dynamics = dynamics_of_states(method, arm, states.q, states.qd)
+    rebuilt = np.einsum("ijn,nj->ni", dynamics.inertia, states.qdd)
+    rebuilt += dynamics.coriolis_centrifugal.T + dynamics.gravity_loading.T
+    np.testing.assert_allclose(rebuilt, whole, rtol=0, atol=1e-14 * np.abs(whole).max())
+
+
+def test_states_stay_within_the_limits(puma):
+    states = random_states(puma, 1000)
+    assert (states.q >= puma.limits("lower")).all()
+    assert (states.q <= puma.limits("upper")).all()
+    assert (np.abs(states.qd) <= puma.limits("rate_limit")).all()
+    assert (np.abs(states.qdd) <= puma.limits("acceleration_limit")).all()
+
+
+def test_states_of_a_trajectory(two_link, puma):
+    motion = read_trajectory("two-link-swing", two_link)
+    count = motion.n_set_points
+    every = states_of(two_link, motion, count)
+    assert every.origin == f"{count} set points of two-link-swing"
+    np.testing.assert_array_equal(every.q, motion.q)
+    few = states_of(two_link, motion, 5)
+    assert few.origin == f"5 of the {count} set points of two-link-swing"
+    np.testing.assert_array_equal(few.q[[0, -1]], motion.q[[0, -1]])
+    with pytest.raises(TrajectoryError, match="another arm"):
+        states_of(puma, motion, 5)
+
+
+def test_times_are_measured_of_every_method(two_link):
+    states = random_states(two_link, 50)
+    done = []
+    timing = time_methods(two_link, states.q, states.qd, states.qdd, repeats=2, progress=done.append)
+    assert list(timing.seconds) == list(METHODS)
+    assert all(0 < seconds < 1 for seconds in (*timing.seconds.values(), timing.pinocchio))
+    assert (timing.set_points, timing.repeats, sum(done)) == (50, 2, 3)
