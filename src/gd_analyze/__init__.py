@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from gd_analyze.decomposition import decompose, decompose_states
     from gd_analyze.dominance import rank, text_verdicts
     from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
+    from gd_analyze.harmonics import identify as identify_harmonics
+    from gd_analyze.harmonics.equations import equations
     from gd_analyze.main_job import analyze, find
     from gd_analyze.models import SimplifiedModel, evaluate, load_model, save_model
     from gd_analyze.robots import RobotArm, builtin_arms, load_arm
@@ -32,6 +34,8 @@ _HOMES = {
     "decomposition": ("decompose", "decompose_states"),
     "dominance": ("rank", "text_verdicts"),
     "errors": ("GdAnalyzeError", "GdAnalyzeWarning"),
+    "harmonics.equations": ("equations",),
+    "harmonics.identification": ("identify_harmonics",),
     "main_job": ("analyze", "find"),
     "models": ("SimplifiedModel", "evaluate", "load_model", "save_model"),
     "robots": ("RobotArm", "builtin_arms", "load_arm"),
@@ -40,6 +44,7 @@ _HOMES = {
     "trajectories": ("Trajectory", "plan", "read_trajectory", "write_trajectory"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+_CALLED_AT_HOME = {"identify_harmonics": "identify"}
 
 __all__ = [
     "Budget",
@@ -54,8 +59,10 @@ __all__ = [
     "cross_check",
     "decompose",
     "decompose_states",
+    "equations",
     "evaluate",
     "find",
+    "identify_harmonics",
     "load_arm",
     "load_model",
     "load_results",
@@ -74,7 +81,8 @@ def __getattr__(name: str) -> Any:
     """Import a public name when it is first used, so that the command line answers at once."""
     if name not in _HOME_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(f"{__name__}.{_HOME_OF[name]}"), name)
+    home = importlib.import_module(f"{__name__}.{_HOME_OF[name]}")
+    return getattr(home, _CALLED_AT_HOME.get(name, name))
 
 
 def __dir__() -> list[str]:

@@ -1,0 +1,186 @@
+"""Series as a person would write them: products and squares where they are shorter than multiple angles.
+
+0.386 sin(q3) + 0.386 sin(2 q2 + q3) is 0.771 C2 S23, and 1.35 + 0.80 cos(2 q2) is 0.55 + 1.60 C2^2. Both
+forms are exact; the second has fewer terms or simpler ones.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections import defaultdict
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.harmonics.basis import Basis, Ids, Mode, Run
+
+# Beyond it, trying every choice of squares would take longer than it helps; no arm known comes near.
+_MOST_CHOICES = 2**10
+
+Angles = tuple[int, ...]
+
+
+@dataclass(frozen=True, order=True)
+class Factor:
+    """cos or sin of a sum of angles, or a sliding joint's variable, to a power.
+
+    Parameters
+    ----------
+    kind
+        "cos", "sin" or "power".
+    multiples
+        How often every joint of the arm goes into the argument; of a sliding joint 1.
+    exponent
+        1 or 2.
+    """
+
+    kind: str
+    multiples: Angles
+    exponent: int = 1
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Joints in the argument, from 0."""
+        return tuple(j for j, multiple in enumerate(self.multiples) if multiple)
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether the argument is a sum of neighbouring angles, each once: what C23 and S234 can name."""
+        return _is_plain(np.array(self.multiples))
+
+
+Product = tuple[Factor, ...]
+Weights = NDArray[np.float64]
+
+
+def read(basis: Basis, ids: Ids, weights: Weights, noise: float = 0.0) -> dict[Product, Weights]:
+    """Rewrite a sum of basis functions; exact, and the same for every column of weights.
+
+    Parameters
+    ----------
+    basis, ids
+        The basis functions of the sum.
+    weights
+        Columns of coefficients, shape (len(ids), K): the first is the sum that shall be short, the others
+        (its effects, its links) follow.
+    noise
+        What round-off can do to a weight: two weights no farther apart than twice this are taken for equal,
+        and nothing larger is ever lost.
+
+    Returns
+    -------
+    dict
+        Weights of shape (K,) by product of factors, largest sum first.
+    """
+    table: dict[tuple[Product, ...], Weights] = {}
+    for column, row in zip(basis.digits(ids).T, weights, strict=True):
+        key = tuple(
+            _factors(basis, run, run.modes[number]) for run, number in zip(basis.runs, column, strict=True)
+        )
+        table[key] = row
+    for r, run in enumerate(basis.runs):
+        if not run.sliding:
+            table = _rewritten(table, r, 2 * noise)
+    joined = {tuple(f for factors in key for f in factors): value for key, value in table.items()}
+    return dict(sorted(joined.items(), key=lambda item: -abs(item[1][0])))
+
+
+def _factors(basis: Basis, run: Run, mode: Mode) -> Product:
+    if mode.is_one:
+        return ()
+    multiples = [0] * basis.n_joints
+    for joint, multiple in zip(run.joints, mode.multiples, strict=True):
+        multiples[joint] = multiple
+    if run.sliding:
+        place = run.joints[0]
+        return (Factor("power", tuple(int(j == place) for j in range(basis.n_joints)), mode.multiples[0]),)
+    return (Factor(mode.kind, tuple(multiples)),)
+
+
+def _rewritten(
+    table: dict[tuple[Product, ...], Weights], r: int, close: float
+) -> dict[tuple[Product, ...], Weights]:
+    """Rewrite one run's modes, for every combination of the other runs' factors apart."""
+    groups: dict[tuple[Product, ...], dict[Product, Weights]] = defaultdict(dict)
+    for key, value in table.items():
+        groups[(*key[:r], *key[r + 1 :])][key[r]] = value
+    out: dict[tuple[Product, ...], Weights] = {}
+    for others, group in groups.items():
+        for product, value in _squared(_paired(group, close), close).items():
+            out[(*others[:r], product, *others[r:])] = value
+    return out
+
+
+def _paired(group: dict[Product, Weights], close: float) -> dict[Product, Weights]:
+    """Turn two modes of equal weight, of a sum and a difference of two angles, into one product."""
+    out = dict(group)
+    for one, other in itertools.combinations(list(group), 2):
+        if one not in out or other not in out or not one or not other:
+            continue
+        (f,), (g,) = one, other
+        ratio = _ratio(out[one], out[other], close)
+        if f.kind != g.kind or ratio == 0:
+            continue
+        for (u, v), sign in itertools.product(((f, g), (g, f)), (1, -1)):
+            total, difference = np.array(u.multiples), sign * np.array(v.multiples)
+            alpha, beta = (total + difference) / 2, (total - difference) / 2
+            if _is_plain(alpha) and _is_plain(beta) and not np.array_equal(alpha, beta):
+                a, b = tuple(int(x) for x in alpha), tuple(int(x) for x in beta)
+                # kind(a + b) and kind(a - b); an odd function takes the sign out of its argument.
+                same_sign = ratio * (sign if u.kind == "sin" else 1) > 0
+                kinds, factor = _product_kinds(u.kind, same_sign)
+                product = tuple(sorted((Factor(kinds[0], a), Factor(kinds[1], b))))
+                weight = out[one] if u is f else out[other]
+                out[product] = out.get(product, 0.0) + factor * weight
+                del out[one], out[other]
+                break
+    return out
+
+
+def _ratio(one: Weights, other: Weights, close: float) -> int:
+    """1 where all weights are equal, -1 where all are opposite, 0 otherwise."""
+    return int(np.abs(one - other).max() <= close) - int(np.abs(one + other).max() <= close)
+
+
+def _product_kinds(kind: str, same_sign: bool) -> tuple[tuple[str, str], float]:
+    """kind(a+b) + kind(a-b), or their difference, as twice a product."""
+    if kind == "cos":
+        return (("cos", "cos"), 2.0) if same_sign else (("sin", "sin"), -2.0)
+    return (("sin", "cos"), 2.0) if same_sign else (("cos", "sin"), 2.0)
+
+
+def _is_plain(multiples: NDArray[Any]) -> bool:
+    used = np.flatnonzero(multiples)
+    return len(used) > 0 and bool((multiples[used] == 1).all()) and used[-1] - used[0] + 1 == len(used)
+
+
+def _squared(group: dict[Product, Weights], close: float) -> dict[Product, Weights]:
+    """Turn double angles into squares and products where that needs no further term."""
+    out = dict(group)
+    doubles = []
+    for product in list(out):
+        if len(product) != 1 or product[0].kind == "power" or any(m % 2 for m in product[0].multiples):
+            continue
+        half = tuple(m // 2 for m in product[0].multiples)
+        if product[0].kind == "sin":
+            out[Factor("cos", half), Factor("sin", half)] = 2.0 * out.pop(product)
+        else:
+            doubles.append((product, half))
+    if not doubles or () not in out:
+        return out
+    constant = out.pop(())
+    weights = [out.pop(product) for product, _ in doubles]
+
+    # w cos 2a = 2 w C^2 - w = w - 2 w S^2: choose so that the constant vanishes if it can.
+    def left(signs: tuple[int, ...]) -> Weights:
+        return constant - sum(s * w for s, w in zip(signs, weights, strict=True))
+
+    choices = itertools.islice(itertools.product((1, -1), repeat=len(doubles)), _MOST_CHOICES)
+    best = min(choices, key=lambda signs: (float(np.abs(left(signs)).max()) > close, -sum(signs)))
+    for (_, half), weight, sign in zip(doubles, weights, best, strict=True):
+        out[Factor("cos" if sign > 0 else "sin", half, 2),] = 2.0 * sign * weight
+    if float(np.abs(left(best)).max()) > close:
+        out[()] = left(best)
+    return out
