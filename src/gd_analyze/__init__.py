@@ -23,9 +23,11 @@ if TYPE_CHECKING:
     from gd_analyze.harmonics import identify as identify_harmonics
     from gd_analyze.harmonics.equations import equations
     from gd_analyze.main_job import analyze, find
-    from gd_analyze.models import SimplifiedModel, evaluate, load_model, save_model
+    from gd_analyze.models import HarmonicModel, SimplifiedModel, evaluate, load_model, save_model
     from gd_analyze.robots import RobotArm, builtin_arms, load_arm
     from gd_analyze.simplification import Budget, simplify
+    from gd_analyze.simplification.harmonic_level import simplify_harmonics
+    from gd_analyze.simplification.states import states_in_box, states_of
     from gd_analyze.store import load_results, save_results
     from gd_analyze.trajectories import Trajectory, plan, read_trajectory, write_trajectory
 
@@ -37,9 +39,11 @@ _HOMES = {
     "harmonics.equations": ("equations",),
     "harmonics.identification": ("identify_harmonics",),
     "main_job": ("analyze", "find"),
-    "models": ("SimplifiedModel", "evaluate", "load_model", "save_model"),
+    "models": ("HarmonicModel", "SimplifiedModel", "evaluate", "load_model", "save_model"),
     "robots": ("RobotArm", "builtin_arms", "load_arm"),
     "simplification": ("Budget", "simplify"),
+    "simplification.harmonic_level": ("simplify_harmonics",),
+    "simplification.states": ("states_in_box", "states_of"),
     "store": ("load_results", "save_results"),
     "trajectories": ("Trajectory", "plan", "read_trajectory", "write_trajectory"),
 }
@@ -50,6 +54,7 @@ __all__ = [
     "Budget",
     "GdAnalyzeError",
     "GdAnalyzeWarning",
+    "HarmonicModel",
     "RobotArm",
     "SimplifiedModel",
     "Trajectory",
@@ -72,6 +77,9 @@ __all__ = [
     "save_model",
     "save_results",
     "simplify",
+    "simplify_harmonics",
+    "states_in_box",
+    "states_of",
     "text_verdicts",
     "write_trajectory",
 ]

@@ -11,7 +11,7 @@ import pytest
 from gd_analyze.robots import builtin_arms
 from gd_analyze.trajectories import shipped_trajectories
 
-VERBS = ["arms", "plan", "evaluate", "equations", "compare", "completion"]
+VERBS = ["arms", "plan", "simplify", "evaluate", "equations", "compare", "certify", "completion"]
 
 
 @pytest.fixture

@@ -10,12 +10,14 @@ from click.shell_completion import CompletionItem
 
 from gd_analyze.cli.analyze import analyze
 from gd_analyze.cli.arms import arms
+from gd_analyze.cli.certify import certify
 from gd_analyze.cli.compare import compare
 from gd_analyze.cli.completion import completion
 from gd_analyze.cli.equations import equations
 from gd_analyze.cli.evaluate import evaluate
 from gd_analyze.cli.options import ROBOT
 from gd_analyze.cli.plan import plan
+from gd_analyze.cli.simplify import simplify
 from gd_analyze.errors import UsageError
 from gd_analyze.resources import shipped
 from gd_analyze.version import __version__
@@ -117,7 +119,7 @@ def app() -> None:
     """Split an arm's dynamics by effect, rank the parts, drop what the torque budget allows."""
 
 
-for command in (analyze, arms, plan, evaluate, equations, compare, completion):
+for command in (analyze, arms, plan, simplify, evaluate, equations, compare, certify, completion):
     # In a raw docstring click's mark of a preformatted paragraph is two characters.
     command.help = (command.help or "").replace("\\b\n", "\b\n")
     app.add_command(command)

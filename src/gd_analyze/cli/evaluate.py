@@ -10,7 +10,8 @@ import click
 from gd_analyze.cli.options import TRAJECTORY, TRAJECTORY_HELP, reporting
 
 if TYPE_CHECKING:
-    from gd_analyze.models import Evaluation, SimplifiedModel
+    from gd_analyze.models import Evaluation
+    from gd_analyze.models.model_schema import AnyModel
     from gd_analyze.simplification import Loss
     from gd_analyze.trajectories import Trajectory
 
@@ -19,7 +20,7 @@ _WORTH_A_LINE = 1e-4
 
 
 @click.command(short_help="Try a simplified model on another trajectory.")
-@click.argument("model", type=click.Path(path_type=Path), help="A model.json that the main job wrote.")
+@click.argument("model", type=click.Path(path_type=Path), help="A model.json that gd-analyze wrote.")
 @click.argument("trajectory", type=TRAJECTORY, help=TRAJECTORY_HELP)
 @click.option(
     "-o", "--out", type=click.Path(path_type=Path), help="CSV file for exact and simplified torque over time."
@@ -40,8 +41,8 @@ def evaluate(model: Path, trajectory: str, out: Path | None, as_json: bool, quie
         stage("reading")
         from gd_analyze.decomposition import decompose
         from gd_analyze.files import write_text
+        from gd_analyze.models import SimplifiedModel, load_model, torque_csv
         from gd_analyze.models import evaluate as run
-        from gd_analyze.models import load_model, torque_csv
         from gd_analyze.simplification import losses
         from gd_analyze.trajectories import read_trajectory
 
@@ -51,7 +52,8 @@ def evaluate(model: Path, trajectory: str, out: Path | None, as_json: bool, quie
         dataset = decompose(loaded.arm, motion, coupling=False, drives=loaded.drives, progress=stage.advance)
         stage("evaluating")
         evaluation = run(loaded, motion, dataset)
-        lost = losses(loaded, dataset)
+        # At the other levels what is dropped is no part that the decomposition knows.
+        lost = losses(loaded, dataset) if isinstance(loaded, SimplifiedModel) else ()
         if out is not None:
             stage(f"writing {out.name}")
             write_text(out, torque_csv(motion, evaluation))
@@ -64,7 +66,7 @@ def evaluate(model: Path, trajectory: str, out: Path | None, as_json: bool, quie
 
 
 def _document(
-    model: SimplifiedModel,
+    model: AnyModel,
     motion: Trajectory,
     evaluation: Evaluation,
     lost: tuple[Loss, ...],
@@ -76,6 +78,7 @@ def _document(
     here, promised = evaluation.table, model.promise
     return {
         "arm": model.arm.name,
+        "level": model.level,
         "made_for": dict(model.made_for),
         "budget": model.budget_stated,
         "trajectory": motion.name,
@@ -101,12 +104,14 @@ def _document(
     }
 
 
-def _show(model: SimplifiedModel, motion: Trajectory, evaluation: Evaluation, lost: tuple[Loss, ...]) -> None:
+def _show(model: AnyModel, motion: Trajectory, evaluation: Evaluation, lost: tuple[Loss, ...]) -> None:
     from gd_analyze.cli.terminal import line, sentence, table
     from gd_analyze.report.context import number, percent
 
     here, promised = evaluation.table, model.promise
-    made_for = str(model.made_for["trajectory"])
+    on_trajectory = "trajectory" in model.made_for
+    made_for = str(model.made_for["trajectory"]) if on_trajectory else "the arm's box"
+    there = f"on {made_for}" if on_trajectory else f"over {made_for}"
     sentence(
         f"{model.arm.title or model.arm.name} along {motion.name}, {motion.n_set_points} set points",
         bold=True,
@@ -114,7 +119,11 @@ def _show(model: SimplifiedModel, motion: Trajectory, evaluation: Evaluation, lo
     sentence(f"by a model made for {made_for} with a budget of {model.budget_stated}.")
     units = {joint.effort_unit for joint in model.arm.joints}
     headings = [("joint", "left"), ("peak torque", "right"), ("largest", "right"), ("share", "right")]
-    headings += [("RMS", "right"), ("share", "right"), (f"on {made_for}", "right")]
+    headings += [
+        ("RMS", "right"),
+        ("share", "right"),
+        ("promised" if not on_trajectory else f"on {made_for}", "right"),
+    ]
     headings += [("unit", "left")] if len(units) > 1 else []
     rows = [
         [
@@ -137,12 +146,12 @@ def _show(model: SimplifiedModel, motion: Trajectory, evaluation: Evaluation, lo
     line()
     worst = int(here.largest_share.argmax())
     if (here.largest_share <= promised.largest_share.max()).all():
-        sentence(f"The model errs no more here than on {made_for}.")
+        sentence(f"The model errs no more here than {there}.")
         return
     sentence(
         f"Joint {worst + 1} errs by {percent(float(here.largest_share[worst]))} of its peak torque here, "
-        f"by {percent(float(promised.largest_share[worst]))} on {made_for}. "
-        "What was dropped and matters most here:"
+        f"by {percent(float(promised.largest_share[worst]))} {there}."
+        + (" What was dropped and matters most here:" if lost else "")
     )
     for loss in [loss for loss in lost if loss.torque_share >= _WORTH_A_LINE][:5]:
         unit = model.arm.joints[loss.torque_joint - 1].effort_unit

@@ -106,7 +106,12 @@ def factors_text(factors: Product) -> str:
 
 def legend(equations: Iterable[Equation]) -> tuple[str, ...]:
     """Say what the abbreviations in use mean: one C, one S and every sliding joint's variable."""
-    factors = {factor for equation in equations for term in equation.terms for factor in term.factors}
+    return meanings({factor for equation in equations for term in equation.terms for factor in term.factors})
+
+
+def meanings(factors: Iterable[Factor]) -> tuple[str, ...]:
+    """Say what the abbreviations of these factors mean, as `legend` does."""
+    factors = set(factors)
     out = []
     for kind in ("cos", "sin"):
         # The longest sum explains the shorter ones.

@@ -2,12 +2,14 @@
 
 from gd_analyze.models.element_level import Part, parts_of
 from gd_analyze.models.evaluation import Evaluation, evaluate, torque_csv
+from gd_analyze.models.harmonic import HarmonicModel
 from gd_analyze.models.model_file import load_model, save_model
 from gd_analyze.models.simplified import ErrorTable, SimplifiedModel
 
 __all__ = [
     "ErrorTable",
     "Evaluation",
+    "HarmonicModel",
     "Part",
     "SimplifiedModel",
     "evaluate",

@@ -9,7 +9,8 @@ import numpy as np
 
 from gd_analyze.decomposition import decompose
 from gd_analyze.errors import ModelError
-from gd_analyze.models.simplified import ErrorTable, SimplifiedModel
+from gd_analyze.models.model_schema import AnyModel
+from gd_analyze.models.simplified import ErrorTable
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray
 
@@ -30,7 +31,7 @@ class Evaluation:
         return np.asarray(self.table.largest <= allowed)
 
 
-def evaluate(model: SimplifiedModel, trajectory: Trajectory, dataset: xr.Dataset | None = None) -> Evaluation:
+def evaluate(model: AnyModel, trajectory: Trajectory, dataset: xr.Dataset | None = None) -> Evaluation:
     """Evaluate a model along a trajectory and measure its torque error there.
 
     Parameters
@@ -63,7 +64,7 @@ def evaluate(model: SimplifiedModel, trajectory: Trajectory, dataset: xr.Dataset
     return Evaluation(exact, simplified, ErrorTable.of(exact, simplified))
 
 
-def _require_same(model: SimplifiedModel, trajectory: Trajectory, dataset: xr.Dataset) -> None:
+def _require_same(model: AnyModel, trajectory: Trajectory, dataset: xr.Dataset) -> None:
     stated = {"trajectory_fingerprint": trajectory.fingerprint, "drives": int(model.drives)}
     for name, value in stated.items():
         if dataset.attrs[name] != value:

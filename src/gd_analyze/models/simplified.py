@@ -12,12 +12,12 @@ import numpy as np
 from gd_analyze.dominance import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.errors import ModelError
 from gd_analyze.models.element_level import parts_of, trace_parts
+from gd_analyze.models.torque_model import TorqueModel
 from gd_analyze.operations import OperationCount, Program
 from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import FloatArray, set_points_last
+from gd_analyze.vectors import FloatArray
 
 Level = Literal["element"]
-Quantity = Literal["inertia", "coriolis_centrifugal", "gravity_loading", "torque"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ def _share(error: FloatArray, peak: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class SimplifiedModel:
+class SimplifiedModel(TorqueModel):
     """An arm's torque model with parts left out, and the error it states.
 
     Parameters
@@ -109,68 +109,15 @@ class SimplifiedModel:
         return tuple(part.label for part in parts_of(self.arm.n_joints) if part.label not in kept)
 
     @cached_property
-    def operations(self) -> OperationCount:
-        """Operations of one evaluation of all torques."""
-        return self._programs["torque"].count
-
-    @cached_property
     def operations_full(self) -> OperationCount:
         """Operations with every part kept."""
         every = [part.label for part in parts_of(self.arm.n_joints)]
         return _programs(self.arm, every, self.drives)["torque"].count
 
-    def torque(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
-        """Generalized torque of the simplified model.
-
-        Parameters
-        ----------
-        q, qd, qdd
-            Joint variables, rates and accelerations, rad (m) and per s, s^2, shape (..., n).
-
-        Returns
-        -------
-        numpy.ndarray
-            N m (N), shape (..., n).
-
-        Raises
-        ------
-        ModelError
-            If a last axis is not n long.
-        """
-        return self._evaluate("torque", q, qd, qdd)
-
-    def inertia(self, q: FloatArray) -> FloatArray:
-        """Simplified D, kg m^2, shape (..., n, n); with drives, theirs is on the diagonal."""
-        n = self.arm.n_joints
-        return self._evaluate("inertia", q).reshape(*np.shape(q)[:-1], n, n)
-
-    def coriolis_centrifugal(self, q: FloatArray, qd: FloatArray) -> FloatArray:
-        """Simplified h, N m, shape (..., n)."""
-        return self._evaluate("coriolis_centrifugal", q, qd)
-
-    def gravity_loading(self, q: FloatArray) -> FloatArray:
-        """Simplified c, N m, shape (..., n)."""
-        return self._evaluate("gravity_loading", q)
-
     @cached_property
-    def _programs(self) -> dict[str, Program]:
+    def programs(self) -> dict[str, Program]:
+        """Programs of the kept parts."""
         return _programs(self.arm, self.kept, self.drives)
-
-    def _evaluate(self, quantity: Quantity, *states: FloatArray) -> FloatArray:
-        n = self.arm.n_joints
-        arrays = np.broadcast_arrays(*(np.asarray(x, dtype=float) for x in states))
-        leading = arrays[0].shape[:-1]
-        inputs: dict[str, FloatArray] = {}
-        for name, array in zip(("q", "qd", "qdd"), arrays, strict=False):
-            if array.shape[-1:] != (n,):
-                raise ModelError(
-                    f"{name} does not fit the model of {self.arm.name}",
-                    expected=f"shape (..., {n})",
-                    found=str(array.shape),
-                )
-            inputs |= {f"{name}{i + 1}": row for i, row in enumerate(set_points_last(array))}
-        values = self._programs[quantity].run(inputs)
-        return np.ascontiguousarray(values.T).reshape(*leading, len(values))
 
 
 def _programs(arm: RobotArm, kept: tuple[str, ...] | list[str], drives: bool) -> dict[str, Program]:

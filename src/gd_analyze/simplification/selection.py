@@ -14,6 +14,7 @@ share. Few set points decide: only those that a trial solution violates are adde
 
 from __future__ import annotations
 
+import time
 from collections import defaultdict
 from dataclasses import dataclass
 from typing import Any
@@ -29,7 +30,7 @@ from gd_analyze.vectors import FloatArray
 _FEASIBILITY_MARGIN = 2e-6
 # Rows of larger numbers would lose the budget in the solver's tolerances.
 _LARGEST_COEFFICIENT = 1e3
-_TIME_LIMIT = 20.0
+_TIME_LIMIT = 20.0  # s
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,12 @@ def blocks(trace: Trace, outputs: list[list[object]]) -> dict[frozenset[int], in
     }
 
 
-def select(errors: FloatArray, allowed: FloatArray, costs: dict[frozenset[int], int]) -> Selection:
+def select(
+    errors: FloatArray,
+    allowed: FloatArray,
+    costs: dict[frozenset[int], int],
+    seconds: float = _TIME_LIMIT,
+) -> Selection:
     """Choose the parts to keep.
 
     Parameters
@@ -87,11 +93,14 @@ def select(errors: FloatArray, allowed: FloatArray, costs: dict[frozenset[int], 
         Allowed error per joint, N m, shape (n,).
     costs
         Operations by the set of parts that need them, see `blocks`.
+    seconds
+        Time the search may take.
 
     Returns
     -------
     Selection
-        The cheapest parts within the budget.
+        The cheapest parts within the budget; everything, not proven cheapest, where time ran out before any
+        solution held at every set point.
 
     Raises
     ------
@@ -102,8 +111,12 @@ def select(errors: FloatArray, allowed: FloatArray, costs: dict[frozenset[int], 
     scaled = errors / allowed[:, None]
     rows = {(i, int(np.abs(scaled[p, i]).argmax())) for i in range(n_joints) for p in range(n_parts)}
     barred: set[frozenset[int]] = set()
+    end = time.monotonic() + seconds
     while True:
-        kept, optimal = _solve(scaled, costs, sorted(rows), sorted(barred, key=sorted))
+        left_over = end - time.monotonic()
+        if left_over <= 0.0:
+            return Selection((True,) * n_parts, optimal=False)
+        kept, optimal = _solve(scaled, costs, sorted(rows), sorted(barred, key=sorted), left_over)
         left = scaled[~kept].sum(axis=0)
         worst = {(i, int(np.abs(left[i]).argmax())) for i in range(n_joints) if np.abs(left[i]).max() > 1.0}
         if not worst:
@@ -120,6 +133,7 @@ def _solve(
     costs: dict[frozenset[int], int],
     rows: list[tuple[int, int]],
     barred: list[frozenset[int]],
+    seconds: float,
 ) -> tuple[NDArray[np.bool_], bool]:
     """Integer program over x (parts) and y (blocks).
 
@@ -133,7 +147,7 @@ def _solve(
     n_columns = len(cost)
     solver = highspy.Highs()
     solver.setOptionValue("output_flag", False)
-    solver.setOptionValue("time_limit", _TIME_LIMIT)
+    solver.setOptionValue("time_limit", seconds)
     solver.addVars(n_columns, np.zeros(n_columns), np.ones(n_columns))
     solver.changeColsCost(n_columns, np.arange(n_columns, dtype=np.int32), cost)
     solver.changeColsIntegrality(
@@ -154,6 +168,8 @@ def _solve(
     solver.run()
     status = solver.getModelStatus()
     values = np.array(solver.getSolution().col_value)
+    if status == highspy.HighsModelStatus.kTimeLimit and not solver.getInfo().primal_solution_status:
+        return np.ones(n_parts, dtype=bool), False
     if len(values) != n_columns or not solver.getInfo().primal_solution_status:
         raise GdAnalyzeError(
             "the selection of parts failed",

@@ -1,0 +1,140 @@
+"""Torque terms as a person would write them: tau2 = tau3 + 3.8 pd2 + (0.77 S3 - 0.02 C3) p2 p3 - 37.2 C2."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping
+
+from gd_analyze.harmonics.basis import Basis
+from gd_analyze.harmonics.lagrangian import Monomial, Rate, TorqueTerm, as_product
+from gd_analyze.harmonics.reading import Factor
+from gd_analyze.harmonics.rendering import factors_text, meanings, number
+
+_ORDER = ("inertia", "coriolis_centrifugal", "gravity_loading")
+
+
+def torques_to_text(
+    basis: Basis, torques: Mapping[TorqueTerm, float], digits: int = 3, width: int | None = None
+) -> tuple[str, ...]:
+    """Write one equation per joint.
+
+    Parameters
+    ----------
+    basis
+        The arm's basis functions.
+    torques
+        Weights of the terms, in absolute rates.
+    digits
+        Significant digits of the weights.
+    width
+        Break lines so that none is longer, unless one term is; one line each by default.
+    """
+    rows: list[dict[tuple[Rate, ...], dict[Monomial, float]]] = [
+        defaultdict(dict) for _ in range(basis.n_joints)
+    ]
+    for term, weight in torques.items():
+        rows[term.row][term.rates][term.monomial] = weight
+    return tuple(
+        _wrapped(
+            f"tau{i + 1} = ",
+            [*_carried(basis, i), *(piece for group in _sorted(row) for piece in _bracket(*group, digits))],
+            width,
+        )
+        for i, row in enumerate(rows)
+    )
+
+
+def torque_legend(basis: Basis, torques: Mapping[TorqueTerm, float]) -> tuple[str, ...]:
+    """Say what the names in these equations mean: rates first, then sines and cosines."""
+    used = sorted({rate for term in torques for rate in term.rates})
+    out = []
+    for run in basis.runs:
+        for place, joint in enumerate(run.joints):
+            for rate in [rate for rate in used if rate.joint == joint and place > 0]:
+                parts = " + ".join(f"q{'d' * rate.order}{j + 1}" for j in run.joints[: place + 1])
+                out.append(f"{_rate(rate)} = {parts}")
+    first = {run.joints[0] for run in basis.runs}
+    plain = [rate for rate in used if rate.joint in first]
+    out += [f"{'any other ' if out else ''}{name}" for name in _plain(plain)]
+    factors: set[Factor] = {factor for term in torques for factor in as_product(term.monomial)}
+    return (*out, *meanings(factors))
+
+
+def _plain(rates: list[Rate]) -> list[str]:
+    """The joints' own rates under the same name as the others."""
+    orders = sorted({rate.order for rate in rates})
+    return [", ".join(f"p{'d' * (order - 1)}_j is q{'d' * order}_j" for order in orders)] if orders else []
+
+
+def _carried(basis: Basis, joint: int) -> list[str]:
+    """Within a run a joint carries what the joint behind it carries."""
+    for run in basis.runs:
+        if joint in run.joints[:-1]:
+            return [f"tau{joint + 2}"]
+    return []
+
+
+def _sorted(
+    row: Mapping[tuple[Rate, ...], dict[Monomial, float]],
+) -> list[tuple[tuple[Rate, ...], dict[Monomial, float]]]:
+    """Inertia, Coriolis and centrifugal, gravity; in each the largest weight first."""
+
+    def place(group: tuple[tuple[Rate, ...], dict[Monomial, float]]) -> tuple[int, float]:
+        rates, polynomial = group
+        return _ORDER.index(TorqueTerm(0, rates, ()).quantity), -max(map(abs, polynomial.values()))
+
+    return sorted(row.items(), key=place)
+
+
+def _bracket(rates: tuple[Rate, ...], polynomial: Mapping[Monomial, float], digits: int) -> list[str]:
+    """Rates times the sum of their terms, in pieces that a line may break between, each with its sign."""
+    terms = sorted(polynomial.items(), key=lambda item: -abs(item[1]))
+    behind = f" {_rates(rates)}" if rates else ""
+    if not rates or len(terms) == 1:
+        return [_sign(weight) + _term(monomial, weight, digits, behind) for monomial, weight in terms]
+    outer = terms[0][1]
+    pieces = [
+        _sign(weight if place == 0 else weight * outer)
+        + ("(" if place == 0 else "")
+        + _term(m, weight, digits)
+        for place, (m, weight) in enumerate(terms)
+    ]
+    pieces[-1] += ")" + behind
+    return pieces
+
+
+def _sign(weight: float) -> str:
+    return "- " if weight < 0 else "+ "
+
+
+def _term(monomial: Monomial, weight: float, digits: int, behind: str = "") -> str:
+    shown = number(abs(weight), digits)
+    product = sorted(as_product(monomial), key=lambda factor: (factor.joints, factor.kind))
+    factors = f" {factors_text(tuple(product))}" if product else ""
+    written = factors + behind
+    return written.strip() if shown == "1" and written else shown + written
+
+
+def _rates(rates: tuple[Rate, ...]) -> str:
+    if len(rates) == 2 and rates[0] == rates[1]:
+        return f"{_rate(rates[0])}²"
+    return " ".join(map(_rate, rates))
+
+
+def _rate(rate: Rate) -> str:
+    return f"p{'d' * (rate.order - 1)}{rate.joint + 1}"
+
+
+def _wrapped(start: str, pieces: list[str], width: int | None) -> str:
+    first = pieces[0] if pieces else "0"
+    if first.startswith("+ "):
+        first = first[2:]
+    elif first.startswith("- "):
+        first = "-" + first[2:]
+    lines = [start + first]
+    for piece in pieces[1:]:
+        if width is None or len(lines[-1]) + 1 + len(piece) <= width:
+            lines[-1] += " " + piece
+        else:
+            lines.append(" " * len(start) + piece)
+    return "\n".join(lines)

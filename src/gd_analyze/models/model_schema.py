@@ -1,0 +1,281 @@
+"""What a model file may hold: one schema per level, and the way from a model to it and back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any, Literal, TypedDict, TypeVar
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from gd_analyze.errors import ModelError
+from gd_analyze.harmonics.basis import DEGREE
+from gd_analyze.harmonics.lagrangian import EnergyTerm, Rate, Torques, TorqueTerm, as_product, literals
+from gd_analyze.harmonics.reading import Factor, Product
+from gd_analyze.models.harmonic import HarmonicModel, torques_of_energy
+from gd_analyze.models.simplified import ErrorTable, SimplifiedModel
+from gd_analyze.operations import OperationCount
+from gd_analyze.robots import RobotArm, arm_from_description, describe, fingerprint
+from gd_analyze.vectors import FloatArray
+
+FORMAT = "gd-analyze simplified model"
+VERSION = 1
+
+AnyModel = SimplifiedModel | HarmonicModel
+_Term = TypeVar("_Term", EnergyTerm, TorqueTerm)
+
+# Kind, how often every joint goes into the argument, exponent; rates as order and joint, from 0.
+_FactorEntry = tuple[Literal["cos", "sin", "power"], list[int], Annotated[int, Field(ge=1, le=DEGREE)]]
+_RateEntry = tuple[Literal[1, 2], int]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+
+class _Operations(_Strict):
+    multiplications: int
+    additions: int
+    sines_cosines: int
+
+
+class _JointError(_Strict):
+    joint: str
+    unit: str
+    peak_torque: float
+    allowed_error: float
+    largest_error: float
+    rms_error: float
+
+
+class ModelDocument(_Strict):
+    """What the files of all levels hold."""
+
+    format: Literal["gd-analyze simplified model"]
+    version: Literal[1]
+    drives: bool
+    budget: str
+    errors: list[_JointError]
+    made_for: dict[str, str | int]
+    operations: _Operations
+    operations_full: _Operations
+    arm_fingerprint: str
+    arm: dict[str, Any]
+    provenance: dict[str, str]
+    digest: str
+
+    def column(self, name: str) -> FloatArray:
+        """One column of the error table, shape (n,)."""
+        return np.array([getattr(row, name) for row in self.errors])
+
+
+class _ElementFile(ModelDocument):
+    level: Literal["element"]
+    kept: list[str]
+    dropped: list[str]
+    errors_are: Literal["sampled at the set points of made_for"]
+
+
+class _EnergyEntry(_Strict):
+    i: int
+    j: int
+    factors: list[_FactorEntry]
+    coefficient: float
+
+
+class _TorqueEntry(_Strict):
+    row: int
+    rates: Annotated[list[_RateEntry], Field(max_length=2)]
+    factors: list[_FactorEntry]
+    weight: float
+
+
+class _EnergyFile(ModelDocument):
+    level: Literal["energy"]
+    energy: list[_EnergyEntry]
+    refitted: bool
+    errors_are: Literal["sampled at the states of made_for"]
+
+
+class _TermFile(ModelDocument):
+    level: Literal["term"]
+    torques: list[_TorqueEntry]
+    refitted: bool
+    errors_are: Literal["sampled at the states of made_for"]
+
+
+SCHEMAS: dict[str, type[ModelDocument]] = {"element": _ElementFile, "energy": _EnergyFile, "term": _TermFile}
+
+
+def document_of(model: AnyModel) -> ModelDocument:
+    """Write a model into its schema; the digest is left empty."""
+    promise = model.promise
+    common: dict[str, Any] = {
+        "format": FORMAT,
+        "version": VERSION,
+        "level": model.level,
+        "drives": model.drives,
+        "budget": model.budget_stated,
+        "errors": [
+            _JointError(
+                joint=joint.name,
+                unit=joint.effort_unit,
+                peak_torque=promise.peak_torque[i],
+                allowed_error=model.budget[i],
+                largest_error=promise.largest[i],
+                rms_error=promise.rms[i],
+            )
+            for i, joint in enumerate(model.arm.joints)
+        ],
+        "made_for": dict(model.made_for),
+        "operations": _count(model.operations),
+        "operations_full": _count(model.operations_full),
+        "arm_fingerprint": fingerprint(model.arm, model.drives),
+        "arm": describe(model.arm),
+        "provenance": dict(model.provenance),
+        "digest": "",
+    }
+    if isinstance(model, SimplifiedModel):
+        return _ElementFile(
+            **common,
+            kept=list(model.kept),
+            dropped=list(model.dropped),
+            errors_are="sampled at the set points of made_for",
+        )
+    common |= {"refitted": model.refitted, "errors_are": "sampled at the states of made_for"}
+    if model.level == "energy":
+        return _EnergyFile(
+            **common,
+            energy=[
+                _EnergyEntry(i=t.i, j=t.j, factors=_entries(t.product), coefficient=t.coefficient)
+                for t in model.energy
+            ],
+        )
+    return _TermFile(
+        **common,
+        torques=[
+            _TorqueEntry(
+                row=term.row,
+                rates=[(rate.order, rate.joint) for rate in term.rates],
+                factors=_entries(as_product(term.monomial)),
+                weight=weight,
+            )
+            for term, weight in model.torques.items()
+        ],
+    )
+
+
+def model_of(document: ModelDocument) -> AnyModel:
+    """Rebuild the model; a ValueError or an error of this project's where the parts do not fit the arm."""
+    arm = arm_from_description(document.arm)
+    common = _Common(
+        arm=arm,
+        drives=document.drives,
+        budget=document.column("allowed_error"),
+        budget_stated=document.budget,
+        promise=ErrorTable(
+            document.column("peak_torque"), document.column("largest_error"), document.column("rms_error")
+        ),
+        made_for=document.made_for,
+        provenance=document.provenance,
+    )
+    if isinstance(document, _ElementFile):
+        return SimplifiedModel(level=document.level, kept=tuple(document.kept), **common)
+    assert isinstance(document, _EnergyFile | _TermFile)  # there is no other schema
+    full = document.operations_full
+    operations_full = OperationCount(full.multiplications, full.additions, full.sines_cosines)
+    energy: tuple[EnergyTerm, ...] = ()
+    torques: Torques
+    if isinstance(document, _EnergyFile):
+        energy = tuple(
+            EnergyTerm(entry.i, entry.j, _product(arm, entry.factors), entry.coefficient)
+            for entry in document.energy
+        )
+        _require(energy, lambda term: _fits(term, arm.n_joints), lambda term: (term.i, term.j, term.product))
+        torques = torques_of_energy(arm, energy)
+    else:
+        entries = [
+            (
+                TorqueTerm(
+                    entry.row,
+                    tuple(Rate(*rate) for rate in entry.rates),
+                    literals(_product(arm, entry.factors)),
+                ),
+                entry.weight,
+            )
+            for entry in document.torques
+        ]
+        _require([term for term, _ in entries], lambda term: _acts(term, arm.n_joints), lambda term: term)
+        torques = dict(entries)
+    return HarmonicModel(
+        level=document.level,
+        energy=energy,
+        torques=torques,
+        refitted=document.refitted,
+        operations_full=operations_full,
+        **common,
+    )
+
+
+class _Common(TypedDict):
+    arm: RobotArm
+    drives: bool
+    budget: FloatArray
+    budget_stated: str
+    promise: ErrorTable
+    made_for: dict[str, str | int]
+    provenance: dict[str, str]
+
+
+def _count(operations: OperationCount) -> _Operations:
+    return _Operations(
+        multiplications=operations.multiplications,
+        additions=operations.additions,
+        sines_cosines=operations.sines_cosines,
+    )
+
+
+def _entries(product: Product) -> list[_FactorEntry]:
+    # The kinds of a factor are these three; a mistaken one would be refused by the schema.
+    return [(f.kind, list(f.multiples), f.exponent) for f in product]  # type: ignore[misc]
+
+
+def _product(arm: RobotArm, entries: list[_FactorEntry]) -> Product:
+    """Factors that an arm of this make can have."""
+    product = tuple(Factor(kind, tuple(multiples), exponent) for kind, multiples, exponent in entries)
+    for factor in product:
+        revolute = [arm.is_revolute[j] for j in factor.joints[: arm.n_joints]]
+        # Beyond the degree of D no multiple of an angle and no further power occurs.
+        known = len(factor.multiples) == arm.n_joints and all(abs(m) <= DEGREE for m in factor.multiples)
+        if factor.kind == "power":
+            fitting = revolute == [False] and sum(factor.multiples) == 1
+        else:
+            fitting = bool(revolute) and all(revolute)
+        if not (known and fitting):
+            raise ModelError(f"{factor.kind} of {list(factor.multiples)} is no factor of the arm's equations")
+    return product
+
+
+def _fits(term: EnergyTerm, n: int) -> bool:
+    return (term.i, term.j) == (-1, -1) or 0 <= term.i <= term.j < n
+
+
+def _acts(term: TorqueTerm, n: int) -> bool:
+    orders = [rate.order for rate in term.rates]
+    joints = [rate.joint for rate in term.rates]
+    return (
+        0 <= term.row < n
+        and orders in ([], [2], [1, 1])
+        and joints == sorted(joints)
+        and all(0 <= joint < n for joint in joints)
+    )
+
+
+def _require(
+    terms: tuple[_Term, ...] | list[_Term], fits: Callable[[_Term], bool], key: Callable[[_Term], Any]
+) -> None:
+    for term in terms:
+        if not fits(term):
+            raise ModelError(f"{term} is no term of the arm's equations")
+    if len({key(term) for term in terms}) < len(terms):
+        raise ModelError("a term is stated twice")

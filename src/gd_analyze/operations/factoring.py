@@ -1,0 +1,75 @@
+"""Polynomials as nested products: few operations, found greedily."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Hashable, Mapping
+from typing import Any
+
+Variables = tuple[Hashable, ...]
+
+
+# Coefficients that are equal in mathematics and differ by round-off.
+_EQUAL = 1e-9
+
+
+def factored(
+    polynomial: Mapping[Any, float], value: Callable[[Any], Any], rank: Callable[[Any], Any] = repr
+) -> Any:
+    """Evaluate a polynomial in nested form (a multivariate Horner scheme).
+
+    The variable in most terms is taken out of them, again and again, inside and in what is left; then the
+    coefficients that several terms share. On traced numbers equal inner sums and products are formed
+    once, also between polynomials.
+
+    Parameters
+    ----------
+    polynomial
+        Coefficients by monomial: a tuple of variables, each as often as its power.
+    value
+        The value of a variable: a number, an array or an expression.
+    rank
+        Decides between equally frequent variables, always alike, so that equal polynomials nest alike.
+
+    Returns
+    -------
+    The polynomial's value, of the kind that `value` gives; 0.0 for no terms.
+    """
+    terms = {variables: c for variables, c in polynomial.items() if c != 0.0}
+    counts = Counter(variable for variables in terms for variable in set(variables))
+    if counts:
+        common, times = max(counts.items(), key=lambda item: (item[1], rank(item[0])))
+        if times > 1:
+            inside, rest = {}, {}
+            for variables, c in terms.items():
+                if common in variables:
+                    place = variables.index(common)
+                    inside[variables[:place] + variables[place + 1 :]] = c
+                else:
+                    rest[variables] = c
+            nested = value(common) * factored(inside, value, rank)
+            return nested + factored(rest, value, rank) if rest else nested
+    total: Any = 0.0
+    for coefficient, alike in _by_magnitude(terms):
+        inner: Any = 0.0
+        for variables, sign in alike:
+            product: Any = 1.0
+            for variable in sorted(variables, key=rank):
+                product = value(variable) * product
+            inner = inner + sign * product
+        total = total + coefficient * inner
+    return total
+
+
+def _by_magnitude(terms: Mapping[Variables, float]) -> list[tuple[float, list[tuple[Variables, float]]]]:
+    """Terms by the magnitude of their coefficients, each with its sign beside the first one's."""
+    groups: list[tuple[float, list[tuple[Variables, float]]]] = []
+    for variables in sorted(terms, key=repr):
+        c = terms[variables]
+        for first, alike in groups:
+            if abs(abs(c) - abs(first)) <= _EQUAL * abs(c):
+                alike.append((variables, 1.0 if c * first > 0 else -1.0))
+                break
+        else:
+            groups.append((c, [(variables, 1.0)]))
+    return groups

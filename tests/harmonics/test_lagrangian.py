@@ -1,0 +1,170 @@
+"""Torques from terms of the energies are the numeric ones, for any arm and state."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+from harmonic_arms import arms_with_runs, states_of, tolerances
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gd_analyze.decomposition import decompose_states
+from gd_analyze.harmonics import Harmonics, identify
+from gd_analyze.harmonics.lagrangian import (
+    TorqueTerm,
+    absolute_rates,
+    as_product,
+    energy_terms,
+    literals,
+    sum_of_torques,
+    torques_of,
+)
+from gd_analyze.harmonics.reading import Factor
+from gd_analyze.robots import RobotArm, load_arm
+from gd_analyze.robots.parts import Drive
+from strategies import States, arms, examples, two_link_of
+
+BUILT_IN = ("puma560", "stanford", "two_link")
+QUANTITIES = ("inertia", "coriolis_centrifugal", "gravity_loading")
+
+
+def values(
+    arm: RobotArm, torques: Mapping[TorqueTerm, float], rates, states: States
+) -> dict[str, np.ndarray]:
+    """D qdd, h and c by the definition of a torque term; tau = A^-T tau'."""
+    back = np.linalg.inv(rates)
+    moving = {1: back @ states.qd.T, 2: back @ states.qdd.T}
+    functions = {"cos": np.cos, "sin": np.sin, "power": lambda x: x}
+    out = {quantity: np.zeros((arm.n_joints, len(states.q))) for quantity in QUANTITIES}
+    for term, weight in torques.items():
+        value = np.full(len(states.q), weight)
+        for rate in term.rates:
+            value = value * moving[rate.order][rate.joint]
+        for kind, multiples in term.monomial:
+            value = value * functions[kind](states.q @ np.array(multiples, dtype=float))
+        out[term.quantity][term.row] += value
+    return {quantity: (back.T @ rows).T for quantity, rows in out.items()}
+
+
+def allowances(harmonics: Harmonics, states: States) -> dict[str, float]:
+    """How far D qdd, h and c may be off.
+
+    The series themselves are as exact as `tolerances` argues. Writing them out leaves terms below the noise
+    away: at most as many as an element has functions, none of them above 1. An element in absolute rates is a
+    sum of r^2 series, r the longest run, and one in the joints' rates of r^2 of those; h_ijk is half of three
+    slopes, each at most twice as steep.
+    """
+    n, known = harmonics.arm.n_joints, tolerances(harmonics)
+    run = max(len(r.joints) for r in harmonics.basis.runs)
+    functions = max(len(a) + len(b) for a, b in harmonics.inertia.values())
+    left_out = run**4 * functions * harmonics.noise[0]
+    rate, acceleration = np.abs(states.qd).max(), np.abs(states.qdd).max()
+    # Two effects add up.
+    return {
+        "inertia": (2 * known["inertia"] + left_out) * n * acceleration,
+        "coriolis_centrifugal": (2 * known["coupling"] + 3 * left_out) * (n * rate) ** 2,
+        "gravity_loading": known["gravity_loading"] + 2 * len(harmonics.potential) * harmonics.noise[1],
+    }
+
+
+def assert_exact(arm: RobotArm, seed: int, count: int = 5) -> None:
+    harmonics, states = identify(arm), states_of(arm, count, seed)
+    drives = bool(arm.drives)
+    numeric = decompose_states(arm, states.q, states.qd, states.qdd, drives=drives)
+    terms = energy_terms(harmonics, arm.drive_inertia if drives else None)
+    rates = absolute_rates(harmonics.basis)
+    found = values(arm, sum_of_torques({t: t.coefficient for t in terms}, rates), rates, states)
+    inertia = numeric["inertia"].sum(axis=1) + (np.diag(arm.drive_inertia) if drives else 0.0)
+    wanted = {
+        "inertia": np.einsum("tij,tj->ti", inertia, states.qdd),
+        "coriolis_centrifugal": numeric["coriolis_centrifugal"].sum(axis=1),
+        "gravity_loading": numeric["gravity_loading"],
+    }
+    allowed = allowances(harmonics, states)
+    for quantity in QUANTITIES:
+        assert np.abs(found[quantity] - wanted[quantity]).max() <= allowed[quantity], quantity
+    assert np.abs(sum(found.values()) - numeric["torque"]).max() <= sum(allowed.values())
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_built_in_arms(name):
+    assert_exact(load_arm(name), 1, 50)
+
+
+@examples(20)
+@given(arms(max_joints=4), st.integers(0, 2**32 - 1))
+def test_arms_of_every_make(arm, seed):
+    assert_exact(arm, seed)
+
+
+@examples(20)
+@given(arms_with_runs(max_joints=4), st.integers(0, 2**32 - 1))
+def test_arms_with_parallel_axes(arm, seed):
+    assert_exact(arm, seed)
+
+
+@examples(10)
+@given(arms_with_runs(max_joints=4), st.integers(0, 2**32 - 1))
+def test_drives(arm, seed):
+    rng = np.random.default_rng(seed)
+    drives = tuple(Drive(inertia=float(x)) for x in rng.uniform(0.1, 2.0, arm.n_joints))
+    assert_exact(dataclasses.replace(arm, drives=drives), seed)
+
+
+@examples(10)
+@given(st.floats(0.2, 2.0), st.floats(0.5, 5.0), st.floats(0.5, 5.0))
+def test_two_rods_as_everybody_writes_them(length, m1, m2):
+    arm = two_link_of(length, m1, m2)
+    found = {
+        (t.i, t.j, tuple((f.kind, f.multiples, f.exponent) for f in t.product)): t.coefficient
+        for t in energy_terms(identify(arm))
+    }
+    g = 9.8062
+    wanted = {
+        (0, 0, ()): (m1 / 3 + m2) * length**2,
+        (0, 1, (("cos", (0, 1), 1),)): m2 * length**2 / 2,
+        (1, 1, ()): m2 * length**2 / 3,
+        (-1, -1, (("sin", (1, 0), 1),)): (m1 / 2 + m2) * g * length,
+        (-1, -1, (("sin", (1, 1), 1),)): m2 / 2 * g * length,
+    }
+    assert found.keys() == wanted.keys()
+    # Each is a sum of a few products of the arm's numbers: some eps of the largest.
+    scale = max(wanted.values())
+    for key, value in wanted.items():
+        assert found[key] == pytest.approx(value, rel=0, abs=100 * np.finfo(float).eps * scale)
+
+
+def test_absolute_rates_of_a_run(puma):
+    rates = absolute_rates(identify(puma).basis)
+    wanted = np.eye(6)
+    wanted[2, 1] = -1.0  # qd3 = p3 - p2
+    np.testing.assert_array_equal(rates, wanted)
+
+
+def test_one_term_by_hand():
+    """C2 in D'_12: tau'_1 = C2 pd2 + S2 .., where q2 = the difference of the absolute angles."""
+    arm = two_link_of(1.0, 1.0, 1.0)
+    term = next(t for t in energy_terms(identify(arm)) if (t.i, t.j) == (0, 1))
+    rates = absolute_rates(identify(arm).basis)
+    cos, sin = (("cos", (0, 1)),), (("sin", (0, 1)),)
+    named = {
+        (t.row, tuple((r.order, r.joint) for r in t.rates), t.monomial): weight
+        for t, weight in torques_of(term, rates).items()
+        if weight
+    }
+    # T = cos(a2 - a1) p1 p2, d/dt dT/dp1 - dT/da1 = C2 pd2 - S2 p2^2, and C2 pd1 + S2 p1^2 likewise.
+    assert named == {
+        (0, ((2, 1),), cos): 1.0,
+        (0, ((1, 1), (1, 1)), sin): -1.0,
+        (1, ((2, 0),), cos): 1.0,
+        (1, ((1, 0), (1, 0)), sin): 1.0,
+    }
+
+
+def test_products_and_monomials_are_the_same_thing():
+    product = (Factor("cos", (0, 1), 2), Factor("power", (1, 0)), Factor("sin", (0, 1)))
+    assert set(as_product(literals(product))) == set(product)
+    assert literals(as_product(literals(product))) == literals(product)
