@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from gd_analyze.models import HarmonicModel, SimplifiedModel, evaluate, load_model, save_model
     from gd_analyze.robots import RobotArm, builtin_arms, load_arm
     from gd_analyze.simplification import Budget, simplify
+    from gd_analyze.simplification.certificate import certify
     from gd_analyze.simplification.harmonic_level import simplify_harmonics
     from gd_analyze.simplification.states import states_in_box, states_of
     from gd_analyze.store import load_results, save_results
@@ -42,6 +43,7 @@ _HOMES = {
     "models": ("HarmonicModel", "SimplifiedModel", "evaluate", "load_model", "save_model"),
     "robots": ("RobotArm", "builtin_arms", "load_arm"),
     "simplification": ("Budget", "simplify"),
+    "simplification.certificate": ("certify",),
     "simplification.harmonic_level": ("simplify_harmonics",),
     "simplification.states": ("states_in_box", "states_of"),
     "store": ("load_results", "save_results"),
@@ -61,6 +63,7 @@ __all__ = [
     "__version__",
     "analyze",
     "builtin_arms",
+    "certify",
     "cross_check",
     "decompose",
     "decompose_states",

@@ -16,7 +16,7 @@ from gd_analyze.harmonics.lagrangian import energy_terms
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.harmonic_level import simplify_harmonics
 from gd_analyze.simplification.states import States, states_in_box, states_of
-from strategies import arms_with_states, examples
+from strategies import arms_with_states, examples, two_link_of
 
 
 def measured(model, states) -> np.ndarray:
@@ -155,3 +155,13 @@ def test_states_of_a_trajectory(pick_and_place):
     states = states_of(pick_and_place)
     np.testing.assert_array_equal(states.qd, pick_and_place.qd)
     assert states.described["trajectory_fingerprint"] == pick_and_place.fingerprint
+
+
+@pytest.mark.parametrize("level", ["term", "energy"])
+def test_an_arm_without_mass_needs_no_terms(level) -> None:
+    arm = two_link_of(1.0, 0.0, 0.0)
+    states = States(np.ones((3, 2)), np.ones((3, 2)), np.ones((3, 2)), {"states": 3})
+    model = simplify_harmonics(arm, states, level=level)
+    assert model.torques == {}
+    assert model.operations.total == 0
+    assert (model.torque(states.q, states.qd, states.qdd) == 0.0).all()

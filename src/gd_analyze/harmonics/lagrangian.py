@@ -2,8 +2,9 @@
 
 Joints with parallel axes turn about the same direction, so the energy knows their absolute angles' rates p_j
 = qd_a + .. + qd_j (a the first joint of the run), and D in these rates has far fewer terms than in the
-joints' own: for the PUMA 560 71 instead of 148. With q = A p per run and tau = A^-T tau', a term c f(q) of
-D'_ij is a kinetic energy c f p_i p_j (half of it for i = j), and Lagrange's equations give its torques,
+joints' own: for the PUMA 560 70 instead of 98 for i <= j. With q = A p per run and tau = A^-T tau', a term c
+f(q) of D'_ij is a kinetic energy c f p_i p_j (half of it for i = j), and Lagrange's equations give its
+torques,
 
     tau'_i += c (f pd_j + fd p_j),  tau'_j += c (f pd_i + fd p_i),  tau'_m -= c (df/dp_m) p_i p_j
 

@@ -10,6 +10,7 @@ what was dropped.
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections import defaultdict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -42,7 +43,7 @@ from gd_analyze.vectors import FloatArray
 # Of the budget, what the first sweep may spend on terms too small to weigh one by one.
 _SWEEP_SHARE = 0.02
 # Time the integer program may take beside the elimination.
-_SEARCH_SECONDS = 4.0
+_SEARCH_SECONDS = 3.0
 # Candidates tried per step before giving up; the order is a guess, the check is not.
 _TRIES = 12
 
@@ -121,7 +122,8 @@ def simplify_harmonics(
     basis, rates = harmonics.basis, absolute_rates(harmonics.basis)
     torque = states.torque(arm, drives)
     peak = peak_magnitude(torque)
-    allowed = np.maximum(budget.allowed(peak), ROUND_OFF_SHARE * peak.max())
+    # Without any torque anywhere nothing is worth keeping, and any positive budget says so.
+    allowed = np.maximum(budget.allowed(peak), ROUND_OFF_SHARE * (peak.max() or 1.0))
     target = (torque / allowed).T
     pool = _pool(
         basis,
@@ -132,11 +134,13 @@ def simplify_harmonics(
     )
     if level == "term":
         energy: tuple[EnergyTerm, ...] = ()
-        torques = _select_torque_terms(
-            basis, states, torques_of_energy(arm, every), allowed, target, progress
-        )
+        torques = _select_torque_terms(basis, states, torques_of_energy(arm, every), allowed, progress)
     else:
-        kept, coefficients = _eliminate(pool, target, refit, progress)
+        if refit:
+            kept, coefficients = _eliminate_refitting(pool, target, progress)
+        else:
+            kept = _eliminate(pool, progress)
+            coefficients = pool.coefficients[kept]
         energy = tuple(
             dataclasses.replace(every[k], coefficient=float(c))
             for k, c in zip(kept, coefficients, strict=True)
@@ -204,48 +208,51 @@ class _MonomialValues:
         return self._literals[literal]
 
 
-def _eliminate(
-    pool: _Candidates, target: FloatArray, refit: bool, progress: Callable[[int], None] | None
-) -> tuple[list[int], FloatArray]:
-    """Drop candidates until none can go; what is kept, and its coefficients."""
-    flat = pool.effects.reshape(len(pool.effects), -1)
-    wanted = target.reshape(-1)
+def _eliminate(pool: _Candidates, progress: Callable[[int], None] | None) -> list[int]:
+    """Drop candidates, coefficients as they are, until none can go; what is kept."""
+    terms, *states = pool.effects.shape
+    torques = (pool.effects * pool.coefficients[:, None, None]).reshape(terms, math.prod(states))
+    merit = np.einsum("ks,ks->k", torques, torques) / pool.cost
     kept = _swept(pool)
-    gram = flat[kept] @ flat[kept].T
-    wished = flat[kept] @ wanted
-    cost = pool.cost[kept]
-    place = list(range(len(kept)))  # places within `kept` that are still there
-
-    def solution(places: list[int]) -> FloatArray:
-        if not refit:
-            return pool.coefficients[[kept[p] for p in places]]
-        fitted, *_ = np.linalg.lstsq(gram[np.ix_(places, places)], wished[places], rcond=None)
-        return np.asarray(fitted, dtype=float)
-
-    def worst(places: list[int], x: FloatArray) -> float:
-        return float(np.abs(x @ flat[[kept[p] for p in places]] - wanted).max(initial=0.0))
-
-    x = solution(place)
-    if worst(place, x) > 1.0:  # the sweep and round-off together; start over without a sweep
-        kept = list(range(len(pool.coefficients)))
-        gram, wished, cost = flat @ flat.T, flat @ wanted, pool.cost
-        place, x = list(kept), pool.coefficients.copy()
+    left_out = np.setdiff1d(np.arange(len(torques)), kept)
+    lost = torques[left_out].sum(axis=0)
+    kept.sort(key=lambda k: float(merit[k]))
     while True:
-        if refit and place:
-            inverse = np.linalg.pinv(gram[np.ix_(place, place)], hermitian=True)
-            effect = x**2 / np.maximum(np.diag(inverse), np.finfo(float).tiny)
-        else:
-            effect = x**2 * np.diag(gram)[place]
-        for candidate in np.argsort(effect / cost[place])[:_TRIES]:
-            without = place[:candidate] + place[candidate + 1 :]
-            trial = solution(without)
-            if worst(without, trial) <= 1.0:
-                place, x = without, trial
+        for candidate in kept[:_TRIES]:
+            trial = lost + torques[candidate]
+            if np.abs(trial).max() <= 1.0:
+                lost = trial
+                kept.remove(candidate)
                 if progress is not None:
                     progress(1)
                 break
         else:
-            return [kept[p] for p in place], x
+            return sorted(kept)
+
+
+def _eliminate_refitting(
+    pool: _Candidates, target: FloatArray, progress: Callable[[int], None] | None
+) -> tuple[list[int], FloatArray]:
+    """Drop candidates, the others refitted by least squares at every step; what is kept, its coefficients."""
+    terms, *states = pool.effects.shape
+    flat = pool.effects.reshape(terms, math.prod(states))
+    wanted = target.reshape(-1)
+    gram, wished, cost = flat @ flat.T, flat @ wanted, pool.cost
+    kept, x = list(range(len(flat))), pool.coefficients.copy()
+    while kept:
+        inverse = np.linalg.pinv(gram[np.ix_(kept, kept)], hermitian=True)
+        effect = x**2 / np.maximum(np.diag(inverse), np.finfo(float).tiny)
+        for candidate in np.argsort(effect / cost[kept])[:_TRIES]:
+            without = kept[:candidate] + kept[candidate + 1 :]
+            fitted, *_ = np.linalg.lstsq(gram[np.ix_(without, without)], wished[without], rcond=None)
+            if np.abs(fitted @ flat[without] - wanted).max(initial=0.0) <= 1.0:
+                kept, x = without, np.asarray(fitted, dtype=float)
+                if progress is not None:
+                    progress(1)
+                break
+        else:
+            break
+    return kept, x
 
 
 def _swept(pool: _Candidates) -> list[int]:
@@ -261,7 +268,6 @@ def _select_torque_terms(
     states: States,
     torques: Mapping[TorqueTerm, float],
     allowed: FloatArray,
-    target: FloatArray,
     progress: Callable[[int], None] | None,
 ) -> Torques:
     """Keep few torque terms within the budget; the rows of D part, so it need not stay symmetric.
@@ -269,9 +275,11 @@ def _select_torque_terms(
     Backward elimination always ends; an integer program over the same terms is often cheaper and sometimes
     endless. Both are made, and the program of fewer operations is taken.
     """
+    if not torques:
+        return {}
     members = [{term: weight} for term, weight in torques.items()]
     pool = _pool(basis, states, members, np.ones(len(members)), allowed)
-    greedy, _ = _eliminate(pool, target, False, progress)
+    greedy = _eliminate(pool, progress)
     swept = _swept(pool)
     terms = [next(iter(members[k])) for k in swept]
     # The sweep has spent its share of the budget.
