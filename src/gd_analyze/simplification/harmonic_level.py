@@ -13,7 +13,6 @@ import dataclasses
 import math
 from collections import defaultdict
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -36,36 +35,15 @@ from gd_analyze.models.simplified import ErrorTable
 from gd_analyze.models.torque_program import torque_programs
 from gd_analyze.robots import RobotArm
 from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.candidates import SWEEP_SHARE, Candidates, candidates_at, swept
 from gd_analyze.simplification.selection import select
 from gd_analyze.simplification.states import States
 from gd_analyze.vectors import FloatArray
 
-# Of the budget, what the first sweep may spend on terms too small to weigh one by one.
-_SWEEP_SHARE = 0.02
 # Time the integer program may take beside the elimination.
 _SEARCH_SECONDS = 3.0
 # Candidates tried per step before giving up; the order is a guess, the check is not.
 _TRIES = 12
-
-
-@dataclass(frozen=True, eq=False)
-class _Candidates:
-    """What may be dropped: torque terms that go together, their coefficients, and their torques.
-
-    `effects` are the torques of unit coefficients over allowed error, shape (terms, n, N).
-    """
-
-    torques: tuple[Torques, ...]
-    coefficients: FloatArray
-    effects: FloatArray
-
-    @property
-    def cost(self) -> FloatArray:
-        """Operations a term takes when nothing is shared."""
-        return np.array(
-            [sum(1 + len(term.rates) + len(term.monomial) for term in torques) for torques in self.torques],
-            dtype=float,
-        )
 
 
 def simplify_harmonics(
@@ -125,7 +103,7 @@ def simplify_harmonics(
     # Without any torque anywhere nothing is worth keeping, and any positive budget says so.
     allowed = np.maximum(budget.allowed(peak), ROUND_OFF_SHARE * (peak.max() or 1.0))
     target = (torque / allowed).T
-    pool = _pool(
+    pool = candidates_at(
         basis,
         states,
         [torques_of(term, rates) for term in every],
@@ -162,58 +140,12 @@ def simplify_harmonics(
     return dataclasses.replace(draft, promise=promise, provenance=dict(provenance or {}))
 
 
-def _pool(
-    basis: Basis, states: States, torques: list[Torques], coefficients: FloatArray, allowed: FloatArray
-) -> _Candidates:
-    """Torques of every candidate at every state, in the joints' own coordinates."""
-    values = _MonomialValues(basis, states)
-    effects = np.zeros((len(torques), basis.n_joints, len(states.q)))
-    for k, group in enumerate(torques):
-        for term, weight in group.items():
-            effects[k, term.row] += weight * values(term)
-    for run in basis.runs:
-        for inner, outer in reversed(list(zip(run.joints[:-1], run.joints[1:], strict=True))):
-            effects[:, inner] += effects[:, outer]
-    return _Candidates(tuple(torques), coefficients, effects / allowed[:, None])
-
-
-class _MonomialValues:
-    """Values of monomials times rates at the states, each literal and each product formed once."""
-
-    def __init__(self, basis: Basis, states: States) -> None:
-        back = np.linalg.inv(absolute_rates(basis))
-        self._q = states.q.T
-        self._moving = {1: back @ states.qd.T, 2: back @ states.qdd.T}
-        self._literals: dict[tuple[str, tuple[int, ...]], FloatArray] = {}
-        self._known: dict[tuple[tuple[Rate, ...], Monomial], FloatArray] = {}
-
-    def __call__(self, term: TorqueTerm) -> FloatArray:
-        key = (term.rates, term.monomial)
-        if key not in self._known:
-            value = np.ones(self._q.shape[1])
-            for rate in term.rates:
-                value = value * self._moving[rate.order][rate.joint]
-            for literal in term.monomial:
-                value = value * self._literal(literal)
-            self._known[key] = value
-        return self._known[key]
-
-    def _literal(self, literal: tuple[str, tuple[int, ...]]) -> FloatArray:
-        if literal not in self._literals:
-            kind, multiples = literal
-            argument = np.array(multiples, dtype=float) @ self._q
-            if kind != "power":
-                argument = np.cos(argument) if kind == "cos" else np.sin(argument)
-            self._literals[literal] = argument
-        return self._literals[literal]
-
-
-def _eliminate(pool: _Candidates, progress: Callable[[int], None] | None) -> list[int]:
+def _eliminate(pool: Candidates, progress: Callable[[int], None] | None) -> list[int]:
     """Drop candidates, coefficients as they are, until none can go; what is kept."""
     terms, *states = pool.effects.shape
     torques = (pool.effects * pool.coefficients[:, None, None]).reshape(terms, math.prod(states))
     merit = np.einsum("ks,ks->k", torques, torques) / pool.cost
-    kept = _swept(pool)
+    kept = swept(pool)
     left_out = np.setdiff1d(np.arange(len(torques)), kept)
     lost = torques[left_out].sum(axis=0)
     kept.sort(key=lambda k: float(merit[k]))
@@ -231,7 +163,7 @@ def _eliminate(pool: _Candidates, progress: Callable[[int], None] | None) -> lis
 
 
 def _eliminate_refitting(
-    pool: _Candidates, target: FloatArray, progress: Callable[[int], None] | None
+    pool: Candidates, target: FloatArray, progress: Callable[[int], None] | None
 ) -> tuple[list[int], FloatArray]:
     """Drop candidates, the others refitted by least squares at every step; what is kept, its coefficients."""
     terms, *states = pool.effects.shape
@@ -255,14 +187,6 @@ def _eliminate_refitting(
     return kept, x
 
 
-def _swept(pool: _Candidates) -> list[int]:
-    """Candidates that matter: the others together stay below a small share of the budget."""
-    largest = np.abs(pool.effects).max(axis=2) * np.abs(pool.coefficients)[:, None]
-    order = np.argsort(largest.max(axis=1))
-    together = np.cumsum(largest[order], axis=0).max(axis=1)
-    return sorted(int(k) for k in order[together > _SWEEP_SHARE])
-
-
 def _select_torque_terms(
     basis: Basis,
     states: States,
@@ -278,13 +202,13 @@ def _select_torque_terms(
     if not torques:
         return {}
     members = [{term: weight} for term, weight in torques.items()]
-    pool = _pool(basis, states, members, np.ones(len(members)), allowed)
+    pool = candidates_at(basis, states, members, np.ones(len(members)), allowed)
     greedy = _eliminate(pool, progress)
-    swept = _swept(pool)
-    terms = [next(iter(members[k])) for k in swept]
+    kept_by_sweep = swept(pool)
+    terms = [next(iter(members[k])) for k in kept_by_sweep]
     # The sweep has spent its share of the budget.
-    rest = np.full(len(allowed), 1.0 - _SWEEP_SHARE)
-    selection = select(pool.effects[swept], rest, _shared_costs(terms), _SEARCH_SECONDS)
+    rest = np.full(len(allowed), 1.0 - SWEEP_SHARE)
+    selection = select(pool.effects[kept_by_sweep], rest, _shared_costs(terms), _SEARCH_SECONDS)
     choices = [
         {term: torques[term] for k in greedy for term in members[k]},
         {term: torques[term] for term, keep in zip(terms, selection.kept, strict=True) if keep},
