@@ -19,9 +19,10 @@ FloatArray = NDArray[np.float64]
 Elementwise = Callable[[Array], Array]
 
 
-def cross(a: Array, b: Array) -> Array:
-    """Vector product a x b."""
-    out = np.empty(np.broadcast_shapes(a.shape, b.shape), dtype=np.result_type(a, b))
+def cross(a: Array, b: Array, out: Array | None = None) -> Array:
+    """Vector product a x b, into `out` where it is given."""
+    if out is None:
+        out = np.empty(np.broadcast_shapes(a.shape, b.shape), dtype=np.result_type(a, b))
     for x, y, z in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         np.multiply(a[..., y, :], b[..., z, :], out=out[..., x, :])
         out[..., x, :] -= a[..., z, :] * b[..., y, :]

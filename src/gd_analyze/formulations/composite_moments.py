@@ -31,7 +31,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gd_analyze.kinematics import Kinematics
 from gd_analyze.robots import RobotArm
@@ -59,7 +58,7 @@ class CompositeMoments:
     momentum
         f_m, shape (n, 3, N).
     origin_velocities
-        v_i(p_{m-1}) of every pair i < m, ordered as in `pair_indices`, shape (n (n - 1) / 2, 3, N).
+        v_i(p_{m-1}) of every pair i < m, ordered as `pairs_of` says, shape (n (n - 1) / 2, 3, N).
     """
 
     turning: Array
@@ -96,21 +95,16 @@ def composite_moments(arm: RobotArm, kinematics: Kinematics) -> CompositeMoments
     momentum = cross(turning, first)
     if sliding is not None:
         momentum += mass[:, None, None] * sliding
-    i, m = pair_indices(n)
-    velocities = cross(turning[i], origins[m] - origins[i])
-    if sliding is not None:
-        velocities += sliding[i]
+    velocities = np.empty((n * (n - 1) // 2, 3, count), origins.dtype)
+    for m in range(1, n):
+        velocity = cross(turning[:m], origins[m] - origins[:m], out=velocities[pairs_of(m)])
+        if sliding is not None:
+            velocity += sliding[:m]
     return CompositeMoments(turning, sliding, origins, mass, first, second, momentum, velocities)
 
 
-def pair_indices(n: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Inner joint i and outer joint m of every pair i < m, by m and then i."""
-    m, i = np.tril_indices(n, -1)
-    return i, m
-
-
 def pairs_of(m: int) -> slice:
-    """Where the pairs of outer joint m stand in that order."""
+    """Where the pairs i < m of outer joint m stand: pairs are ordered by m, then i."""
     start = m * (m - 1) // 2
     return slice(start, start + m)
 
@@ -134,18 +128,16 @@ def inertia(moments: CompositeMoments, out: Array | None = None) -> Array:
 
 
 def brackets(moments: CompositeMoments) -> Array:
-    """B_im of every pair i < m by effect, ordered as in `pair_indices`, shape (2, n (n - 1) / 2, 3, N)."""
+    """B_im of every pair i < m by effect, ordered as `pairs_of` says, shape (2, n (n - 1) / 2, 3, N)."""
     n, w = len(moments.mass), moments.turning
-    i, m = pair_indices(n)
-    turned = cross(w[m], w[i])
-    out = np.empty((2, *turned.shape), turned.dtype)
-    for outer_joint in range(1, n):
-        pairs = pairs_of(outer_joint)
-        second = moments.second[:, outer_joint]
-        np.einsum("eabn,ibn->eian", second, turned[pairs], out=out[:, pairs])
-    out[TRANSLATION] += cross(moments.momentum[m], moments.origin_velocities)
-    if moments.sliding is not None:
-        out[TRANSLATION] += cross(moments.sliding[m], cross(w[i], moments.first[m]))
+    velocities = moments.origin_velocities
+    out = np.empty((2, *velocities.shape), velocities.dtype)
+    for m in range(1, n):
+        pairs = pairs_of(m)
+        np.einsum("eabn,ibn->eian", moments.second[:, m], cross(w[m], w[:m]), out=out[:, pairs])
+        out[TRANSLATION, pairs] += cross(moments.momentum[m], velocities[pairs])
+        if moments.sliding is not None:
+            out[TRANSLATION, pairs] += cross(moments.sliding[m], cross(w[:m], moments.first[m]))
     return out
 
 
