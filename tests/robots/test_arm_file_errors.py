@@ -269,3 +269,11 @@ def test_inertia_about_the_origin(file):
     found = read_arm(file(about_origin)).links[0].inertia_com
     expected = read_arm(file(ARM)).links[0].inertia_com
     assert abs(found - expected).max() <= 1e-17  # two roundings of numbers of 0.04
+
+
+def test_urdf_is_named_for_what_it_is(tmp_path):
+    path = tmp_path / "arm.urdf"
+    path.write_text('<?xml version="1.0"?>\n<robot name="arm"/>\n', encoding="utf-8")
+    with pytest.raises(ArmError, match="which is not read") as caught:
+        read_arm(path)
+    assert "docs/arms.md" in str(caught.value)

@@ -181,3 +181,15 @@ def test_logs_of_robots_are_told_how_to_rename(
 def test_no_renaming_that_would_make_duplicates(csv_file: CsvFile, two_link: RobotArm) -> None:
     with pytest.raises(TrajectoryError, match="rename or remove it"):
         read_trajectory(csv_file(with_header("time,axis_a_1,axis_b_1")), two_link)
+
+
+def test_no_renaming_where_names_do_not_tell_the_order(csv_file: CsvFile, two_link: RobotArm) -> None:
+    header = "time,shoulder_joint/position,wrist_1_joint/position"
+    with pytest.raises(TrajectoryError, match="in the order of the arm's joints") as caught:
+        read_trajectory(csv_file(header + "\n0,0,0\n"), two_link)
+    assert "wrist_1_joint/position -> q1" not in str(caught.value)
+
+
+def test_names_among_the_numbers_of_a_first_row(csv_file: CsvFile, two_link: RobotArm) -> None:
+    with pytest.raises(TrajectoryError, match="the file has no header line"):
+        read_trajectory(csv_file("0,1,base,0.5,0.25,0.1,0.2\n1,1,base,0.5,0.25,0.1,0.2\n"), two_link)

@@ -24,6 +24,8 @@ _KIND_HINTS = (
 )
 _TIME_HINT = re.compile(r"t|.*(time|stamp|sec)\w*")
 _EFFORT_HINT = re.compile(r"torque|effort|tau|force|current")
+# Columns per joint that a message can name and still be read.
+_MOST_NAMED = 8
 
 
 @dataclass(frozen=True)
@@ -150,9 +152,8 @@ def _complete_kinds(
 
 
 def _refuse_numbers(names: Sequence[str], where: Location) -> None:
-    try:
-        [float(name) for name in names]
-    except ValueError:
+    # A log without a header may have names among its first row's numbers.
+    if sum(map(_is_number, names)) <= len(names) / 2:
         return
     joints, kinds = len(names) - 1, 1
     for count in (3, 2):
@@ -166,6 +167,14 @@ def _refuse_numbers(names: Sequence[str], where: Location) -> None:
         found="numbers",
         next_step=f"if these are the columns, put this line first: {header_for(joints, KINDS[:kinds])}",
     )
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _refuse_degrees_of_length(arm: RobotArm, number: int, name: str, where: Location) -> None:
@@ -183,7 +192,10 @@ def _unknown_column(name: str, names: Sequence[str], arm: RobotArm, where: Locat
     n = arm.n_joints
     if name:
         what = f"column {name!r} is unknown"
-        next_step = _renaming(names) or "rename or remove it"
+        next_step = _renaming(names, n) or (
+            f"rename or remove it; of a robot's log the position columns become q1..q{n}, in the order of "
+            "the arm's joints"
+        )
     else:
         what = f"column {where.column} has no name"
         next_step = "name or remove it (pandas writes such a column unless told index=False)"
@@ -196,8 +208,8 @@ def _unknown_column(name: str, names: Sequence[str], arm: RobotArm, where: Locat
     )
 
 
-def _renaming(names: Sequence[str]) -> str | None:
-    """How to rename the columns of a robot's log, or None when they do not look like one."""
+def _renaming(names: Sequence[str], n: int) -> str | None:
+    """How to rename the columns of a robot's log, or None when the names do not tell which joint is which."""
     new_names: list[str | None] = [_guess(name) for name in names]
     first = {
         kind: min((int(m[2]) for m in map(_as_column, new_names) if m and m[1] == kind), default=1)
@@ -215,10 +227,19 @@ def _renaming(names: Sequence[str]) -> str | None:
     if not pairs or len(set(filter(None, new_names))) < len([new for new in new_names if new]):
         return None
     unguessed = [old or "(no name)" for old, new in zip(names, new_names, strict=True) if new is None]
+    # wrist_1 beside shoulder_pan is not the arm's first joint: a wrong order would pass unnoticed.
+    if any(_is_of_a_joint(name) for name in unguessed) or len(pairs) + len(unguessed) > _MOST_NAMED * n:
+        return None
     text = "if this is a robot's log, rename " + ", ".join(pairs)
     if unguessed:
         text += "; remove " + ", ".join(unguessed)
     return text + " (append _deg where the numbers are degrees; time in s)"
+
+
+def _is_of_a_joint(name: str) -> bool:
+    lowered = name.lower()
+    hinted = any(hint.search(lowered) for _, hint in _KIND_HINTS[:2]) or re.search(r"pos|joint", lowered)
+    return bool(hinted) and not _EFFORT_HINT.search(lowered)
 
 
 def _as_column(name: str | None) -> re.Match[str] | None:
