@@ -103,7 +103,7 @@ def load_results(path: str | Path) -> xr.DataTree:
 
 def _require_ours(path: Path) -> None:
     """Say what is wrong with a file before xarray tries to make sense of it; plain h5py fails cleanly."""
-    import h5py  # type: ignore[import-untyped]  # h5py ships no types
+    import h5py
 
     if not path.is_file():
         raise StoreError(

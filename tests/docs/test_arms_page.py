@@ -10,14 +10,15 @@ import pytest
 from markdown_pages import ROOT, blocks, code, tables
 
 from gd_analyze.decomposition import decompose_states
-from gd_analyze.robots import arm_file, load_arm
+from gd_analyze.errors import ArmError
+from gd_analyze.robots import arm_schema, load_arm
 
 PAGE = ROOT / "docs" / "arms.md"
 SECTIONS = {
-    "The file": arm_file._ArmFile,
-    "`[[joints]]`": arm_file._JointTable,
-    "`[[links]]`": arm_file._LinkTable,
-    "`[[drives]]`": arm_file._DriveTable,
+    "The file": arm_schema.ArmFile,
+    "`[[joints]]`": arm_schema._JointTable,
+    "`[[links]]`": arm_schema._LinkTable,
+    "`[[drives]]`": arm_schema._DriveTable,
 }
 
 
@@ -101,7 +102,7 @@ def test_the_stated_failures_fail(example, sound, broken, says):
     text = example.read_text(encoding="utf-8")
     assert sound in text
     example.write_text(text.replace(sound, broken, 1), encoding="utf-8")
-    with pytest.raises(arm_file.ArmError) as caught:
+    with pytest.raises(ArmError) as caught:
         load_arm(example)
     assert says in str(caught.value)
 

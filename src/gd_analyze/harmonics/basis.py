@@ -11,6 +11,7 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,9 @@ from gd_analyze.vectors import FloatArray
 DEGREE = 2  # of D in every joint variable: each of its two velocities turns (or moves) with the joint once
 
 Ids = NDArray[np.int64]
+
+
+FactorKind = Literal["cos", "sin", "power"]
 
 
 @dataclass(frozen=True)
@@ -36,7 +40,7 @@ class Mode:
         cosine of nothing, or the power 0.
     """
 
-    kind: str
+    kind: FactorKind
     multiples: tuple[int, ...]
 
     @property

@@ -22,14 +22,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gd_analyze.harmonics.basis import Basis
+from gd_analyze.harmonics.basis import Basis, FactorKind
 from gd_analyze.harmonics.identification import Harmonics
 from gd_analyze.harmonics.reading import Factor, Product, read
 from gd_analyze.harmonics.series import Series
 from gd_analyze.vectors import FloatArray
 
 # One factor without exponent: kind and multiples of the joints.
-Literal = tuple[str, tuple[int, ...]]
+Literal = tuple[FactorKind, tuple[int, ...]]
 Monomial = tuple[Literal, ...]
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.harmonics.basis import Basis, Ids, Mode, Run
+from gd_analyze.harmonics.basis import Basis, FactorKind, Ids, Mode, Run
 
 # Beyond it, trying every choice of squares would take longer than it helps; no arm known comes near.
 _MOST_CHOICES = 2**10
@@ -36,7 +36,7 @@ class Factor:
         1 or 2.
     """
 
-    kind: str
+    kind: FactorKind
     multiples: Angles
     exponent: int = 1
 
@@ -144,7 +144,7 @@ def _ratio(one: Weights, other: Weights, close: float) -> int:
     return int(np.abs(one - other).max() <= close) - int(np.abs(one + other).max() <= close)
 
 
-def _product_kinds(kind: str, same_sign: bool) -> tuple[tuple[str, str], float]:
+def _product_kinds(kind: FactorKind, same_sign: bool) -> tuple[tuple[FactorKind, FactorKind], float]:
     """kind(a+b) + kind(a-b), or their difference, as twice a product."""
     if kind == "cos":
         return (("cos", "cos"), 2.0) if same_sign else (("sin", "sin"), -2.0)

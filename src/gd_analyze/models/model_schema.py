@@ -236,8 +236,7 @@ def _count(operations: OperationCount) -> _Operations:
 
 
 def _entries(product: Product) -> list[_FactorEntry]:
-    # The kinds of a factor are these three; a mistaken one would be refused by the schema.
-    return [(f.kind, list(f.multiples), f.exponent) for f in product]  # type: ignore[misc]
+    return [(f.kind, list(f.multiples), f.exponent) for f in product]
 
 
 def _product(arm: RobotArm, entries: list[_FactorEntry]) -> Product:
