@@ -19,7 +19,7 @@ import gd_analyze as gd
 from gd_analyze.harmonics.lagrangian import TorqueTerm, energy_terms
 from gd_analyze.models import HarmonicModel
 from gd_analyze.models.harmonic import torques_of_energy
-from gd_analyze.simplification import Budget, certify, simplify_harmonics, states_in_box
+from gd_analyze.simplification import Budget, certify, simplify, states_in_box
 
 SHARE = 0.01
 BUDGETS = ("0.2%", "0.5%", "1%", "2%", "5%")
@@ -51,7 +51,7 @@ def rebuilt() -> tuple[HarmonicModel, HarmonicModel]:
     arm = gd.load_arm("puma560")
     states = states_in_box(arm, STATES)
     exact_torques = torques_of_energy(arm, energy_terms(gd.identify_harmonics(arm), arm.drive_inertia))
-    some = simplify_harmonics(arm, states, Budget.parse("50%"), level="energy", drives=True)
+    some = simplify(arm, states, Budget.parse("50%"), level="energy", drives=True)
     exact, ruled = (
         dataclasses.replace(some, level="term", energy=(), torques=torques)
         for torques in (exact_torques, one_percent_rule(exact_torques))
@@ -114,7 +114,7 @@ def report() -> str:
     ):
         allowed = Budget.parse("1%") if budget is None else Budget(budget, (False,) * len(budget))
         start = time.perf_counter()
-        model = simplify_harmonics(
+        model = simplify(
             arm, states, allowed, level="term" if level == "term" else "energy", refit=refit, drives=True
         )
         lines.append(row(name, model, time.perf_counter() - start))
@@ -132,7 +132,7 @@ def report() -> str:
     for budget_text in BUDGETS:
         cells = []
         for level, refit in (("term", False), ("energy", False), ("energy", True)):
-            model = simplify_harmonics(
+            model = simplify(
                 arm,
                 states,
                 Budget.parse(budget_text),

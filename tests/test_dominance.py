@@ -20,8 +20,8 @@ from gd_analyze.dominance import (
     text_verdicts,
 )
 from gd_analyze.models import parts_of
+from gd_analyze.models.element_level import torque_by_part
 from gd_analyze.robots import Joint, Link, RobotArm
-from gd_analyze.simplification import torque_by_part
 from gd_analyze.trajectories import Trajectory
 from strategies import arms_with_states, examples, motions
 
@@ -176,7 +176,7 @@ def test_all_negligible_elements_may_go_at_once(case, budget):
     ranking = rank(dataset, budget=budget)
     negligible = set(ranking.element.values[ranking.verdict.values == "negligible"])
     parts = tuple(part for part in parts_of(arm.n_joints) if part.element.label in negligible)
-    lost = np.abs(torque_by_part(dataset, parts).sum(axis=0)).max(axis=1)
+    lost = np.abs(torque_by_part(dataset, dataset.qdd.values, parts).sum(axis=0)).max(axis=1)
     peak = np.abs(dataset.torque.values).max(axis=0)
     # `rank` takes what is below 64 eps of its quantity's largest for round-off: that much may come on top,
     # times the acceleration and the n + 2 entries.
@@ -202,7 +202,8 @@ def test_every_entry_is_what_it_says(case):
     for k, label in enumerate(ranking.element.values):
         element = parts[str(label)]
         values = element.parts(dataset).sum(axis=0)
-        largest = max(float(np.abs(values * f).max()) for f in element.torque_factors(dataset).values())
+        factors = element.torque_factors(dataset.qdd.values).values()
+        largest = max(float(np.abs(values * f).max()) for f in factors)
         assert ranking.torque_peak.values[k] <= largest
         # Zero where the parts are round-off, the element's own peak otherwise.
         assert ranking.peak.values[k] in (0.0, np.abs(values).max()) or np.abs(

@@ -5,7 +5,7 @@
 >>> trajectory = gd.read_trajectory("pick-and-place", arm)
 >>> dataset = gd.decompose(arm, trajectory)
 >>> ranking = gd.rank(dataset)
->>> model = gd.simplify(arm, dataset, gd.Budget.parse("1%"))
+>>> model = gd.simplify(arm, trajectory, gd.Budget.parse("1%"))
 """
 
 from __future__ import annotations
@@ -23,11 +23,17 @@ if TYPE_CHECKING:
     from gd_analyze.harmonics import identify as identify_harmonics
     from gd_analyze.harmonics.equations import equations
     from gd_analyze.main_job import analyze, find
-    from gd_analyze.models import HarmonicModel, SimplifiedModel, evaluate, load_model, save_model
+    from gd_analyze.models import (
+        ElementModel,
+        HarmonicModel,
+        SimplifiedModel,
+        evaluate,
+        load_model,
+        save_model,
+    )
     from gd_analyze.robots import RobotArm, builtin_arms, load_arm
     from gd_analyze.simplification import Budget, simplify
     from gd_analyze.simplification.certificate import certify
-    from gd_analyze.simplification.harmonic_level import simplify_harmonics
     from gd_analyze.simplification.states import states_in_box, states_of
     from gd_analyze.store import load_results, save_results
     from gd_analyze.trajectories import Trajectory, plan, read_trajectory, write_trajectory
@@ -40,11 +46,17 @@ _HOMES = {
     "harmonics.equations": ("equations",),
     "harmonics.identification": ("identify_harmonics",),
     "main_job": ("analyze", "find"),
-    "models": ("HarmonicModel", "SimplifiedModel", "evaluate", "load_model", "save_model"),
+    "models": (
+        "ElementModel",
+        "HarmonicModel",
+        "SimplifiedModel",
+        "evaluate",
+        "load_model",
+        "save_model",
+    ),
     "robots": ("RobotArm", "builtin_arms", "load_arm"),
     "simplification": ("Budget", "simplify"),
     "simplification.certificate": ("certify",),
-    "simplification.harmonic_level": ("simplify_harmonics",),
     "simplification.states": ("states_in_box", "states_of"),
     "store": ("load_results", "save_results"),
     "trajectories": ("Trajectory", "plan", "read_trajectory", "write_trajectory"),
@@ -54,6 +66,7 @@ _CALLED_AT_HOME = {"identify_harmonics": "identify"}
 
 __all__ = [
     "Budget",
+    "ElementModel",
     "GdAnalyzeError",
     "GdAnalyzeWarning",
     "HarmonicModel",
@@ -80,7 +93,6 @@ __all__ = [
     "save_model",
     "save_results",
     "simplify",
-    "simplify_harmonics",
     "states_in_box",
     "states_of",
     "text_verdicts",

@@ -8,6 +8,7 @@ and tiny matters less than one that is mixed and large, so the ranking is by tor
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -45,20 +46,22 @@ class Element:
         separator = "," if max(self.i, self.j) >= 9 else ""
         return f"{symbol}{self.i + 1}{separator}{self.j + 1}"
 
-    def parts(self, dataset: xr.Dataset) -> FloatArray:
-        """Translational and rotational part along the trajectory, shape (2, N); gravity is translation."""
+    def parts(self, quantities: Mapping[Any, Any]) -> FloatArray:
+        """Translational and rotational part at every state, shape (2, N); gravity is translation.
+
+        `quantities` is what `decompose` gave, or `decompose_states` for states of shape (N, n).
+        """
         if self.quantity == "gravity_loading":
-            values = dataset.gravity_loading.values[:, self.i]
+            values = np.asarray(quantities["gravity_loading"])[:, self.i]
             return np.stack([values, np.zeros_like(values)])
         index: Any = (self.i,) if self.j is None else (self.i, self.j)
-        array: Array = dataset[self.quantity].values[(slice(None), slice(None), *index)]
+        array: Array = np.asarray(quantities[self.quantity])[(slice(None), slice(None), *index)]
         return array.T
 
-    def torque_factors(self, dataset: xr.Dataset) -> dict[int, FloatArray | float]:
+    def torque_factors(self, qdd: FloatArray) -> dict[int, FloatArray | float]:
         """Factors that turn the element into its torque at each joint it acts on."""
         if self.j is None:
             return {self.i: 1.0}
-        qdd = dataset.qdd.values
         return {self.i: qdd[:, self.j], self.j: qdd[:, self.i]}
 
 
@@ -188,7 +191,7 @@ def _row(
     part_rms = np.sqrt(np.mean(parts**2, axis=1))
     torques = {
         joint: float(np.abs(whole * factor).max())
-        for joint, factor in element.torque_factors(dataset).items()
+        for joint, factor in element.torque_factors(dataset.qdd.values).items()
     }
     shares = {joint: _ratio(torque, float(peak_torque[joint])) for joint, torque in torques.items()}
     joint = max(shares, key=lambda k: shares[k])

@@ -7,12 +7,39 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from gd_analyze.authority import Residual
-from gd_analyze.models import Evaluation, SimplifiedModel
+from gd_analyze.harmonics import Harmonics
+from gd_analyze.models import ElementModel, ErrorTable, Evaluation, SimplifiedModel
 from gd_analyze.robots import RobotArm
+from gd_analyze.simplification import Certificate
+from gd_analyze.simplification.payload_effect import PayloadEffect
+from gd_analyze.simplification.ranking import TermRanking
+from gd_analyze.simplification.trade_off import TradeOffPoint
 from gd_analyze.trajectories import Trajectory
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class Beyond:
+    """What the model does away from the set points it was made for.
+
+    Parameters
+    ----------
+    certificate
+        Bound over all states between the extremes of the trajectory; None for a model of level "element".
+    within_limits
+        Error over states drawn from the arm's limits, and how many; None where the arm lacks a limit.
+    drawn
+        Number of those states.
+    payload
+        What a point mass in the hand does along the trajectory.
+    """
+
+    certificate: Certificate | None
+    within_limits: ErrorTable | None
+    drawn: int
+    payload: PayloadEffect
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +54,19 @@ class Findings:
         Dataset of `decompose`.
     dominance
         Dataset of `rank`.
+    harmonics
+        The exact equations.
     model, evaluation
         The simplified model and its torques along the trajectory.
+    element_model
+        The model by the text's own method, keeping or dropping effects of elements; the same as `model` where
+        that is its level.
+    terms
+        Ranking of every single term of D, h and c.
+    trade_off
+        Operations against error for all levels.
+    beyond
+        What the model does elsewhere.
     residuals
         Largest differences from Pinocchio.
     warnings
@@ -41,8 +79,13 @@ class Findings:
     trajectory: Trajectory
     decomposition: xr.Dataset
     dominance: xr.Dataset
+    harmonics: Harmonics
     model: SimplifiedModel
     evaluation: Evaluation
+    element_model: ElementModel
+    terms: TermRanking
+    trade_off: tuple[TradeOffPoint, ...]
+    beyond: Beyond
     residuals: tuple[Residual, ...]
     warnings: tuple[str, ...]
     provenance: Mapping[str, str]

@@ -14,13 +14,35 @@ from gd_analyze.decomposition import decompose
 from gd_analyze.dominance import peak_magnitude, rank
 from gd_analyze.errors import GdAnalyzeWarning, Location, OutputError, UsageError
 from gd_analyze.files import replacing, write_text
-from gd_analyze.findings import Findings
-from gd_analyze.models import evaluate, save_model
+from gd_analyze.findings import Beyond, Findings
+from gd_analyze.models import (
+    ElementModel,
+    ErrorTable,
+    HarmonicModel,
+    Level,
+    SimplifiedModel,
+    evaluate,
+    save_model,
+)
 from gd_analyze.provenance import provenance
 from gd_analyze.robots import RobotArm
-from gd_analyze.simplification import Budget, simplify
+from gd_analyze.simplification import (
+    Box,
+    Budget,
+    ExactDynamics,
+    certify,
+    simplify_exact,
+    states_in_box,
+)
+from gd_analyze.simplification.payload_effect import payload_effect
+from gd_analyze.simplification.ranking import rank_terms
+from gd_analyze.simplification.trade_off import trade_off
 from gd_analyze.store import save_results
 from gd_analyze.trajectories import Trajectory
+
+# Multiples of the budget that the report's curve shows, and states drawn to try a model beyond its own.
+_FACTORS = (0.2, 0.5, 1.0, 2.0, 5.0)
+_DRAWN = 1000
 
 FILES = {
     "h5": "analysis.h5",
@@ -36,6 +58,9 @@ def find(
     trajectory: Trajectory,
     *,
     budget: Budget | None = None,
+    level: Level = "term",
+    refit: bool = False,
+    operations: int | None = None,
     drives: bool = False,
     coupling: bool = True,
     by_link: bool = False,
@@ -52,6 +77,8 @@ def find(
         What to analyse.
     budget
         Allowed torque error; 1 % of each joint's peak torque by default.
+    level, refit, operations
+        How to simplify, see `simplify`; "element" is the text's own method.
     drives
         Include drive inertia as a separate contribution.
     coupling, by_link, terms
@@ -91,18 +118,52 @@ def find(
         residuals = cross_check(arm, dataset)
         allowed = budget.allowed(peak_magnitude(dataset.torque.values))
         dominance = rank(dataset, budget=allowed)
-        model = simplify(arm, dataset, budget, source)
+        exact = ExactDynamics.of(arm, dataset)
+        elements = simplify_exact(exact, budget, level="element", provenance=source)
+        assert isinstance(elements, ElementModel)  # as the level says
+        model = (
+            elements
+            if level == "element"
+            else simplify_exact(
+                exact,
+                budget,
+                level=level,
+                refit=refit,
+                operations=operations,
+                thorough=False,
+                provenance=source,
+            )
+        )
     return Findings(
         arm=arm,
         trajectory=trajectory,
         decomposition=dataset,
         dominance=dominance,
+        harmonics=exact.harmonics,
         model=model,
         evaluation=evaluate(model, trajectory, dataset),
+        element_model=elements,
+        terms=rank_terms(exact),
+        trade_off=trade_off(exact, budget, factors=_FACTORS, thorough=False),
+        beyond=_beyond(exact, model),
         residuals=residuals,
         warnings=(*warned, *_told(caught)),
         provenance=source,
     )
+
+
+def _beyond(exact: ExactDynamics, model: SimplifiedModel) -> Beyond:
+    """Hold a model against states it was not made for."""
+    arm, states = exact.arm, exact.states
+    certificate = None
+    if isinstance(model, HarmonicModel):
+        certificate = certify(model, Box.around(states.q, states.qd, states.qdd), harmonics=exact.harmonics)
+    table = None
+    if arm.has_all_limits:
+        drawn = ExactDynamics(arm, states_in_box(arm, _DRAWN), model.drives)
+        torque = model.torque(drawn.states.q, drawn.states.qd, drawn.states.qdd)
+        table = ErrorTable.of(drawn.torque, torque)
+    return Beyond(certificate, table, _DRAWN if table else 0, payload_effect(model, states))
 
 
 def _told(caught: list[warnings.WarningMessage]) -> list[str]:
@@ -120,6 +181,9 @@ def analyze(
     *,
     formats: Collection[str] = tuple(FILES),
     budget: Budget | None = None,
+    level: Level = "term",
+    refit: bool = False,
+    operations: int | None = None,
     drives: bool = False,
     coupling: bool = True,
     by_link: bool = False,
@@ -138,7 +202,7 @@ def analyze(
         Folder for the results; `reports/<arm>-<trajectory>` by default.
     formats
         Which files to write, of `FILES`.
-    budget, drives, coupling, by_link, terms, command, warned, progress
+    budget, level, refit, operations, drives, coupling, by_link, terms, command, warned, progress
         As for `find`.
 
     Returns
@@ -164,6 +228,9 @@ def analyze(
         arm,
         trajectory,
         budget=budget,
+        level=level,
+        refit=refit,
+        operations=operations,
         drives=drives,
         coupling=coupling,
         by_link=by_link,

@@ -182,8 +182,8 @@ def _model(findings: Findings) -> xr.Dataset:
             ),
             "kept": (
                 "part",
-                np.isin(_labels(findings), model.kept),
-                {"long_name": "whether the part is kept"},
+                np.isin(_labels(findings), findings.element_model.kept),
+                {"long_name": "whether the text's own method keeps the part"},
             ),
         },
         coords={
@@ -206,4 +206,4 @@ def _model(findings: Findings) -> xr.Dataset:
 
 
 def _labels(findings: Findings) -> list[str]:
-    return [*findings.model.kept, *findings.model.dropped]
+    return [*findings.element_model.kept, *findings.element_model.dropped]

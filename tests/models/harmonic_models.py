@@ -23,6 +23,14 @@ def exact_model(arm: RobotArm, drives: bool = False, level: str = "energy") -> H
     energy = energy_terms(identify(arm), arm.drive_inertia if drives else None)
     nothing = ErrorTable(np.ones(n), np.zeros(n), np.zeros(n))
     return HarmonicModel(
-        arm, level, energy if level == "energy" else (), torques_of_energy(arm, energy), drives, False,
-        np.ones(n), "1 N m", nothing, {"box": "drawn", "states": 5, "seed": 0}, OperationCount(3, 2, 1),
-    )  # fmt: skip
+        arm=arm,
+        level=level,
+        energy=energy if level == "energy" else (),
+        torques=torques_of_energy(arm, energy),
+        drives=drives,
+        budget=np.ones(n),
+        budget_stated="1 N m",
+        promise=nothing,
+        made_for={"box": "drawn", "states": 5, "seed": 0},
+        operations_full=OperationCount(3, 2, 1),
+    )

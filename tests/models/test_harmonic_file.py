@@ -14,15 +14,15 @@ from hypothesis import strategies as st
 from gd_analyze.errors import ModelError
 from gd_analyze.models import HarmonicModel, evaluate, load_model, save_model
 from gd_analyze.models.model_file import _digest
+from gd_analyze.simplification import simplify
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.harmonic_level import simplify_harmonics
 from gd_analyze.simplification.states import states_of
 from strategies import arms_with_states, examples, random_states
 
 
 @pytest.fixture(scope="module")
 def energy_model(puma, pick_and_place) -> HarmonicModel:
-    return simplify_harmonics(
+    return simplify(
         puma,
         states_of(pick_and_place),
         level="energy",
@@ -34,7 +34,7 @@ def energy_model(puma, pick_and_place) -> HarmonicModel:
 
 @pytest.fixture(scope="module")
 def term_model(two_link, swing) -> HarmonicModel:
-    return simplify_harmonics(two_link, states_of(swing), Budget.parse("10%,0.5"))
+    return simplify(two_link, states_of(swing), Budget.parse("10%,0.5"))
 
 
 def written(model: HarmonicModel, folder: Path) -> Path:

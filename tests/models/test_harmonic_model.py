@@ -15,8 +15,8 @@ from gd_analyze.harmonics.lagrangian import literals
 from gd_analyze.models import HarmonicModel
 from gd_analyze.operations import Expression
 from gd_analyze.robots import load_arm
+from gd_analyze.simplification import simplify
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.harmonic_level import simplify_harmonics
 from gd_analyze.simplification.states import States, states_in_box
 from strategies import arms_with_states, examples, random_states
 
@@ -24,7 +24,7 @@ from strategies import arms_with_states, examples, random_states
 @pytest.fixture(scope="module")
 def puma_energy(puma) -> HarmonicModel:
     """At 1 % with drives: what the energy level is for."""
-    return simplify_harmonics(puma, states_in_box(puma), level="energy", drives=True)
+    return simplify(puma, states_in_box(puma), level="energy", drives=True)
 
 
 def assert_exact(arm, states, drives: bool = False) -> None:
@@ -157,12 +157,12 @@ def simplified(arm, states, budget: str, refit: bool) -> HarmonicModel:
     given_states = States(
         states.q, states.qd, states.qdd, {"box": "drawn", "states": len(states.q), "seed": 0}
     )
-    return simplify_harmonics(arm, given_states, Budget.parse(budget), level="energy", refit=refit)
+    return simplify(arm, given_states, Budget.parse(budget), level="energy", refit=refit)
 
 
 def test_the_term_level_is_not(puma):
     """What the check above is able to see."""
-    model = simplify_harmonics(puma, states_in_box(puma, 500), Budget.parse("5%"), drives=True)
+    model = simplify(puma, states_in_box(puma, 500), Budget.parse("5%"), drives=True)
     states = states_in_box(puma, 50, 1)
     with pytest.raises(AssertionError):
         assert_mechanical(model, states.q, states.qd)

@@ -71,7 +71,7 @@ def test_round_trip_is_exact(puma_findings, file, written):
 @given(motions(max_joints=4))
 def test_round_trip_of_any_arm_is_exact(tmp_path_factory, case):
     arm, motion = case
-    model = simplify(arm, decompose(arm, motion), Budget.parse("10%"))
+    model = simplify(arm, decompose(arm, motion), Budget.parse("10%"), level="element")
     path = tmp_path_factory.mktemp("model") / "model.json"
     save_model(model, path)
     assert_same(model, load_model(path), motion)
@@ -84,7 +84,7 @@ def test_the_file_says_what_it_is(written):
     assert document["errors"][0].keys() == {
         "joint", "unit", "peak_torque", "allowed_error", "largest_error", "rms_error",
     }  # fmt: skip
-    assert document["errors_are"] == "sampled at the set points of made_for"
+    assert document["errors_are"] == "sampled at the states of made_for"
     assert written.endswith("}\n")
 
 

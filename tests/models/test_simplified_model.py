@@ -12,21 +12,30 @@ from hypothesis import strategies as st
 from gd_analyze.authority import round_off_bounds
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.errors import ModelError, TrajectoryError
-from gd_analyze.models import ErrorTable, SimplifiedModel, evaluate, parts_of, torque_csv
+from gd_analyze.models import ElementModel, ErrorTable, evaluate, parts_of, torque_csv
+from gd_analyze.operations import OperationCount
 from gd_analyze.simplification import Budget, simplify
 from strategies import arms_with_states, examples, random_states
 
 
-def model_keeping(arm, kept) -> SimplifiedModel:
+def model_keeping(arm, kept) -> ElementModel:
     nothing = np.zeros(arm.n_joints)
-    return SimplifiedModel(
-        arm, "element", tuple(kept), False, nothing, "none", ErrorTable(nothing, nothing, nothing), {}
+    return ElementModel(
+        arm=arm,
+        level="element",
+        kept=tuple(kept),
+        drives=False,
+        budget=nothing,
+        budget_stated="none",
+        promise=ErrorTable.nothing(arm.n_joints),
+        made_for={},
+        operations_full=OperationCount(0, 0, 0),
     )
 
 
 @pytest.fixture(scope="module")
-def model(puma, pick_and_place_dataset) -> SimplifiedModel:
-    return simplify(puma, pick_and_place_dataset, Budget.parse("5%"))
+def model(puma, pick_and_place_dataset) -> ElementModel:
+    return simplify(puma, pick_and_place_dataset, Budget.parse("5%"), level="element")
 
 
 @examples(25)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from gd_analyze.errors import ArmError, GdAnalyzeWarning
-from gd_analyze.robots import load_arm, read_arm
+from gd_analyze.robots import fingerprint, load_arm, read_arm
 
 ARM = """\
 format = "gd-analyze arm 1"
@@ -123,6 +123,54 @@ CASES: dict[str, tuple[str, str, str, str]] = {
         "[[links]]",
     ),
     "negative drive inertia": ("inertia = 0.25", "inertia = -0.25", "drives[2].inertia", "inertia = -0.25"),
+    "negative mass uncertainty": (
+        "mass = 2.0",
+        "mass = 2.0\nmass_uncertainty = -0.1",
+        "links[1].mass_uncertainty",
+        "mass_uncertainty",
+    ),
+    "mass uncertainty in percent": (
+        "mass = 2.0",
+        'mass = 2.0\nmass_uncertainty = "1%"',
+        "links[1].mass_uncertainty",
+        "mass_uncertainty",
+    ),
+    "one uncertainty for all coordinates": (
+        "mass = 1.0",
+        "mass = 1.0\ncom_uncertainty = [0.001]",
+        "links[2].com_uncertainty",
+        "com_uncertainty",
+    ),
+    "negative uncertainty in millimetres": (
+        "mass = 1.0",
+        "mass = 1.0\ncom_uncertainty_mm = [1.0, -1.0, 1.0]",
+        "links[2].com_uncertainty[2]",
+        "com_uncertainty_mm",
+    ),
+    "negative uncertainty of a product": (
+        "mass = 1.0",
+        "mass = 1.0\ninertia_uncertainty = { xx = 0.0, yy = 0.0, zz = 0.0, xy = -0.001 }",
+        "links[2].inertia_uncertainty.xy",
+        "inertia_uncertainty",
+    ),
+    "missing moment of an uncertainty": (
+        "mass = 1.0",
+        "mass = 1.0\ninertia_uncertainty = { xx = 0.001 }",
+        "links[2].inertia_uncertainty.yy",
+        "inertia_uncertainty",
+    ),
+    "infinite uncertainty": (
+        "mass = 1.0",
+        "mass = 1.0\nmass_uncertainty = inf",
+        "links[2].mass_uncertainty",
+        "mass_uncertainty",
+    ),
+    "negative uncertainty of a drive": (
+        "inertia = 0.25",
+        "inertia = 0.25\ninertia_uncertainty = -0.1",
+        "drives[2].inertia_uncertainty",
+        "inertia_uncertainty",
+    ),
     "another format": ("gd-analyze arm 1", "gd-analyze arm 9", "format", "format ="),
     "another convention": ('name = "mine"', 'name = "mine"\nconvention = "mine"', "convention", "convention"),
     "a name that is a path": ('name = "mine"', 'name = "../mine"', "name", "name ="),
@@ -269,6 +317,23 @@ def test_inertia_about_the_origin(file):
     found = read_arm(file(about_origin)).links[0].inertia_com
     expected = read_arm(file(ARM)).links[0].inertia_com
     assert abs(found - expected).max() <= 1e-17  # two roundings of numbers of 0.04
+
+
+def test_stated_uncertainties(file):
+    plain = read_arm(file(ARM))
+    assert [link.uncertainty for link in plain.links] == [None, None]
+    text = ARM.replace("mass = 2.0", "mass = 2.0\nmass_uncertainty = 0.05").replace(
+        "mass = 1.0",
+        'mass = 1.0\ncom_uncertainty_mm = [1, 2, 3]\ninertia_about = "origin"\n'
+        "inertia_uncertainty = { xx = 1e-3, yy = 2e-3, zz = 3e-3, xz = 4e-3 }",
+    )
+    arm = read_arm(file(text))
+    first, second = (link.uncertainty for link in arm.links)
+    assert (first.mass, first.com, first.inertia, first.inertia_about) == (0.05, None, None, "com")
+    assert (second.mass, second.inertia_about) == (None, "origin")
+    assert second.com.tolist() == [1 * 1e-3, 2 * 1e-3, 3 * 1e-3]
+    assert second.inertia.tolist() == [[1e-3, 0, 4e-3], [0, 2e-3, 0], [4e-3, 0, 3e-3]]
+    assert fingerprint(arm, drives=True) == fingerprint(plain, drives=True)
 
 
 def test_urdf_is_named_for_what_it_is(tmp_path):

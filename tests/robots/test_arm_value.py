@@ -15,6 +15,7 @@ from gd_analyze.robots import (
     Drive,
     Joint,
     Link,
+    LinkUncertainty,
     Placement,
     RobotArm,
     arm_from_description,
@@ -22,6 +23,7 @@ from gd_analyze.robots import (
     describe,
     fingerprint,
     load_arm,
+    with_payload,
 )
 from strategies import arms, examples
 
@@ -86,6 +88,17 @@ def test_axis_must_be_a_unit_vector(axis):
         (lambda: link(inertia_com=np.diag([1.0, 1.0, 3.0])), "breaks the triangle inequality"),
         (lambda: Drive(inertia=-1.0), "drive is negative"),
         (lambda: Drive(inertia=np.nan), "drive is not finite"),
+        (lambda: Drive(inertia_uncertainty=-0.1), "uncertainty of a drive's inertia is negative"),
+        (lambda: Drive(inertia_uncertainty=np.inf), "uncertainty of a drive's inertia is not finite"),
+        (lambda: LinkUncertainty(mass=-0.1), "uncertainty of a link's mass is negative"),
+        (lambda: LinkUncertainty(com=np.array([0.0, -0.1, 0.0])), "uncertainty of a link's com is negative"),
+        (lambda: LinkUncertainty(com=np.zeros(2)), "uncertainty of a link's com has the wrong shape"),
+        (
+            lambda: LinkUncertainty(inertia=np.full((3, 3), np.nan)),
+            "uncertainty of a link's inertia is not f",
+        ),
+        (lambda: LinkUncertainty(inertia=np.triu(np.ones((3, 3)))), "link's inertia is not symmetric"),
+        (lambda: LinkUncertainty(body_mass=-1.0), "mass of an uncertain body is negative"),
         (lambda: RobotArm("a", (), ()), "has no joints"),
         (lambda: RobotArm("a", (Joint("1"),), ()), "one of its links per joint"),
         (lambda: RobotArm("a", (Joint("1"),), (link(), link())), "one of its links per joint"),
@@ -159,6 +172,58 @@ def test_description_of_the_shipped_arms(puma, two_link):
         assert again.limits("upper").tolist() == arm.limits("upper").tolist()
 
 
+def test_description_keeps_what_is_known_of_the_uncertainties(puma):
+    stated = LinkUncertainty(0.1, np.array([0.01, 0.02, 0.03]), 0.004 * np.eye(3), "origin")
+    carried = with_payload(
+        dataclasses.replace(puma, links=(*puma.links[:-1], link(uncertainty=stated))), 1.0, [0, 0, 0.1]
+    )
+    bare = dataclasses.replace(puma, links=(*puma.links[:-1], link()))
+    for arm in (puma, carried, bare):
+        again = arm_from_description(json.loads(json.dumps(describe(arm))))
+        assert describe(again) == describe(arm)
+        assert [drive.inertia_uncertainty for drive in again.drives] == [
+            drive.inertia_uncertainty for drive in puma.drives
+        ]
+    found = arm_from_description(describe(carried)).links[-1].uncertainty
+    assert (found.mass, found.inertia_about, found.body_mass) == (0.1, "origin", 1.0)
+    np.testing.assert_array_equal(found.com, stated.com)
+    np.testing.assert_array_equal(found.inertia, stated.inertia)
+    np.testing.assert_array_equal(found.body_com, np.zeros(3))
+
+
+def test_a_description_without_uncertainties_is_of_an_arm_that_states_none(puma):
+    """As in files written before arms could state any."""
+    old = describe(puma)
+    del old["drive_inertia_uncertainty"]
+    for entry in old["links"]:
+        del entry["uncertainty"]
+    again = arm_from_description(old)
+    assert all(entry.uncertainty is None for entry in again.links)
+    assert all(drive.inertia_uncertainty is None for drive in again.drives)
+    assert fingerprint(again, drives=True) == fingerprint(puma, drives=True)
+
+
+def test_uncertainties_are_no_part_of_the_fingerprint():
+    """What acts on torque is; how well it is known changes no result that was made for the arm."""
+    plain = RobotArm("a", (Joint("1"),), (link(),), drives=(Drive(1.0),))
+    stated = RobotArm(
+        "a",
+        (Joint("1"),),
+        (link(uncertainty=LinkUncertainty(0.1, 0.01 * np.ones(3), 0.001 * np.eye(3))),),
+        drives=(Drive(1.0, 0.1),),
+    )
+    assert fingerprint(stated, drives=True) == fingerprint(plain, drives=True)
+    # As it was before arms could state uncertainties: model files name arms by it.
+    assert fingerprint(plain) == "e2d53fe166ba8618a5c5d9d0ef23435d8285b50c9e8f86a907855992e3ab1eb6"
+
+
+def test_the_pumas_link_inertias_are_good_to_ten_percent(puma):
+    for part in puma.links:
+        assert (part.uncertainty.mass, part.uncertainty.com) == (None, None)
+        # Both are typed as decimal numbers: a rounding each, and one of the product.
+        np.testing.assert_allclose(part.uncertainty.inertia, 0.1 * part.inertia_com, rtol=1e-15)
+
+
 def leaves(value, keys=()):
     """Places of all numbers and words in nested JSON values."""
     if isinstance(value, dict):
@@ -195,7 +260,7 @@ def test_fingerprint_changes_with_every_number_that_acts_and_with_nothing_else(p
             after = fingerprint(arm_from_description(edited))
         except ArmError:
             continue  # e.g. an inertia edited on one side of its diagonal
-        if ACTING & set(keys):
+        if ACTING & set(keys) and "uncertainty" not in keys:
             assert after != before, keys
             changed += 1
         else:

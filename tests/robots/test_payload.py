@@ -120,6 +120,18 @@ def test_it_is_said_and_told_apart(puma):
     assert loaded.drives == puma.drives
 
 
+def test_uncertainties_remain_those_of_the_link_without_its_payload(puma):
+    last = puma.links[-1]
+    once = with_payload(puma, 1.5, [0, 0, 0.1]).links[-1].uncertainty
+    np.testing.assert_array_equal(once.inertia, last.uncertainty.inertia)
+    assert once.body_mass == last.mass
+    np.testing.assert_array_equal(once.body_com, last.com)
+    twice = with_payload(with_payload(puma, 1.5, [0, 0, 0.1]), 0.5, [0.1, 0, 0]).links[-1].uncertainty
+    assert twice.describe() == once.describe()
+    silent = RobotArm("a", (Joint("1"),), (Link("l", 1.0, np.zeros(3), np.eye(3)),))
+    assert with_payload(silent, 1.0, [0, 0, 0.05]).links[-1].uncertainty is None
+
+
 def test_the_three_ways_to_give_an_inertia():
     tensor = np.array([[0.3, -0.01, 0.02], [-0.01, 0.2, 0.03], [0.02, 0.03, 0.25]])
     six = [0.3, 0.2, 0.25, -0.01, 0.02, 0.03]

@@ -13,8 +13,8 @@ import gd_analyze as gd
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.harmonics.lagrangian import energy_terms
+from gd_analyze.simplification import simplify
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.harmonic_level import simplify_harmonics
 from gd_analyze.simplification.states import States, states_in_box, states_of
 from strategies import arms_with_states, examples, two_link_of
 
@@ -40,7 +40,7 @@ def test_puma_with_drives_within_one_percent_at_a_hundred_operations(puma):
     """The hand-made model of 1986 takes 305 operations."""
     states = states_in_box(puma)
     assert states.q.shape == (4000, 6)
-    model = simplify_harmonics(puma, states, drives=True)
+    model = simplify(puma, states, drives=True)
     assert model.operations.total <= 100
     exact = decompose_states(puma, states.q, states.qd, states.qdd, coupling=False, drives=True)["torque"]
     assert (measured(model, states) <= 0.01 * np.abs(exact).max(axis=0)).all()
@@ -49,7 +49,7 @@ def test_puma_with_drives_within_one_percent_at_a_hundred_operations(puma):
 @pytest.mark.parametrize("refit", [False, True])
 def test_puma_at_the_energy_level(puma, refit):
     states = states_in_box(puma)
-    model = simplify_harmonics(puma, states, level="energy", refit=refit, drives=True)
+    model = simplify(puma, states, level="energy", refit=refit, drives=True)
     assert_promise_holds(model, states, 0.01 * model.promise.peak_torque)
     # Terms of the energies act in several joints at once: more operations than torque terms one by one, and
     # still less than half of the hand-made model's 305.
@@ -74,7 +74,7 @@ def test_the_budget_promised_is_the_error_measured(case, shares, refit):
     assume(len(shares) in (1, arm.n_joints))
     states = States(drawn.q, drawn.qd, drawn.qdd, {"box": "drawn", "states": 30, "seed": 0})
     budget = Budget(tuple(shares), (True,) * len(shares))
-    model = simplify_harmonics(arm, states, budget, level="energy", refit=refit)
+    model = simplify(arm, states, budget, level="energy", refit=refit)
     exact = decompose_states(arm, drawn.q, drawn.qd, drawn.qdd, coupling=False)["torque"]
     assert_promise_holds(model, states, budget.allowed(np.abs(exact).max(axis=0)))
     assert len(model.energy) <= len(energy_terms(gd.identify_harmonics(arm)))
@@ -86,7 +86,7 @@ def test_so_it_is_at_the_term_level(case, share):
     arm, drawn = case
     states = States(drawn.q, drawn.qd, drawn.qdd, {"box": "drawn", "states": 20, "seed": 0})
     budget = Budget((share,), (True,))
-    model = simplify_harmonics(arm, states, budget)
+    model = simplify(arm, states, budget)
     exact = decompose_states(arm, drawn.q, drawn.qd, drawn.qdd, coupling=False)["torque"]
     assert_promise_holds(model, states, budget.allowed(np.abs(exact).max(axis=0)))
     assert model.energy == ()
@@ -94,7 +94,7 @@ def test_so_it_is_at_the_term_level(case, share):
 
 def test_a_budget_in_newton_metres_per_joint(puma, pick_and_place):
     states = states_of(pick_and_place)
-    model = simplify_harmonics(puma, states, Budget.parse("1,2,0.5,0.1,0.1,0.1"), level="energy")
+    model = simplify(puma, states, Budget.parse("1,2,0.5,0.1,0.1,0.1"), level="energy")
     assert_promise_holds(model, states, np.array([1.0, 2.0, 0.5, 0.1, 0.1, 0.1]))
     assert model.operations.total < model.operations_full.total
     assert model.budget_stated.startswith("1 N m, 2 N m, 0.5 N m")
@@ -103,7 +103,7 @@ def test_a_budget_in_newton_metres_per_joint(puma, pick_and_place):
 def test_more_budget_drops_more(puma):
     states = states_in_box(puma, 500)
     counts = [
-        simplify_harmonics(puma, states, Budget.parse(b), level="energy", drives=True).operations.total
+        simplify(puma, states, Budget.parse(b), level="energy", drives=True).operations.total
         for b in ("0.1%", "1%", "10%")
     ]
     assert counts[0] > counts[1] > counts[2]
@@ -112,7 +112,7 @@ def test_more_budget_drops_more(puma):
 def test_progress_tells_every_term_that_went(puma):
     gone: list[int] = []
     states = states_in_box(puma, 200)
-    model = simplify_harmonics(puma, states, level="energy", drives=True, progress=gone.append)
+    model = simplify(puma, states, level="energy", drives=True, progress=gone.append)
     every = energy_terms(gd.identify_harmonics(puma), puma.drive_inertia)
     # The first sweep, of terms too small to weigh, is not told.
     assert 0 < sum(gone) <= len(every) - len(model.energy)
@@ -120,12 +120,12 @@ def test_progress_tells_every_term_that_went(puma):
 
 def test_an_arm_without_drives(two_link, swing):
     with pytest.raises(ArmError, match="describes no drives"):
-        simplify_harmonics(two_link, states_of(swing), drives=True)
+        simplify(two_link, states_of(swing), drives=True)
 
 
 def test_a_budget_for_another_number_of_joints(two_link, swing):
     with pytest.raises(UsageError, match="wrong number of entries"):
-        simplify_harmonics(two_link, states_of(swing), Budget.parse("1%,1%,1%"))
+        simplify(two_link, states_of(swing), Budget.parse("1%,1%,1%"))
 
 
 def test_states_in_the_box(puma):
@@ -161,7 +161,7 @@ def test_states_of_a_trajectory(pick_and_place):
 def test_an_arm_without_mass_needs_no_terms(level) -> None:
     arm = two_link_of(1.0, 0.0, 0.0)
     states = States(np.ones((3, 2)), np.ones((3, 2)), np.ones((3, 2)), {"states": 3})
-    model = simplify_harmonics(arm, states, level=level)
+    model = simplify(arm, states, level=level)
     assert model.torques == {}
     assert model.operations.total == 0
     assert (model.torque(states.q, states.qd, states.qdd) == 0.0).all()

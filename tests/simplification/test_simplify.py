@@ -14,11 +14,13 @@ from gd_analyze.decomposition import decompose
 from gd_analyze.dominance import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.models import evaluate, parts_of
-from gd_analyze.models.element_level import trace_parts
+from gd_analyze.models.element_level import torque_by_part, trace_parts
 from gd_analyze.operations import Program
 from gd_analyze.robots import Drive, load_arm
-from gd_analyze.simplification import Budget, element_level, losses, model_of, simplify, torque_by_part
-from gd_analyze.simplification.selection import blocks, select
+from gd_analyze.simplification import Budget, ExactDynamics, losses, simplify
+from gd_analyze.simplification.element_costs import blocks, is_zero, part_costs
+from gd_analyze.simplification.making import make_model
+from gd_analyze.simplification.selection import select
 from gd_analyze.trajectories import Trajectory, read_trajectory
 from strategies import arms_with_states, examples, motions, random_states, two_link_of
 
@@ -38,7 +40,7 @@ def motion_of(arm, count, seed) -> Trajectory:
 def test_the_promise_holds_and_is_the_torque_of_what_was_dropped(case, budget):
     arm, motion = case
     dataset = decompose(arm, motion)
-    model = simplify(arm, dataset, budget)
+    model = simplify(arm, dataset, budget, level="element")
     peak = np.abs(dataset.torque.values).max(axis=0)
     # A joint's budget never falls below round-off, where "no error" has no meaning.
     least = ROUND_OFF_SHARE * peak.max()
@@ -48,7 +50,7 @@ def test_the_promise_holds_and_is_the_torque_of_what_was_dropped(case, budget):
     assert (model.promise.largest <= model.budget).all()
     dropped = set(model.dropped)
     parts = tuple(p for p in parts_of(arm.n_joints) if p.label in dropped)
-    lost = torque_by_part(dataset, parts).sum(axis=0).T
+    lost = torque_by_part(dataset, dataset.qdd.values, parts).sum(axis=0).T
     error = dataset.torque.values - model.torque(motion.q, motion.qd, motion.qdd)
     # The model's arithmetic is folded, the dataset's is not: two correct programs.
     bound = round_off_bounds(arm, motion.q, motion.qd, motion.qdd)["torque"]
@@ -69,7 +71,7 @@ def cost_of(arm, labels, drives=False) -> int:
 def cheapest_by_trying_all(arm, dataset, allowed, drives=False) -> int:
     """Every one of the 2^12 subsets of a two-joint arm's parts."""
     parts = parts_of(arm.n_joints)
-    errors = torque_by_part(dataset, parts)
+    errors = torque_by_part(dataset, dataset.qdd.values, parts)
     # The error of a subset is linear in it: all subsets in one product.
     dropped = (np.arange(2 ** len(parts))[:, None] >> np.arange(len(parts))) & 1
     lost = np.abs(np.einsum("xp,pit->xit", dropped, errors)).max(axis=2)
@@ -86,7 +88,7 @@ def cheapest_by_trying_all(arm, dataset, allowed, drives=False) -> int:
 
 @pytest.mark.parametrize("budget", ["0%", "1%", "5%", "10%", "20%", "40%", "60%", "80%", "5%,50%", "50%,5%"])
 def test_no_cheaper_model_of_the_two_link_arm_exists(two_link, swing_dataset, budget):
-    model = simplify(two_link, swing_dataset, Budget.parse(budget))
+    model = simplify(two_link, swing_dataset, Budget.parse(budget), level="element")
     assert cost_of(two_link, model.kept) == cheapest_by_trying_all(two_link, swing_dataset, model.budget)
     assert model.operations.total + model.operations.sines_cosines == cost_of(two_link, model.kept)
 
@@ -102,22 +104,22 @@ def test_no_cheaper_model_of_any_two_joint_arm_exists(case, share, drives):
     arm = dataclasses.replace(arm, drives=(Drive(0.3), Drive(0.2)))
     motion = Trajectory(np.arange(8.0), states.q, states.qd, states.qdd)
     dataset = decompose(arm, motion, drives=drives)
-    model = simplify(arm, dataset, Budget((share,), (True,)))
+    model = simplify(arm, dataset, Budget((share,), (True,)), level="element")
     assert cost_of(arm, model.kept, drives) == cheapest_by_trying_all(arm, dataset, model.budget, drives)
 
 
 def test_budget_zero_drops_what_is_zero_only(puma, pick_and_place_dataset):
-    model = simplify(puma, pick_and_place_dataset, Budget((0.0,), (True,)))
+    model = simplify(puma, pick_and_place_dataset, Budget((0.0,), (True,)), level="element")
     assert not model.promise.largest.any()
     parts = tuple(p for p in parts_of(6) if p.label in set(model.dropped))
-    lost = np.abs(torque_by_part(pick_and_place_dataset, parts)).max()
+    lost = np.abs(torque_by_part(pick_and_place_dataset, pick_and_place_dataset.qdd.values, parts)).max()
     assert lost <= ROUND_OFF_SHARE * np.abs(pick_and_place_dataset.torque.values).max()
     assert "c1" in model.dropped  # the waist stands upright: gravity never loads it
     assert "c2" in model.kept
 
 
 def test_a_huge_budget_drops_everything(puma, pick_and_place, pick_and_place_dataset):
-    model = simplify(puma, pick_and_place_dataset, Budget((1e6,), (False,)))
+    model = simplify(puma, pick_and_place_dataset, Budget((1e6,), (False,)), level="element")
     assert model.kept == ()
     assert model.operations.total == 0
     assert not model.torque(pick_and_place.q, pick_and_place.qd, pick_and_place.qdd).any()
@@ -128,17 +130,17 @@ def test_a_huge_budget_drops_everything(puma, pick_and_place, pick_and_place_dat
 
 def test_budget_of_each_joint(puma, pick_and_place_dataset):
     strict = Budget.parse("0.1%,0.1%,0.1%,50%,50%,50%")
-    model = simplify(puma, pick_and_place_dataset, strict)
+    model = simplify(puma, pick_and_place_dataset, strict, level="element")
     shares = model.promise.largest_share
     assert (shares <= [0.001, 0.001, 0.001, 0.5, 0.5, 0.5]).all()
     assert shares[3:].max() > 0.001  # the loose joints use what they got
     with pytest.raises(UsageError, match="wrong number of entries"):
-        simplify(puma, pick_and_place_dataset, Budget.parse("1%,1%"))
+        simplify(puma, pick_and_place_dataset, Budget.parse("1%,1%"), level="element")
 
 
 def test_a_larger_budget_never_costs_more(puma, pick_and_place_dataset):
     counts = [
-        simplify(puma, pick_and_place_dataset, Budget((share,), (True,))).operations
+        simplify(puma, pick_and_place_dataset, Budget((share,), (True,)), level="element").operations
         for share in (0.0, 0.001, 0.01, 0.05, 0.2)
     ]
     totals = [count.total + count.sines_cosines for count in counts]
@@ -151,7 +153,7 @@ def test_long_trajectories_hold_every_set_point(two_link):
     motion = motion_of(two_link, 5000, 2)
     dataset = decompose(two_link, motion)
     for share in (0.02, 0.2):
-        model = simplify(two_link, dataset, Budget((share,), (True,)))
+        model = simplify(two_link, dataset, Budget((share,), (True,)), level="element")
         error = np.abs(model.torque(motion.q, motion.qd, motion.qdd) - dataset.torque.values).max(axis=0)
         assert (error <= share * np.abs(dataset.torque.values).max(axis=0)).all()
         assert cost_of(two_link, model.kept) == cheapest_by_trying_all(two_link, dataset, model.budget)
@@ -159,7 +161,7 @@ def test_long_trajectories_hold_every_set_point(two_link):
 
 def test_drives_stay(puma, pick_and_place):
     dataset = decompose(puma, pick_and_place, drives=True)
-    model = simplify(puma, dataset, Budget((1e6,), (False,)))
+    model = simplify(puma, dataset, Budget((1e6,), (False,)), level="element")
     assert model.drives
     torque = model.torque(pick_and_place.q, pick_and_place.qd, pick_and_place.qdd)
     np.testing.assert_array_equal(torque, puma.drive_inertia * pick_and_place.qdd)
@@ -170,7 +172,7 @@ def test_an_arm_without_any_torque():
     weightless = two_link_of(1.0, 1.0, 1.0, g=0.0)
     still = np.zeros((4, 2))
     dataset = decompose(weightless, Trajectory(np.arange(4.0), still + 0.4, still, still))
-    model = simplify(weightless, dataset, Budget.parse("1%"))
+    model = simplify(weightless, dataset, Budget.parse("1%"), level="element")
     assert model.kept == ()
     assert not model.promise.largest.any()
     assert not model.promise.largest_share.any()
@@ -183,30 +185,39 @@ def test_a_joint_without_torque_among_others():
     # tau_1 = (8/3 + 1/2 ...) qdd_1 + (5/6) qdd_2: chosen to cancel up to round-off at q = 0.
     dataset = decompose(flat, Trajectory(np.zeros(1), *states))
     assert abs(dataset.torque.values[0, 0]) <= 1e-13
-    model = simplify(flat, dataset, Budget.parse("1%"))
+    model = simplify(flat, dataset, Budget.parse("1%"), level="element")
     assert (model.promise.largest <= model.budget).all()
 
 
 def test_a_model_that_misses_its_budget_is_not_given_out(two_link, swing_dataset):
     with pytest.raises(GdAnalyzeError, match="misses its budget"):
-        model_of(two_link, swing_dataset, (), np.full(2, 1e-3), "1e-3 N m")
+        make_model(
+            ExactDynamics.of(two_link, swing_dataset),
+            "element",
+            np.zeros(len(parts_of(2)), dtype=bool),
+            np.ones(len(parts_of(2))),
+            allowed=np.full(2, 1e-3),
+            budget_stated="1e-3 N m",
+        )
 
 
 def test_losses_name_what_went_and_how_much(puma, pick_and_place_dataset):
-    model = simplify(puma, pick_and_place_dataset, Budget.parse("1%"))
+    model = simplify(puma, pick_and_place_dataset, Budget.parse("1%"), level="element")
     found = losses(model, pick_and_place_dataset)
     assert {loss.part for loss in found} == set(model.dropped)
     shares = [loss.torque_share for loss in found]
     assert shares == sorted(shares, reverse=True)
     parts = {p.label: p for p in parts_of(6)}
     for loss in found:
-        torque = np.abs(torque_by_part(pick_and_place_dataset, (parts[loss.part],))[0]).max(axis=1)
+        torque = np.abs(
+            torque_by_part(pick_and_place_dataset, pick_and_place_dataset.qdd.values, (parts[loss.part],))[0]
+        ).max(axis=1)
         assert loss.torque_peak == torque[loss.torque_joint - 1]
         assert loss.torque_share <= 1.0
 
 
 def test_a_model_on_another_trajectory_may_break_its_budget_and_says_so(puma, pick_and_place_dataset):
-    model = simplify(puma, pick_and_place_dataset, Budget.parse("1%"))
+    model = simplify(puma, pick_and_place_dataset, Budget.parse("1%"), level="element")
     there = evaluate(model, read_trajectory("large-slew", puma))
     allowed = 0.01 * there.table.peak_torque
     assert there.within(allowed).tolist() == (there.table.largest <= allowed).tolist()
@@ -247,9 +258,9 @@ def test_shipped_arms_are_simplified_within_one_percent():
     arm = load_arm("puma560")
     for name in ("large-slew", "pick-and-place", "wrist-move"):
         dataset = decompose(arm, read_trajectory(name, arm))
-        model = simplify(arm, dataset, Budget.parse("1%"))
+        model = simplify(arm, dataset, Budget.parse("1%"), level="element")
         assert (model.promise.largest_share <= 0.01).all()
-        assert "stopped early" not in model.budget_stated
+        assert model.provenance["search"].endswith("solved to the end")
         assert model.operations.total < model.operations_full.total
 
 
@@ -263,10 +274,8 @@ def test_what_the_search_minimises_is_the_number_of_operations(name, drives, rng
     """
     arm = load_arm(name)
     traced, parts = trace_parts(arm), parts_of(arm.n_joints)
-    prices = blocks(traced.trace, [[traced.expression(part)] for part in parts])
-    for needing, operations in element_level.assembly(traced, parts, drives).items():
-        prices[needing] = prices.get(needing, 0) + operations
-    nonzero = np.array([not element_level.is_zero(traced.expression(part)) for part in parts])
+    prices = part_costs(traced, drives)
+    nonzero = np.array([not is_zero(traced.expression(part)) for part in parts])
     held = {f"h{i} {effect}" for i in range(1, 7) for effect in ("translation", "rotation")}
     held |= {f"D3{j} translation" for j in range(3, 7)}
     always = np.array([part.label in held for part in parts])

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import click
 
+from gd_analyze.cli.levels import require_coefficients, simplify_options
 from gd_analyze.cli.options import (
     ROBOT,
     ROBOT_HELP,
@@ -20,6 +21,7 @@ from gd_analyze.cli.payload import load_arm_carrying, payload_option
 
 if TYPE_CHECKING:
     from gd_analyze.findings import Findings
+    from gd_analyze.models import Level
     from gd_analyze.report.context import Context
 
 FORMATS = ("h5", "json", "csv", "html", "pdf")
@@ -75,6 +77,7 @@ class MainJob(click.Command):
     help="Allowed torque error: a share of each joint's peak torque (1%) or N m (0.5); one for all joints, "
     "or one per joint, comma-separated.",
 )
+@simplify_options
 @click.option("--drives", is_flag=True, help="Include drive inertia, as a contribution of its own.")
 @payload_option
 @click.option(
@@ -97,6 +100,9 @@ def analyze(
     out: Path | None,
     formats: tuple[str, ...],
     budget: str,
+    level: str,
+    refit: bool,
+    operations: int | None,
     drives: bool,
     payload: str | None,
     no_coupling: bool,
@@ -110,6 +116,7 @@ def analyze(
     """Decompose, rank, simplify, store and report: the main job."""
     from gd_analyze.cli.terminal import print_json, stages, warnings_told
 
+    require_coefficients(level, refit)
     with warnings_told(quiet) as told, stages(quiet) as stage:
         stage("reading")
         from gd_analyze.main_job import FILES, default_folder, find, require_writable, write_findings
@@ -135,6 +142,9 @@ def analyze(
             arm,
             motion,
             budget=allowed,
+            level=cast("Level", level),
+            refit=refit,
+            operations=operations,
             drives=drives,
             coupling=not no_coupling,
             by_link=by_link,
@@ -160,6 +170,8 @@ def analyze(
 def _document(findings: Findings, context: Context, files: list[Path]) -> dict[str, Any]:
     from dataclasses import asdict
 
+    from gd_analyze.cli.simplify import model_equations
+
     return {
         "arm": findings.arm.name,
         "trajectory": findings.trajectory.name,
@@ -169,8 +181,30 @@ def _document(findings: Findings, context: Context, files: list[Path]) -> dict[s
         "joints": [asdict(row) for row in context.joint_errors],
         "operations": dict(zip(_COUNTS, context.operations, strict=True)),
         "operations_full": dict(zip(_COUNTS, context.operations_full, strict=True)),
-        "kept": list(findings.model.kept),
-        "dropped": [asdict(row) for row in context.dropped],
+        "level": findings.model.level,
+        "refitted": findings.model.refitted,
+        "search": context.search,
+        "equations": list(model_equations(findings.model)),
+        "elements": {
+            "kept": list(findings.element_model.kept),
+            "dropped": [asdict(row) for row in context.dropped],
+            "operations": dict(zip(_COUNTS, context.element_operations, strict=True)),
+            "operations_full": dict(zip(_COUNTS, context.element_operations_full, strict=True)),
+        },
+        "terms": [asdict(term) for term in findings.terms.terms],
+        "terms_not_worth_keeping": context.terms_not_worth_keeping,
+        "trade_off": [
+            {
+                "level": point.level,
+                "refit": point.refit,
+                "budget": point.budget,
+                "operations": point.operations.total,
+                "largest_share": point.error_share,
+            }
+            for point in findings.trade_off
+        ],
+        "beyond": [asdict(row) for row in context.beyond],
+        "states_drawn": context.drawn,
         "dominance": [asdict(row) for row in context.dominance],
         "residuals": [asdict(residual) for residual in findings.residuals],
         "warnings": list(findings.warnings),

@@ -17,7 +17,9 @@ from gd_analyze.cli.equations import equations
 from gd_analyze.cli.evaluate import evaluate
 from gd_analyze.cli.options import ROBOT
 from gd_analyze.cli.plan import plan
+from gd_analyze.cli.rank import rank
 from gd_analyze.cli.simplify import simplify
+from gd_analyze.cli.trade_off import trade_off
 from gd_analyze.errors import UsageError
 from gd_analyze.resources import shipped
 from gd_analyze.version import __version__
@@ -119,7 +121,8 @@ def app() -> None:
     """Split an arm's dynamics by effect, rank the parts, drop what the torque budget allows."""
 
 
-for command in (analyze, arms, plan, simplify, evaluate, equations, compare, certify, completion):
+VERBS = (analyze, arms, plan, simplify, rank, trade_off, evaluate, equations, compare, certify, completion)
+for command in VERBS:
     # In a raw docstring click's mark of a preformatted paragraph is two characters.
     command.help = (command.help or "").replace("\\b\n", "\b\n")
     app.add_command(command)

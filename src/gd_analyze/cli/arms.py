@@ -12,6 +12,7 @@ from gd_analyze.cli.options import ROBOT, ROBOT_HELP, reporting
 
 if TYPE_CHECKING:
     from gd_analyze.robots import RobotArm
+    from gd_analyze.vectors import FloatArray
 
 
 @click.command(short_help="List the built-in arms, or show one.")
@@ -85,6 +86,7 @@ def _show(arm: RobotArm) -> None:
     if arm.dh_table:
         _show_dh_table(arm)
     _show_links(arm)
+    _show_link_uncertainties(arm)
     _show_limits(arm)
     if arm.drives:
         _show_drives(arm)
@@ -142,6 +144,46 @@ def _show_links(arm: RobotArm) -> None:
                 for link, row in zip(arm.links, products, strict=True)
             ],
         )
+
+
+def _show_link_uncertainties(arm: RobotArm) -> None:
+    from gd_analyze.cli.terminal import sentence, table
+
+    stated = [(link.name, link.uncertainty) for link in arm.links if link.uncertainty is not None]
+    if not stated:
+        return
+
+    def cells(values: FloatArray | None) -> list[str]:
+        return ["?"] * 3 if values is None else [f"{value:g}" for value in values]
+
+    rows = [
+        [
+            name,
+            "?" if known.mass is None else f"{known.mass:g}",
+            *cells(known.com),
+            *cells(None if known.inertia is None else known.inertia.diagonal()),
+        ]
+        for name, known in stated
+    ]
+    columns = ("mass", "x", "y", "z", "Ixx", "Iyy", "Izz")
+    table(
+        "Standard uncertainties of mass (kg), centre of mass (m) and inertia (kg m²); ? where none is stated",
+        [("link", "left"), *((column, "right") for column in columns)],
+        rows,
+    )
+    inertias = [
+        (name, known.inertia, known.inertia_about) for name, known in stated if known.inertia is not None
+    ]
+    products = [(name, inertia[[0, 0, 1], [1, 2, 2]]) for name, inertia, _ in inertias]
+    if any(values.any() for _, values in products):
+        table(
+            "Standard uncertainties of products of inertia (kg m²)",
+            [("link", "left"), *((column, "right") for column in ("Ixy", "Ixz", "Iyz"))],
+            [[name, *cells(values)] for name, values in products],
+        )
+    about_origin = [name for name, _, about in inertias if about == "origin"]
+    if about_origin:
+        sentence(f"Of the inertia about the link frame's origin: {', '.join(about_origin)}.")
 
 
 def _show_limits(arm: RobotArm) -> None:

@@ -1,129 +1,212 @@
-"""`gd-analyze evaluate`: a simplified model on another trajectory."""
+"""`gd-analyze evaluate`: a simplified model elsewhere than it was made for."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from gd_analyze.cli.options import TRAJECTORY, TRAJECTORY_HELP, reporting
+from gd_analyze.cli.payload import carrying, payload_option
 
 if TYPE_CHECKING:
-    from gd_analyze.models import Evaluation
-    from gd_analyze.models.model_schema import AnyModel
-    from gd_analyze.simplification import Loss
-    from gd_analyze.trajectories import Trajectory
+    from gd_analyze.models import Evaluation, SimplifiedModel
+    from gd_analyze.robots import Payload, RobotArm
+    from gd_analyze.simplification import Loss, States
+    from gd_analyze.simplification.payload_effect import PayloadEffect
 
 # Shares of peak torque below this are printed as "< 0.01 %".
 _WORTH_A_LINE = 1e-4
 
 
-@click.command(short_help="Try a simplified model on another trajectory.")
+@dataclass(frozen=True, eq=False)
+class _Trial:
+    """A model, what it was held against and where, and what came of it.
+
+    `without_payload` is the evaluation for the arm without the payload, None where there is none.
+    """
+
+    model: SimplifiedModel
+    arm: RobotArm
+    payload: Payload | None
+    states: States
+    evaluation: Evaluation
+    without_payload: Evaluation | None
+    effect: PayloadEffect
+    lost: tuple[Loss, ...]
+
+
+@click.command(short_help="Try a simplified model elsewhere than it was made for.")
 @click.argument("model", type=click.Path(path_type=Path), help="A model.json that gd-analyze wrote.")
-@click.argument("trajectory", type=TRAJECTORY, help=TRAJECTORY_HELP)
+@click.argument(
+    "trajectory",
+    type=TRAJECTORY,
+    required=False,
+    help=f"{TRAJECTORY_HELP} Without one: states drawn from the arm's limits.",
+)
+@payload_option
+@click.option(
+    "--states",
+    type=click.IntRange(1, 1_000_000),
+    default=4000,
+    show_default=True,
+    metavar="NUMBER",
+    help="States to draw where there is no trajectory.",
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    metavar="NUMBER",
+    help="Seed of these states: the same seed draws the same.",
+)
 @click.option(
     "-o", "--out", type=click.Path(path_type=Path), help="CSV file for exact and simplified torque over time."
 )
 @reporting
-def evaluate(model: Path, trajectory: str, out: Path | None, as_json: bool, quiet: bool, debug: bool) -> None:
-    r"""Evaluate a simplified model on another trajectory and report its torque error there.
+def evaluate(
+    model: Path,
+    trajectory: str | None,
+    payload: str | None,
+    states: int,
+    seed: int,
+    out: Path | None,
+    as_json: bool,
+    quiet: bool,
+    debug: bool,
+) -> None:
+    r"""Evaluate a simplified model elsewhere than it was made for, and report its torque error there.
 
-    What may be dropped depends on the trajectory: the error stated for one says nothing of another.
+    What may be dropped depends on the states: the error stated for some says nothing of others. With
+    --payload the exact torque is that of the arm carrying it; the model remains as it was made.
 
     \b
-    Example:
+    Examples:
       gd-analyze evaluate reports/puma560-pick-and-place/model.json large-slew
+      gd-analyze evaluate model.json
+      gd-analyze evaluate model.json large-slew --payload 1.5,0,0,0.1
     """
     from gd_analyze.cli.terminal import line, print_json, stages, warnings_told
 
+    if out is not None and trajectory is None:
+        raise click.UsageError("-o writes torque over time, and needs a trajectory")
     with warnings_told(quiet) as told, stages(quiet) as stage:
         stage("reading")
         from gd_analyze.decomposition import decompose
         from gd_analyze.files import write_text
-        from gd_analyze.models import SimplifiedModel, load_model, torque_csv
-        from gd_analyze.models import evaluate as run
-        from gd_analyze.simplification import losses
+        from gd_analyze.models import ElementModel, load_model, torque_csv
+        from gd_analyze.models import evaluate as along
+        from gd_analyze.models.evaluation import evaluate_states
+        from gd_analyze.robots import parse_payload
+        from gd_analyze.simplification import losses, states_in_box, states_of
+        from gd_analyze.simplification.payload_effect import payload_effect
         from gd_analyze.trajectories import read_trajectory
 
+        body = None if payload is None else parse_payload(payload)
         loaded = load_model(model)
-        motion = read_trajectory(trajectory, loaded.arm)
-        stage("decomposing", motion.n_set_points)
-        dataset = decompose(loaded.arm, motion, coupling=False, drives=loaded.drives, progress=stage.advance)
-        stage("evaluating")
-        evaluation = run(loaded, motion, dataset)
-        # At the other levels what is dropped is no part that the decomposition knows.
-        lost = losses(loaded, dataset) if isinstance(loaded, SimplifiedModel) else ()
-        if out is not None:
-            stage(f"writing {out.name}")
-            write_text(out, torque_csv(motion, evaluation))
+        held = loaded.arm if body is None else carrying(loaded.arm, body)
+        lost: tuple[Loss, ...] = ()
+        if trajectory is None:
+            given = states_in_box(loaded.arm, states, seed)
+            stage("evaluating")
+            evaluation = evaluate_states(loaded, given, held)
+        else:
+            motion = read_trajectory(trajectory, loaded.arm)
+            stage("decomposing", motion.n_set_points)
+            dataset = decompose(held, motion, coupling=False, drives=loaded.drives, progress=stage.advance)
+            # Of the arm without the payload, whose decomposition is at hand where there is none.
+            given = states_of(dataset if body is None else motion)
+            stage("evaluating")
+            evaluation = along(loaded, motion, dataset, arm=held)
+            # At the other levels what is dropped is no part that the decomposition knows, and with a payload
+            # it is not what the error comes from.
+            if isinstance(loaded, ElementModel) and body is None:
+                lost = losses(loaded, dataset)
+            if out is not None:
+                stage(f"writing {out.name}")
+                write_text(out, torque_csv(motion, evaluation))
+        without = None if body is None else evaluate_states(loaded, given)
+        trial = _Trial(loaded, held, body, given, evaluation, without, payload_effect(loaded, given), lost)
     if as_json:
-        print_json(_document(loaded, motion, evaluation, lost, told, out))
+        print_json(_document(trial, told, out))
     elif not quiet:
-        _show(loaded, motion, evaluation, lost)
+        _show(trial)
         if out is not None:
             line(f"wrote {out}")
 
 
-def _document(
-    model: AnyModel,
-    motion: Trajectory,
-    evaluation: Evaluation,
-    lost: tuple[Loss, ...],
-    told: list[str],
-    out: Path | None,
-) -> dict[str, Any]:
+def _document(trial: _Trial, told: list[str], out: Path | None) -> dict[str, Any]:
     from dataclasses import asdict
 
-    here, promised = evaluation.table, model.promise
+    model, effect = trial.model, trial.effect
+    here, promised = trial.evaluation.table, model.promise
+    bare = trial.without_payload.table if trial.without_payload is not None else None
+    where = trial.states.described
     return {
         "arm": model.arm.name,
         "level": model.level,
         "made_for": dict(model.made_for),
         "budget": model.budget_stated,
-        "trajectory": motion.name,
-        "set_points": motion.n_set_points,
+        "held_against": {
+            "arm": trial.arm.name,
+            "drives": model.drives,
+            "payload": _payload(trial.payload),
+        },
+        **{key: where.get(key) for key in ("trajectory", "set_points", "box", "states", "seed")},
         "joints": [
             {
                 "joint": i + 1,
                 "name": joint.name,
                 "unit": joint.effort_unit,
                 "peak_torque": float(here.peak_torque[i]),
+                "allowed_error": float(model.budget[i]),
                 "largest_error": float(here.largest[i]),
                 "largest_share": float(here.largest_share[i]),
                 "rms_error": float(here.rms[i]),
                 "rms_share": float(here.rms_share[i]),
                 "promised_largest_error": float(promised.largest[i]),
                 "promised_largest_share": float(promised.largest_share[i]),
+                "largest_error_without_payload": None if bare is None else float(bare.largest[i]),
+                "largest_share_without_payload": None if bare is None else float(bare.largest_share[i]),
+                "torque_per_kg": float(effect.torque_per_kg[i]),
+                "point_mass_within_budget": float(effect.mass_within_budget[i]),
             }
             for i, joint in enumerate(model.arm.joints)
         ],
-        "largest_losses": [asdict(loss) for loss in lost],
+        "point_mass_within_budget": effect.largest_mass,
+        "limiting_joint": effect.limiting_joint,
+        "largest_losses": [asdict(loss) for loss in trial.lost],
         "warnings": told,
         "files": [str(out)] if out is not None else [],
     }
 
 
-def _show(model: AnyModel, motion: Trajectory, evaluation: Evaluation, lost: tuple[Loss, ...]) -> None:
+def _payload(body: Payload | None) -> dict[str, Any] | None:
+    if body is None:
+        return None
+    return {"mass": body.mass, "position": body.position.tolist(), "inertia": body.inertia.tolist()}
+
+
+def _show(trial: _Trial) -> None:
     from gd_analyze.cli.terminal import line, sentence, table
     from gd_analyze.report.context import number, percent
 
-    here, promised = evaluation.table, model.promise
-    on_trajectory = "trajectory" in model.made_for
-    made_for = str(model.made_for["trajectory"]) if on_trajectory else "the arm's box"
-    there = f"on {made_for}" if on_trajectory else f"over {made_for}"
-    sentence(
-        f"{model.arm.title or model.arm.name} along {motion.name}, {motion.n_set_points} set points",
-        bold=True,
-    )
-    sentence(f"by a model made for {made_for} with a budget of {model.budget_stated}.")
-    units = {joint.effort_unit for joint in model.arm.joints}
+    model, arm = trial.model, trial.arm
+    here, promised = trial.evaluation.table, model.promise
+    made_for = str(model.made_for.get("trajectory", "the arm's box"))
+    sentence(f"{arm.title or arm.name} {_where(trial.states)}", bold=True)
+    unaware = "without this payload, " if trial.payload is not None else ""
+    sentence(f"by a model made {unaware}for {made_for} with a budget of {model.budget_stated}.")
+    if trial.without_payload is not None:
+        beside, heading = trial.without_payload.table, "unloaded"
+    else:
+        beside, heading = promised, "promised"
+    units = {joint.effort_unit for joint in arm.joints}
     headings = [("joint", "left"), ("peak torque", "right"), ("largest", "right"), ("share", "right")]
-    headings += [
-        ("RMS", "right"),
-        ("share", "right"),
-        ("promised" if not on_trajectory else f"on {made_for}", "right"),
-    ]
+    headings += [("RMS", "right"), ("share", "right"), (heading, "right")]
     headings += [("unit", "left")] if len(units) > 1 else []
     rows = [
         [
@@ -133,10 +216,10 @@ def _show(model: AnyModel, motion: Trajectory, evaluation: Evaluation, lost: tup
             percent(float(here.largest_share[i])),
             number(float(here.rms[i])),
             percent(float(here.rms_share[i])),
-            percent(float(promised.largest_share[i])),
+            percent(float(beside.largest_share[i])),
             *([joint.effort_unit] if len(units) > 1 else []),
         ]
-        for i, joint in enumerate(model.arm.joints)
+        for i, joint in enumerate(arm.joints)
     ]
     table(
         f"Torque error, {' or '.join(sorted(units, reverse=True))}, and its share of peak torque",
@@ -144,18 +227,65 @@ def _show(model: AnyModel, motion: Trajectory, evaluation: Evaluation, lost: tup
         rows,
     )
     line()
+    _compare(trial, made_for)
+    _say_what_may_be_carried(trial)
+
+
+def _where(states: States) -> str:
+    where = states.described
+    if "trajectory" in where:
+        return f"along {where['trajectory']}, {where['set_points']} set points"
+    return f"over {where['states']} states drawn from {where['box']}, seed {where['seed']}"
+
+
+def _compare(trial: _Trial, made_for: str) -> None:
+    """Say how the error here compares to the one promised, or to the one without the payload."""
+    from gd_analyze.cli.terminal import line, sentence
+    from gd_analyze.report.context import number, percent
+
+    here, promised = trial.evaluation.table, trial.model.promise
+    if trial.without_payload is not None:
+        unloaded = trial.without_payload.table
+        growth = [
+            float(with_it - without) / float(peak) if peak > 0.0 else 0.0
+            for with_it, without, peak in zip(here.largest, unloaded.largest, here.peak_torque, strict=True)
+        ]
+        most = max(range(len(growth)), key=growth.__getitem__)
+        sentence(
+            f"The payload tells most at joint {most + 1}, which errs by "
+            f"{percent(float(here.largest_share[most]))} of its peak torque with it and by "
+            f"{percent(float(unloaded.largest_share[most]))} without."
+        )
+        return
     worst = int(here.largest_share.argmax())
+    there = f"{'on' if 'trajectory' in trial.model.made_for else 'over'} {made_for}"
     if (here.largest_share <= promised.largest_share.max()).all():
         sentence(f"The model errs no more here than {there}.")
         return
     sentence(
         f"Joint {worst + 1} errs by {percent(float(here.largest_share[worst]))} of its peak torque here, "
         f"by {percent(float(promised.largest_share[worst]))} {there}."
-        + (" What was dropped and matters most here:" if lost else "")
+        + (" What was dropped and matters most here:" if trial.lost else "")
     )
-    for loss in [loss for loss in lost if loss.torque_share >= _WORTH_A_LINE][:5]:
-        unit = model.arm.joints[loss.torque_joint - 1].effort_unit
+    for loss in [loss for loss in trial.lost if loss.torque_share >= _WORTH_A_LINE][:5]:
+        unit = trial.arm.joints[loss.torque_joint - 1].effort_unit
         line(
             f"  {loss.part:18} up to {number(loss.torque_peak)} {unit} at joint {loss.torque_joint}, "
             f"{percent(loss.torque_share)} of its peak"
+        )
+
+
+def _say_what_may_be_carried(trial: _Trial) -> None:
+    from gd_analyze.cli.terminal import sentence
+    from gd_analyze.report.context import number
+
+    effect = trial.effect
+    unloaded = trial.evaluation if trial.without_payload is None else trial.without_payload
+    beyond = [str(i) for i, within in enumerate(unloaded.within(trial.model.budget), start=1) if not within]
+    if beyond:
+        sentence(f"Beyond the budget here even without any payload: joint {', '.join(beyond)}.")
+    elif effect.limiting_joint is not None:
+        sentence(
+            f"A point mass of up to {number(effect.largest_mass)} kg in the hand keeps every joint within "
+            f"the budget here; joint {effect.limiting_joint} leaves it first."
         )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 if TYPE_CHECKING:
-    from gd_analyze.robots import RobotArm
+    from gd_analyze.robots import Payload, RobotArm
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -26,15 +26,18 @@ def payload_option(function: F) -> F:
 
 def load_arm_carrying(robot: str, payload: str | None) -> RobotArm:
     """Load an arm and put the payload, if any, into its hand; its name and title say so."""
-    from gd_analyze.robots import load_arm, parse_payload, with_payload
+    from gd_analyze.robots import load_arm, parse_payload
 
     arm = load_arm(robot)
-    if payload is None:
-        return arm
-    body = parse_payload(payload)
-    carrying = with_payload(arm, body.mass, body.position, body.inertia)
+    return arm if payload is None else carrying(arm, parse_payload(payload))
+
+
+def carrying(arm: RobotArm, body: Payload) -> RobotArm:
+    """Put a payload into an arm's hand; its name and title say so."""
+    from gd_analyze.robots import with_payload
+
     return dataclasses.replace(
-        carrying,
+        with_payload(arm, body.mass, body.position, body.inertia),
         name=f"{arm.name}+{body.mass:g}kg",
         title=f"{arm.title or arm.name} carrying {body.mass:g} kg",
     )

@@ -1,17 +1,19 @@
-"""`gd-analyze simplify`: the fewest harmonic terms that meet a torque error budget."""
+"""`gd-analyze simplify`: the fewest operations that meet a torque error budget."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import click
 
-from gd_analyze.cli.options import ROBOT, ROBOT_HELP, TRAJECTORY, TRAJECTORY_HELP, command_line, reporting
+from gd_analyze.cli.levels import require_coefficients, simplify_options
+from gd_analyze.cli.options import ROBOT, ROBOT_HELP, command_line, reporting
 from gd_analyze.cli.payload import load_arm_carrying, payload_option
+from gd_analyze.cli.states import described, states_given, states_options, trajectory_argument
 
 if TYPE_CHECKING:
-    from gd_analyze.models import HarmonicModel
+    from gd_analyze.models import Level, SimplifiedModel
     from gd_analyze.operations import OperationCount
 
 # What every terminal shows, and a file or a mail as well.
@@ -23,12 +25,7 @@ _MOST_DIGITS = 17
 
 @click.command(short_help="Find a model of few terms within a torque budget.")
 @click.argument("robot", type=ROBOT, help=ROBOT_HELP)
-@click.argument(
-    "trajectory",
-    type=TRAJECTORY,
-    required=False,
-    help=f"{TRAJECTORY_HELP} Without one: states drawn from the arm's limits.",
-)
+@trajectory_argument
 @click.option(
     "--budget",
     default="1%",
@@ -37,37 +34,10 @@ _MOST_DIGITS = 17
     help="Allowed torque error: a share of each joint's peak torque (1%) or N m (0.5); one for all joints, "
     "or one per joint, comma-separated.",
 )
-@click.option(
-    "--level",
-    type=click.Choice(["term", "energy"]),
-    default="term",
-    show_default=True,
-    help="term: the fewest operations; energy: the model remains a mechanical system, with symmetric D and "
-    "its own energy.",
-)
-@click.option(
-    "--refit",
-    is_flag=True,
-    help="Refit what is kept, to absorb what is dropped; at level energy.",
-)
+@simplify_options
 @click.option("--drives", is_flag=True, help="Include drive inertia.")
 @payload_option
-@click.option(
-    "--states",
-    type=click.IntRange(1, 1_000_000),
-    default=4000,
-    show_default=True,
-    metavar="NUMBER",
-    help="States to draw where there is no trajectory.",
-)
-@click.option(
-    "--seed",
-    type=click.IntRange(min=0),
-    default=0,
-    show_default=True,
-    metavar="NUMBER",
-    help="Seed of these states: the same seed draws the same.",
-)
+@states_options
 @click.option(
     "--digits",
     type=click.IntRange(1, _MOST_DIGITS),
@@ -83,6 +53,7 @@ def simplify(
     budget: str,
     level: str,
     refit: bool,
+    operations: int | None,
     drives: bool,
     payload: str | None,
     states: int,
@@ -102,42 +73,34 @@ def simplify(
     Examples:
       gd-analyze simplify puma560 --drives
       gd-analyze simplify puma560 pick-and-place --level energy --budget 0.5%
+      gd-analyze simplify puma560 --drives --operations 80
       gd-analyze simplify my_arm.toml --refit --level energy -o model.json
     """
     from gd_analyze.cli.terminal import line, print_json, stages, warnings_told
 
-    if refit and level != "energy":
-        raise click.UsageError("--refit goes with --level energy: at level term coefficients stay exact")
+    require_coefficients(level, refit)
     with warnings_told(quiet) as told, stages(quiet) as stage:
         import time
 
-        from gd_analyze.harmonics import identify
         from gd_analyze.models import save_model
         from gd_analyze.provenance import provenance
-        from gd_analyze.simplification import Budget
-        from gd_analyze.simplification.harmonic_level import simplify_harmonics
-        from gd_analyze.simplification.states import states_in_box, states_of
-        from gd_analyze.trajectories import read_trajectory
+        from gd_analyze.simplification import Budget, ExactDynamics, simplify_exact
 
         allowed = Budget.parse(budget)
         arm = load_arm_carrying(robot, payload)
-        if trajectory is None:
-            given = states_in_box(arm, states, seed)
-        else:
-            given = states_of(read_trajectory(trajectory, arm))
         start = time.perf_counter()
-        stage("identifying")
-        harmonics = identify(arm)
-        stage("dropping terms")
-        model = simplify_harmonics(
-            arm,
-            given,
+        exact = ExactDynamics(arm, states_given(arm, trajectory, states, seed), drives)
+        if level != "element":
+            stage("identifying")
+            exact.torques  # noqa: B018 - made now, so that the next stage is about dropping alone
+        stage("searching")
+        model = simplify_exact(
+            exact,
             allowed,
-            level="energy" if level == "energy" else "term",
+            level=cast("Level", level),
             refit=refit,
-            drives=drives,
+            operations=operations,
             provenance=provenance(command_line()),
-            harmonics=harmonics,
             progress=stage.advance,
         )
         seconds = time.perf_counter() - start
@@ -153,13 +116,12 @@ def simplify(
 
 
 def _document(
-    model: HarmonicModel, seconds: float, digits: int, told: list[str], out: Path | None
+    model: SimplifiedModel, seconds: float, digits: int, told: list[str], out: Path | None
 ) -> dict[str, Any]:
-    from gd_analyze.harmonics import Basis
-    from gd_analyze.harmonics.torque_rendering import torque_legend, torques_to_text
+    from gd_analyze.models import ElementModel, HarmonicModel
 
-    basis, promise = Basis.of(model.arm), model.promise
-    return {
+    promise = model.promise
+    document: dict[str, Any] = {
         "arm": model.arm.name,
         "level": model.level,
         "refitted": model.refitted,
@@ -168,6 +130,7 @@ def _document(
         "made_for": dict(model.made_for),
         "operations": _counts(model.operations),
         "operations_full": _counts(model.operations_full),
+        "search": model.provenance["search"],
         "joints": [
             {
                 "joint": i + 1,
@@ -182,13 +145,35 @@ def _document(
             }
             for i, joint in enumerate(model.arm.joints)
         ],
-        "terms": len(model.energy) if model.level == "energy" else len(model.torques),
-        "equations": list(torques_to_text(basis, model.torques, digits)),
-        "legend": list(torque_legend(basis, model.torques)),
+    }
+    if isinstance(model, ElementModel):
+        document |= {"kept": list(model.kept), "dropped": list(model.dropped)}
+    if isinstance(model, HarmonicModel):
+        from gd_analyze.harmonics import Basis
+        from gd_analyze.harmonics.torque_rendering import torque_legend
+
+        basis = Basis.of(model.arm)
+        document |= {
+            "terms": _terms(model)[0],
+            "equations": list(model_equations(model, digits)),
+            "legend": list(torque_legend(basis, model.torques)),
+        }
+    return document | {
         "seconds": seconds,
         "warnings": told,
         "files": [str(out)] if out is not None else [],
     }
+
+
+def model_equations(model: SimplifiedModel, digits: int = 3, width: int | None = None) -> tuple[str, ...]:
+    """A harmonic model as equations, one per joint; nothing for a model of parts."""
+    from gd_analyze.harmonics import Basis
+    from gd_analyze.harmonics.torque_rendering import torques_to_text
+    from gd_analyze.models import HarmonicModel
+
+    if not isinstance(model, HarmonicModel):
+        return ()
+    return torques_to_text(Basis.of(model.arm), model.torques, digits, width)
 
 
 def _counts(operations: OperationCount) -> dict[str, int]:
@@ -197,10 +182,21 @@ def _counts(operations: OperationCount) -> dict[str, int]:
     return {**asdict(operations), "total": operations.total}
 
 
-def _show(model: HarmonicModel, seconds: float, digits: int) -> None:
+def _terms(model: SimplifiedModel) -> tuple[int, str]:
+    """How many of what the model keeps."""
+    from gd_analyze.models import ElementModel, HarmonicModel
+
+    if isinstance(model, ElementModel):
+        return len(model.kept), "parts"
+    assert isinstance(model, HarmonicModel)  # there is no other kind
+    if model.level == "energy":
+        return len(model.energy), "energy terms"
+    return len(model.torques), "torque terms"
+
+
+def _show(model: SimplifiedModel, seconds: float, digits: int) -> None:
     from gd_analyze.cli.terminal import line, sentence, table
-    from gd_analyze.harmonics import Basis
-    from gd_analyze.harmonics.torque_rendering import torque_legend, torques_to_text
+    from gd_analyze.models import ElementModel, HarmonicModel
     from gd_analyze.report.context import number, percent
 
     promise, arm = model.promise, model.arm
@@ -214,12 +210,11 @@ def _show(model: HarmonicModel, seconds: float, digits: int) -> None:
     )
     line(f"operations  {full}")
     line(f"         -> {left}")
-    kind = "energy terms" if model.level == "energy" else "torque terms"
-    count = len(model.energy) if model.level == "energy" else len(model.torques)
+    count, kind = _terms(model)
     refitted = ", refitted" if model.refitted else ""
-    sentence(
-        f"{count} {kind}{refitted}, budget {model.budget_stated}, for {_made_for(model)}; in {seconds:.2g} s"
-    )
+    where = described(model.made_for)
+    sentence(f"{count} {kind}{refitted}, budget {model.budget_stated}, for {where}; in {seconds:.2g} s")
+    sentence(f"Operations after each step of the search: {model.provenance['search']}.")
     units = {joint.effort_unit for joint in arm.joints}
     headings = [("joint", "left"), ("peak torque", "right"), ("allowed", "right"), ("largest", "right")]
     headings += [("share", "right"), ("RMS", "right"), ("share", "right")]
@@ -242,19 +237,21 @@ def _show(model: HarmonicModel, seconds: float, digits: int) -> None:
         headings,
         rows,
     )
-    basis = Basis.of(arm)
     line()
-    sentence("The model, in kg, m, s, rad", bold=True)
-    for text in torques_to_text(basis, model.torques, digits, _WIDTH):
-        line(text)
-    meanings = torque_legend(basis, model.torques)
-    if meanings:
-        line()
-        sentence("; ".join(meanings) + ".")
+    if isinstance(model, ElementModel):
+        sentence("Kept", bold=True)
+        sentence(", ".join(model.kept) or "nothing")
+        sentence("Dropped", bold=True)
+        sentence(", ".join(model.dropped) or "nothing")
+    if isinstance(model, HarmonicModel):
+        from gd_analyze.harmonics import Basis
+        from gd_analyze.harmonics.torque_rendering import torque_legend
 
-
-def _made_for(model: HarmonicModel) -> str:
-    made_for = model.made_for
-    if "trajectory" in made_for:
-        return f"{made_for['set_points']} set points of {made_for['trajectory']}"
-    return f"{made_for['states']} states drawn from {made_for['box']}, seed {made_for['seed']}"
+        basis = Basis.of(arm)
+        sentence("The model, in kg, m, s, rad", bold=True)
+        for text in model_equations(model, digits, _WIDTH):
+            line(text)
+        meanings = torque_legend(basis, model.torques)
+        if meanings:
+            line()
+            sentence("; ".join(meanings) + ".")

@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Mapping
 
 from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.lagrangian import Monomial, Rate, TorqueTerm, as_product
+from gd_analyze.harmonics.lagrangian import EnergyTerm, Monomial, Rate, TorqueTerm, as_product, literals
 from gd_analyze.harmonics.reading import Factor
 from gd_analyze.harmonics.rendering import factors_text, meanings, number
 
@@ -42,6 +42,17 @@ def torques_to_text(
         )
         for i, row in enumerate(rows)
     )
+
+
+def torque_term_text(term: TorqueTerm, weight: float, digits: int = 3) -> str:
+    """Write one torque term: -3.2 C2 S2 p1 p2."""
+    behind = f" {_rates(term.rates)}" if term.rates else ""
+    return _signed(weight) + _term(term.monomial, weight, digits, behind)
+
+
+def energy_term_text(term: EnergyTerm, digits: int = 3) -> str:
+    """Write one term of D in absolute rates, or of the potential energy: 0.687 S2."""
+    return _signed(term.coefficient) + _term(literals(term.product), term.coefficient, digits)
 
 
 def torque_legend(basis: Basis, torques: Mapping[TorqueTerm, float]) -> tuple[str, ...]:
@@ -101,6 +112,10 @@ def _bracket(rates: tuple[Rate, ...], polynomial: Mapping[Monomial, float], digi
     ]
     pieces[-1] += ")" + behind
     return pieces
+
+
+def _signed(weight: float) -> str:
+    return "-" if weight < 0 else ""
 
 
 def _sign(weight: float) -> str:

@@ -1,15 +1,19 @@
 """Simplified models: evaluate, hold against the exact dynamics, save and load."""
 
+from gd_analyze.models.element import ElementModel
 from gd_analyze.models.element_level import Part, parts_of
 from gd_analyze.models.evaluation import Evaluation, evaluate, torque_csv
 from gd_analyze.models.harmonic import HarmonicModel
 from gd_analyze.models.model_file import load_model, save_model
-from gd_analyze.models.simplified import ErrorTable, SimplifiedModel
+from gd_analyze.models.simplified import LEVELS, ErrorTable, Level, SimplifiedModel
 
 __all__ = [
+    "LEVELS",
+    "ElementModel",
     "ErrorTable",
     "Evaluation",
     "HarmonicModel",
+    "Level",
     "Part",
     "SimplifiedModel",
     "evaluate",

@@ -6,9 +6,10 @@ from the formulation's own code; what a selection of parts needs is then known t
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from gd_analyze.formulations.generalized_dalembert import EFFECTS
 from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.operations import Trace
 from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import Array
+from gd_analyze.vectors import Array, FloatArray
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,20 @@ def parts_of(n_joints: int) -> tuple[Part, ...]:
         for element in elements(n_joints)
         for effect in (EFFECTS[:1] if element.quantity == "gravity_loading" else EFFECTS)
     )
+
+
+def torque_by_part(quantities: Mapping[Any, Any], qdd: FloatArray, parts: tuple[Part, ...]) -> FloatArray:
+    """Torque of every part at every joint and state, N m, shape (P, n, N).
+
+    `quantities` is what `decompose` or `decompose_states` gave for states (N, n), `qdd` their accelerations.
+    """
+    count, n = qdd.shape
+    out = np.zeros((len(parts), n, count))
+    for p, part in enumerate(parts):
+        values = part.element.parts(quantities)[EFFECTS.index(part.effect)]
+        for joint, factor in part.element.torque_factors(qdd).items():
+            out[p, joint] = values * factor
+    return out
 
 
 @dataclass(frozen=True)

@@ -1,16 +1,16 @@
-"""A model held against the exact dynamics along any trajectory."""
+"""A model held against the exact dynamics along any trajectory, or at any states."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from gd_analyze.decomposition import decompose
+from gd_analyze.decomposition import decompose, decompose_states
 from gd_analyze.errors import ModelError
-from gd_analyze.models.model_schema import AnyModel
-from gd_analyze.models.simplified import ErrorTable
+from gd_analyze.models.simplified import ErrorTable, SimplifiedModel
+from gd_analyze.robots import RobotArm, fingerprint
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Evaluation:
-    """Exact and simplified torque along a trajectory, N m, shape (N, n), and the error between them."""
+    """Exact and simplified torque at states, N m, shape (N, n), and the error between them."""
 
     exact: FloatArray
     simplified: FloatArray
@@ -31,7 +31,29 @@ class Evaluation:
         return np.asarray(self.table.largest <= allowed)
 
 
-def evaluate(model: AnyModel, trajectory: Trajectory, dataset: xr.Dataset | None = None) -> Evaluation:
+class AtStates(Protocol):
+    """Anything with joint variables, rates and accelerations, shape (N, n)."""
+
+    @property
+    def q(self) -> FloatArray:
+        """Joint variables, rad (m)."""
+
+    @property
+    def qd(self) -> FloatArray:
+        """Rates, per s."""
+
+    @property
+    def qdd(self) -> FloatArray:
+        """Accelerations, per s^2."""
+
+
+def evaluate(
+    model: SimplifiedModel,
+    trajectory: Trajectory,
+    dataset: xr.Dataset | None = None,
+    *,
+    arm: RobotArm | None = None,
+) -> Evaluation:
     """Evaluate a model along a trajectory and measure its torque error there.
 
     Parameters
@@ -42,6 +64,9 @@ def evaluate(model: AnyModel, trajectory: Trajectory, dataset: xr.Dataset | None
         Any trajectory of the model's arm.
     dataset
         The trajectory's decomposition where it is at hand; made otherwise.
+    arm
+        Another arm whose exact torque counts, such as the model's own carrying a payload; the model's own
+        by default. Its drives count where they are part of the model.
 
     Returns
     -------
@@ -53,23 +78,78 @@ def evaluate(model: AnyModel, trajectory: Trajectory, dataset: xr.Dataset | None
     TrajectoryError
         If the trajectory is of another number of joints.
     ModelError
-        If the dataset is not of this trajectory and the model's drives.
+        If the dataset is not of this arm, this trajectory and the model's drives, or the arm is of another
+        number of joints than the model.
+    ArmError
+        If the model includes drives and the arm describes none.
     """
+    held = _held_against(model, arm)
     if dataset is not None:
-        _require_same(model, trajectory, dataset)
+        _require_same(model, held, trajectory, dataset)
     else:
-        dataset = decompose(model.arm, trajectory, coupling=False, drives=model.drives)
-    exact = dataset.torque.values
-    simplified = model.torque(trajectory.q, trajectory.qd, trajectory.qdd)
+        dataset = decompose(held, trajectory, coupling=False, drives=model.drives)
+    return _compare(model, trajectory, dataset.torque.values)
+
+
+def evaluate_states(model: SimplifiedModel, states: AtStates, arm: RobotArm | None = None) -> Evaluation:
+    """Evaluate a model at states that need not belong to any motion, such as those of a box.
+
+    Parameters
+    ----------
+    model
+        The simplified model.
+    states
+        Joint variables, rates and accelerations, see `gd_analyze.simplification.states_in_box`.
+    arm
+        As for `evaluate`.
+
+    Returns
+    -------
+    Evaluation
+        Torques and their error.
+
+    Raises
+    ------
+    TrajectoryError
+        If the states are of another number of joints.
+    ModelError
+        If the arm is of another number of joints than the model.
+    ArmError
+        If the model includes drives and the arm describes none.
+    """
+    held = _held_against(model, arm)
+    exact = decompose_states(held, states.q, states.qd, states.qdd, coupling=False, drives=model.drives)
+    return _compare(model, states, exact["torque"])
+
+
+def _held_against(model: SimplifiedModel, arm: RobotArm | None) -> RobotArm:
+    if arm is None:
+        return model.arm
+    if arm.n_joints != model.arm.n_joints:
+        raise ModelError(
+            f"the model is not of arm {arm.name}",
+            where="arm",
+            expected=f"{model.arm.n_joints} joints, as {model.arm.name} has",
+            found=f"{arm.n_joints} joints",
+        )
+    return arm
+
+
+def _compare(model: SimplifiedModel, states: AtStates, exact: FloatArray) -> Evaluation:
+    simplified = model.torque(states.q, states.qd, states.qdd)
     return Evaluation(exact, simplified, ErrorTable.of(exact, simplified))
 
 
-def _require_same(model: AnyModel, trajectory: Trajectory, dataset: xr.Dataset) -> None:
-    stated = {"trajectory_fingerprint": trajectory.fingerprint, "drives": int(model.drives)}
+def _require_same(model: SimplifiedModel, arm: RobotArm, trajectory: Trajectory, dataset: xr.Dataset) -> None:
+    stated = {
+        "arm_fingerprint": fingerprint(arm),
+        "trajectory_fingerprint": trajectory.fingerprint,
+        "drives": int(model.drives),
+    }
     for name, value in stated.items():
         if dataset.attrs[name] != value:
             raise ModelError(
-                "the decomposition is of another trajectory, or differs from the model in its drives",
+                "the decomposition is of another arm or trajectory, or differs from the model in its drives",
                 where=name,
                 expected=str(value),
                 found=str(dataset.attrs[name]),

@@ -11,12 +11,13 @@ from pydantic import ValidationError
 
 from gd_analyze.errors import GdAnalyzeError, Location, ModelError
 from gd_analyze.files import write_text
-from gd_analyze.models.model_schema import FORMAT, SCHEMAS, VERSION, AnyModel, document_of, model_of
+from gd_analyze.models.model_schema import FORMAT, SCHEMAS, VERSION, document_of, model_of
+from gd_analyze.models.simplified import SimplifiedModel
 
 _WRITE_AGAIN = "write the model again with `gd-analyze ROBOT TRAJECTORY` or `gd-analyze simplify ROBOT -o`"
 
 
-def save_model(model: AnyModel, path: str | Path) -> None:
+def save_model(model: SimplifiedModel, path: str | Path) -> None:
     """Write a model as JSON, atomically.
 
     Raises
@@ -29,7 +30,7 @@ def save_model(model: AnyModel, path: str | Path) -> None:
     write_text(path, json.dumps(document.model_dump(), indent=2, ensure_ascii=False) + "\n")
 
 
-def load_model(path: str | Path) -> AnyModel:
+def load_model(path: str | Path) -> SimplifiedModel:
     """Read a model that `save_model` wrote; nothing in the file is executed.
 
     Raises

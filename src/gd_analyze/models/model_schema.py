@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Any, Literal, TypedDict, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -12,8 +12,9 @@ from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.basis import DEGREE
 from gd_analyze.harmonics.lagrangian import EnergyTerm, Rate, Torques, TorqueTerm, as_product, literals
 from gd_analyze.harmonics.reading import Factor, Product
+from gd_analyze.models.element import ElementModel
 from gd_analyze.models.harmonic import HarmonicModel, torques_of_energy
-from gd_analyze.models.simplified import ErrorTable, SimplifiedModel
+from gd_analyze.models.simplified import ErrorTable, ModelFacts, SimplifiedModel
 from gd_analyze.operations import OperationCount
 from gd_analyze.robots import RobotArm, arm_from_description, describe, fingerprint
 from gd_analyze.vectors import FloatArray
@@ -21,7 +22,6 @@ from gd_analyze.vectors import FloatArray
 FORMAT = "gd-analyze simplified model"
 VERSION = 1
 
-AnyModel = SimplifiedModel | HarmonicModel
 _Term = TypeVar("_Term", EnergyTerm, TorqueTerm)
 
 # Kind, how often every joint goes into the argument, exponent; rates as order and joint, from 0.
@@ -54,7 +54,9 @@ class ModelDocument(_Strict):
     format: Literal["gd-analyze simplified model"]
     version: Literal[1]
     drives: bool
+    refitted: bool
     budget: str
+    errors_are: Literal["sampled at the states of made_for"]
     errors: list[_JointError]
     made_for: dict[str, str | int]
     operations: _Operations
@@ -73,7 +75,6 @@ class _ElementFile(ModelDocument):
     level: Literal["element"]
     kept: list[str]
     dropped: list[str]
-    errors_are: Literal["sampled at the set points of made_for"]
 
 
 class _EnergyEntry(_Strict):
@@ -93,21 +94,17 @@ class _TorqueEntry(_Strict):
 class _EnergyFile(ModelDocument):
     level: Literal["energy"]
     energy: list[_EnergyEntry]
-    refitted: bool
-    errors_are: Literal["sampled at the states of made_for"]
 
 
 class _TermFile(ModelDocument):
     level: Literal["term"]
     torques: list[_TorqueEntry]
-    refitted: bool
-    errors_are: Literal["sampled at the states of made_for"]
 
 
 SCHEMAS: dict[str, type[ModelDocument]] = {"element": _ElementFile, "energy": _EnergyFile, "term": _TermFile}
 
 
-def document_of(model: AnyModel) -> ModelDocument:
+def document_of(model: SimplifiedModel) -> ModelDocument:
     """Write a model into its schema; the digest is left empty."""
     promise = model.promise
     common: dict[str, Any] = {
@@ -115,7 +112,9 @@ def document_of(model: AnyModel) -> ModelDocument:
         "version": VERSION,
         "level": model.level,
         "drives": model.drives,
+        "refitted": model.refitted,
         "budget": model.budget_stated,
+        "errors_are": "sampled at the states of made_for",
         "errors": [
             _JointError(
                 joint=joint.name,
@@ -135,14 +134,9 @@ def document_of(model: AnyModel) -> ModelDocument:
         "provenance": dict(model.provenance),
         "digest": "",
     }
-    if isinstance(model, SimplifiedModel):
-        return _ElementFile(
-            **common,
-            kept=list(model.kept),
-            dropped=list(model.dropped),
-            errors_are="sampled at the set points of made_for",
-        )
-    common |= {"refitted": model.refitted, "errors_are": "sampled at the states of made_for"}
+    if isinstance(model, ElementModel):
+        return _ElementFile(**common, kept=list(model.kept), dropped=list(model.dropped))
+    assert isinstance(model, HarmonicModel)  # there is no other kind
     if model.level == "energy":
         return _EnergyFile(
             **common,
@@ -165,25 +159,26 @@ def document_of(model: AnyModel) -> ModelDocument:
     )
 
 
-def model_of(document: ModelDocument) -> AnyModel:
+def model_of(document: ModelDocument) -> SimplifiedModel:
     """Rebuild the model; a ValueError or an error of this project's where the parts do not fit the arm."""
     arm = arm_from_description(document.arm)
-    common = _Common(
+    full = document.operations_full
+    facts = ModelFacts(
         arm=arm,
         drives=document.drives,
+        refitted=document.refitted,
         budget=document.column("allowed_error"),
         budget_stated=document.budget,
         promise=ErrorTable(
             document.column("peak_torque"), document.column("largest_error"), document.column("rms_error")
         ),
         made_for=document.made_for,
+        operations_full=OperationCount(full.multiplications, full.additions, full.sines_cosines),
         provenance=document.provenance,
     )
     if isinstance(document, _ElementFile):
-        return SimplifiedModel(level=document.level, kept=tuple(document.kept), **common)
+        return ElementModel(level=document.level, kept=tuple(document.kept), **facts)
     assert isinstance(document, _EnergyFile | _TermFile)  # there is no other schema
-    full = document.operations_full
-    operations_full = OperationCount(full.multiplications, full.additions, full.sines_cosines)
     energy: tuple[EnergyTerm, ...] = ()
     torques: Torques
     if isinstance(document, _EnergyFile):
@@ -211,20 +206,8 @@ def model_of(document: ModelDocument) -> AnyModel:
         level=document.level,
         energy=energy,
         torques=torques,
-        refitted=document.refitted,
-        operations_full=operations_full,
-        **common,
+        **facts,
     )
-
-
-class _Common(TypedDict):
-    arm: RobotArm
-    drives: bool
-    budget: FloatArray
-    budget_stated: str
-    promise: ErrorTable
-    made_for: dict[str, str | int]
-    provenance: dict[str, str]
 
 
 def _count(operations: OperationCount) -> _Operations:

@@ -20,7 +20,9 @@ from gd_analyze.vectors import Array
 _PROPORTIONAL = 1e-9
 
 
-def torque_programs(basis: Basis, terms: Mapping[TorqueTerm, float]) -> dict[str, Program]:
+def torque_programs(
+    basis: Basis, terms: Mapping[TorqueTerm, float], *, thorough: bool = True
+) -> dict[str, Program]:
     """Programs of torque, D, h and c; of several ways to nest the sums the one of fewest operations.
 
     Parameters
@@ -36,6 +38,8 @@ def torque_programs(basis: Basis, terms: Mapping[TorqueTerm, float]) -> dict[str
         "torque", "coriolis_centrifugal", "gravity_loading" with n outputs each and "inertia" with n x n,
         row by row, all in the joints' own coordinates.
     """
+    if not thorough:
+        return _programs(basis, terms, _Way(False, 0))
     ways = [_Way(single, seed) for single in (False, True) for seed in range(_WAYS)]
     return min((_programs(basis, terms, way) for way in ways), key=lambda made: made["torque"].count.total)
 

@@ -13,13 +13,19 @@ import numpy as np
 from gd_analyze.dominance import ROUND_OFF_SHARE, elements, text_verdicts
 from gd_analyze.findings import Findings
 from gd_analyze.formulations.generalized_dalembert import EFFECTS
+from gd_analyze.harmonics.lagrangian import energy_terms
 from gd_analyze.kinematics import solve_kinematics
+from gd_analyze.models import ElementModel, HarmonicModel, Level, SimplifiedModel
 from gd_analyze.models.element_level import parts_of
 from gd_analyze.operations import OperationCount
 from gd_analyze.report.units import inertia_unit
 from gd_analyze.robots import RobotArm, fingerprint
 from gd_analyze.simplification import Loss, losses
+from gd_analyze.simplification.ranking import RankedTerm
 from gd_analyze.vectors import FloatArray, set_points_last
+
+# Rows of the ranking of single terms that a report shows.
+TERMS_SHOWN = 40
 
 
 @dataclass(frozen=True)
@@ -59,6 +65,49 @@ class DominanceRow:
 
 
 @dataclass(frozen=True)
+class BeyondRow:
+    """One joint away from the set points, torques in its unit; None where nothing can be said.
+
+    Parameters
+    ----------
+    certified, certified_share
+        No state between the extremes of the trajectory has a larger error; and that over peak torque.
+    worst_found
+        Largest error a search found among those states.
+    within_limits, within_limits_share
+        Largest error over states drawn from the arm's limits; and that over the peak torque there.
+    torque_per_kg
+        Largest torque along the trajectory of a kilogram in the hand.
+    mass_within_budget
+        Largest point mass in the hand, kg, that keeps the joint within its budget along the trajectory.
+    uncertainty
+        Largest standard uncertainty of the torque that follows from the parameters' stated ones.
+    """
+
+    joint: str
+    name: str
+    unit: str
+    certified: float | None
+    certified_share: float | None
+    worst_found: float | None
+    within_limits: float | None
+    within_limits_share: float | None
+    torque_per_kg: float
+    mass_within_budget: float
+    uncertainty: float | None
+
+
+@dataclass(frozen=True)
+class TradeOffRow:
+    """One budget of the trade-off: operations by kind, in the order of `Context.trade_off_kinds`."""
+
+    budget: str
+    is_asked: bool
+    operations: tuple[int, ...]
+    error_shares: tuple[float, ...]
+
+
+@dataclass(frozen=True)
 class Context:
     """All numbers a report shows.
 
@@ -72,12 +121,26 @@ class Context:
         Headline figures as (value, caption).
     budget
         As the user put it.
+    level, refitted, kept_terms
+        Level of the model, whether kept coefficients were refitted, and how much it keeps, in words.
+    search
+        Operations after each step of the search, in words.
     operations, operations_full
         Multiplications, additions, sines and cosines of the model and of the full dynamics.
     joint_errors, dominance, dropped
-        Tables; `dropped` with the largest torque first.
+        Tables; `dropped` by the text's own method, with the largest torque first.
+    terms, terms_total, terms_not_worth_keeping
+        The terms that matter most, of how many, and how many together stay below the parameters' stated
+        uncertainty (None where none is stated).
+    trade_off, trade_off_kinds
+        Operations against error; kinds are level and whether refitted.
+    beyond, drawn
+        What the model does away from the set points; number of states drawn from the arm's limits.
+    element_operations, element_operations_full
+        The same for the model by the text's own method.
     inertia_kept, coriolis_kept, gravity_kept
-        What the model keeps: "translation", "rotation", "both" or "neither" per element; D as n rows.
+        What the model by the text's own method keeps: "translation", "rotation", "both" or "neither" per
+        element; D as n rows.
     text_source
         Source of the text's verdicts, "" where the text does not show this arm.
     text_agreement
@@ -97,11 +160,24 @@ class Context:
     headline: str
     facts: tuple[tuple[str, str], ...]
     budget: str
+    level: str
+    refitted: bool
+    kept_terms: str
+    search: str
     operations: tuple[int, int, int]
     operations_full: tuple[int, int, int]
     joint_errors: tuple[JointError, ...]
     dominance: tuple[DominanceRow, ...]
     dropped: tuple[Loss, ...]
+    terms: tuple[RankedTerm, ...]
+    terms_total: int
+    terms_not_worth_keeping: int | None
+    trade_off: tuple[TradeOffRow, ...]
+    trade_off_kinds: tuple[tuple[str, bool], ...]
+    beyond: tuple[BeyondRow, ...]
+    drawn: int
+    element_operations: tuple[int, int, int]
+    element_operations_full: tuple[int, int, int]
     inertia_kept: tuple[tuple[str, ...], ...]
     coriolis_kept: tuple[str, ...]
     gravity_kept: tuple[str, ...]
@@ -131,7 +207,8 @@ def build_context(findings: Findings) -> Context:
         )
         for i, joint in enumerate(arm.joints)
     )
-    kept = _kept(model.kept, arm.n_joints)
+    elements_kept = findings.element_model
+    kept = _kept(elements_kept.kept, arm.n_joints)
     rows = _dominance_rows(findings, kept)
     compared = [row for row in rows if row.text_verdict]
     reference = text_verdicts(arm.name)
@@ -139,23 +216,47 @@ def build_context(findings: Findings) -> Context:
     n_parts = len(parts_of(arm.n_joints))
     saved = 1 - model.operations.total / model.operations_full.total
     n = arm.n_joints
-    dropped = losses(model, findings.decomposition)
+    dropped = losses(elements_kept, findings.decomposition)
+    kept_terms = _kept_terms(model)
     return Context(
         title=arm.title or arm.name,
         subtitle=f"along {findings.trajectory.name}, {findings.trajectory.n_set_points} set points",
-        headline=_headline(dropped, n_parts, saved, worst),
+        headline=(
+            _headline(dropped, n_parts, saved, worst)
+            if isinstance(model, ElementModel)
+            else _harmonic_headline(model, kept_terms, worst)
+        ),
         facts=(
-            (f"{len(dropped)} / {n_parts}", f"parts dropped, {_zeros(dropped)} of them zero here"),
+            (
+                (f"{len(dropped)} / {n_parts}", f"parts dropped, {_zeros(dropped)} of them zero here")
+                if isinstance(model, ElementModel)
+                else (kept_terms, f"kept of the exact model's {_all_terms(findings)}")
+            ),
             (f"{model.operations_full.total} → {model.operations.total}", "operations per torque evaluation"),
             (percent(worst.largest_share), f"largest error, of peak torque (joint {worst.joint})"),
             (number(max(r.largest for r in findings.residuals)), "largest difference from Pinocchio, SI"),
         ),
         budget=model.budget_stated,
+        level=model.level,
+        refitted=model.refitted,
+        kept_terms=kept_terms,
+        search=model.provenance["search"],
         operations=_count(model.operations),
         operations_full=_count(model.operations_full),
         joint_errors=joint_errors,
         dominance=rows,
         dropped=dropped,
+        terms=findings.terms.terms[:TERMS_SHOWN],
+        terms_total=len(findings.terms.terms),
+        terms_not_worth_keeping=(
+            None if findings.terms.uncertainty is None else findings.terms.not_worth_keeping
+        ),
+        trade_off=_trade_off(findings),
+        trade_off_kinds=_kinds(findings),
+        beyond=_beyond(findings),
+        drawn=findings.beyond.drawn,
+        element_operations=_count(elements_kept.operations),
+        element_operations_full=_count(elements_kept.operations_full),
         inertia_kept=tuple(
             tuple(kept[_label("D", min(i, j), max(i, j))] for j in range(n)) for i in range(n)
         ),
@@ -215,6 +316,79 @@ def _headline(dropped: tuple[Loss, ...], n_parts: int, saved: float, worst: Join
         f"{more} of {n_parts} parts can go{rest}. That saves {percent(saved)} of the operations, and no "
         f"joint's torque is off by more than {percent(worst.largest_share).replace('< ', '')} of its peak "
         "along this trajectory."
+    )
+
+
+def _harmonic_headline(model: SimplifiedModel, kept_terms: str, worst: JointError) -> str:
+    """Answer the same for a model of harmonic terms."""
+    full, left = model.operations_full.total, model.operations.total
+    drop = f"{kept_terms[0].upper()}{kept_terms[1:]} give every torque in {left} operations instead of {full}"
+    return (
+        f"{drop}, and no joint's torque is off by more than "
+        f"{percent(worst.largest_share).replace('< ', '')} of its peak along this trajectory."
+    )
+
+
+def _kept_terms(model: SimplifiedModel) -> str:
+    """How much a model keeps, in words."""
+    if isinstance(model, HarmonicModel):
+        if model.level == "energy":
+            return f"{len(model.energy)} energy terms"
+        return f"{len(model.torques)} torque terms"
+    assert isinstance(model, ElementModel)  # there is no other kind
+    return f"{len(model.kept)} parts of elements"
+
+
+def _all_terms(findings: Findings) -> int:
+    """Number of terms of the exact model at the level of the simplified one."""
+    drives = findings.arm.drive_inertia if findings.model.drives else None
+    energy = energy_terms(findings.harmonics, drives)
+    return len(energy) if findings.model.level == "energy" else len(findings.terms.terms)
+
+
+def _kinds(findings: Findings) -> tuple[tuple[Level, bool], ...]:
+    return tuple(dict.fromkeys((point.level, point.refit) for point in findings.trade_off))
+
+
+def _trade_off(findings: Findings) -> tuple[TradeOffRow, ...]:
+    """Rows by budget, as multiples of the one asked for."""
+    kinds = _kinds(findings)
+    by_place = {(point.level, point.refit, point.factor): point for point in findings.trade_off}
+    rows = []
+    for factor in sorted({point.factor for point in findings.trade_off}):
+        points = [by_place[(*kind, factor)] for kind in kinds]
+        rows.append(
+            TradeOffRow(
+                points[0].budget,
+                factor == 1.0,
+                tuple(point.operations.total for point in points),
+                tuple(point.error_share for point in points),
+            )
+        )
+    return tuple(rows)
+
+
+def _beyond(findings: Findings) -> tuple[BeyondRow, ...]:
+    beyond, peak = findings.beyond, findings.model.promise.peak_torque
+    certificate, drawn = beyond.certificate, beyond.within_limits
+    uncertainty = findings.terms.uncertainty
+    return tuple(
+        BeyondRow(
+            joint=str(i + 1),
+            name=joint.name,
+            unit=joint.effort_unit,
+            certified=None if certificate is None else float(certificate.certified[i]),
+            certified_share=(
+                None if certificate is None or not peak[i] else float(certificate.certified[i] / peak[i])
+            ),
+            worst_found=None if certificate is None else float(certificate.worst_found[i]),
+            within_limits=None if drawn is None else float(drawn.largest[i]),
+            within_limits_share=None if drawn is None else float(drawn.largest_share[i]),
+            torque_per_kg=float(beyond.payload.torque_per_kg[i]),
+            mass_within_budget=float(beyond.payload.mass_within_budget[i]),
+            uncertainty=None if uncertainty is None else uncertainty[i],
+        )
+        for i, joint in enumerate(findings.arm.joints)
     )
 
 

@@ -4,6 +4,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm
 from gd_analyze.robots.catalogue import builtin_arms, load_arm
 from gd_analyze.robots.description import arm_from_description, describe, fingerprint
+from gd_analyze.robots.link_uncertainty import LinkUncertainty
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
 from gd_analyze.robots.payload import Payload, parse_payload, with_payload
 
@@ -12,6 +13,7 @@ __all__ = [
     "Drive",
     "Joint",
     "Link",
+    "LinkUncertainty",
     "Payload",
     "Placement",
     "RobotArm",

@@ -128,6 +128,15 @@ class RobotArm:
         values = [getattr(joint, what) for joint in self.joints]
         return np.array([unknown if value is None else value for value in values])
 
+    @property
+    def has_all_limits(self) -> bool:
+        """Whether every joint states its range and its rate and acceleration limits."""
+        return bool(
+            np.isfinite(
+                [self.limits(what) for what in ("lower", "upper", "rate_limit", "acceleration_limit")]
+            ).all()
+        )
+
     @cached_property
     def drive_inertia(self) -> FloatArray:
         """Drive inertia at the joints, kg m^2, shape (n,).

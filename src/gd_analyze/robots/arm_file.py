@@ -125,6 +125,7 @@ def _build(parsed: ArmFile, lines: TableLines) -> RobotArm:
                 frame=behind,
                 as_measured=link.as_measured,
                 axial_only=link.axial_only,
+                uncertainty=link.uncertainty(),
                 source=lines.locate(("links", i)),
             )
         )

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from gd_analyze.robots.link_uncertainty import LinkUncertainty
 from gd_analyze.robots.parts import JointKind
 from gd_analyze.vectors import FloatArray
 
@@ -77,6 +78,18 @@ class _InertiaTable(_Table):
         )
 
 
+_Uncertainty = Annotated[float, Field(ge=0)]
+
+
+class _InertiaUncertaintyTable(_InertiaTable):
+    xx: _Uncertainty
+    yy: _Uncertainty
+    zz: _Uncertainty
+    xy: _Uncertainty = 0.0
+    xz: _Uncertainty = 0.0
+    yz: _Uncertainty = 0.0
+
+
 class _LinkTable(_Table):
     name: str | None = None
     mass: float
@@ -85,10 +98,25 @@ class _LinkTable(_Table):
     inertia_about: Literal["com", "origin"] = "com"
     as_measured: bool = False
     axial_only: bool = False
+    mass_uncertainty: _Uncertainty | None = None
+    com_uncertainty: list[_Uncertainty] | None = Field(default=None, min_length=3, max_length=3)
+    inertia_uncertainty: _InertiaUncertaintyTable | None = None
 
     @classmethod
     def _unit_suffixes(cls, data: dict[str, Any]) -> dict[str, str]:
-        return {"com": "_mm"}
+        return {"com": "_mm", "com_uncertainty": "_mm"}
+
+    def uncertainty(self) -> LinkUncertainty | None:
+        """What is stated; None where nothing is."""
+        mass, com, inertia = self.mass_uncertainty, self.com_uncertainty, self.inertia_uncertainty
+        if mass is None and com is None and inertia is None:
+            return None
+        return LinkUncertainty(
+            mass,
+            None if com is None else np.array(com),
+            None if inertia is None else inertia.tensor(),
+            self.inertia_about,
+        )
 
     def inertia_com(self) -> FloatArray:
         """Inertia about the centre of mass, by the parallel-axis theorem where given elsewhere."""
@@ -102,7 +130,7 @@ class _LinkTable(_Table):
 
 class _DriveTable(_Table):
     inertia: float = Field(default=0.0, ge=0)
-    inertia_uncertainty: float | None = Field(default=None, ge=0)
+    inertia_uncertainty: _Uncertainty | None = None
     gear_ratio: float = 1.0
     viscous: float = Field(default=0.0, ge=0)
     coulomb: list[float] = Field(default=[0.0, 0.0], min_length=2, max_length=2)

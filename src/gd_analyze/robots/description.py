@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.link_uncertainty import LinkUncertainty
 from gd_analyze.robots.parts import Drive, Joint, Link, Placement
 
 
 def describe(arm: RobotArm) -> dict[str, Any]:
-    """Everything that acts on the dynamics, names and limits, as plain JSON values."""
+    """Everything that acts on the dynamics, how well it is known, names and limits, as plain JSON values."""
     return {
         "name": arm.name,
         "title": arm.title,
@@ -40,15 +41,19 @@ def describe(arm: RobotArm) -> dict[str, Any]:
                 "frame": _placement(link.frame),
                 "as_measured": link.as_measured,
                 "axial_only": link.axial_only,
+                "uncertainty": None if link.uncertainty is None else link.uncertainty.describe(),
             }
             for link in arm.links
         ],
         "drive_inertia": [drive.inertia for drive in arm.drives],
+        "drive_inertia_uncertainty": [drive.inertia_uncertainty for drive in arm.drives],
     }
 
 
 def arm_from_description(description: dict[str, Any]) -> RobotArm:
     """Rebuild an arm from what `describe` gave; sources and drive friction are not in it.
+
+    Descriptions written before uncertainties were part of them state none.
 
     Raises
     ------
@@ -57,6 +62,8 @@ def arm_from_description(description: dict[str, Any]) -> RobotArm:
     KeyError, TypeError
         If the description lacks something or is of another shape.
     """
+    inertias = description["drive_inertia"]
+    uncertainties = description.get("drive_inertia_uncertainty", [None] * len(inertias))
     return RobotArm(
         name=description["name"],
         title=description["title"],
@@ -74,15 +81,20 @@ def arm_from_description(description: dict[str, Any]) -> RobotArm:
                 frame=_placed(link["frame"]),
                 as_measured=link["as_measured"],
                 axial_only=link["axial_only"],
+                uncertainty=_uncertain(link.get("uncertainty")),
             )
             for link in description["links"]
         ),
-        drives=tuple(Drive(inertia=inertia) for inertia in description["drive_inertia"]),
+        drives=tuple(Drive(*pair) for pair in zip(inertias, uncertainties, strict=True)),
     )
 
 
 def fingerprint(arm: RobotArm, drives: bool = False) -> str:
-    """SHA-256 of the numbers that act on torque at a state; drives on request, never names or limits."""
+    """SHA-256 of the numbers that act on torque at a state; drives on request, never names or limits.
+
+    Nor uncertainties: an arm whose numbers are known better has the same torques, and results made for it
+    remain those of the same arm.
+    """
     description = describe(arm)
     acting = {
         "gravity": description["gravity"],
@@ -94,6 +106,10 @@ def fingerprint(arm: RobotArm, drives: bool = False) -> str:
     if drives:
         acting["drive_inertia"] = description["drive_inertia"]
     return hashlib.sha256(json.dumps(acting, sort_keys=True).encode()).hexdigest()
+
+
+def _uncertain(value: dict[str, Any] | None) -> LinkUncertainty | None:
+    return None if value is None else LinkUncertainty.from_description(value)
 
 
 def _placement(value: Placement) -> dict[str, Any]:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location
 from gd_analyze.vectors import FloatArray
+
+if TYPE_CHECKING:
+    from gd_analyze.robots.link_uncertainty import LinkUncertainty
 
 JointKind = Literal["revolute", "prismatic"]
 
@@ -168,6 +171,8 @@ class Link:
     axial_only
         Only the moment about the joint's axis is known, and only it acts: allowed for the first link of
         an arm whose first joint turns; such an inertia need not satisfy the triangle inequality.
+    uncertainty
+        Stated standard uncertainties of mass, centre of mass and inertia; None where none is stated.
     source
         Where the link is described, for messages.
 
@@ -190,6 +195,7 @@ class Link:
     frame: Placement = field(default_factory=Placement)
     as_measured: bool = False
     axial_only: bool = False
+    uncertainty: LinkUncertainty | None = None
     source: Location | None = None
 
     def __post_init__(self) -> None:
@@ -285,6 +291,12 @@ class Drive:
             raise ArmError(
                 "the inertia of a drive is negative", expected="0 or more", found=f"{inertia:g} kg m^2"
             )
+        if self.inertia_uncertainty is not None:
+            what = "the uncertainty of a drive's inertia"
+            uncertainty = float(constant(self.inertia_uncertainty, (), what, "drive"))
+            object.__setattr__(self, "inertia_uncertainty", uncertainty)
+            if uncertainty < 0:
+                raise ArmError(f"{what} is negative", expected="0 or more", found=f"{uncertainty:g} kg m^2")
 
 
 @dataclass(frozen=True)

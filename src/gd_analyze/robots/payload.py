@@ -52,6 +52,8 @@ def with_payload(
 ) -> RobotArm:
     """Merge a payload into the last link: exact mass, centre of mass and inertia of the two together.
 
+    The payload counts as known exactly: the uncertainties stated for the link remain those of the link alone.
+
     Parameters
     ----------
     arm
@@ -86,6 +88,7 @@ def with_payload(
     com = last.com
     if together > 0:
         com = (last.mass * last.com + payload.mass * payload.position) / together
+    stated = last.uncertainty
     merged = dataclasses.replace(
         last,
         mass=together,
@@ -94,6 +97,7 @@ def with_payload(
         + _shift(last.mass, last.com - com)
         + payload.inertia
         + _shift(payload.mass, payload.position - com),
+        uncertainty=None if stated is None else stated.of_body(last.mass, last.com),
     )
     place = ", ".join(f"{x:g}" for x in payload.position)
     note = f"Link {last.name} carries a payload of {payload.mass:g} kg at ({place}) m in its frame."

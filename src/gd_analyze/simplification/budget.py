@@ -92,6 +92,10 @@ class Budget:
         amounts = np.broadcast_to(self.amounts, (n,))
         return np.where(np.broadcast_to(self.is_share, (n,)), amounts * peak_torque, amounts)
 
+    def scaled(self, factor: float) -> Budget:
+        """The same budget, every amount times a factor."""
+        return Budget(tuple(factor * amount for amount in self.amounts), self.is_share)
+
     def __str__(self) -> str:
         return ", ".join(
             f"{amount * 100:g}%" if share else f"{amount:g} N m"

@@ -1,53 +1,141 @@
-"""What a simplification may drop: torque terms, their coefficients, and their torques at given states."""
+"""What a simplification may drop: parts, torque terms or energy terms, and what each makes of torque."""
 
 from __future__ import annotations
 
+import math
+from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.lagrangian import Monomial, Rate, Torques, TorqueTerm, absolute_rates
+from gd_analyze.harmonics.lagrangian import (
+    EnergyTerm,
+    Monomial,
+    Rate,
+    Torques,
+    TorqueTerm,
+    absolute_rates,
+    torques_of,
+)
+from gd_analyze.models.element_level import parts_of, torque_by_part, trace_parts
+from gd_analyze.models.simplified import Level
+from gd_analyze.simplification.element_costs import part_costs
+from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.states import States
 from gd_analyze.vectors import FloatArray
 
-# Of the budget, what the first sweep may spend on terms too small to weigh one by one.
-SWEEP_SHARE = 0.02
+Costs = Mapping[frozenset[int], int]
+
+# Coefficients that are equal in mathematics, or twice or half each other, and differ by round-off.
+_EQUAL = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """What may be dropped: torque terms that go together, their coefficients, and their torques.
+    """What may be dropped.
 
-    `effects` are the torques of unit coefficients over allowed error, shape (terms, n, N).
+    Parameters
+    ----------
+    effects
+        Torque of every candidate over the allowed error, shape (K, n, N); their sum is the exact torque.
+    costs
+        Operations by the set of candidates that need them.
+    parameter
+        Which free number scales a candidate in a refit, shape (K,). Candidates whose coefficients were equal,
+        opposite or a power of two apart share one, so that what they share in arithmetic stays shared.
     """
 
-    torques: tuple[Torques, ...]
-    coefficients: FloatArray
     effects: FloatArray
+    costs: Costs
+    parameter: NDArray[np.int64]
 
     @property
-    def cost(self) -> FloatArray:
-        """Operations a term takes when nothing is shared."""
-        return np.array(
-            [sum(1 + len(term.rates) + len(term.monomial) for term in torques) for torques in self.torques],
-            dtype=float,
-        )
+    def flat(self) -> FloatArray:
+        """Effects with joints and states in one row, shape (K, n N)."""
+        return self.effects.reshape(len(self.effects), math.prod(self.effects.shape[1:]))
 
 
-def candidates_at(
-    basis: Basis, states: States, torques: list[Torques], coefficients: FloatArray, allowed: FloatArray
-) -> Candidates:
-    """Torques of every candidate at every state, in the joints' own coordinates."""
+def candidates_of(exact: ExactDynamics, level: Level, allowed: FloatArray) -> Candidates:
+    """Make the candidates of a level.
+
+    Parameters
+    ----------
+    exact
+        Exact dynamics at the states that count.
+    level
+        "element": one candidate per part; "term": per torque term, in the order of `exact.torques`;
+        "energy": per energy term, in the order of `exact.energy`.
+    allowed
+        Allowed error per joint, N m, shape (n,).
+    """
+    if level == "element":
+        parts = parts_of(exact.arm.n_joints)
+        effects = torque_by_part(exact.quantities, exact.states.qdd, parts)
+        effects /= allowed[:, None]
+        return Candidates(effects, part_costs(trace_parts(exact.arm), exact.drives), np.arange(len(parts)))
+    rates = absolute_rates(exact.harmonics.basis)
+    sources = [torques_of(term, rates) for term in exact.energy]
+    number = _tied(exact.energy)
+    terms = list(exact.torques)
+    costs = shared_costs(terms)
+    if level == "term":
+        groups: list[Torques] = [{term: weight} for term, weight in exact.torques.items()]
+        made_by: dict[TorqueTerm, set[int]] = defaultdict(set)
+        for k, source in zip(number, sources, strict=True):
+            for term in source:
+                made_by[term].add(k)
+        fresh = iter(range(len(exact.energy), len(exact.energy) + len(terms)))
+        # A term made by energies of different coefficients is a number of its own.
+        parameter = [min(made_by[t]) if len(made_by[t]) == 1 else next(fresh) for t in terms]
+    else:
+        groups = [
+            {term: energy.coefficient * weight for term, weight in source.items()}
+            for energy, source in zip(exact.energy, sources, strict=True)
+        ]
+        users: dict[TorqueTerm, list[int]] = defaultdict(list)
+        for k, source in enumerate(sources):
+            for term in source:
+                users[term].append(k)
+        gathered: dict[frozenset[int], int] = defaultdict(int)
+        for members, operations in costs.items():
+            gathered[frozenset(k for m in members for k in users[terms[m]])] += operations
+        costs, parameter = gathered, number
+    return Candidates(
+        _effects(exact.harmonics.basis, exact.states, groups, allowed), costs, np.array(parameter, dtype=int)
+    )
+
+
+def _tied(energy: tuple[EnergyTerm, ...]) -> list[int]:
+    """Number every coefficient, those alike but for their sign and powers of two the same."""
+    known: list[float] = []
+    out = []
+    for term in energy:
+        mantissa = math.frexp(abs(term.coefficient))[0]
+        for k, other in enumerate(known):
+            if abs(mantissa - other) <= _EQUAL * other:
+                out.append(k)
+                break
+        else:
+            known.append(mantissa)
+            out.append(len(known) - 1)
+    return out
+
+
+def _effects(basis: Basis, states: States, groups: list[Torques], allowed: FloatArray) -> FloatArray:
+    """Torques of every group at every state over allowed error, in the joints' own coordinates."""
     values = _MonomialValues(basis, states)
-    effects = np.zeros((len(torques), basis.n_joints, len(states.q)))
-    for k, group in enumerate(torques):
+    effects = np.zeros((len(groups), basis.n_joints, len(states.q)))
+    for k, group in enumerate(groups):
         for term, weight in group.items():
             effects[k, term.row] += weight * values(term)
     for run in basis.runs:
         for inner, outer in reversed(list(zip(run.joints[:-1], run.joints[1:], strict=True))):
             effects[:, inner] += effects[:, outer]
-    return Candidates(tuple(torques), coefficients, effects / allowed[:, None])
+    effects /= allowed[:, None]
+    return effects
 
 
 class _MonomialValues:
@@ -81,9 +169,21 @@ class _MonomialValues:
         return self._literals[literal]
 
 
-def swept(pool: Candidates) -> list[int]:
-    """Candidates that matter: the others together stay below a small share of the budget."""
-    largest = np.abs(pool.effects).max(axis=2) * np.abs(pool.coefficients)[:, None]
-    order = np.argsort(largest.max(axis=1))
-    together = np.cumsum(largest[order], axis=0).max(axis=1)
-    return sorted(int(k) for k in order[together > SWEEP_SHARE])
+def shared_costs(terms: list[TorqueTerm]) -> dict[frozenset[int], int]:
+    """Operations by the set of torque terms that need them: a guess at what factoring will find.
+
+    A term takes its coefficient and its sum; equal products of sines and cosines are formed once, and rates
+    multiply the sum of all terms behind them.
+    """
+    costs: dict[frozenset[int], int] = defaultdict(int)
+    products: dict[Monomial, set[int]] = defaultdict(set)
+    brackets: dict[tuple[int, tuple[Rate, ...]], set[int]] = defaultdict(set)
+    for p, term in enumerate(terms):
+        costs[frozenset([p])] += 2
+        products[term.monomial].add(p)
+        brackets[term.row, term.rates].add(p)
+    for monomial, members in products.items():
+        costs[frozenset(members)] += max(len(monomial) - 1, 0)
+    for (_, rates), members in brackets.items():
+        costs[frozenset(members)] += len(rates)
+    return dict(costs)

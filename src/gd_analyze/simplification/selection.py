@@ -1,21 +1,22 @@
-"""The cheapest selection of parts whose torque error stays within the budget.
+"""The cheapest selection of candidates whose torque error stays within the budget.
 
-Torque is a sum of parts, so the error of joint i at set point t is linear in what is dropped:
-sum_p a_pit (1 - x_p), x_p = 1 where part p is kept. What a selection costs is not linear in x, because
-parts share arithmetic; but an intermediate result is needed exactly when one of the parts above it is kept.
-Intermediates with the same parts above them form one block b of w_b operations, so
+Torque is a sum of candidates, so the error of joint i at state s is linear in what is dropped:
+sum_p a_pis (1 - x_p), x_p = 1 where candidate p is kept. What a selection costs is not linear in x, because
+candidates share arithmetic; but an intermediate result is needed exactly when one of the candidates above it
+is kept. Intermediates with the same candidates above them form one block b of w_b operations, so
 
-    minimise  sum_b w_b y_b   subject to   y_b >= x_p for every part p above b,
-              | sum_p a_pit (1 - x_p) | <= allowed_i  for all i, t
+    minimise  sum_b w_b y_b   subject to   y_b >= x_p for every candidate p above b,
+              | sum_p a_pis (1 - x_p) | <= allowed_i  for all i, s
 
-is an integer program whose optimum is that in operations, up to the few that putting parts into torques may
-share. Few set points decide: only those that a trial solution violates are added, until none is.
+is an integer program whose optimum is that in operations, as far as blocks tell. Few states decide: only
+those that a trial solution violates are added, until none is. A dive (solve the relaxed program, keep what is
+largest, solve again) takes some hundredths of a second; the search from there stops after a number of nodes,
+not of seconds, so that every machine finds the same.
 """
 
 from __future__ import annotations
 
-import time
-from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,14 +24,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.operations import Expression, Trace
 from gd_analyze.vectors import FloatArray
 
 # HiGHS accepts solutions that break a row by 1e-6; asking for that much less keeps the promise exact.
 _FEASIBILITY_MARGIN = 2e-6
 # Rows of larger numbers would lose the budget in the solver's tolerances.
 _LARGEST_COEFFICIENT = 1e3
-_TIME_LIMIT = 20.0  # s
+# Nodes per solution, and solutions until every state holds; the relaxed program takes states in bunches.
+_NODES, _SOLUTIONS, _BUNCH = 40, 12, 50
+# A relaxed variable this close to 0 or 1 is that.
+_WHOLE = 1e-6
+# The dive keeps what is this close to 1, beside the largest.
+_NEARLY = 0.7
 
 
 @dataclass(frozen=True)
@@ -41,142 +46,172 @@ class Selection:
     optimal: bool
 
 
-def blocks(trace: Trace, outputs: list[list[object]]) -> dict[frozenset[int], int]:
-    """Operations by the set of parts that need them.
-
-    Parameters
-    ----------
-    trace
-        The arithmetic.
-    outputs
-        Expressions of each part.
-
-    Returns
-    -------
-    dict
-        Number of multiplications and additions (sines and cosines too) needed by exactly those parts.
-    """
-    above: dict[int, int] = defaultdict(int)
-    for p, expressions in enumerate(outputs):
-        for expression in expressions:
-            if isinstance(expression, Expression):
-                above[expression.order] |= 1 << p
-    weights: dict[int, int] = defaultdict(int)
-    for node in reversed(trace.expressions):
-        parts = above.get(node.order, 0)
-        if not parts:
-            continue
-        for argument in node.arguments:
-            if isinstance(argument, Expression):
-                above[argument.order] |= parts
-        if node.operation not in ("input", "negative"):
-            weights[parts] += 1
-    return {
-        frozenset(p for p in range(len(outputs)) if parts >> p & 1): weight
-        for parts, weight in weights.items()
-    }
-
-
 def select(
     errors: FloatArray,
-    allowed: FloatArray,
-    costs: dict[frozenset[int], int],
-    seconds: float = _TIME_LIMIT,
+    allowed: FloatArray | float,
+    costs: Mapping[frozenset[int], int],
+    *,
+    thorough: bool = True,
+    nodes: int = _NODES,
 ) -> Selection:
-    """Choose the parts to keep.
+    """Choose the candidates to keep.
 
     Parameters
     ----------
     errors
-        a_pit, torque lost at joint i and set point t when part p is dropped, N m, shape (P, n, N).
+        a_pis, torque lost at joint i and state s when candidate p is dropped, N m, shape (P, n, N).
     allowed
-        Allowed error per joint, N m, shape (n,).
+        Allowed error, N m: per joint, shape (n,), or the same for all.
     costs
-        Operations by the set of parts that need them, see `blocks`.
-    seconds
-        Time the search may take.
+        Operations by the set of candidates that need them, see `Candidates`.
+    thorough
+        Search the integer program; dive only otherwise.
+    nodes
+        Nodes the search may visit for one solution.
 
     Returns
     -------
     Selection
-        The cheapest parts within the budget; everything, not proven cheapest, where time ran out before any
-        solution held at every set point.
+        The cheapest candidates within the budget that were found.
 
     Raises
     ------
     GdAnalyzeError
         If the solver fails.
     """
-    n_parts, n_joints, _ = errors.shape
-    scaled = errors / allowed[:, None]
-    rows = {(i, int(np.abs(scaled[p, i]).argmax())) for i in range(n_joints) for p in range(n_parts)}
-    barred: set[frozenset[int]] = set()
-    end = time.monotonic() + seconds
-    while True:
-        left_over = end - time.monotonic()
-        if left_over <= 0.0:
-            return Selection((True,) * n_parts, optimal=False)
-        kept, optimal = _solve(scaled, costs, sorted(rows), sorted(barred, key=sorted), left_over)
-        left = scaled[~kept].sum(axis=0)
-        worst = {(i, int(np.abs(left[i]).argmax())) for i in range(n_joints) if np.abs(left[i]).max() > 1.0}
-        if not worst:
-            return Selection(tuple(bool(k) for k in kept), optimal and not barred)
-        # A row that is there already was broken within the solver's tolerance: bar what broke it.
-        barred |= {
-            frozenset(np.flatnonzero(~kept & (scaled[:, i, t] != 0.0)).tolist()) for i, t in worst & rows
-        }
-        rows |= worst
+    count, n_joints, n_states = errors.shape
+    flat = (errors / np.broadcast_to(allowed, n_joints)[:, None]).reshape(count, n_joints * n_states)
+    program = _Program(flat, costs)
+    best = program.dive()
+    if not thorough:
+        return Selection(tuple(best.tolist()), optimal=False)
+    for _ in range(_SOLUTIONS):
+        kept, optimal = program.search(best, nodes)
+        if program.hold(kept):
+            cheaper = kept if program.cost(kept) < program.cost(best) else best
+            return Selection(tuple(cheaper.tolist()), optimal and not program.barred)
+    return Selection(tuple(best.tolist()), optimal=False)
 
 
-def _solve(
-    scaled: FloatArray,
-    costs: dict[frozenset[int], int],
-    rows: list[tuple[int, int]],
-    barred: list[frozenset[int]],
-    seconds: float,
-) -> tuple[NDArray[np.bool_], bool]:
-    """Integer program over x (parts) and y (blocks).
+class _Program:
+    """The program over x (candidates) and y (blocks), with the states held so far."""
 
-    `rows` are the (joint, set point) held to the budget; of each set in `barred` one part must stay.
-    """
-    import highspy
+    def __init__(self, flat: FloatArray, costs: Mapping[frozenset[int], int]) -> None:
+        self._flat = flat
+        self._members = [sorted(members) for members in costs]
+        self._weights = np.array(list(costs.values()), dtype=float)
+        self._rows = sorted(set(np.abs(flat).argmax(axis=1).tolist())) if flat.size else []
+        self.barred: list[list[int]] = []
 
-    n_parts = len(scaled)
-    members = [sorted(parts) for parts in costs]
-    cost = np.concatenate([np.zeros(n_parts), np.array(list(costs.values()), dtype=float)])
-    n_columns = len(cost)
-    solver = highspy.Highs()
-    solver.setOptionValue("output_flag", False)
-    solver.setOptionValue("time_limit", seconds)
-    solver.addVars(n_columns, np.zeros(n_columns), np.ones(n_columns))
-    solver.changeColsCost(n_columns, np.arange(n_columns, dtype=np.int32), cost)
-    solver.changeColsIntegrality(
-        n_parts,
-        np.arange(n_parts, dtype=np.int32),
-        np.full(n_parts, int(highspy.HighsVarType.kInteger), dtype=np.uint8),
-    )
-    pairs = np.array([(n_parts + b, p) for b, parts in enumerate(members) for p in parts], dtype=np.int32)
-    _add_rows(solver, pairs, np.tile([1.0, -1.0], (len(pairs), 1)), 0.0, np.inf)
-    lost = np.array([scaled[:, i, t] for i, t in rows])
-    shrink = np.maximum(1.0, np.abs(lost).max(axis=1) / _LARGEST_COEFFICIENT)
-    lost, limit = lost / shrink[:, None], (1.0 - _FEASIBILITY_MARGIN) / shrink
-    everything = lost.sum(axis=1)
-    each_part = np.tile(np.arange(n_parts, dtype=np.int32), (len(rows), 1))
-    _add_rows(solver, each_part, lost, everything - limit, everything + limit)
-    for parts in barred:
-        _add_rows(solver, np.array([sorted(parts)], dtype=np.int32), np.ones((1, len(parts))), 1.0, np.inf)
-    solver.run()
-    status = solver.getModelStatus()
-    values = np.array(solver.getSolution().col_value)
-    if status == highspy.HighsModelStatus.kTimeLimit and not solver.getInfo().primal_solution_status:
-        return np.ones(n_parts, dtype=bool), False
-    if len(values) != n_columns or not solver.getInfo().primal_solution_status:
-        raise GdAnalyzeError(
-            "the selection of parts failed",
-            found=solver.modelStatusToString(status),
-            next_step="please report this with the arm file and the trajectory",
+    def cost(self, kept: NDArray[np.bool_]) -> float:
+        """Operations of a selection, as blocks tell."""
+        return float(
+            sum(w for w, members in zip(self._weights, self._members, strict=True) if kept[members].any())
         )
-    return values[:n_parts] > 0.5, status == highspy.HighsModelStatus.kOptimal
+
+    def hold(self, kept: NDArray[np.bool_]) -> bool:
+        """Whether a selection is within the budget at every state; those where it is not join the rows."""
+        beyond = _largest_beyond(np.abs(self._flat[~kept].sum(axis=0)))
+        fresh = sorted({*beyond} - {*self._rows})
+        self._rows += fresh
+        if beyond and not fresh:
+            # A row that is there already was broken within the solver's tolerance: bar what broke it.
+            self.barred.append(np.flatnonzero(~kept & (self._flat[:, beyond[0]] != 0.0)).tolist())
+        return not beyond
+
+    def search(self, start: NDArray[np.bool_], nodes: int) -> tuple[NDArray[np.bool_], bool]:
+        """Cheapest selection within the budget at the rows, or the best found; whether it is proven."""
+        import highspy
+
+        solver, count = self._solver(), len(self._flat)
+        solver.changeColsIntegrality(
+            count,
+            np.arange(count, dtype=np.int32),
+            np.full(count, int(highspy.HighsVarType.kInteger), dtype=np.uint8),
+        )
+        for members in self.barred:
+            _add_rows(solver, np.array([members], dtype=np.int32), np.ones((1, len(members))), 1.0, np.inf)
+        solver.setOptionValue("mip_max_nodes", nodes)
+        guess = highspy.HighsSolution()
+        needed = [float(start[members].any()) for members in self._members]
+        guess.col_value = [*start.astype(float).tolist(), *needed]
+        solver.setSolution(guess)
+        solver.run()
+        status = solver.getModelStatus()
+        values = np.array(solver.getSolution().col_value)
+        if len(values) != count + len(self._members) or not solver.getInfo().primal_solution_status:
+            raise _failed(solver)
+        return values[:count] > 0.5, status == highspy.HighsModelStatus.kOptimal
+
+    def dive(self) -> NDArray[np.bool_]:
+        """Solve the relaxed program, keep the largest fraction for good, and again until none is left."""
+        import highspy
+
+        solver, count = self._solver(), len(self._flat)
+        solver.setOptionValue("presolve", "off")  # the solver goes on from where it was
+        settled = np.zeros(count, dtype=bool)
+        while True:
+            solver.run()
+            if solver.getModelStatus() != highspy.HighsModelStatus.kOptimal:
+                raise _failed(solver)
+            x = np.array(solver.getSolution().col_value)[:count]
+            beyond = _largest_beyond(np.abs((1.0 - x) @ self._flat))
+            if fresh := sorted({*beyond} - {*self._rows}):
+                self._rows += fresh
+                self._add_states(solver, fresh)
+                continue
+            open_ = (x > _WHOLE) & (x < 1.0 - _WHOLE) & ~settled
+            if not open_.any():
+                break
+            for k in {
+                *np.flatnonzero(open_ & (x > _NEARLY)).tolist(),
+                int(np.where(open_, x, -1.0).argmax()),
+            }:
+                settled[k] = True
+                solver.changeColBounds(k, 1.0, 1.0)
+        kept = x > 0.5
+        while not self.hold(kept):  # by the solver's tolerance at most
+            dropped = np.flatnonzero(~kept)
+            kept[dropped[np.abs(self._flat[dropped]).max(axis=1).argmax()]] = True
+        return kept
+
+    def _solver(self) -> Any:
+        """The relaxed program with the rows so far."""
+        import highspy
+
+        count = len(self._flat)
+        cost = np.concatenate([np.zeros(count), self._weights])
+        solver = highspy.Highs()
+        solver.setOptionValue("output_flag", False)
+        solver.addVars(len(cost), np.zeros(len(cost)), np.ones(len(cost)))
+        solver.changeColsCost(len(cost), np.arange(len(cost), dtype=np.int32), cost)
+        pairs = [(count + b, p) for b, members in enumerate(self._members) for p in members]
+        signs = np.tile([1.0, -1.0], (len(pairs), 1))
+        _add_rows(solver, np.array(pairs, dtype=np.int32).reshape(-1, 2), signs, 0.0, np.inf)
+        self._add_states(solver, self._rows)
+        return solver
+
+    def _add_states(self, solver: Any, rows: list[int]) -> None:
+        lost = self._flat[:, rows].T
+        shrink = np.maximum(1.0, np.abs(lost).max(axis=1, initial=0.0) / _LARGEST_COEFFICIENT)
+        lost, limit = lost / shrink[:, None], (1.0 - _FEASIBILITY_MARGIN) / shrink
+        everything = lost.sum(axis=1)
+        columns = np.tile(np.arange(len(self._flat), dtype=np.int32), (len(rows), 1))
+        _add_rows(solver, columns, lost, everything - limit, everything + limit)
+
+
+def _largest_beyond(errors: FloatArray) -> list[int]:
+    """Where errors are beyond the budget, the largest of them."""
+    beyond = np.flatnonzero(errors > 1.0)
+    return [int(s) for s in beyond[np.argsort(-errors[beyond], kind="stable")][:_BUNCH]]
+
+
+def _failed(solver: Any) -> GdAnalyzeError:
+    return GdAnalyzeError(
+        "the selection failed",
+        found=solver.modelStatusToString(solver.getModelStatus()),
+        next_step="please report this with the arm file and the trajectory",
+    )
 
 
 def _add_rows(

@@ -4,41 +4,56 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.decomposition import decompose_states
 from gd_analyze.errors import UsageError
 from gd_analyze.robots import RobotArm
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 @dataclass(frozen=True, eq=False)
 class States:
-    """Positions, rates and accelerations, shape (N, n), and where they come from."""
+    """Positions, rates and accelerations, shape (N, n), where they come from, and their exact dynamics.
+
+    `decomposed` is what `decompose` gave for them where it is at hand, None otherwise.
+    """
 
     q: FloatArray
     qd: FloatArray
     qdd: FloatArray
     described: Mapping[str, str | int]
-
-    def torque(self, arm: RobotArm, drives: bool) -> FloatArray:
-        """Exact torque, N m, shape (N, n)."""
-        return decompose_states(arm, self.q, self.qd, self.qdd, coupling=False, drives=drives)["torque"]
+    decomposed: Mapping[Any, Any] | None = None
 
 
-def states_of(trajectory: Trajectory) -> States:
-    """Set points of a trajectory."""
+def states_of(given: Trajectory | xr.Dataset) -> States:
+    """Set points of a trajectory, or of its decomposition, which then need not be made again."""
+    if isinstance(given, Trajectory):
+        return States(
+            given.q,
+            given.qd,
+            given.qdd,
+            {
+                "trajectory": given.name,
+                "trajectory_fingerprint": given.fingerprint,
+                "set_points": given.n_set_points,
+            },
+        )
     return States(
-        trajectory.q,
-        trajectory.qd,
-        trajectory.qdd,
+        given["q"].values,
+        given["qd"].values,
+        given["qdd"].values,
         {
-            "trajectory": trajectory.name,
-            "trajectory_fingerprint": trajectory.fingerprint,
-            "set_points": trajectory.n_set_points,
+            "trajectory": given.attrs["trajectory"],
+            "trajectory_fingerprint": given.attrs["trajectory_fingerprint"],
+            "set_points": given.sizes["time"],
         },
+        given,
     )
 
 
@@ -53,7 +68,7 @@ def states_in_box(arm: RobotArm, count: int = 4000, seed: int = 0) -> States:
     lower, upper, rate, acceleration = (
         arm.limits(what) for what in ("lower", "upper", "rate_limit", "acceleration_limit")
     )
-    if not np.isfinite([lower, upper, rate, acceleration]).all():
+    if not arm.has_all_limits:
         raise UsageError(
             f"arm {arm.name} does not state all its limits",
             where=f"arm {arm.name}",

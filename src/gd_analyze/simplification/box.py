@@ -1,0 +1,135 @@
+"""A box of states: what a bound is about."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.errors import UsageError
+from gd_analyze.robots import RobotArm
+from gd_analyze.vectors import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    """All states between limits.
+
+    Parameters
+    ----------
+    lower, upper
+        Positions lie between them, rad (m), shape (n,).
+    rate, acceleration
+        Largest magnitudes, per s and s^2, shape (n,).
+
+    Raises
+    ------
+    UsageError
+        If lengths disagree, a limit is not finite, a magnitude is negative or `lower` exceeds `upper`.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    rate: FloatArray
+    acceleration: FloatArray
+
+    def __post_init__(self) -> None:
+        shape = np.shape(self.lower)
+        for what in ("lower", "upper", "rate", "acceleration"):
+            array = np.array(getattr(self, what), dtype=float)
+            if array.ndim != 1 or array.shape != shape or not array.size:
+                raise UsageError(
+                    "a box needs one limit of each kind per joint",
+                    where=what,
+                    expected=f"{shape[0]} numbers" if len(shape) == 1 and shape[0] else "numbers in a row",
+                    found=f"shape {array.shape}",
+                )
+            if not np.isfinite(array).all():
+                raise UsageError(
+                    "a limit of the box is not finite",
+                    where=f"{what}, joint {int(np.flatnonzero(~np.isfinite(array))[0]) + 1}",
+                    expected="finite numbers",
+                )
+            array.flags.writeable = False
+            object.__setattr__(self, what, array)
+        self._require(self.lower <= self.upper, "lower", "at most the upper limit", self.lower)
+        self._require(self.rate >= 0.0, "rate", "a magnitude, at least 0", self.rate)
+        self._require(self.acceleration >= 0.0, "acceleration", "a magnitude, at least 0", self.acceleration)
+
+    def _require(self, holds: NDArray[np.bool_], what: str, expected: str, values: FloatArray) -> None:
+        if not holds.all():
+            joint = int(np.flatnonzero(~holds)[0])
+            raise UsageError(
+                "no state lies within the box",
+                where=f"{what}, joint {joint + 1}",
+                expected=expected,
+                found=f"{values[joint]:g}" + (f" above {self.upper[joint]:g}" if what == "lower" else ""),
+            )
+
+    @property
+    def n_joints(self) -> int:
+        """Number of joints n."""
+        return len(self.lower)
+
+    @property
+    def centre(self) -> FloatArray:
+        """The middle of the positions, shape (n,)."""
+        return (self.lower + self.upper) / 2
+
+    @property
+    def farthest(self) -> FloatArray:
+        """Largest magnitude of every position, shape (n,)."""
+        return np.maximum(np.abs(self.lower), np.abs(self.upper))
+
+    @classmethod
+    def of(cls, arm: RobotArm) -> Box:
+        """Take the arm's own limits.
+
+        Raises
+        ------
+        UsageError
+            If the arm lacks one.
+        """
+        limits = [arm.limits(what) for what in ("lower", "upper", "rate_limit", "acceleration_limit")]
+        if not np.isfinite(limits).all():
+            raise UsageError(
+                f"arm {arm.name} does not state all its limits",
+                where=f"arm {arm.name}",
+                expected="range, rate and acceleration limits of every joint",
+                next_step="add them to the arm file, or give the box",
+            )
+        return cls(*limits)
+
+    @classmethod
+    def around(cls, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> Box:
+        """Enclose given states: the smallest box that holds all of them.
+
+        Positions lie between the smallest and the largest seen, rates and accelerations have at most the
+        largest magnitude seen.
+
+        Parameters
+        ----------
+        q, qd, qdd
+            Positions, rates and accelerations, rad (m) and per s, s^2, shape (N, n) each.
+
+        Raises
+        ------
+        UsageError
+            If shapes disagree, there is no state or a number is not finite.
+        """
+        arrays = [np.asarray(x, dtype=float) for x in (q, qd, qdd)]
+        if arrays[0].ndim != 2 or 0 in arrays[0].shape or any(a.shape != arrays[0].shape for a in arrays):
+            raise UsageError(
+                "a box is drawn around at least one state",
+                where="q, qd, qdd",
+                expected="three arrays of one shape (N, n)",
+                found=", ".join(str(a.shape) for a in arrays),
+            )
+        position, rate, acceleration = arrays
+        return cls(
+            position.min(axis=0),
+            position.max(axis=0),
+            np.abs(rate).max(axis=0),
+            np.abs(acceleration).max(axis=0),
+        )

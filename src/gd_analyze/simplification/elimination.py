@@ -1,0 +1,157 @@
+"""The order in which candidates go, the least missed first, and what is lost on the way.
+
+Squared torque error is a quadratic form in what is kept, so one Gram matrix tells, whatever the number of
+states, which candidate will be missed least: the one that adds the least squared error for every operation it
+saves, beside all that went before it and after what remains has been refitted, if that is wanted. The order
+is a guess of what a budget in largest errors wants; the budget itself is checked on every state.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.simplification.candidates import Candidates
+from gd_analyze.vectors import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Elimination:
+    """Candidates in the order they go.
+
+    Parameters
+    ----------
+    candidates
+        What was ordered.
+    order
+        Their numbers, first dropped first.
+    scales
+        Factors of all candidates' coefficients with the first k dropped, k = 0..K, shape (K + 1, K); 1
+        without refit.
+    """
+
+    candidates: Candidates
+    order: tuple[int, ...]
+    scales: FloatArray
+
+    def kept(self, dropped: int) -> NDArray[np.bool_]:
+        """Which candidates remain when the first ones are dropped, shape (K,)."""
+        kept = np.ones(len(self.order), dtype=bool)
+        kept[list(self.order[:dropped])] = False
+        return kept
+
+    def errors(self) -> FloatArray:
+        """Largest error per joint with the first k dropped, k = 0..K, over allowed; shape (K + 1, n)."""
+        effects = self.candidates.effects
+        out = np.zeros((len(self.order) + 1, effects.shape[1]))
+        left = np.zeros(effects.shape[1:])
+        for k, candidate in enumerate(self.order):
+            if (self.scales[k + 1] == 1.0).all():
+                left += effects[candidate]
+            else:
+                left = np.tensordot(1.0 - self.kept(k + 1) * self.scales[k + 1], effects, axes=1)
+            out[k + 1] = np.abs(left).max(axis=1)
+        return out
+
+    def within(self, factor: float = 1.0) -> NDArray[np.bool_]:
+        """What remains if every candidate, in this order, goes unless the budget times `factor` breaks.
+
+        Returns
+        -------
+        numpy.ndarray
+            Which candidates are kept, shape (K,).
+        """
+        effects = self.candidates.flat
+        kept = np.ones(len(effects), dtype=bool)
+        lost = np.zeros(effects.shape[1])
+        for candidate in self.order:
+            trial = lost + effects[candidate]
+            if np.abs(trial).max(initial=0.0) <= factor:
+                lost, kept[candidate] = trial, False
+        return kept
+
+
+def eliminate(candidates: Candidates, *, by_cost: bool = True, refit: bool = False) -> Elimination:
+    """Order candidates for elimination.
+
+    Parameters
+    ----------
+    candidates
+        What may go.
+    by_cost
+        Weigh the error against the operations saved; by error alone otherwise.
+    refit
+        Refit the coefficients of what remains after every step.
+    """
+    flat = candidates.flat
+    gram = flat @ flat.T
+    savings = _Savings(candidates.costs, len(flat))
+    fit = _LeastSquares(gram, candidates.parameter) if refit else None
+    kept = np.ones(len(flat), dtype=bool)
+    # Error of the model is sum_k weight_k effect_k, weight_k = kept_k scale_k - 1.
+    scale, slope = np.ones(len(flat)), np.zeros(len(flat))
+    order: list[int] = []
+    scales = [scale]
+    while kept.any():
+        added = scale * (scale * np.diag(gram) - 2.0 * slope)
+        merit = np.where(kept, added / (savings.now if by_cost else 1.0), np.inf)
+        chosen = int(merit.argmin())
+        kept[chosen] = False
+        savings.drop(chosen)
+        order.append(chosen)
+        if fit is None:
+            slope -= gram[chosen]
+        else:
+            scale = fit.without(chosen)
+            slope = gram @ (kept * scale - 1.0)
+        scales.append(scale)
+    return Elimination(candidates, tuple(order), np.array(scales))
+
+
+class _LeastSquares:
+    """Factors that bring what is kept closest to the exact torque, as one candidate after the other goes."""
+
+    def __init__(self, gram: FloatArray, parameter: NDArray[np.int64]) -> None:
+        _, self._place = np.unique(parameter, return_inverse=True)
+        self._gram = gram
+        self._spread = np.zeros((len(gram), int(self._place.max(initial=-1)) + 1))
+        self._spread[np.arange(len(gram)), self._place] = 1.0
+        self._gathered = gram @ self._spread
+        self._wished = gram.sum(axis=1)
+
+    def without(self, k: int) -> FloatArray:
+        """Factors of all candidates without k and those dropped before, shape (K,)."""
+        self._spread[k] = 0.0
+        self._gathered[:, self._place[k]] -= self._gram[k]
+        used = np.flatnonzero(self._spread.any(axis=0))
+        spread = self._spread[:, used]
+        # Some coefficients may not show in the torque at all: the smallest ones that fit.
+        fitted, *_ = np.linalg.lstsq(spread.T @ self._gathered[:, used], spread.T @ self._wished, rcond=None)
+        return np.asarray(np.where(self._spread.any(axis=1), spread @ fitted, 1.0))
+
+
+class _Savings:
+    """Operations that dropping each candidate saves, beside what has gone already."""
+
+    def __init__(self, costs: Mapping[frozenset[int], int], count: int) -> None:
+        self._blocks = [(set(members), operations) for members, operations in costs.items()]
+        self._of: list[list[int]] = [[] for _ in range(count)]
+        for b, (members, _) in enumerate(self._blocks):
+            for k in members:
+                self._of[k].append(b)
+        self.now = np.zeros(count)
+        for members, operations in self._blocks:
+            self._credit(members, operations)
+
+    def _credit(self, members: set[int], operations: int) -> None:
+        if len(members) == 1:
+            self.now[next(iter(members))] += operations
+
+    def drop(self, k: int) -> None:
+        for b in self._of[k]:
+            members, operations = self._blocks[b]
+            members.discard(k)
+            self._credit(members, operations)

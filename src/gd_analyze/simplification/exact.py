@@ -1,0 +1,105 @@
+"""What simplifications are measured against: an arm's exact dynamics at given states."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gd_analyze.decomposition import decompose_states
+from gd_analyze.dominance import ROUND_OFF_SHARE, peak_magnitude
+from gd_analyze.harmonics import Harmonics, identify
+from gd_analyze.harmonics.lagrangian import EnergyTerm, Torques, energy_terms
+from gd_analyze.models.element import operations_of_all_parts
+from gd_analyze.models.harmonic import torques_of_energy
+from gd_analyze.models.simplified import Level
+from gd_analyze.models.torque_program import torque_programs
+from gd_analyze.operations import OperationCount
+from gd_analyze.robots import RobotArm
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.states import States, states_of
+from gd_analyze.trajectories import Trajectory
+from gd_analyze.vectors import FloatArray
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class ExactDynamics:
+    """An arm's exact dynamics at given states; each form of it is made once, when it is first asked for.
+
+    Parameters
+    ----------
+    arm, states, drives
+        Arm, states, and whether drive inertia acts.
+    """
+
+    arm: RobotArm
+    states: States
+    drives: bool = False
+
+    @classmethod
+    def of(
+        cls, arm: RobotArm, given: States | Trajectory | xr.Dataset, drives: bool = False
+    ) -> ExactDynamics:
+        """Take states, a trajectory's set points, or a decomposition, which knows whether drives act."""
+        states = given if isinstance(given, States) else states_of(given)
+        if states.decomposed is not None:
+            drives = "drive_torque" in states.decomposed
+        return cls(arm, states, drives)
+
+    @cached_property
+    def quantities(self) -> Mapping[Any, Any]:
+        """D, h and c by effect, drive torque and torque at the states, see `decompose_states`."""
+        if self.states.decomposed is not None:
+            return self.states.decomposed
+        return decompose_states(
+            self.arm, self.states.q, self.states.qd, self.states.qdd, coupling=False, drives=self.drives
+        )
+
+    @cached_property
+    def torque(self) -> FloatArray:
+        """Torque, N m, shape (N, n)."""
+        return np.asarray(self.quantities["torque"])
+
+    @cached_property
+    def peak_torque(self) -> FloatArray:
+        """Largest magnitude of every joint's torque, shape (n,)."""
+        return peak_magnitude(self.torque)
+
+    def allowed(self, budget: Budget) -> FloatArray:
+        """Allowed error per joint, N m, shape (n,), and never less than round-off."""
+        # Without any torque anywhere nothing is worth keeping, and any positive budget says so.
+        floor = ROUND_OFF_SHARE * (float(self.peak_torque.max()) or 1.0)
+        return np.maximum(budget.allowed(self.peak_torque), floor)
+
+    @cached_property
+    def harmonics(self) -> Harmonics:
+        """The identified dynamics."""
+        return identify(self.arm)
+
+    @cached_property
+    def energy(self) -> tuple[EnergyTerm, ...]:
+        """Every term of the energies."""
+        return energy_terms(self.harmonics, self.arm.drive_inertia if self.drives else None)
+
+    @cached_property
+    def torques(self) -> Torques:
+        """Every torque term and its weight."""
+        return torques_of_energy(self.arm, self.energy)
+
+    def operations_full(self, level: Level) -> OperationCount:
+        """Operations of the exact torque in the form that models of a level have."""
+        return self._element_operations if level == "element" else self._harmonic_operations
+
+    @cached_property
+    def _element_operations(self) -> OperationCount:
+        return operations_of_all_parts(self.arm, self.drives)
+
+    @cached_property
+    def _harmonic_operations(self) -> OperationCount:
+        return torque_programs(self.harmonics.basis, self.torques, thorough=False)["torque"].count

@@ -1,0 +1,109 @@
+"""From candidates that are kept to a model that has been measured."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.harmonics.lagrangian import EnergyTerm, Torques
+from gd_analyze.models.element import ElementModel, part_programs
+from gd_analyze.models.element_level import parts_of
+from gd_analyze.models.harmonic import HarmonicModel, torques_of_energy
+from gd_analyze.models.simplified import ErrorTable, Level, ModelFacts, SimplifiedModel
+from gd_analyze.models.torque_program import torque_programs
+from gd_analyze.operations import OperationCount
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.vectors import FloatArray
+
+Kept = NDArray[np.bool_]
+
+
+def operations_of(exact: ExactDynamics, level: Level, kept: Kept, scale: FloatArray) -> OperationCount:
+    """Operations of one torque evaluation, by the quick way of writing the program."""
+    if level == "element":
+        return part_programs(exact.arm, _labels(exact, kept), exact.drives)["torque"].count
+    _, torques = _harmonic(exact, level, kept, scale)
+    return torque_programs(exact.harmonics.basis, torques, thorough=False)["torque"].count
+
+
+def make_model(
+    exact: ExactDynamics,
+    level: Level,
+    kept: Kept,
+    scale: FloatArray,
+    *,
+    allowed: FloatArray,
+    budget_stated: str,
+    provenance: Mapping[str, str] | None = None,
+) -> SimplifiedModel:
+    """Make the model that keeps some candidates, and measure its error at the states.
+
+    Parameters
+    ----------
+    exact
+        Exact dynamics at the states it is made for.
+    level, kept, scale
+        Level, which of its candidates are kept, and factors of their coefficients; shape (K,) each.
+    allowed
+        Allowed error per joint, N m, shape (n,).
+    budget_stated
+        The budget as the user put it.
+    provenance
+        Stored with the model.
+
+    Raises
+    ------
+    GdAnalyzeError
+        If the measured error is beyond `allowed`.
+    """
+    facts = ModelFacts(
+        arm=exact.arm,
+        drives=exact.drives,
+        refitted=bool((scale[kept] != 1.0).any()),
+        budget=allowed,
+        budget_stated=budget_stated,
+        promise=ErrorTable.nothing(exact.arm.n_joints),
+        made_for=exact.states.described,
+        operations_full=exact.operations_full(level),
+        provenance=dict(provenance or {}),
+    )
+    draft: SimplifiedModel
+    if level == "element":
+        draft = ElementModel(level=level, kept=_labels(exact, kept), **facts)
+    else:
+        energy, torques = _harmonic(exact, level, kept, scale)
+        draft = HarmonicModel(level=level, energy=energy, torques=torques, **facts)
+    states = exact.states
+    promise = ErrorTable.of(exact.torque, draft.torque(states.q, states.qd, states.qdd))
+    if not (promise.largest <= allowed).all():
+        raise GdAnalyzeError(
+            "the simplified model misses its budget",
+            expected=str(allowed.tolist()),
+            found=str(promise.largest.tolist()),
+            next_step="please report this with the arm file and the states",
+        )
+    return dataclasses.replace(draft, promise=promise)
+
+
+def _labels(exact: ExactDynamics, kept: Kept) -> tuple[str, ...]:
+    parts = parts_of(exact.arm.n_joints)
+    return tuple(part.label for part, keep in zip(parts, kept, strict=True) if keep)
+
+
+def _harmonic(
+    exact: ExactDynamics, level: Level, kept: Kept, scale: FloatArray
+) -> tuple[tuple[EnergyTerm, ...], Torques]:
+    """Energy terms, at that level, and torque terms that are kept."""
+    if level == "term":
+        weights = zip(exact.torques.items(), kept, scale, strict=True)
+        return (), {term: float(factor * weight) for (term, weight), keep, factor in weights if keep}
+    energy = tuple(
+        dataclasses.replace(term, coefficient=float(factor * term.coefficient))
+        for term, keep, factor in zip(exact.energy, kept, scale, strict=True)
+        if keep
+    )
+    return energy, torques_of_energy(exact.arm, energy)

@@ -1,0 +1,80 @@
+"""What a payload does to a model that knows nothing of it."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from gd_analyze.dominance import ROUND_OFF_SHARE
+from gd_analyze.formulations import newton_euler_link
+from gd_analyze.models.simplified import SimplifiedModel
+from gd_analyze.robots import RobotArm
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.states import States
+from gd_analyze.vectors import FloatArray, set_points_last
+
+
+@dataclass(frozen=True, eq=False)
+class PayloadEffect:
+    """What a point mass in the hand, at the last link frame's origin, does to a model over some states.
+
+    Parameters
+    ----------
+    torque_per_kg
+        Largest torque that the mass needs at each joint, N m per kg (N per kg for a sliding joint), shape
+        (n,).
+    mass_within_budget
+        Largest mass, kg, for which each joint's error stays within the model's budget, shape (n,): 0 where
+        it is beyond the budget without any, infinite where no mass acts on the joint.
+    """
+
+    torque_per_kg: FloatArray
+    mass_within_budget: FloatArray
+
+    @property
+    def largest_mass(self) -> float:
+        """Largest mass, kg, for which every joint's error stays within the budget."""
+        return float(self.mass_within_budget.min())
+
+    @property
+    def limiting_joint(self) -> int | None:
+        """The joint, from 1, that leaves its budget first; None where no mass acts on any."""
+        return int(self.mass_within_budget.argmin()) + 1 if np.isfinite(self.largest_mass) else None
+
+
+def payload_effect(model: SimplifiedModel, states: States) -> PayloadEffect:
+    """Find what a payload needs at every joint, and how much of it a model's budget allows.
+
+    Torque is linear in a mass at a fixed point of the last link, so the error at a state is e - m g, with g
+    the torque of one kilogram, and leaves the budget b at m = (b +- e) / abs(g).
+
+    Parameters
+    ----------
+    model
+        Made for the arm without the payload.
+    states
+        The states in question; the result says nothing of others.
+    """
+    exact = ExactDynamics(model.arm, states, model.drives).torque
+    error = model.torque(states.q, states.qd, states.qdd) - exact
+    of_a_kilogram = _torque_of_a_kilogram(model.arm, states)
+    # Cancelled terms leave round-off behind, where there is neither an error nor an effect.
+    error[np.abs(error) <= ROUND_OFF_SHARE * np.abs(exact).max()] = 0.0
+    size = np.abs(of_a_kilogram)
+    acts = size > ROUND_OFF_SHARE * size.max()
+    left = model.budget + np.sign(of_a_kilogram) * error
+    mass = np.full(error.shape, np.inf)
+    np.divide(left, size, out=mass, where=acts)
+    mass[np.abs(error) > model.budget] = 0.0
+    return PayloadEffect(np.where(acts, size, 0.0).max(axis=0), mass.min(axis=0))
+
+
+def _torque_of_a_kilogram(arm: RobotArm, states: States) -> FloatArray:
+    """Torque of the arm without any mass but one kilogram in the hand, N m, shape (N, n)."""
+    bare = [dataclasses.replace(link, mass=0.0, inertia_com=np.zeros((3, 3))) for link in arm.links]
+    bare[-1] = dataclasses.replace(bare[-1], mass=1.0, com=np.zeros(3))
+    carrying = dataclasses.replace(arm, links=tuple(bare))
+    last = (set_points_last(np.asarray(x, dtype=float)) for x in (states.q, states.qd, states.qdd))
+    return newton_euler_link.torque(carrying, *last).T

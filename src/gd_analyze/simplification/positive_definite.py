@@ -1,0 +1,194 @@
+"""A lower bound on the smallest eigenvalue of a model's D that no position of a box falls below.
+
+For any vector x, x^T D(q) x is a trigonometric polynomial of the degrees of D, and so is its distance from a
+constant s. The largest |x^T D x - s| over a box exceeds the largest over a grid by the grid's factor at most
+(`grid`), whatever x: no eigenvalue lies farther from s than the factor times the farthest seen. That is of
+use for a matrix whose eigenvalues are alike. Those of an arm's D are not, its last joints carry little. So
+the bound is on K (D - shift 1) K^T with a K that makes a typical D - shift 1 the identity; where that matrix
+has no eigenvalue below some b > 0, D has none below the shift plus b / |K|^2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from gd_analyze.errors import ModelError
+from gd_analyze.harmonics.basis import Basis
+from gd_analyze.harmonics.lagrangian import Monomial
+from gd_analyze.models.harmonic import HarmonicModel
+from gd_analyze.simplification.box import Box
+from gd_analyze.simplification.certificate import require_box
+from gd_analyze.simplification.climbing import climbed
+from gd_analyze.simplification.error_field import error_rows, magnitude, round_off_of
+from gd_analyze.simplification.grid import Grid, grid_at, shared_out
+from gd_analyze.simplification.waves import Expansion, Waves
+from gd_analyze.vectors import FloatArray
+
+# Positions: about 14 per angle for an arm like the PUMA 560, whose D knows four of its angles.
+EFFORT = 40_000
+# Shares of the smallest eigenvalue seen that are tried as the shift; the first that can be proven is taken.
+_SHIFTS = (0.99, 0.9, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Definiteness:
+    """Smallest eigenvalue of a model's D over a box, kg m^2 (where all joints turn).
+
+    Parameters
+    ----------
+    box
+        The positions it is about.
+    proven
+        No position of the box has a smaller one. At most 0: not shown to be positive definite.
+    smallest_found
+        Smallest one found; the truth lies between.
+    position
+        Where that is, rad (m), shape (n,).
+    """
+
+    box: Box
+    proven: float
+    smallest_found: float
+    position: FloatArray
+
+    @property
+    def is_proven(self) -> bool:
+        """Whether D is proven to be positive definite over the whole box."""
+        return self.proven > 0.0
+
+
+def certify_positive_definite(
+    model: HarmonicModel, box: Box | None = None, *, effort: int = EFFORT
+) -> Definiteness:
+    """Bound the smallest eigenvalue of a model's D from below over a box of positions.
+
+    Parameters
+    ----------
+    model
+        A model of harmonic terms of level "energy", whose D is symmetric.
+    box
+        The positions; the arm's own ranges by default. Rates and accelerations do not matter.
+    effort
+        Most positions at which D is evaluated; the same effort gives the same result on any machine.
+
+    Returns
+    -------
+    Definiteness
+        Proven bound and smallest eigenvalue found.
+
+    Raises
+    ------
+    ModelError
+        If the model is not of level "energy".
+    UsageError
+        If the box is of another number of joints, `effort` is not positive, or no box is given and the arm
+        does not state all its limits.
+    """
+    if model.level != "energy":
+        raise ModelError(
+            "only a model of the energies has a symmetric D",
+            expected="a model of level energy",
+            found=f"level {model.level}",
+            next_step="make one with `gd-analyze simplify --level energy`",
+        )
+    box = box or Box.of(model.arm)
+    require_box(box, model.arm.n_joints, effort)
+    inertia = _GriddedInertia.of(model, box, effort)
+    smallest, position = inertia.smallest()
+    scale = abs(smallest) or 1.0
+    shifts = [smallest - (1.0 - share) * scale for share in _SHIFTS]
+    proven = -np.inf
+    for shift in shifts:
+        proven = max(proven, inertia.proven_above(shift))
+        if proven > shift:
+            break
+    return Definiteness(box, float(proven), smallest, position)
+
+
+@dataclass(frozen=True, eq=False)
+class _GriddedInertia:
+    """D over a box: the waves that a grid bounds, the grid, and what the others can add to each element."""
+
+    box: Box
+    every: Waves
+    gridded: Waves
+    grid: Grid
+    left_out: FloatArray
+
+    @classmethod
+    def of(cls, model: HarmonicModel, box: Box, effort: int) -> _GriddedInertia:
+        n = model.arm.n_joints
+        elements = _elements(model)
+        every = Waves.of(elements, Expansion([not turns for turns in model.arm.is_revolute]))
+        # The constant part is the same everywhere and says nothing about where to look.
+        constant = (every.multiples == 0).all(axis=1)
+        shares, rest = shared_out(every.only(~constant), box, effort, groups=1)
+        chosen = constant.copy()
+        if shares:
+            chosen |= (every.multiples[:, None] == shares[0].waves.multiples).all(axis=2).any(axis=1)
+        left_out = rest.sizes(box.farthest).sum(axis=1).reshape(n, n)
+        reach = sum(magnitude(polynomial, box.farthest) for polynomial in elements)
+        left_out += round_off_of(reach, every, box)
+        grid = shares[0].grid if shares else grid_at(box.centre)
+        return cls(box, every, every.only(chosen), grid, left_out)
+
+    def __call__(self, q: FloatArray) -> FloatArray:
+        """Exact D at positions (n, K), shape (K, n, n)."""
+        return _matrices(self.every(q))
+
+    def _on_grid(self) -> Iterator[FloatArray]:
+        return (_matrices(values) for values in self.gridded.on_grid(self.grid.nodes))
+
+    @cached_property
+    def _typical(self) -> FloatArray:
+        """Mean of D over the grid."""
+        return np.asarray(sum(d.sum(axis=0) for d in self._on_grid()) / self.grid.size)
+
+    def smallest(self) -> tuple[float, FloatArray]:
+        """Smallest eigenvalue that a search finds, and where."""
+        lows = np.concatenate([np.linalg.eigvalsh(d)[:, 0] for d in self._on_grid()])
+        starts = self.grid.positions(np.array([lows.argmin()]))
+        position, value = climbed(
+            lambda q: np.asarray(-np.linalg.eigvalsh(self(q))[:, 0], dtype=float), self.box, starts
+        )
+        return -value, position
+
+    def proven_above(self, shift: float) -> float:
+        """Lower bound of all eigenvalues of D over the box, with one shift."""
+        unit = np.eye(len(self._typical))
+        values, vectors = np.linalg.eigh(self._typical - shift * unit)
+        # K; where the typical D does not lie above the shift, as it is.
+        k = (vectors / np.sqrt(values)).T if values[0] > 0.0 else unit
+        extremes = []
+        for d in self._on_grid():
+            scaled = np.linalg.eigvalsh(k @ (d - shift * unit) @ k.T)
+            extremes += [scaled[:, 0].min(), scaled[:, -1].max()]
+        low, high = min(extremes), max(extremes)
+        slack = np.linalg.norm(np.abs(k) @ self.left_out @ np.abs(k).T, 2)
+        # Scaling and eigenvalues are off by some n eps of the largest, in the worst case times |K|^2 |D|.
+        rough = 64 * len(unit) * np.finfo(float).eps * max(abs(low), abs(high), self._reach(k))
+        bound = (low + high) / 2 - self.grid.factor * ((high - low) / 2 + rough) - slack - rough
+        stretch = np.linalg.eigvalsh(k.T @ k)
+        # b K^-1 K^-T has no eigenvalue below b / (largest of K^T K), below b / (smallest) for negative b.
+        below = bound / (stretch[-1] if bound > 0.0 else stretch[0])
+        return float(shift + below - rough * (abs(shift) + abs(below)))
+
+    def _reach(self, k: FloatArray) -> float:
+        sizes = self.every.sizes(self.box.farthest).sum(axis=1).reshape(self.left_out.shape)
+        return float(np.linalg.norm(np.abs(k) @ sizes @ np.abs(k).T, 2))
+
+
+def _elements(model: HarmonicModel) -> list[dict[Monomial, float]]:
+    """D_ij of the model in the joints' own rates, row by row."""
+    n = model.arm.n_joints
+    rows = error_rows(Basis.of(model.arm), {}, model.torques)
+    return [rows[i].get(("qdd", (j,)), {}) for i in range(n) for j in range(n)]
+
+
+def _matrices(values: FloatArray) -> FloatArray:
+    n = round(len(values) ** 0.5)
+    return np.ascontiguousarray(values.T).reshape(-1, n, n)

@@ -1,0 +1,123 @@
+"""Refitted coefficients: what is kept, changed so that it absorbs what was dropped.
+
+With what is kept fixed the error at every state is linear in the free coefficients,
+
+    e_s = sum_p theta_p a_ps - tau_s   for every joint and state s,
+
+a_p the sum of the kept effects that share coefficient p. Whether any coefficients keep |e_s| within a budget,
+and which make the largest |e_s| least, are linear programs. Few states decide; those a trial solution
+violates are added until none is, and kept for the next selection, which mostly hurts at the same states.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.simplification.candidates import Candidates
+from gd_analyze.vectors import FloatArray
+
+# States that a quadratic fit errs most at start the set; further ones join in bunches, and at most so many
+# stay for the next selection.
+_FIRST, _BUNCH, _MOST = 200, 25, 600
+# The solver keeps its rows to 1e-7 of numbers that are some hundred budgets large.
+_CLOSE = 1e-6
+
+
+class Refit:
+    """Fits kept candidates again and again, remembering which states decide."""
+
+    def __init__(self, candidates: Candidates) -> None:
+        self._flat = candidates.flat
+        self._parameter = candidates.parameter
+        self._target = self._flat.sum(axis=0)
+        self._deciding: list[int] = []
+
+    def within(self, kept: NDArray[np.bool_], limit: float = 1.0) -> FloatArray | None:
+        """Factors of all candidates' coefficients, shape (K,), with which no error exceeds the limit.
+
+        None if there are none.
+        """
+        fitted = self._fitted(kept, limit * (1.0 - _CLOSE))
+        return fitted if fitted is not None and self.largest(kept, fitted) <= limit else None
+
+    def best(self, kept: NDArray[np.bool_]) -> FloatArray:
+        """Factors of all candidates' coefficients, shape (K,), that make the largest error least."""
+        fitted = self._fitted(kept, None)
+        assert fitted is not None  # there is always a least
+        return fitted
+
+    def largest(self, kept: NDArray[np.bool_], scale: FloatArray) -> float:
+        """Largest error over allowed."""
+        return float(np.abs((kept * scale - 1.0) @ self._flat).max(initial=0.0))
+
+    def _fitted(self, kept: NDArray[np.bool_], limit: float | None) -> FloatArray | None:
+        members = np.flatnonzero(kept)
+        members = members[np.argsort(self._parameter[members], kind="stable")]
+        _, first, place = np.unique(self._parameter[members], return_index=True, return_inverse=True)
+        scale = np.ones(len(kept))
+        if not len(members):
+            return scale if limit is None or np.abs(self._target).max(initial=0.0) <= limit else None
+        columns = np.add.reduceat(self._flat[members], first, axis=0)
+        if not self._deciding:
+            theta, *_ = np.linalg.lstsq(columns.T, self._target, rcond=None)
+            self._deciding = np.argsort(-np.abs(theta @ columns - self._target))[:_FIRST].tolist()
+        del self._deciding[:-_MOST]
+        while True:
+            found = _solved(columns[:, self._deciding], self._target[self._deciding], limit)
+            if found is None:
+                return None
+            theta, least = found
+            scale[members] = theta[place]
+            error = np.abs(theta @ columns - self._target)
+            worst = np.argpartition(-error, min(_BUNCH, len(error) - 1))[:_BUNCH]
+            beyond = least * (1.0 + _CLOSE) + _CLOSE
+            fresh = sorted(set(worst[error[worst] > beyond].tolist()) - {*self._deciding})
+            if not fresh:
+                return scale
+            self._deciding += fresh
+
+
+def _solved(columns: FloatArray, target: FloatArray, limit: float | None) -> tuple[FloatArray, float] | None:
+    """Coefficients within a limit, or those of the least largest error, and that limit or error."""
+    import highspy
+
+    parameters, states = columns.shape
+    size = np.maximum(np.abs(columns).max(axis=1, initial=0.0), np.finfo(float).tiny)
+    matrix = (columns / size[:, None]).T
+    infinite = highspy.kHighsInf
+    if limit is None:
+        one = np.ones((states, 1))
+        matrix = np.vstack([np.hstack([matrix, -one]), np.hstack([matrix, one])])
+        lower = np.concatenate([np.full(states, -infinite), target])
+        upper = np.concatenate([target, np.full(states, infinite)])
+    else:
+        lower, upper = target - limit, target + limit
+    rows, width = matrix.shape
+    solver = highspy.Highs()
+    solver.setOptionValue("output_flag", False)
+    solver.addVars(width, np.full(width, -infinite), np.full(width, infinite))
+    if limit is None:
+        solver.changeColsCost(1, np.array([parameters], dtype=np.int32), np.ones(1))
+    solver.addRows(
+        rows,
+        lower,
+        upper,
+        matrix.size,
+        np.arange(0, matrix.size, max(width, 1), dtype=np.int32),
+        np.tile(np.arange(width, dtype=np.int32), rows),
+        matrix.ravel(),
+    )
+    solver.run()
+    status = solver.getModelStatus()
+    if limit is not None and status == highspy.HighsModelStatus.kInfeasible:
+        return None
+    if status != highspy.HighsModelStatus.kOptimal:
+        raise GdAnalyzeError(
+            "the refit failed",
+            found=solver.modelStatusToString(status),
+            next_step="please report this with the arm file and the states",
+        )
+    values = np.array(solver.getSolution().col_value)
+    return values[:parameters] / size, float(values[-1]) if limit is None else limit

@@ -1,0 +1,226 @@
+"""The cheapest set of candidates within a budget: elimination, integer program, exchange, refit.
+
+Elimination always ends and is the start. The integer program knows which arithmetic candidates share and
+often proves its selection cheapest, but may be endless, so it stops after some nodes. Exchange tries what
+neither did: to drop one more, or one for another that is cheaper. With a refit every trial fits what is kept
+anew, and fewer candidates may then do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.simplification.candidates import Candidates
+from gd_analyze.simplification.elimination import Elimination, eliminate
+from gd_analyze.simplification.refit import Refit
+from gd_analyze.simplification.selection import select
+from gd_analyze.vectors import FloatArray
+
+Kept = NDArray[np.bool_]
+# Operations of a selection with given factors of its coefficients.
+Count = Callable[[Kept, FloatArray], int]
+# Factors with which a selection is within the budget, None if there are none; given the selection and the
+# error, over allowed, that it has with the factors before.
+Fit = Callable[[Kept, FloatArray], FloatArray | None]
+
+# Of the budget, what a first sweep may spend on candidates too small to weigh one by one.
+_SWEEP_SHARE = 0.02
+# Selections an exchange may try to fit, and candidates it may take back for each that goes.
+_TRIALS, _TAKEN_BACK = 200, 4
+# Errors above this share of the budget tell which candidate would help.
+_HOT = 0.8
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a search found, and what each of its steps led to.
+
+    Parameters
+    ----------
+    kept
+        Which candidates are kept, shape (K,).
+    scale
+        Factor of every candidate's own coefficient, shape (K,); 1 without refit.
+    steps
+        Operations after every step of the search.
+    solved
+        Whether the integer program ended: of the candidates that matter no selection without refit takes
+        fewer operations, as `Candidates.costs` count them.
+    """
+
+    kept: Kept
+    scale: FloatArray
+    steps: dict[str, int]
+    solved: bool
+
+
+def search(
+    candidates: Candidates,
+    count: Count,
+    *,
+    refit: bool = False,
+    thorough: bool = True,
+    progress: Callable[[int], None] | None = None,
+) -> Found:
+    """Find few candidates whose model is within the budget at every state.
+
+    Parameters
+    ----------
+    candidates
+        What may go, their effects over allowed error.
+    count
+        Operations of a selection, as its program takes them.
+    refit
+        Whether kept coefficients may change.
+    thorough
+        Search the integer program; dive into it only otherwise.
+    progress
+        Called with the number of candidates dropped since the last call.
+    """
+    one = np.ones(len(candidates.effects))
+    tell = progress or (lambda _: None)
+    best = eliminate(candidates).within()
+    tell(int((~best).sum()))
+    steps = {"elimination": count(best, one)}
+    programmed, solved = _programmed(candidates, thorough)
+    if count(programmed, one) < steps["elimination"]:
+        best = programmed
+    steps["integer program" if thorough else "dive"] = count(best, one)
+    if not solved:
+        best, _ = _exchanged(candidates, best, one, _unchanged, count)
+        steps["exchange"] = count(best, one)
+    if not refit:
+        return Found(best, one, steps, solved)
+    refitting = Refit(candidates)
+
+    def fit(kept: Kept, error: FloatArray) -> FloatArray | None:
+        return refitting.within(kept)
+
+    found = [(best, one)]
+    first = fit(best, np.zeros(0))
+    for start in (
+        (best, first) if first is not None else None,
+        _refitted_start(eliminate(candidates, refit=True), fit),
+    ):
+        if start is not None:
+            found.append(_exchanged(candidates, *start, fit, count))
+    # Of equal ones the last: it has been fitted.
+    kept, scale = min(reversed(found), key=lambda one: count(*one))
+    tell(int(best.sum()) - int(kept.sum()))
+    scale = refitting.best(kept)
+    steps["refit"] = count(kept, scale)
+    return Found(kept, scale, steps, solved)
+
+
+def _programmed(candidates: Candidates, thorough: bool) -> tuple[Kept, bool]:
+    """Keep what the integer program keeps of the candidates that matter."""
+    effects = candidates.effects
+    kept = np.zeros(len(effects), dtype=bool)
+    largest = np.abs(effects).max(axis=2, initial=0.0)
+    order = np.argsort(largest.max(axis=1), kind="stable")
+    together = np.cumsum(largest[order], axis=0).max(axis=1)
+    matter = np.sort(order[together > _SWEEP_SHARE])
+    if not len(matter):
+        return kept, True
+    place = {int(k): p for p, k in enumerate(matter)}
+    costs: dict[frozenset[int], int] = {}
+    for members, operations in candidates.costs.items():
+        left = frozenset(place[k] for k in members if k in place)
+        if left:
+            costs[left] = costs.get(left, 0) + operations
+    selection = select(effects[matter], 1.0 - _SWEEP_SHARE, costs, thorough=thorough)
+    kept[matter] = selection.kept
+    return kept, selection.optimal
+
+
+def _unchanged(kept: Kept, error: FloatArray) -> FloatArray | None:
+    """Coefficients stay as they are."""
+    return np.ones(len(kept)) if np.abs(error).max(initial=0.0) <= 1.0 else None
+
+
+def _refitted_start(elimination: Elimination, fit: Fit) -> tuple[Kept, FloatArray] | None:
+    """Drop as many candidates, in the order given, as a refit can absorb."""
+    nothing = np.zeros(0)
+    every = np.ones(len(elimination.order), dtype=bool)
+    few, many, found = -1, len(every) + 1, None
+    while many - few > 1:
+        middle = (few + many) // 2
+        trial = every.copy()
+        trial[list(elimination.order[:middle])] = False
+        scale = fit(trial, nothing)
+        if scale is None:
+            many = middle
+        else:
+            few, found = middle, (trial, scale)
+    return found
+
+
+def _exchanged(
+    candidates: Candidates, kept: Kept, scale: FloatArray, fit: Fit, count: Count
+) -> tuple[Kept, FloatArray]:
+    """Drop one more, or one for another that is cheaper, while operations go down."""
+    shared, flat = _Shared(candidates), candidates.flat
+    size = np.maximum(np.einsum("ks,ks->k", flat, flat), np.finfo(float).tiny)
+    fewest, trials = count(kept, scale), _TRIALS
+    while True:
+        for trial, error in _neighbours(flat, size, shared, kept, scale):
+            if trials == 0:
+                return kept, scale
+            trials -= 1
+            fitted = fit(trial, error)
+            if fitted is not None and (operations := count(trial, fitted)) < fewest:
+                kept, scale, fewest = trial, fitted, operations
+                break
+        else:
+            return kept, scale
+
+
+def _neighbours(
+    flat: FloatArray, size: FloatArray, shared: _Shared, kept: Kept, scale: FloatArray
+) -> Iterator[tuple[Kept, FloatArray]]:
+    """Selections that should be cheaper, with their error: first without one, then one for another."""
+    error = (kept * scale - 1.0) @ flat
+    harm = {int(k): float(np.abs(error - scale[k] * flat[k]).max()) for k in np.flatnonzero(kept)}
+    leaving = sorted(harm, key=harm.__getitem__)
+    for k in leaving:
+        trial = kept.copy()
+        trial[k] = False
+        yield trial, error - scale[k] * flat[k]
+    saved = shared.saved(kept)
+    others = np.flatnonzero(~kept)
+    for k in leaving:
+        without = kept.copy()
+        without[k] = False
+        beyond = error - scale[k] * flat[k]
+        hot = np.flatnonzero(np.abs(beyond) > _HOT)
+        worth = (flat[np.ix_(others, hot)] @ beyond[hot]) ** 2 / size[others]
+        added = shared.added(without)
+        for j in others[np.argsort(-worth, kind="stable")[:_TAKEN_BACK]]:
+            if added[j] < saved[k]:
+                trial = without.copy()
+                trial[j] = True
+                yield trial, beyond + flat[j]
+
+
+class _Shared:
+    """Operations as candidates share them."""
+
+    def __init__(self, candidates: Candidates) -> None:
+        self._in = np.zeros((len(candidates.costs), len(candidates.effects)), dtype=bool)
+        for b, members in enumerate(candidates.costs):
+            self._in[b, list(members)] = True
+        self._operations = np.array(list(candidates.costs.values()), dtype=float)
+
+    def saved(self, kept: Kept) -> FloatArray:
+        """Operations that go with each kept candidate alone."""
+        alone = (self._in & kept).sum(axis=1) == 1
+        return np.asarray(np.where(kept, (self._operations * alone) @ self._in, 0.0))
+
+    def added(self, kept: Kept) -> FloatArray:
+        """Operations that each candidate would add."""
+        unused = ~(self._in & kept).any(axis=1)
+        return np.asarray((self._operations * unused) @ self._in)

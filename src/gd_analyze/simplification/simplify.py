@@ -1,0 +1,197 @@
+"""The smallest model within a torque error budget, or the best one of so many operations, at any level."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gd_analyze.errors import UsageError
+from gd_analyze.models.simplified import LEVELS, Level, SimplifiedModel
+from gd_analyze.robots import RobotArm
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.candidates import candidates_of
+from gd_analyze.simplification.elimination import eliminate
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.making import Kept, make_model, operations_of
+from gd_analyze.simplification.search import Found, search
+from gd_analyze.simplification.selection import select
+from gd_analyze.simplification.states import States
+from gd_analyze.trajectories import Trajectory
+from gd_analyze.vectors import FloatArray
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# --operations: how close the budget is searched, and how often the last step is tried.
+_CLOSE, _ATTEMPTS = 1.02, 6
+
+
+def simplify(
+    arm: RobotArm,
+    states: States | Trajectory | xr.Dataset,
+    budget: Budget | None = None,
+    *,
+    level: Level = "term",
+    refit: bool = False,
+    drives: bool = False,
+    operations: int | None = None,
+    provenance: Mapping[str, str] | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> SimplifiedModel:
+    """Leave out what a torque error budget allows, so that few operations remain.
+
+    Parameters
+    ----------
+    arm
+        The arm.
+    states
+        States over which the budget holds: a trajectory's set points, their decomposition where it is at
+        hand, or drawn ones, see `states_in_box`.
+    budget
+        Allowed torque error per joint; 1 % of each joint's peak torque over the states by default.
+    level
+        "term": torque terms one by one, the fewest operations; "energy": terms of the energies, so that the
+        model stays a mechanical system; "element": the effects of D_ij and h_i and c_i, the text's method.
+    refit
+        Change kept coefficients to absorb what is dropped; parts of level "element" have none.
+    drives
+        Include drive inertia.
+    operations
+        Multiplications and additions the model may take: the budget is then scaled, for all joints alike, to
+        the smallest that so many allow.
+    provenance
+        Stored with the model, with the operations after each step of the search.
+    progress
+        Called with the number of candidates dropped since the last call.
+
+    Returns
+    -------
+    SimplifiedModel
+        Its largest error over the states is within the budget, measured on its own program.
+
+    Raises
+    ------
+    UsageError
+        If the budget does not fit the number of joints, or level and refit do not go together.
+    ArmError
+        If drives are asked for and the arm describes none.
+
+    Examples
+    --------
+    >>> import gd_analyze as gd
+    >>> arm = gd.load_arm("two_link")
+    >>> model = gd.simplify(arm, gd.read_trajectory("two-link-swing", arm), gd.Budget.parse("1%"))
+    >>> bool((model.promise.largest_share <= 0.01).all())
+    True
+    """
+    return simplify_exact(
+        ExactDynamics.of(arm, states, drives),
+        budget or Budget(),
+        level=level,
+        refit=refit,
+        operations=operations,
+        provenance=provenance,
+        progress=progress,
+    )
+
+
+def simplify_exact(
+    exact: ExactDynamics,
+    budget: Budget,
+    *,
+    level: Level = "term",
+    refit: bool = False,
+    operations: int | None = None,
+    thorough: bool = True,
+    provenance: Mapping[str, str] | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> SimplifiedModel:
+    """Do what `simplify` does, against exact dynamics that are at hand."""
+    if level not in LEVELS:
+        raise UsageError("there is no such level", where="level", expected=", ".join(LEVELS), found=level)
+    if refit and level == "element":
+        raise UsageError(
+            "parts of elements have no coefficients to refit",
+            where="refit",
+            expected="level term or energy",
+            found="level element",
+        )
+    if operations is None:
+        return _within(exact, budget, level, refit, thorough, provenance, progress)
+    if operations < 0:
+        raise UsageError("so few operations do not exist", where="operations", found=str(operations))
+    return _of_few_operations(exact, budget, level, refit, thorough, operations, provenance, progress)
+
+
+def _within(
+    exact: ExactDynamics,
+    budget: Budget,
+    level: Level,
+    refit: bool,
+    thorough: bool,
+    provenance: Mapping[str, str] | None,
+    progress: Callable[[int], None] | None,
+) -> SimplifiedModel:
+    allowed = exact.allowed(budget)
+    candidates = candidates_of(exact, level, allowed)
+
+    def count(kept: Kept, scale: FloatArray) -> int:
+        return operations_of(exact, level, kept, scale).total
+
+    if level == "element":
+        chosen = select(candidates.effects, 1.0, candidates.costs)
+        kept = np.array(chosen.kept)
+        one = np.ones(len(kept))
+        found = Found(kept, one, {"integer program": count(kept, one)}, chosen.optimal)
+    else:
+        found = search(candidates, count, refit=refit, thorough=thorough, progress=progress)
+    steps = ", ".join(f"{name} {operations}" for name, operations in found.steps.items())
+    return make_model(
+        exact,
+        level,
+        found.kept,
+        found.scale,
+        allowed=allowed,
+        budget_stated=str(budget),
+        provenance={**(provenance or {}), "search": steps + (", solved to the end" if found.solved else "")},
+    )
+
+
+def _of_few_operations(
+    exact: ExactDynamics,
+    budget: Budget,
+    level: Level,
+    refit: bool,
+    thorough: bool,
+    operations: int,
+    provenance: Mapping[str, str] | None,
+    progress: Callable[[int], None] | None,
+) -> SimplifiedModel:
+    """Scale the budget until the model takes no more operations than asked for.
+
+    Elimination alone tells quickly about where; whole searches then close in from there.
+    """
+    allowed = exact.allowed(budget)
+    elimination = eliminate(candidates_of(exact, level, allowed))
+    one = np.ones(len(elimination.order))
+
+    def quick(factor: float) -> int:
+        return operations_of(exact, level, elimination.within(factor), one).total
+
+    few, many = 1e-6, 1.0
+    while quick(many) > operations:
+        few, many = many, 2.0 * many
+    while many / few > _CLOSE:
+        middle = (few * many) ** 0.5
+        few, many = (middle, many) if quick(middle) > operations else (few, middle)
+    best = _within(exact, budget.scaled(many), level, refit, thorough, provenance, progress)
+    step = 0.8
+    for _ in range(_ATTEMPTS):
+        trial = _within(exact, budget.scaled(many * step), level, refit, thorough, provenance, None)
+        if trial.operations.total <= operations:
+            best, many = trial, many * step
+        else:
+            step **= 0.5
+    return best

@@ -1,0 +1,137 @@
+"""Operations against error: what every level gives for smaller and larger budgets, with and without refit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gd_analyze.models.simplified import Level
+from gd_analyze.operations import OperationCount
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.candidates import Candidates, candidates_of
+from gd_analyze.simplification.elimination import eliminate
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.making import operations_of
+from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.vectors import FloatArray
+
+# Parts of elements have no coefficients to refit.
+KINDS: tuple[tuple[Level, bool], ...] = (
+    ("element", False),
+    ("term", False),
+    ("term", True),
+    ("energy", False),
+    ("energy", True),
+)
+FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
+
+
+@dataclass(frozen=True)
+class TradeOffPoint:
+    """One model of the curve.
+
+    Parameters
+    ----------
+    level, refit
+        How it was simplified.
+    factor, budget
+        Its budget, as a multiple of the one the curve is about and as a user would put it.
+    operations
+        What one torque evaluation takes.
+    error_share
+        Largest error over peak torque at the states, the worst joint's.
+    """
+
+    level: Level
+    refit: bool
+    factor: float
+    budget: str
+    operations: OperationCount
+    error_share: float
+
+
+def trade_off(
+    exact: ExactDynamics,
+    budget: Budget | None = None,
+    *,
+    factors: Sequence[float] = FACTORS,
+    kinds: Sequence[tuple[Level, bool]] = KINDS,
+    thorough: bool = True,
+    progress: Callable[[int], None] | None = None,
+) -> tuple[TradeOffPoint, ...]:
+    """Simplify for several budgets at every level.
+
+    Parameters
+    ----------
+    exact
+        Exact dynamics at the states that count.
+    budget
+        The budget that is multiplied; 1 % of each joint's peak torque by default.
+    factors
+        Multiples of the budget.
+    kinds
+        Pairs of level and refit.
+    thorough
+        Search each point as `simplify` does. Otherwise all points of a kind come from one elimination, which
+        takes hundredths of a second and somewhat more operations.
+    progress
+        Called with the number of points done since the last call.
+
+    Returns
+    -------
+    tuple
+        Points by kind and growing budget.
+    """
+    budget = budget or Budget()
+    tell = progress or (lambda _: None)
+    points: list[TradeOffPoint] = []
+    for level, refit in kinds:
+        if not thorough:
+            points += _eliminated(exact, budget, level, refit, factors)
+            tell(len(factors))
+            continue
+        for factor in factors:
+            model = simplify_exact(exact, budget.scaled(factor), level=level, refit=refit)
+            error = float(model.promise.largest_share.max())
+            stated = str(budget.scaled(factor))
+            points.append(TradeOffPoint(level, refit, factor, stated, model.operations, error))
+            tell(1)
+    return tuple(points)
+
+
+def _eliminated(
+    exact: ExactDynamics, budget: Budget, level: Level, refit: bool, factors: Sequence[float]
+) -> list[TradeOffPoint]:
+    """The last models of one elimination that are within each budget."""
+    allowed = exact.allowed(budget)
+    candidates = candidates_of(exact, level, allowed)
+    elimination = eliminate(candidates, refit=refit)
+    largest = elimination.errors().max(axis=1) if refit else None
+    points = []
+    for factor in factors:
+        if largest is None:
+            kept, scale = elimination.within(factor), elimination.scales[0]
+        else:
+            last = int(np.flatnonzero(largest <= factor)[-1])
+            kept, scale = elimination.kept(last), elimination.scales[last]
+        points.append(
+            TradeOffPoint(
+                level,
+                refit,
+                factor,
+                str(budget.scaled(factor)),
+                operations_of(exact, level, kept, scale),
+                _error_share(exact, candidates, kept * scale - 1.0, allowed),
+            )
+        )
+    return points
+
+
+def _error_share(
+    exact: ExactDynamics, candidates: Candidates, weights: FloatArray, allowed: FloatArray
+) -> float:
+    error = np.abs(np.tensordot(weights, candidates.effects, axes=1)).max(axis=1) * allowed
+    peak = exact.peak_torque
+    return float(np.divide(error, peak, out=np.zeros_like(error), where=peak > 0.0).max())

@@ -1,0 +1,140 @@
+"""`gd-analyze evaluate`: over drawn states, with a payload, and what it says it held the model against."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import gd_analyze as gd
+from gd_analyze.models import save_model
+from gd_analyze.models.evaluation import evaluate_states
+from gd_analyze.robots import load_arm, with_payload
+from gd_analyze.simplification import States, simplify, states_in_box
+from gd_analyze.simplification.payload_effect import payload_effect
+
+LEVELS = ("element", "term", "energy")
+
+
+@pytest.fixture(params=LEVELS)
+def model(request, here, swing):
+    """A model of the two-link arm at each level, made for one trajectory with drops worth showing."""
+    made = simplify(load_arm("two_link"), swing, gd.Budget.parse("2%"), level=request.param)
+    save_model(made, here / "model.json")
+    return made
+
+
+def within_80(result) -> str:
+    assert (result.code, result.err) == (0, "")
+    assert max(map(len, result.out.splitlines())) <= 80
+    return " ".join(result.out.split())
+
+
+def test_over_drawn_states(run, model):
+    told = run("evaluate", "model.json", "--states", 300, "--seed", 7, "--json").json
+    expected = evaluate_states(model, states_in_box(model.arm, 300, 7)).table
+    for key, values in (("largest_error", expected.largest), ("peak_torque", expected.peak_torque)):
+        # The same programs at the same states, so the same bits.
+        assert [row[key] for row in told["joints"]] == values.tolist()
+    assert (told["states"], told["seed"], told["trajectory"], told["set_points"]) == (300, 7, None, None)
+    assert told["held_against"] == {"arm": "two_link", "drives": False, "payload": None}
+    assert told["level"] == model.level
+    shown = within_80(run("evaluate", "model.json", "--states", 300, "--seed", 7))
+    assert "Two-link planar arm over 300 states drawn from the arm's ranges" in shown
+    assert "seed 7" in shown
+    assert "made for two-link-swing with a budget of 2%" in shown
+
+
+def test_a_seed_repeats_the_states(run, model):
+    first, same, other = (
+        run("evaluate", "model.json", "--states", 50, "--seed", seed, "--json").json["joints"]
+        for seed in (1, 1, 2)
+    )
+    assert first == same
+    assert first != other
+
+
+def test_with_a_payload_along_a_trajectory(run, model, swing, here):
+    words = ("evaluate", "model.json", "two-link-swing", "--payload", "0.5,0.01,0,0,0.001,0.001,0.001")
+    told = run(*words, "-o", "torque.csv", "--json").json
+    loaded = with_payload(model.arm, 0.5, [0.01, 0.0, 0.0], [0.001] * 3)
+    here_, without = evaluate_states(model, swing, loaded).table, evaluate_states(model, swing).table
+    assert [row["largest_error"] for row in told["joints"]] == here_.largest.tolist()
+    assert [row["peak_torque"] for row in told["joints"]] == here_.peak_torque.tolist()
+    assert [row["largest_error_without_payload"] for row in told["joints"]] == without.largest.tolist()
+    assert told["held_against"] == {
+        "arm": "two_link+0.5kg",
+        "drives": False,
+        "payload": {
+            "mass": 0.5,
+            "position": [0.01, 0.0, 0.0],
+            "inertia": [[0.001, 0.0, 0.0], [0.0, 0.001, 0.0], [0.0, 0.0, 0.001]],
+        },
+    }
+    assert told["arm"] == "two_link"
+    assert (told["trajectory"], told["set_points"], told["states"]) == ("two-link-swing", len(swing.q), None)
+    assert told["largest_losses"] == []
+    rows = np.loadtxt(here / "torque.csv", delimiter=",", skiprows=1)
+    np.testing.assert_array_equal(rows[:, 1:3], evaluate_states(model, swing, loaded).exact)
+    shown = within_80(run(*words))
+    assert "Two-link planar arm carrying 0.5 kg along two-link-swing" in shown
+    assert "made without this payload, for two-link-swing" in shown
+    assert "The payload tells most at joint" in shown
+
+
+def test_what_may_be_carried(run, model, swing):
+    told = run("evaluate", "model.json", "two-link-swing", "--json").json
+    effect = payload_effect(model, States(swing.q, swing.qd, swing.qdd, {}))
+    assert told["point_mass_within_budget"] == effect.largest_mass > 0
+    assert told["limiting_joint"] == effect.limiting_joint
+    assert [row["torque_per_kg"] for row in told["joints"]] == effect.torque_per_kg.tolist()
+    shown = within_80(run("evaluate", "model.json", "two-link-swing"))
+    assert f"within the budget here; joint {effect.limiting_joint} leaves it first." in shown
+    # Just as much, put into the hand, and a hundredth more.
+    for factor, within in ((0.99, True), (1.01, False)):
+        payload = f"{factor * effect.largest_mass},0,0,0"
+        rows = run("evaluate", "model.json", "two-link-swing", "--payload", payload, "--json").json["joints"]
+        assert all(row["largest_error"] <= row["allowed_error"] for row in rows) == within
+
+
+def test_beyond_the_budget_without_a_payload(run, here, motion):
+    """Gentle, so that velocity terms may go, which are large elsewhere."""
+    arm = load_arm("two_link")
+    made = simplify(arm, gd.read_trajectory(motion, arm), gd.Budget.parse("2%"), level="element")
+    wide = evaluate_states(made, states_in_box(made.arm, 500))
+    assert not wide.within(made.budget).all()
+    save_model(made, here / "model.json")
+    shown = within_80(run("evaluate", "model.json", "--states", 500))
+    beyond = ", ".join(str(i + 1) for i in np.flatnonzero(~wide.within(made.budget)))
+    assert f"Beyond the budget here even without any payload: joint {beyond}." in shown
+    assert "leaves it first" not in shown
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("-o", "torque.csv"), "needs a trajectory"),
+        (("--payload", "1,0,0"), "wrong count of numbers"),
+        (("--payload", "-1,0,0,0"), "negative"),
+        (("--states", "0"), "--states"),
+        (("--seed", "-1"), "--seed"),
+    ],
+)
+def test_refused(run, here, swing, listing, words, told):
+    save_model(simplify(load_arm("two_link"), swing, level="element"), here / "model.json")
+    result = run("evaluate", "model.json", *words)
+    assert (result.code, result.out) == (2, "")
+    assert told in result.err
+    assert listing() == {"model.json"}
+
+
+def test_an_arm_without_limits_has_no_box(run, here):
+    (here / "own.toml").write_text(
+        'format = "gd-analyze arm 1"\nname = "own"\n[[joints]]\n[[links]]\nmass = 1.0\n'
+        "com = [0.0, 0.0, 0.0]\ninertia = { xx = 0.1, yy = 0.1, zz = 0.1 }\n"
+    )
+    arm = load_arm(here / "own.toml")
+    q = np.linspace(0.0, 1.0, 5)[:, None]
+    save_model(simplify(arm, States(q, q, q, {"box": "by hand"}), level="element"), here / "model.json")
+    result = run("evaluate", "model.json")
+    assert (result.code, result.out) == (2, "")
+    assert "does not state all its limits" in result.err
