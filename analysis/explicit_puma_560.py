@@ -3,12 +3,11 @@
 Armstrong, Khatib and Burdick (1986) derived the PUMA's equations symbolically by hand-guided rules and dropped a
 coefficient when it was below 1 % of the largest in its equation or of the largest constant of its joint: 305
 operations, no torque error stated. Here the rule is applied to the identified terms, and what it costs is measured.
-Writes `explicit_puma_560.md` beside this file; takes about a minute: `python analysis/explicit_puma_560.py`.
+Writes `explicit_puma_560.md` beside this file; takes a few minutes: `python analysis/explicit_puma_560.py`.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import time
 from collections import defaultdict
 from pathlib import Path
@@ -16,15 +15,21 @@ from pathlib import Path
 import numpy as np
 
 import gd_analyze as gd
-from gd_analyze.harmonics.lagrangian import TorqueTerm, energy_terms
-from gd_analyze.models import HarmonicModel
-from gd_analyze.models.harmonic import torques_of_energy
-from gd_analyze.simplification import Budget, certify, simplify, states_in_box
+from gd_analyze.certification import certify
+from gd_analyze.harmonics.lagrangian import TorqueTerm
+from gd_analyze.models import ErrorTable, HarmonicModel, Level
+from gd_analyze.simplification import Budget, ExactDynamics, simplify_exact, states_in_box
+from gd_analyze.simplification.trade_off import KINDS, trade_off
 
 SHARE = 0.01
-BUDGETS = ("0.2%", "0.5%", "1%", "2%", "5%")
+FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 STATES = 4000
-CERTIFY_SECONDS = 1.0
+
+
+def exact_dynamics(drives: bool = True) -> ExactDynamics:
+    """Take the PUMA at states drawn from its limits."""
+    arm = gd.load_arm("puma560")
+    return ExactDynamics(arm, states_in_box(arm, STATES), drives)
 
 
 def one_percent_rule(torques: dict[TorqueTerm, float]) -> dict[TorqueTerm, float]:
@@ -46,33 +51,38 @@ def one_percent_rule(torques: dict[TorqueTerm, float]) -> dict[TorqueTerm, float
     }
 
 
-def rebuilt() -> tuple[HarmonicModel, HarmonicModel]:
-    """Exact model, and what the 1 % rule leaves of it; drive inertia on."""
-    arm = gd.load_arm("puma560")
-    states = states_in_box(arm, STATES)
-    exact_torques = torques_of_energy(arm, energy_terms(gd.identify_harmonics(arm), arm.drive_inertia))
-    some = simplify(arm, states, Budget.parse("50%"), level="energy", drives=True)
-    exact, ruled = (
-        dataclasses.replace(some, level="term", energy=(), torques=torques)
-        for torques in (exact_torques, one_percent_rule(exact_torques))
+def model_of(exact: ExactDynamics, torques: dict[TorqueTerm, float]) -> HarmonicModel:
+    """Make a model of these terms; it promises nothing."""
+    n = exact.arm.n_joints
+    return HarmonicModel(
+        arm=exact.arm,
+        level="term",
+        torques=torques,
+        drives=exact.drives,
+        budget=np.full(n, np.inf),
+        budget_stated="none",
+        promise=ErrorTable.nothing(n),
+        made_for=exact.states.described,
+        operations_full=exact.operations_full("term"),
     )
-    return exact, ruled
 
 
-def largest_shares(model: HarmonicModel) -> np.ndarray:
+def rebuilt(exact: ExactDynamics) -> tuple[HarmonicModel, HarmonicModel]:
+    """Exact model, and what the 1 % rule leaves of it."""
+    return model_of(exact, exact.torques), model_of(exact, one_percent_rule(exact.torques))
+
+
+def largest_shares(exact: ExactDynamics, model: HarmonicModel) -> np.ndarray:
     """Largest torque error of every joint over the states, as a share of its peak torque."""
-    states = states_in_box(model.arm, STATES)
-    exact = states.torque(model.arm, model.drives)
-    error = model.torque(states.q, states.qd, states.qdd) - exact
-    return np.abs(error).max(axis=0) / np.abs(exact).max(axis=0)
+    states = exact.states
+    error = model.torque(states.q, states.qd, states.qdd) - exact.torque
+    return np.abs(error).max(axis=0) / exact.peak_torque
 
 
-def row(name: str, model: HarmonicModel, seconds: float | None) -> str:
+def row(name: str, exact: ExactDynamics, model: HarmonicModel, seconds: float | None) -> str:
     """One line of the table."""
-    states = states_in_box(model.arm, STATES)
-    peak = np.abs(states.torque(model.arm, model.drives)).max(axis=0)
-    shares = largest_shares(model)
-    certified = certify(model, seconds=CERTIFY_SECONDS).certified / peak
+    shares = largest_shares(exact, model)
+    certified = certify(model, harmonics=exact.harmonics).certified / exact.peak_torque
     count = model.operations
     return (
         f"| {name} | {len(model.torques)} | {count.total} ({count.multiplications} + {count.additions}) | "
@@ -81,20 +91,28 @@ def row(name: str, model: HarmonicModel, seconds: float | None) -> str:
     )
 
 
+def curve(exact: ExactDynamics) -> list[str]:
+    """Lines of the trade-off as a table."""
+    points = {(p.level, p.refit, p.factor): p for p in trade_off(exact, factors=FACTORS)}
+    heads = [f"{level}{', refitted' if refit else ''}" for level, refit in KINDS]
+    lines = [f"| budget | {' | '.join(heads)} |", "|---" * (1 + len(heads)) + "|"]
+    for factor in FACTORS:
+        counts = [points[level, refit, factor].operations.total for level, refit in KINDS]
+        lines.append(f"| {factor:g}% | " + " | ".join(map(str, counts)) + " |")
+    return lines
+
+
 def report() -> str:
     """Write the study as Markdown."""
-    arm = gd.load_arm("puma560")
-    states = states_in_box(arm, STATES)
+    exact = exact_dynamics()
     start = time.perf_counter()
-    exact, ruled = rebuilt()
+    whole, ruled = rebuilt(exact)
     seconds = time.perf_counter() - start
-    equal = largest_shares(ruled)
-    peak = np.abs(states.torque(arm, True)).max(axis=0)
+    equal = largest_shares(exact, ruled)
     lines = [
         "# The explicit PUMA 560 model of 1986, rebuilt",
         "",
-        "Generated by `python analysis/explicit_puma_560.py`; do not edit. Seconds vary with the machine, and so may the "
-        "last few operations of a term-level model, whose search stops after some seconds.",
+        "Generated by `python analysis/explicit_puma_560.py`; do not edit. Seconds vary with the machine.",
         "",
         "By hand, published 1986: recursive Newton-Euler 1560 operations, the full explicit model 1165, abbreviated by the "
         "1 % rule 305; no torque error stated. Below: drive inertia on, errors over "
@@ -103,46 +121,54 @@ def report() -> str:
         "",
         "| model | torque terms | operations (mult + add) | sin, cos | largest error | certified | seconds |",
         "|---|---|---|---|---|---|---|",
-        row("exact, factored", exact, None),
-        row("1 % rule of 1986", ruled, seconds),
+        row("exact, factored", exact, whole, None),
+        row("1 % rule of 1986", exact, ruled, seconds),
     ]
-    for name, budget, level, refit in (
-        ("ours, every joint within the rule's own error", tuple(equal * peak), "term", False),
-        ("ours, 1 %, torque terms", None, "term", False),
-        ("ours, 1 %, energy terms", None, "energy", False),
-        ("ours, 1 %, energy terms, refitted", None, "energy", True),
-    ):
-        allowed = Budget.parse("1%") if budget is None else Budget(budget, (False,) * len(budget))
+    steps = []
+    budget = tuple((equal * exact.peak_torque).tolist())
+    as_good = Budget(budget, (False,) * len(budget))
+    asked: tuple[tuple[str, Budget, Level, bool], ...] = (
+        ("ours, every joint within the rule's own error", as_good, "term", False),
+        ("the same, refitted", as_good, "term", True),
+        ("ours, 1 %, torque terms", Budget(), "term", False),
+        ("ours, 1 %, torque terms, refitted", Budget(), "term", True),
+        ("ours, 1 %, energy terms", Budget(), "energy", False),
+        ("ours, 1 %, energy terms, refitted", Budget(), "energy", True),
+    )
+    for name, allowed, level, refit in asked:
         start = time.perf_counter()
-        model = simplify(
-            arm, states, allowed, level="term" if level == "term" else "energy", refit=refit, drives=True
-        )
-        lines.append(row(name, model, time.perf_counter() - start))
+        model = simplify_exact(exact_dynamics(), allowed, level=level, refit=refit)
+        assert isinstance(model, HarmonicModel)
+        lines.append(row(name, exact, model, time.perf_counter() - start))
+        steps.append(f"| {name} | {model.provenance['search']} | {model.operations.total} |")
     shares = ", ".join(f"{share:.1%}" for share in equal)
-    lines += [
-        "",
-        f"The rule looks at coefficients, not at torque: joint by joint it errs by {shares} of the peak. It keeps terms that "
-        "move nothing and drops some that do.",
-        "",
-        "## Operations against error",
-        "",
-        "| budget | torque terms | energy terms | energy terms, refitted |",
-        "|---|---|---|---|",
-    ]
-    for budget_text in BUDGETS:
-        cells = []
-        for level, refit in (("term", False), ("energy", False), ("energy", True)):
-            model = simplify(
-                arm,
-                states,
-                Budget.parse(budget_text),
-                level="term" if level == "term" else "energy",
-                refit=refit,
-                drives=True,
-            )
-            cells.append(f"{model.operations.total}")
-        lines.append(f"| {budget_text} | " + " | ".join(cells) + " |")
-    return "\n".join([*lines, ""])
+    return "\n".join(
+        [
+            *lines,
+            "",
+            f"The rule looks at coefficients, not at torque: joint by joint it errs by {shares} of the peak. It keeps "
+            "terms that move nothing and drops some that do.",
+            "",
+            "## What each step of the search gains",
+            "",
+            "Operations as a quick way of writing the program takes them, after each step; and as the final program does.",
+            "",
+            "| model | steps | program |",
+            "|---|---|---|",
+            *steps,
+            "",
+            "## Operations against error",
+            "",
+            "With drives:",
+            "",
+            *curve(exact),
+            "",
+            "Without drives:",
+            "",
+            *curve(exact_dynamics(drives=False)),
+            "",
+        ]
+    )
 
 
 if __name__ == "__main__":

@@ -33,7 +33,8 @@ def test_exactly_the_chosen_files(two_link, swing, tmp_path, formats):
     folder = tmp_path / "deep" / "results"
     findings = analyze(two_link, swing, folder, formats=formats)
     assert sorted(names_in(folder) if folder.exists() else []) == sorted(FILES[name] for name in formats)
-    assert findings.model.dropped
+    assert findings.element_model.dropped
+    assert findings.model.torques
 
 
 def test_the_files_hold_what_was_found(puma, pick_and_place, tmp_path):
@@ -44,7 +45,7 @@ def test_the_files_hold_what_was_found(puma, pick_and_place, tmp_path):
     np.testing.assert_array_equal(tree["decomposition/torque"], findings.decomposition.torque)
     assert tree.attrs["command"] == "gd-analyze puma560 x.csv"
     model = gd.load_model(tmp_path / "model.json")
-    assert model.kept == findings.model.kept
+    assert model.torques == findings.model.torques
     assert model.provenance["command"] == "gd-analyze puma560 x.csv"
     assert (tmp_path / "dominance.csv").read_text() == dominance_csv(findings)
 

@@ -63,7 +63,7 @@ def test_plain_xarray_opens_it(stored, puma_findings):
         assert tree["trajectory"].attrs["name"] == "pick-and-place"
         assert tree["simplified_model/kept"].dtype == bool
         kept = tree["simplified_model"]["part"].values[tree["simplified_model/kept"].values]
-        assert sorted(kept) == sorted(puma_findings.model.kept)
+        assert sorted(kept) == sorted(puma_findings.element_model.kept)
 
 
 def test_plain_h5py_opens_it(stored, puma_findings):
@@ -96,6 +96,23 @@ def test_model_errors_are_stored_with_the_model(stored, puma_findings):
     assert np.abs(model["largest_error"].values - error).max() <= slack
     assert (model["largest_error"].values <= model["allowed_error"].values).all()
     assert model.attrs["multiplications"] == puma_findings.model.operations.multiplications
+
+
+def test_ranking_curve_and_certificate_are_stored(stored, puma_findings):
+    tree = load_results(stored)
+    terms = puma_findings.terms.terms
+    assert tree["terms"]["text"].values.tolist() == [term.text for term in terms]
+    assert tree["terms"]["without_share"].values.tolist() == [term.without_share for term in terms]
+    assert tree["terms"].attrs["not_worth_keeping"] == puma_findings.terms.not_worth_keeping
+    curve = tree["trade_off"]["operations"]
+    assert set(curve["kind"].values) == {"element", "term", "term refit", "energy", "energy refit"}
+    for point in puma_findings.trade_off:
+        kind = f"{point.level} refit" if point.refit else point.level
+        assert curve.sel(kind=kind, factor=point.factor) == point.operations.total
+    beyond = tree["beyond"]
+    np.testing.assert_array_equal(beyond["certified"], puma_findings.beyond.certificate.certified)
+    assert (beyond["certified"].values >= tree["simplified_model"]["largest_error"].values * (1 - 1e-9)).all()
+    assert beyond["torque_per_kg"].attrs["units"] == "N m / kg"
 
 
 def test_lean_results_are_stored_too(swing_findings, tmp_path):

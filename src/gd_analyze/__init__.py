@@ -17,6 +17,7 @@ from gd_analyze.version import __version__
 
 if TYPE_CHECKING:
     from gd_analyze.authority import cross_check
+    from gd_analyze.certification import Box, certify, certify_positive_definite
     from gd_analyze.decomposition import decompose, decompose_states
     from gd_analyze.dominance import rank, text_verdicts
     from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
@@ -32,14 +33,23 @@ if TYPE_CHECKING:
         save_model,
     )
     from gd_analyze.robots import RobotArm, builtin_arms, load_arm
-    from gd_analyze.simplification import Budget, simplify
-    from gd_analyze.simplification.certificate import certify
-    from gd_analyze.simplification.states import states_in_box, states_of
+    from gd_analyze.simplification import (
+        Budget,
+        ExactDynamics,
+        payload_effect,
+        rank_terms,
+        simplify,
+        states_in_box,
+        states_of,
+        torque_uncertainty,
+        trade_off,
+    )
     from gd_analyze.store import load_results, save_results
     from gd_analyze.trajectories import Trajectory, plan, read_trajectory, write_trajectory
 
 _HOMES = {
     "authority": ("cross_check",),
+    "certification": ("Box", "certify", "certify_positive_definite"),
     "decomposition": ("decompose", "decompose_states"),
     "dominance": ("rank", "text_verdicts"),
     "errors": ("GdAnalyzeError", "GdAnalyzeWarning"),
@@ -51,13 +61,22 @@ _HOMES = {
         "HarmonicModel",
         "SimplifiedModel",
         "evaluate",
+        "evaluate_states",
         "load_model",
         "save_model",
     ),
     "robots": ("RobotArm", "builtin_arms", "load_arm"),
-    "simplification": ("Budget", "simplify"),
-    "simplification.certificate": ("certify",),
-    "simplification.states": ("states_in_box", "states_of"),
+    "simplification": (
+        "Budget",
+        "ExactDynamics",
+        "payload_effect",
+        "rank_terms",
+        "simplify",
+        "states_in_box",
+        "states_of",
+        "torque_uncertainty",
+        "trade_off",
+    ),
     "store": ("load_results", "save_results"),
     "trajectories": ("Trajectory", "plan", "read_trajectory", "write_trajectory"),
 }
@@ -65,8 +84,10 @@ _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 _CALLED_AT_HOME = {"identify_harmonics": "identify"}
 
 __all__ = [
+    "Box",
     "Budget",
     "ElementModel",
+    "ExactDynamics",
     "GdAnalyzeError",
     "GdAnalyzeWarning",
     "HarmonicModel",
@@ -77,18 +98,22 @@ __all__ = [
     "analyze",
     "builtin_arms",
     "certify",
+    "certify_positive_definite",
     "cross_check",
     "decompose",
     "decompose_states",
     "equations",
     "evaluate",
+    "evaluate_states",
     "find",
     "identify_harmonics",
     "load_arm",
     "load_model",
     "load_results",
+    "payload_effect",
     "plan",
     "rank",
+    "rank_terms",
     "read_trajectory",
     "save_model",
     "save_results",
@@ -96,6 +121,8 @@ __all__ = [
     "states_in_box",
     "states_of",
     "text_verdicts",
+    "torque_uncertainty",
+    "trade_off",
     "write_trajectory",
 ]
 

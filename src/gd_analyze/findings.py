@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from gd_analyze.authority import Residual
+from gd_analyze.certification import Certificate
 from gd_analyze.harmonics import Harmonics
 from gd_analyze.models import ElementModel, ErrorTable, Evaluation, SimplifiedModel
 from gd_analyze.robots import RobotArm
-from gd_analyze.simplification import Certificate
-from gd_analyze.simplification.payload_effect import PayloadEffect
-from gd_analyze.simplification.ranking import TermRanking
-from gd_analyze.simplification.trade_off import TradeOffPoint
+from gd_analyze.simplification import PayloadEffect, TermRanking, TradeOffPoint
 from gd_analyze.trajectories import Trajectory
 
 if TYPE_CHECKING:

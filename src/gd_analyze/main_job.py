@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from gd_analyze.authority import cross_check
+from gd_analyze.certification import Box, certify
 from gd_analyze.decomposition import decompose
 from gd_analyze.dominance import peak_magnitude, rank
 from gd_analyze.errors import GdAnalyzeWarning, Location, OutputError, UsageError
@@ -27,22 +28,22 @@ from gd_analyze.models import (
 from gd_analyze.provenance import provenance
 from gd_analyze.robots import RobotArm
 from gd_analyze.simplification import (
-    Box,
     Budget,
     ExactDynamics,
-    certify,
+    payload_effect,
+    rank_terms,
     simplify_exact,
     states_in_box,
+    trade_off,
 )
-from gd_analyze.simplification.payload_effect import payload_effect
-from gd_analyze.simplification.ranking import rank_terms
-from gd_analyze.simplification.trade_off import trade_off
 from gd_analyze.store import save_results
 from gd_analyze.trajectories import Trajectory
 
 # Multiples of the budget that the report's curve shows, and states drawn to try a model beyond its own.
 _FACTORS = (0.2, 0.5, 1.0, 2.0, 5.0)
 _DRAWN = 1000
+# Of the certificate: close to the truth in a box as small as a trajectory's.
+_EFFORT = 5_000
 
 FILES = {
     "h5": "analysis.h5",
@@ -157,7 +158,12 @@ def _beyond(exact: ExactDynamics, model: SimplifiedModel) -> Beyond:
     arm, states = exact.arm, exact.states
     certificate = None
     if isinstance(model, HarmonicModel):
-        certificate = certify(model, Box.around(states.q, states.qd, states.qdd), harmonics=exact.harmonics)
+        certificate = certify(
+            model,
+            Box.around(states.q, states.qd, states.qdd),
+            effort=_EFFORT,
+            harmonics=exact.harmonics,
+        )
     table = None
     if arm.has_all_limits:
         drawn = ExactDynamics(arm, states_in_box(arm, _DRAWN), model.drives)

@@ -18,7 +18,15 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FORMAT = "gd-analyze results"
-GROUPS = ("trajectory", "decomposition", "dominance", "simplified_model")
+GROUPS = (
+    "trajectory",
+    "decomposition",
+    "dominance",
+    "simplified_model",
+    "terms",
+    "trade_off",
+    "beyond",
+)
 _MOTION = ("q", "qd", "qdd")
 
 
@@ -30,7 +38,7 @@ def save_results(findings: Findings, path: str | Path) -> None:
     findings
         What the main job found.
     path
-        The file; groups `trajectory`, `decomposition`, `dominance` and `simplified_model`.
+        The file, with the groups of `GROUPS`.
 
     Raises
     ------
@@ -71,6 +79,9 @@ def as_tree(findings: Findings) -> xr.DataTree:
             "/decomposition": dataset,
             "/dominance": findings.dominance,
             "/simplified_model": _model(findings),
+            "/terms": _terms(findings),
+            "/trade_off": _trade_off(findings),
+            "/beyond": _beyond(findings),
         }
     )
 
@@ -81,7 +92,7 @@ def load_results(path: str | Path) -> xr.DataTree:
     Returns
     -------
     xarray.DataTree
-        Groups `trajectory`, `decomposition`, `dominance` and `simplified_model`, in memory.
+        The groups of `GROUPS`, in memory.
 
     Raises
     ------
@@ -193,8 +204,10 @@ def _model(findings: Findings) -> xr.Dataset:
         },
         attrs={
             "level": model.level,
+            "refitted": int(model.refitted),
             "budget": model.budget_stated,
             "errors_are": "sampled at the set points",
+            "search": model.provenance["search"],
             "multiplications": model.operations.multiplications,
             "additions": model.operations.additions,
             "sines_cosines": model.operations.sines_cosines,
@@ -207,3 +220,104 @@ def _model(findings: Findings) -> xr.Dataset:
 
 def _labels(findings: Findings) -> list[str]:
     return [*findings.element_model.kept, *findings.element_model.dropped]
+
+
+def _terms(findings: Findings) -> xr.Dataset:
+    import xarray as xr
+
+    ranking = findings.terms
+    meanings = {
+        "label": ("", "where the term stands: tau and the row, in absolute rates"),
+        "quantity": ("", "inertia (D), coriolis_centrifugal (h) or gravity_loading (c)"),
+        "text": ("", "the term, to three digits"),
+        "alone_torque": ("N m", "its own largest torque, at alone_joint"),
+        "alone_joint": ("", "joint where that is most of the peak torque, from 1"),
+        "alone_share": ("1", "alone_torque over that joint's peak torque"),
+        "without_share": ("1", "largest error over peak torque without it and all ranked below"),
+        "without_joint": ("", "joint of that error, from 1"),
+    }
+    return xr.Dataset(
+        {
+            name: (
+                "rank",
+                np.array([getattr(term, name) for term in ranking.terms]),
+                {"long_name": meaning, **({"units": unit} if unit else {})},
+            )
+            for name, (unit, meaning) in meanings.items()
+        },
+        coords={"rank": np.arange(1, len(ranking.terms) + 1)},
+        attrs={"not_worth_keeping": ranking.not_worth_keeping}
+        | ({} if ranking.uncertainty is None else {"torque_uncertainty": ranking.uncertainty}),
+    )
+
+
+def _trade_off(findings: Findings) -> xr.Dataset:
+    import xarray as xr
+
+    points = findings.trade_off
+    kinds = list(dict.fromkeys((point.level, point.refit) for point in points))
+    factors = sorted({point.factor for point in points})
+    by_place = {(point.level, point.refit, point.factor): point for point in points}
+    table = [[by_place[(*kind, factor)] for factor in factors] for kind in kinds]
+    return xr.Dataset(
+        {
+            "operations": (
+                ("kind", "factor"),
+                [[point.operations.total for point in row] for row in table],
+                {"long_name": "multiplications and additions of one torque evaluation"},
+            ),
+            "largest_share": (
+                ("kind", "factor"),
+                [[point.error_share for point in row] for row in table],
+                {"units": "1", "long_name": "largest torque error at the set points over peak torque"},
+            ),
+        },
+        coords={
+            "kind": [f"{level} refit" if refit else level for level, refit in kinds],
+            "factor": ("factor", factors, {"long_name": "multiple of the budget"}),
+        },
+    )
+
+
+def _beyond(findings: Findings) -> xr.Dataset:
+    """Per joint; what could not be found out is not a number."""
+    import xarray as xr
+
+    beyond, n = findings.beyond, findings.arm.n_joints
+    certificate, drawn = beyond.certificate, beyond.within_limits
+    unknown = np.full(n, np.nan)
+    columns = {
+        "certified": (
+            unknown if certificate is None else certificate.certified,
+            "N m",
+            "no state between the extremes of the trajectory has a larger torque error",
+        ),
+        "worst_found": (
+            unknown if certificate is None else certificate.worst_found,
+            "N m",
+            "largest torque error a search found among those states",
+        ),
+        "within_limits": (
+            unknown if drawn is None else drawn.largest,
+            "N m",
+            "largest torque error over states drawn from the arm's limits",
+        ),
+        "torque_per_kg": (
+            beyond.payload.torque_per_kg,
+            "N m / kg",
+            "largest torque of a point mass in the hand along the trajectory",
+        ),
+        "mass_within_budget": (
+            beyond.payload.mass_within_budget,
+            "kg",
+            "largest point mass in the hand that keeps the joint within its budget",
+        ),
+    }
+    return xr.Dataset(
+        {
+            name: ("joint", values, {"units": unit, "long_name": meaning})
+            for name, (values, unit, meaning) in columns.items()
+        },
+        coords={"joint": findings.decomposition.joint.values},
+        attrs={"states_drawn": beyond.drawn},
+    )

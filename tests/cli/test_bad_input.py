@@ -203,7 +203,7 @@ def test_a_damaged_model_is_refused(run, here, motion):
     damaged = {
         "cut off": sound[: len(sound) // 2],
         "other version": json.dumps(document | {"version": 99}),
-        "a part moved": json.dumps(document | {"kept": document["kept"][1:]}),
+        "a part moved": json.dumps(document | {"torques": document["torques"][1:]}),
         "mass changed": sound.replace('"mass": 2.0', '"mass": 2.5'),
         "arm gone": json.dumps(document | {"arm": {}}),
         "word for a number": sound.replace('"mass": 2.0', '"mass": "heavy"'),

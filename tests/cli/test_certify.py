@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
+
+from gd_analyze.certification.certificate import EFFORT
+from gd_analyze.cli.certify import _rounded_up, certify
 
 
 @pytest.fixture
@@ -12,29 +16,79 @@ def model(run, here):
 
 
 def test_it_states_the_bound(run, model):
-    result = run("certify", model, "--seconds", "0.1")
+    result = run("certify", model)
     assert (result.code, result.err) == (0, "")
-    assert "No state within the limits of Two-link planar arm" in " ".join(result.out.split())
+    said = " ".join(result.out.split())
+    assert "Two-link planar arm: no state within the arm's limits has a torque error above" in said
+    assert "D is positive definite everywhere in the box" in said
     assert max(map(len, result.out.splitlines())) <= 80
 
 
 def test_json_holds_the_same(run, model):
-    document = run("certify", model, "--seconds", "0.1", "--json").json
-    assert document["arm"] == "two_link"
+    document = run("certify", model, "--effort", "1000", "--json").json
+    assert (document["arm"], document["effort"]) == ("two_link", 1000)
     assert len(document["box"]["lower"]) == 2
     for joint in document["joints"]:
         assert joint["sampled"] <= joint["certified"]
         assert joint["worst_found"] <= joint["certified"]
+        assert joint["within_allowed"] == (joint["certified"] <= joint["allowed"])
+        assert [len(joint["worst_state"][name]) for name in ("q", "qd", "qdd")] == [2, 2, 2]
+    definite = document["positive_definite"]
+    assert definite["proven"]
+    assert 0.0 < definite["smallest_eigenvalue_at_least"] <= definite["smallest_eigenvalue_found"]
+
+
+def test_a_term_level_model_has_no_symmetric_inertia_to_speak_of(run, here):
+    assert run("simplify", "two_link", "--budget", "5%", "--level", "term", "-o", "term.json").code == 0
+    assert run("certify", "term.json", "--json").json["positive_definite"] is None
+    assert "positive definite" not in run("certify", "term.json").out
+
+
+def test_along_a_trajectory_the_box_is_its_extremes(run, model):
+    document = run("certify", model, "--along", "two-link-swing", "--json").json
+    whole = run("certify", model, "--json").json
+    assert document["box"]["from"] == "the extremes of two-link-swing"
+    for inner, outer in zip(document["joints"], whole["joints"], strict=True):
+        assert inner["certified"] <= outer["certified"]
+    assert document["box"]["lower"] >= whole["box"]["lower"]
+    said = " ".join(run("certify", model, "--along", "two-link-swing").out.split())
+    assert "no state within the extremes of two-link-swing" in said
+
+
+def test_the_verdict_counts_the_joints_that_are_proven(run, model):
+    joints = run("certify", model, "--json").json["joints"]
+    proven = sum(joint["within_allowed"] for joint in joints)
+    said = " ".join(run("certify", model).out.split())
+    every = "Every joint stays within the budget of 5%" in said
+    assert every == (proven == 2)
+    assert every or f"{proven} of 2 joints are proven to stay within the budget of 5%" in said
+
+
+def test_the_same_model_gives_the_same_answer(run, model):
+    assert run("certify", model, "--json").out == run("certify", model, "--json").out
 
 
 def test_quiet_prints_nothing(run, model):
-    result = run("certify", model, "--seconds", "0", "--quiet")
+    result = run("certify", model, "--effort", "1", "--quiet")
     assert (result.code, result.out, result.err) == (0, "", "")
 
 
+def test_the_default_effort_is_the_librarys():
+    assert {option.name: option.default for option in certify.params}["effort"] == EFFORT
+
+
+@pytest.mark.parametrize("digits", [2, 3])
+def test_a_bound_is_never_shown_smaller_than_it_is(digits):
+    for value in (0.0, 1.0, 0.1, 0.12301, 99.95, 1.2e-9, *np.random.default_rng(0).lognormal(0, 5, 200)):
+        shown = _rounded_up(float(value), digits)
+        # The number printed is the decimal one; as a float it is half an eps away.
+        assert value * (1 - 1e-15) <= shown <= value * (1 + 10.0 ** (1 - digits))
+        assert float(f"{shown:.{digits}g}") == shown
+
+
 def test_an_element_level_model_is_refused(run, here):
-    assert run("two_link", "two-link-swing", "--format", "json", "--out", "r", "--quiet").code == 0
-    result = run("certify", here / "r" / "model.json")
+    assert run("simplify", "two_link", "--level", "element", "-o", "element.json", "--quiet").code == 0
+    result = run("certify", "element.json")
     assert result.code == 2
     assert "has no harmonic terms" in result.err
     assert "gd-analyze simplify" in result.err
@@ -45,3 +99,14 @@ def test_a_missing_model_is_refused(run):
     result = run("certify", "nowhere.json")
     assert result.code == 2
     assert "nowhere.json" in result.err
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [(("--effort", "0"), "--effort"), (("--along", "pick-and-place"), "pick-and-place")],
+)
+def test_bad_options_are_refused(run, model, words, named):
+    result = run("certify", model, *words)
+    assert result.code == 2
+    assert named in result.err
+    assert "Traceback" not in result.err

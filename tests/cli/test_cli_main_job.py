@@ -29,8 +29,20 @@ def test_everything_is_written_and_said_alike(run, here):
     assert (folder / "report.html").read_text(encoding="utf-8").lstrip().lower().startswith("<!doctype html")
 
     model = json.loads((folder / "model.json").read_text(encoding="utf-8"))
-    assert told["kept"] == model["kept"]
-    assert {row["part"] for row in told["dropped"]} == set(model["dropped"])
+    assert (told["level"], model["level"]) == ("term", "term")
+    assert len(told["terms"]) > len(model["torques"])
+    assert len(told["equations"]) == 6
+    parts = {*told["elements"]["kept"], *(row["part"] for row in told["elements"]["dropped"])}
+    assert len(parts) == 60
+    for row, promised in zip(told["beyond"], told["joints"], strict=True):
+        # The set points lie between their own extremes: what was sampled there is proven not to be exceeded.
+        assert promised["largest"] <= row["certified"] * (1 + 1e-9)
+        assert row["worst_found"] <= row["certified"]
+        assert row["mass_within_budget"] >= 0
+    asked = [point for point in told["trade_off"] if point["budget"] == "1%"]
+    assert {(point["level"], point["refit"]) for point in asked} == {
+        ("element", False), ("term", False), ("term", True), ("energy", False), ("energy", True),
+    }  # fmt: skip
     for row, stored in zip(told["joints"], model["errors"], strict=True):
         assert row["name"] == stored["joint"]
         assert row["largest"] == stored["largest_error"]
@@ -77,7 +89,7 @@ def test_options_may_stand_anywhere(run, motion, here):
     assert run("--out", "a", "--format=json", "two_link", motion).code == 0
     assert run("two_link", "--out", "b", motion, "--format", "JSON").code == 0
     models = [json.loads((here / x / "model.json").read_text(encoding="utf-8")) for x in "ab"]
-    assert models[0]["kept"] == models[1]["kept"]
+    assert models[0]["torques"] == models[1]["torques"]
 
 
 def test_quiet_prints_nothing(run, motion):

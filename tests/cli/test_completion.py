@@ -11,7 +11,8 @@ import pytest
 from gd_analyze.robots import builtin_arms
 from gd_analyze.trajectories import shipped_trajectories
 
-VERBS = ["arms", "plan", "simplify", "evaluate", "equations", "compare", "certify", "completion"]
+VERBS = ["arms", "plan", "simplify", "rank", "trade-off", "evaluate", "equations", "compare", "certify"]
+VERBS += ["completion"]
 
 
 @pytest.fixture

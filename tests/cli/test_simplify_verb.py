@@ -108,8 +108,12 @@ def test_refit_and_payload(run):
 
 
 REFUSED = {
-    "refit at level term": (("simplify", "two_link", "two-link-swing", "--refit"), "--level energy"),
-    "unknown level": (("simplify", "two_link", "two-link-swing", "--level", "element"), "--level"),
+    "refit of parts": (
+        ("simplify", "two_link", "two-link-swing", "--refit", "--level", "element"),
+        "--level term or energy",
+    ),
+    "unknown level": (("simplify", "two_link", "two-link-swing", "--level", "atom"), "--level"),
+    "fewer than no operations": (("simplify", "two_link", "two-link-swing", "--operations", "-3"), "-3"),
     "budget": (("simplify", "two_link", "two-link-swing", "--budget", "much"), "--budget"),
     "budget of three": (("simplify", "two_link", "two-link-swing", "--budget", "1,2,3"), "1 or 2"),
     "no drives": (("simplify", "two_link", "two-link-swing", "--drives"), "describes no drives"),
@@ -133,3 +137,31 @@ def test_the_file_is_json_of_every_digit(run, here):
     model = gd.load_model("model.json")
     stated = [entry["coefficient"] for entry in document["energy"]]
     np.testing.assert_array_equal(stated, [term.coefficient for term in model.energy])
+
+
+def test_as_many_operations_as_asked_for(run):
+    asked = run("simplify", "two_link", "two-link-swing", "--operations", 12, "--json").json
+    assert asked["operations"]["total"] <= 12
+    loose = run("simplify", "two_link", "two-link-swing", "--operations", 1000, "--json").json
+    assert max(row["largest_share"] for row in loose["joints"]) <= 1e-5
+    for row in (*asked["joints"], *loose["joints"]):
+        assert row["largest_error"] <= row["allowed_error"]
+
+
+def test_the_text_s_own_method(run):
+    result = run(*SWING, "--level", "element")
+    assert (result.code, result.err) == (0, "")
+    assert max(map(len, result.out.splitlines())) <= 80
+    told = run(*SWING, "--level", "element", "--json").json
+    assert {*told["kept"], *told["dropped"]} >= {"D11 translation", "h2 rotation", "c1"}
+    assert "equations" not in told
+    for label in told["kept"]:
+        assert label in " ".join(result.out.split())
+
+
+def test_a_refit_takes_no_more_operations(run):
+    words = ("simplify", "puma560", "--drives", "--states", 200, "--level", "energy", "--json")
+    plain, refitted = run(*words).json, run(*words, "--refit").json
+    assert refitted["refitted"]
+    assert refitted["operations"]["total"] <= plain["operations"]["total"]
+    assert refitted["search"].startswith(plain["search"].removesuffix(", solved to the end"))

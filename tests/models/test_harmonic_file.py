@@ -17,7 +17,7 @@ from gd_analyze.models.model_file import _digest
 from gd_analyze.simplification import simplify
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.states import states_of
-from strategies import arms_with_states, examples, random_states
+from strategies import arms_with_states, examples
 
 
 @pytest.fixture(scope="module")
@@ -170,19 +170,54 @@ def test_the_level_of_another_schema(energy_model, tmp_path, level):
     refused(document, path)
 
 
-def test_a_changed_coefficient_no_longer_fits_the_digest(energy_model, tmp_path):
+def test_a_changed_coefficient_no_longer_fits_the_program(energy_model, tmp_path):
     path = written(energy_model, tmp_path)
     document = json.loads(path.read_text(encoding="utf-8"))
     document["energy"][0]["coefficient"] *= 1.001
+    assert "does not compute the terms" in str(refused(document, path))
+
+
+def test_a_changed_promise_no_longer_fits_the_digest(energy_model, tmp_path):
+    path = written(energy_model, tmp_path)
+    document = json.loads(path.read_text(encoding="utf-8"))
+    document["errors"][0]["largest_error"] *= 0.5
     path.write_text(json.dumps(document), encoding="utf-8")
     with pytest.raises(ModelError, match="changed after it was written"):
         load_model(path)
 
 
-def test_a_sliding_joints_variable_is_allowed_where_it_slides(tmp_path):
-    from gd_analyze.robots import load_arm
+def product(document: dict) -> int:
+    """A step that multiplies by a constant."""
+    return next(
+        k
+        for k, step in enumerate(document["steps"])
+        if step[0] == "multiply" and any(isinstance(x, float) for x in step[1:])
+    )
 
-    arm = load_arm("stanford")
-    model = exact_model(arm)
-    assert any(factor.kind == "power" for term in model.energy for factor in term.product)
-    assert_same(model, load_model(written(model, tmp_path)), random_states(6, 5, 0))
+
+PROGRAM = {
+    "a constant changed": lambda d: d["steps"][product(d)].__setitem__(1, 0.123),
+    "a constant infinite": lambda d: d["steps"][product(d)].__setitem__(1, 1e400),
+    "another operation": lambda d: d["steps"][product(d)].__setitem__(0, "power"),
+    "code": lambda d: d["steps"][product(d)].__setitem__(0, "__import__"),
+    "a later step": lambda d: d["steps"][product(d)].__setitem__(2, f"s{len(d['steps'])}"),
+    "itself": lambda d: d["steps"][product(d)].__setitem__(2, f"s{product(d)}"),
+    "a step before all": lambda d: d["steps"][product(d)].__setitem__(2, "s-1"),
+    "an argument more": lambda d: d["steps"][product(d)].append("s0"),
+    "an argument less": lambda d: d["steps"][product(d)].pop(),
+    "an empty step": lambda d: d["steps"].append([]),
+    "a step twice": lambda d: d["steps"].append(d["steps"][-1]),
+    "an unknown input": lambda d: d["steps"].__setitem__(0, ["input", "q7"]),
+    "an output less": lambda d: d["outputs"].pop(),
+    "outputs exchanged": lambda d: d["outputs"].reverse(),
+    "an output of nothing": lambda d: d["outputs"].__setitem__(0, "s9999999"),
+    "no steps": lambda d: d.__setitem__("steps", []),
+}
+
+
+@pytest.mark.parametrize("change", PROGRAM.values(), ids=PROGRAM.keys())
+def test_a_damaged_program_is_refused(term_model, tmp_path, change):
+    path = written(term_model, tmp_path)
+    document = json.loads(path.read_text(encoding="utf-8"))
+    change(document)
+    refused(document, path)

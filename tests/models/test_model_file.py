@@ -25,7 +25,7 @@ from strategies import examples, motions
 @pytest.fixture(scope="module")
 def written(puma_findings, tmp_path_factory) -> str:
     path = tmp_path_factory.mktemp("model") / "model.json"
-    save_model(puma_findings.model, path)
+    save_model(puma_findings.element_model, path)
     return path.read_text(encoding="utf-8")
 
 
@@ -64,7 +64,7 @@ def assert_same(model, again, states) -> None:
 
 
 def test_round_trip_is_exact(puma_findings, file, written):
-    assert_same(puma_findings.model, load_model(file(written)), puma_findings.trajectory)
+    assert_same(puma_findings.element_model, load_model(file(written)), puma_findings.trajectory)
 
 
 @examples(15)
@@ -227,4 +227,4 @@ def test_missing_file_and_folder(tmp_path):
 
 def test_unwritable(puma_findings, blocked_folder):
     with pytest.raises(OutputError):
-        save_model(puma_findings.model, blocked_folder / "model.json")
+        save_model(puma_findings.element_model, blocked_folder / "model.json")

@@ -73,9 +73,9 @@ def test_simplified_inertia_is_symmetric(model, rng):
 
 
 def test_drives_stand_on_the_diagonal_of_inertia(puma_findings, puma):
-    bare = model_keeping(puma, puma_findings.model.kept)
+    bare = model_keeping(puma, puma_findings.element_model.kept)
     q = puma_findings.trajectory.q
-    added = puma_findings.model.inertia(q) - bare.inertia(q)
+    added = puma_findings.element_model.inertia(q) - bare.inertia(q)
     np.testing.assert_allclose(
         added, np.diag(puma.drive_inertia) + 0 * added, rtol=0, atol=1e-14
     )  # eps of 6 kg m^2

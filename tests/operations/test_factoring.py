@@ -72,9 +72,3 @@ def test_horner_of_one_variable():
 def test_a_shared_coefficient_is_multiplied_once():
     """3 a - 3 b + 3 c d = 3 (a - b + c d)."""
     assert operations({("a",): 3.0, ("b",): -3.0, ("c", "d"): 3.0}) == 4
-
-
-def test_any_order_of_the_variables_gives_the_value():
-    polynomial = {("a", "b"): 2.0, ("b", "c"): 3.0, ("a", "c"): 4.0, ("a",): 5.0}
-    for rank in (repr, lambda name: -ord(name), lambda name: name == "b"):
-        assert factored(polynomial, VALUES.__getitem__, rank) == naive(polynomial, VALUES.__getitem__)

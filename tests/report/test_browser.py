@@ -216,11 +216,38 @@ def test_the_ranking_sorts_and_filters(tab: Tab) -> None:
     assert tab.run("return document.querySelector('#dominance th:nth-child(6)').ariaSort") == "descending"
     tab.click(button)
     assert [float(value) for value in tab.run(column)] == sorted(falling)
-    tab.click(".filter [data-verdict=rotation]")
-    shown = tab.run(f"return {rows}.filter((row) => row.offsetHeight).map((row) => row.dataset.verdict)")
+    tab.click(".filter [data-group=rotation]")
+    shown = tab.run(f"return {rows}.filter((row) => row.offsetHeight).map((row) => row.dataset.group)")
     assert set(shown) == {"rotation"}
-    tab.click(".filter [data-verdict='']")
+    tab.click(".filter [data-group='']")
     tab.click("#dominance thead th:first-child button")
+
+
+def test_the_terms_sort_and_filter_by_themselves(tab: Tab) -> None:
+    rows = "[...document.querySelectorAll('#term-ranking tbody tr')]"
+    elements_before = tab.run("return document.querySelectorAll('#dominance tbody tr:not([hidden])').length")
+    tab.click("#term-ranking thead th:nth-child(6) button")
+    torques = [float(v) for v in tab.run(f"return {rows}.map((row) => row.cells[5].dataset.value)")]
+    assert torques == sorted(torques, reverse=True)
+    tab.click(".filter[data-table=term-ranking] [data-group=gravity_loading]")
+    shown = tab.run(f"return {rows}.filter((row) => row.offsetHeight).map((row) => row.dataset.group)")
+    assert set(shown) == {"gravity_loading"}
+    assert (
+        tab.run("return document.querySelectorAll('#dominance tbody tr:not([hidden])').length")
+        == elements_before
+    )
+    tab.click(".filter[data-table=term-ranking] [data-group='']")
+    tab.click("#term-ranking thead th:first-child button")
+
+
+def test_the_trade_off_shows_every_kind_and_this_model(tab: Tab, puma_findings: Findings) -> None:
+    plot = "document.querySelector(\".plot[data-figure='trade-off']\")"
+    roles = tab.run(f"return {plot}.data.map((trace) => trace.meta)")
+    assert roles == ["element", "term", "term-refit", "energy", "energy-refit", "model"]
+    star = tab.run(f"return [{plot}.data.at(-1).x[0], {plot}.data.at(-1).y[0]]")
+    assert star[1] == puma_findings.model.operations.total
+    assert star[0] == pytest.approx(100 * puma_findings.model.promise.largest_share.max(), rel=1e-5)
+    assert tab.run(f"return {plot}.layout.shapes.length") == 2
 
 
 def test_printing_draws_in_light_and_comes_back(tab: Tab) -> None:

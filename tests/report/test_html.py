@@ -14,11 +14,13 @@ from report_arms import swing
 from gd_analyze.dominance import elements
 from gd_analyze.findings import Findings
 from gd_analyze.main_job import find
-from gd_analyze.models import parts_of
-from gd_analyze.report.context import build_context
+from gd_analyze.models import HarmonicModel, Level, parts_of
+from gd_analyze.report.beyond_chart import beyond_chart
+from gd_analyze.report.context import TERMS_SHOWN, build_context
 from gd_analyze.report.equations import torque_equations
-from gd_analyze.report.html import render_html
+from gd_analyze.report.html import SYMBOLS, render_html
 from gd_analyze.report.interactive import DIGITS, MOST_FRAMES, MOST_POINTS, page_data
+from gd_analyze.report.terms import exact_elements, exact_torques, tallies, term_rows, torque_views
 from gd_analyze.robots import RobotArm, load_arm
 from gd_analyze.trajectories import Trajectory
 
@@ -151,7 +153,7 @@ def test_tables_have_captions_and_buttons_names(source: str, page: Page) -> None
 def test_the_model_equations_hold_exactly_what_is_kept(puma_findings: Findings) -> None:
     n = puma_findings.arm.n_joints
     equations = torque_equations(build_context(puma_findings), drives=False)
-    kept = set(puma_findings.model.kept)
+    kept = set(puma_findings.element_model.kept)
     for i, equation in enumerate(equations):
         acting = {
             part.element.label
@@ -266,7 +268,9 @@ def test_long_trajectories_are_thinned_and_say_so(arms: dict[str, RobotArm]) -> 
     count = 20_000
     findings = find(arm, swing(arm, count))
     page = Page(render_html(findings))
-    for figure in page.data["figures"].values():
+    for name, figure in page.data["figures"].items():
+        if name == "trade-off":
+            continue
         axis = page.data["axes"][figure["axis"]]
         assert len(axis["point"]) == len(axis["time"]) <= MOST_POINTS
         assert axis["point"][0] == 1
@@ -280,6 +284,99 @@ def test_long_trajectories_are_thinned_and_say_so(arms: dict[str, RobotArm]) -> 
     # Only rounding to six digits stands between the drawn and the true extremes.
     assert drawn.max() == pytest.approx(exact.max(), rel=10.0 ** (1 - DIGITS))
     assert drawn.min() == pytest.approx(exact.min(), rel=10.0 ** (1 - DIGITS))
+
+
+def test_terms_and_their_equations_are_on_the_page(puma_findings: Findings, source: str, page: Page) -> None:
+    model = puma_findings.model
+    assert isinstance(model, HarmonicModel)
+    written = torque_views(puma_findings)
+    assert len(written) == puma_findings.arm.n_joints
+    assert sum(
+        len(lines.pieces) for view in written for lines in view.lines if lines.quantity != "carried"
+    ) == len(model.torques)
+    assert all(piece in source for view in written for lines in view.lines for piece in lines.pieces)
+    rows = [a for a in page.all("tr") if a.get("data-group") in SYMBOLS]
+    assert len(rows) == TERMS_SHOWN
+    exact = exact_torques(puma_findings)
+    assert all(row.formula in source for row in term_rows(puma_findings, build_context(puma_findings), exact))
+
+
+def test_the_glance_counts_every_term_once(puma_findings: Findings, page: Page) -> None:
+    exact = exact_torques(puma_findings)
+    cells = [cell for line in tallies(puma_findings, exact) for cell in line]
+    assert sum(cell.kept for cell in cells) == len(puma_findings.model.torques)
+    assert sum(cell.total for cell in cells) == len(exact)
+    assert all(cell.kept <= cell.total for cell in cells)
+    shown = [a["title"] for a in page.all("td") if "tally-cell" in a.get("class", "")]
+    assert shown == [f"{cell.what}: {cell.kept} of {cell.total} terms kept" for cell in cells]
+
+
+def test_the_trade_off_is_drawn_and_tabled(puma_findings: Findings, page: Page) -> None:
+    figure = page.data["figures"]["trade-off"]
+    points = {(p.level, p.refit, p.budget): p for p in puma_findings.trade_off}
+    drawn = 0
+    for trace in figure["traces"]:
+        level, _, refit = trace["role"].partition("-")
+        for x, y, budget in zip(trace["x"], trace["y"], trace["budget"], strict=True):
+            point = points[level, bool(refit), budget]
+            assert y == point.operations.total
+            # Drawn with six digits.
+            assert x == pytest.approx(100 * point.error_share, rel=10.0 ** (1 - DIGITS))
+            drawn += 1
+    assert drawn == len(points)
+    assert figure["model"]["y"] == puma_findings.model.operations.total
+    assert {line["y"] for line in figure["exact"]} == {
+        puma_findings.model.operations_full.total,
+        puma_findings.element_model.operations_full.total,
+    }
+    assert len([a for a in page.all("tr") if a.get("class") == "asked"]) == 1
+
+
+def test_marks_beyond_the_trajectory_are_in_order(puma_findings: Findings) -> None:
+    context = build_context(puma_findings)
+    chart = beyond_chart(context.joint_errors, context.beyond)
+    for mark, row, error in zip(chart.marks, context.beyond, context.joint_errors, strict=True):
+        places = {
+            mark.sampled: error.largest,
+            mark.worst_found: row.worst_found,
+            mark.certified: row.certified,
+            mark.within_limits: row.within_limits,
+            chart.budget: error.allowed,
+        }
+        assert list(dict(sorted(places.items()))) == sorted(places, key=places.__getitem__)
+        assert all(0.0 <= place <= 100.0 for place in places)
+
+
+@pytest.mark.parametrize("level", ["element", "energy"])
+@pytest.mark.parametrize("which", ["sliding", "puma560"])
+def test_every_level_has_its_page(arms: dict[str, RobotArm], which: str, level: Level) -> None:
+    arm = arms.get(which) or load_arm(which)
+    page = Page(render_html(find(arm, swing(arm), level=level)))
+    identifiers = [a["id"] for _, a in page.elements if "id" in a]
+    harmonic = level != "element"
+    assert ("elements" in identifiers) == harmonic
+    assert ("No certificate at this level" in page.text) == (not harmonic)
+    assert any("tally-cell" in a.get("class", "") for a in page.all("td")) == harmonic
+    levels = [int(tag[1]) for tag, _ in page.elements if re.fullmatch("h[1-6]", tag)]
+    assert all(after <= before + 1 for before, after in pairwise(levels))
+
+
+def test_the_exact_equations_say_where_terms_come_from(puma_findings: Findings, page: Page) -> None:
+    elements_written = exact_elements(puma_findings)
+    assert [a for a in page.all("details") if a.get("class") == "exact"]
+    terms = [term for element in elements_written for term in element.terms]
+    assert Counter(term.effect for term in terms).keys() == {"translation", "rotation", "both", "gravity"}
+    shown = Counter(a["class"] for a in page.all("span") if a.get("title", "").count(", link "))
+    assert shown == Counter(f"e-{term.effect}" for term in terms)
+
+
+def test_equations_too_long_to_read_are_left_to_the_command(
+    puma_findings: Findings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gd_analyze.report.terms.MOST_EXACT_TERMS", 10)
+    page = Page(render_html(puma_findings))
+    assert not page.all("details")
+    assert "too long to be read on a page" in page.text
 
 
 def test_page_data_is_json(puma_findings: Findings) -> None:

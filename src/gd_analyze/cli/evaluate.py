@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.cli.options import TRAJECTORY, TRAJECTORY_HELP, reporting
+from gd_analyze.cli.options import reporting
 from gd_analyze.cli.payload import carrying, payload_option
+from gd_analyze.cli.states import states_options, trajectory_argument
 
 if TYPE_CHECKING:
     from gd_analyze.models import Evaluation, SimplifiedModel
@@ -40,29 +41,9 @@ class _Trial:
 
 @click.command(short_help="Try a simplified model elsewhere than it was made for.")
 @click.argument("model", type=click.Path(path_type=Path), help="A model.json that gd-analyze wrote.")
-@click.argument(
-    "trajectory",
-    type=TRAJECTORY,
-    required=False,
-    help=f"{TRAJECTORY_HELP} Without one: states drawn from the arm's limits.",
-)
+@trajectory_argument
 @payload_option
-@click.option(
-    "--states",
-    type=click.IntRange(1, 1_000_000),
-    default=4000,
-    show_default=True,
-    metavar="NUMBER",
-    help="States to draw where there is no trajectory.",
-)
-@click.option(
-    "--seed",
-    type=click.IntRange(min=0),
-    default=0,
-    show_default=True,
-    metavar="NUMBER",
-    help="Seed of these states: the same seed draws the same.",
-)
+@states_options
 @click.option(
     "-o", "--out", type=click.Path(path_type=Path), help="CSV file for exact and simplified torque over time."
 )

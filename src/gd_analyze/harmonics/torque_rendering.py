@@ -12,6 +12,9 @@ from gd_analyze.harmonics.rendering import factors_text, meanings, number
 
 _ORDER = ("inertia", "coriolis_centrifugal", "gravity_loading")
 
+# What stands in brackets before a product of rates, or alone where there is none.
+Bracket = tuple[tuple[Rate, ...], dict[Monomial, float]]
+
 
 def torques_to_text(
     basis: Basis, torques: Mapping[TorqueTerm, float], digits: int = 3, width: int | None = None
@@ -29,19 +32,37 @@ def torques_to_text(
     width
         Break lines so that none is longer, unless one term is; one line each by default.
     """
+    return tuple(
+        _wrapped(
+            f"tau{i + 1} = ",
+            [
+                *([f"tau{i + 2}"] if carries_next(basis, i) else []),
+                *(piece for bracket in row for piece in _bracket(*bracket, digits)),
+            ],
+            width,
+        )
+        for i, row in enumerate(brackets(basis, torques))
+    )
+
+
+def brackets(basis: Basis, torques: Mapping[TorqueTerm, float]) -> tuple[list[Bracket], ...]:
+    """Every row by the rates behind its terms: inertia, velocity, gravity, in each the largest first."""
     rows: list[dict[tuple[Rate, ...], dict[Monomial, float]]] = [
         defaultdict(dict) for _ in range(basis.n_joints)
     ]
     for term, weight in torques.items():
         rows[term.row][term.rates][term.monomial] = weight
-    return tuple(
-        _wrapped(
-            f"tau{i + 1} = ",
-            [*_carried(basis, i), *(piece for group in _sorted(row) for piece in _bracket(*group, digits))],
-            width,
-        )
-        for i, row in enumerate(rows)
-    )
+
+    def place(bracket: Bracket) -> tuple[int, float]:
+        rates, polynomial = bracket
+        return _ORDER.index(TorqueTerm(0, rates, ()).quantity), -max(map(abs, polynomial.values()))
+
+    return tuple(sorted(row.items(), key=place) for row in rows)
+
+
+def carries_next(basis: Basis, joint: int) -> bool:
+    """Whether a joint carries what the next one carries: within a run, in absolute rates, it does."""
+    return any(joint in run.joints[:-1] for run in basis.runs)
 
 
 def torque_term_text(term: TorqueTerm, weight: float, digits: int = 3) -> str:
@@ -75,26 +96,6 @@ def _plain(rates: list[Rate]) -> list[str]:
     """The joints' own rates under the same name as the others."""
     orders = sorted({rate.order for rate in rates})
     return [", ".join(f"p{'d' * (order - 1)}_j is q{'d' * order}_j" for order in orders)] if orders else []
-
-
-def _carried(basis: Basis, joint: int) -> list[str]:
-    """Within a run a joint carries what the joint behind it carries."""
-    for run in basis.runs:
-        if joint in run.joints[:-1]:
-            return [f"tau{joint + 2}"]
-    return []
-
-
-def _sorted(
-    row: Mapping[tuple[Rate, ...], dict[Monomial, float]],
-) -> list[tuple[tuple[Rate, ...], dict[Monomial, float]]]:
-    """Inertia, Coriolis and centrifugal, gravity; in each the largest weight first."""
-
-    def place(group: tuple[tuple[Rate, ...], dict[Monomial, float]]) -> tuple[int, float]:
-        rates, polynomial = group
-        return _ORDER.index(TorqueTerm(0, rates, ()).quantity), -max(map(abs, polynomial.values()))
-
-    return sorted(row.items(), key=place)
 
 
 def _bracket(rates: tuple[Rate, ...], polynomial: Mapping[Monomial, float], digits: int) -> list[str]:

@@ -2,7 +2,7 @@
 
 from gd_analyze.models.element import ElementModel
 from gd_analyze.models.element_level import Part, parts_of
-from gd_analyze.models.evaluation import Evaluation, evaluate, torque_csv
+from gd_analyze.models.evaluation import Evaluation, evaluate, evaluate_states, torque_csv
 from gd_analyze.models.harmonic import HarmonicModel
 from gd_analyze.models.model_file import load_model, save_model
 from gd_analyze.models.simplified import LEVELS, ErrorTable, Level, SimplifiedModel
@@ -17,6 +17,7 @@ __all__ = [
     "Part",
     "SimplifiedModel",
     "evaluate",
+    "evaluate_states",
     "load_model",
     "parts_of",
     "save_model",

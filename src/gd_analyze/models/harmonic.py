@@ -27,16 +27,20 @@ class HarmonicModel(SimplifiedModel):
         Kept energy terms with their coefficients (level "energy", otherwise empty).
     torques
         Weights of all torque terms, in absolute rates.
+    written_program
+        The program of the torque; a quick way of writing it where there is none.
     """
 
     level: HarmonicLevel
     energy: tuple[EnergyTerm, ...] = ()
     torques: Mapping[TorqueTerm, float]
+    written_program: Program | None = None
 
     @cached_property
     def programs(self) -> dict[str, Program]:
         """Factored programs of the kept terms."""
-        return torque_programs(Basis.of(self.arm), self.torques)
+        quick = torque_programs(Basis.of(self.arm), self.torques, thorough=False)
+        return quick if self.written_program is None else quick | {"torque": self.written_program}
 
 
 def torques_of_energy(arm: RobotArm, energy: tuple[EnergyTerm, ...]) -> dict[TorqueTerm, float]:

@@ -9,13 +9,15 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from gd_analyze.errors import ModelError
-from gd_analyze.harmonics.basis import DEGREE
+from gd_analyze.harmonics.basis import DEGREE, Basis
 from gd_analyze.harmonics.lagrangian import EnergyTerm, Rate, Torques, TorqueTerm, as_product, literals
 from gd_analyze.harmonics.reading import Factor, Product
 from gd_analyze.models.element import ElementModel
 from gd_analyze.models.harmonic import HarmonicModel, torques_of_energy
 from gd_analyze.models.simplified import ErrorTable, ModelFacts, SimplifiedModel
-from gd_analyze.operations import OperationCount
+from gd_analyze.models.torque_program import torque_programs
+from gd_analyze.operations import OperationCount, Program
+from gd_analyze.operations.written import read_back, written
 from gd_analyze.robots import RobotArm, arm_from_description, describe, fingerprint
 from gd_analyze.vectors import FloatArray
 
@@ -91,12 +93,17 @@ class _TorqueEntry(_Strict):
     weight: float
 
 
-class _EnergyFile(ModelDocument):
+class _HarmonicFile(ModelDocument):
+    steps: list[list[str | float]]
+    outputs: list[str | float]
+
+
+class _EnergyFile(_HarmonicFile):
     level: Literal["energy"]
     energy: list[_EnergyEntry]
 
 
-class _TermFile(ModelDocument):
+class _TermFile(_HarmonicFile):
     level: Literal["term"]
     torques: list[_TorqueEntry]
 
@@ -137,6 +144,8 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
     if isinstance(model, ElementModel):
         return _ElementFile(**common, kept=list(model.kept), dropped=list(model.dropped))
     assert isinstance(model, HarmonicModel)  # there is no other kind
+    steps, outputs = written(model.programs["torque"])
+    common |= {"steps": steps, "outputs": outputs}
     if model.level == "energy":
         return _EnergyFile(
             **common,
@@ -202,12 +211,32 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
         ]
         _require([term for term, _ in entries], lambda term: _acts(term, arm.n_joints), lambda term: term)
         torques = dict(entries)
-    return HarmonicModel(
-        level=document.level,
-        energy=energy,
-        torques=torques,
-        **facts,
+    program = read_back(
+        document.steps,
+        document.outputs,
+        {f"{name}{i + 1}" for name in ("q", "qd", "qdd") for i in range(arm.n_joints)},
     )
+    _require_same(arm, torques, program)
+    return HarmonicModel(
+        level=document.level, energy=energy, torques=torques, written_program=program, **facts
+    )
+
+
+def _require_same(arm: RobotArm, torques: Torques, program: Program) -> None:
+    """Hold the written program against the terms at some states: one of them must not be out of step."""
+    if len(program.outputs) != arm.n_joints:
+        raise ValueError(f"the program has {len(program.outputs)} outputs, not {arm.n_joints}")
+    again = torque_programs(Basis.of(arm), torques, thorough=False)["torque"]
+    states = np.random.default_rng(0).uniform(-1.0, 1.0, (3, arm.n_joints, 5))
+    inputs = {
+        f"{name}{i + 1}": states[k, i]
+        for k, name in enumerate(("q", "qd", "qdd"))
+        for i in range(arm.n_joints)
+    }
+    one, other = again.run(inputs), program.run(inputs)
+    # Two ways to sum some hundred products: far below any term that a change could touch and matter.
+    if not np.abs(one - other).max(initial=0.0) <= 1e-9 * np.abs(one).max(initial=1e-300):
+        raise ValueError("the program does not compute the terms")
 
 
 def _count(operations: OperationCount) -> _Operations:

@@ -6,16 +6,12 @@ from collections import Counter
 from collections.abc import Callable, Hashable, Mapping
 from typing import Any
 
+from gd_analyze.operations.monomials import EQUAL
+
 Variables = tuple[Hashable, ...]
 
 
-# Coefficients that are equal in mathematics and differ by round-off.
-_EQUAL = 1e-9
-
-
-def factored(
-    polynomial: Mapping[Any, float], value: Callable[[Any], Any], rank: Callable[[Any], Any] = repr
-) -> Any:
+def factored(polynomial: Mapping[Any, float], value: Callable[[Any], Any]) -> Any:
     """Evaluate a polynomial in nested form (a multivariate Horner scheme).
 
     The variable in most terms is taken out of them, again and again, inside and in what is left; then the
@@ -28,8 +24,6 @@ def factored(
         Coefficients by monomial: a tuple of variables, each as often as its power.
     value
         The value of a variable: a number, an array or an expression.
-    rank
-        Decides between equally frequent variables, always alike, so that equal polynomials nest alike.
 
     Returns
     -------
@@ -38,7 +32,8 @@ def factored(
     terms = {variables: c for variables, c in polynomial.items() if c != 0.0}
     counts = Counter(variable for variables in terms for variable in set(variables))
     if counts:
-        common, times = max(counts.items(), key=lambda item: (item[1], rank(item[0])))
+        # Of equally frequent variables always the same one: equal polynomials nest alike.
+        common, times = max(counts.items(), key=lambda item: (item[1], repr(item[0])))
         if times > 1:
             inside, rest = {}, {}
             for variables, c in terms.items():
@@ -47,14 +42,14 @@ def factored(
                     inside[variables[:place] + variables[place + 1 :]] = c
                 else:
                     rest[variables] = c
-            nested = value(common) * factored(inside, value, rank)
-            return nested + factored(rest, value, rank) if rest else nested
+            nested = value(common) * factored(inside, value)
+            return nested + factored(rest, value) if rest else nested
     total: Any = 0.0
     for coefficient, alike in _by_magnitude(terms):
         inner: Any = 0.0
         for variables, sign in alike:
             product: Any = 1.0
-            for variable in sorted(variables, key=rank):
+            for variable in sorted(variables, key=repr):
                 product = value(variable) * product
             inner = inner + sign * product
         total = total + coefficient * inner
@@ -67,7 +62,7 @@ def _by_magnitude(terms: Mapping[Variables, float]) -> list[tuple[float, list[tu
     for variables in sorted(terms, key=repr):
         c = terms[variables]
         for first, alike in groups:
-            if abs(abs(c) - abs(first)) <= _EQUAL * abs(c):
+            if abs(abs(c) - abs(first)) <= EQUAL * abs(c):
                 alike.append((variables, 1.0 if c * first > 0 else -1.0))
                 break
         else:

@@ -114,6 +114,10 @@ class Trace:
             return self._node("subtract", a.arguments[1], a.arguments[0])
         return self._node("negative", a)
 
+    def record(self, operation: Operation, *arguments: Any) -> Expression:
+        """Take an operation down as it is, nothing folded: how a program that was written out comes back."""
+        return self._node(operation, *arguments)
+
     def _difference(self, a: Any, b: Any) -> Any:
         if a is b:
             return 0.0

@@ -11,7 +11,9 @@ from gd_analyze.dominance import Element, text_verdicts
 from gd_analyze.findings import Findings
 from gd_analyze.models.element_level import Part, parts_of
 from gd_analyze.report.arm_data import arm_data
+from gd_analyze.report.beyond_data import beyond_data, term_data, trade_off_data
 from gd_analyze.report.context import Context, DominanceRow, build_context, percent
+from gd_analyze.report.harmonic_data import harmonic_data
 from gd_analyze.report.panel import MOST_POINTS
 from gd_analyze.report.units import aligned, figures, hundredths, pretty
 
@@ -24,6 +26,7 @@ def document(findings: Findings) -> dict[str, Any]:
     context = build_context(findings)
     arm, model = findings.arm, findings.model
     count = findings.trajectory.n_set_points
+    noise = round_off(findings)
     return {
         "title": context.title,
         "subtitle": context.subtitle,
@@ -35,22 +38,34 @@ def document(findings: Findings) -> dict[str, Any]:
         "n_set_points": count,
         "thinned_to": MOST_POINTS if count > MOST_POINTS else 0,
         "all_turning": all(arm.is_revolute),
-        "errors": _errors(context, round_off(findings)),
-        "round_off": figures(round_off(findings)),
+        "errors": _errors(context, noise),
+        "round_off": figures(noise),
         "kept": {
             "inertia": context.inertia_kept,
             "coriolis": context.coriolis_kept,
             "gravity": context.gravity_kept,
         },
-        "operations": _operations(context),
+        "level": context.level,
+        "refitted": context.refitted,
+        "kept_terms": context.kept_terms,
+        "search": context.search,
+        "operations": _operations(context.operations_full, context.operations),
+        "harmonic": harmonic_data(findings),
+        "trade_off": trade_off_data(findings, context),
+        "terms": term_data(findings, context, noise),
+        "beyond": beyond_data(findings, context),
         "warnings": list(context.warnings),
         "dominance": _dominance(findings, context.dominance),
         "threshold": percent(float(findings.dominance.attrs["threshold"])),
         "verdict_counts": context.verdict_counts,
         "text": _text(findings, context),
-        "equations": _equations(findings, context),
+        "elements": {
+            "equations": _equations(findings, context),
+            "budget": findings.element_model.budget_stated,
+            "operations": _operations(context.element_operations_full, context.element_operations),
+            **_dropped(findings, context),
+        },
         "drives": model.drives,
-        **_dropped(findings, context),
         "residuals": [
             {
                 "symbol": {"torque": "τ"}.get(quantity, _SYMBOLS.get(quantity, "")),
@@ -108,19 +123,17 @@ def _used(largest: float, allowed: float) -> float:
     return min(largest / allowed, 1.0) if allowed > 0 else float(largest > 0)
 
 
-def _operations(context: Context) -> list[dict[str, str]]:
-    pairs = zip(context.operations_full, context.operations, strict=True)
-    rows = [*zip(("multiplications", "additions", "sines and cosines"), pairs, strict=True)]
-    totals = tuple(sum(counts[:2]) for counts in (context.operations_full, context.operations))
-    rows.insert(2, ("both", (totals[0], totals[1])))
+def _operations(full: tuple[int, int, int], model: tuple[int, int, int]) -> list[dict[str, str]]:
+    rows = [*zip(("multiplications", "additions", "sines and cosines"), zip(full, model, strict=True), strict=True)]
+    rows.insert(2, ("both", (sum(full[:2]), sum(model[:2]))))
     return [
         {
             "what": what,
-            "full": str(full),
-            "model": str(simplified),
-            "saved": f"{100 * (1 - simplified / full):.1f}" if full else "0.0",
+            "full": str(before),
+            "model": str(after),
+            "saved": f"{100 * (1 - after / before):.1f}" if before else "0.0",
         }
-        for what, (full, simplified) in rows
+        for what, (before, after) in rows
     ]
 
 
@@ -236,7 +249,7 @@ def _dropped(findings: Findings, context: Context) -> dict[str, Any]:
     rows = []
     for row, torque, share in zip(costly, torques, shares, strict=True):
         joint = row.torque_joint - 1
-        within = row.torque_peak <= findings.model.budget[joint]
+        within = row.torque_peak <= findings.element_model.budget[joint]
         rows.append(
             {
                 **_symbol(parts[row.part]),

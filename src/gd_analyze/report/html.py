@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from markupsafe import Markup, escape
 
@@ -17,6 +17,7 @@ from gd_analyze.dominance import Element, elements, text_verdicts
 from gd_analyze.findings import Findings
 from gd_analyze.models import parts_of
 from gd_analyze.report import mathml
+from gd_analyze.report.beyond_chart import beyond_chart
 from gd_analyze.report.context import Context, DominanceRow, build_context, number, percent
 from gd_analyze.report.equations import (
     inertia_matrix,
@@ -26,14 +27,24 @@ from gd_analyze.report.equations import (
 )
 from gd_analyze.report.interactive import MOST_POINTS, page_data
 from gd_analyze.report.stroboscope import stroboscope
+from gd_analyze.report.terms import (
+    exact_elements,
+    exact_torques,
+    shared_accelerations,
+    tallies,
+    term_rows,
+    torque_legend,
+    torque_views,
+)
 from gd_analyze.report.units import pretty
 
 if TYPE_CHECKING:
     from jinja2 import Environment
 
 TEMPLATES = Path(__file__).parent / "templates"
-SCRIPTS = ("plots.js", "viewer.js", "table.js", "page.js")
+SCRIPTS = ("trade_off.js", "plots.js", "viewer.js", "table.js", "page.js")
 LETTERS = {"translation": "T", "rotation": "R", "both": "T+R", "neither": "0"}
+SYMBOLS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c"}
 
 
 def render_html(findings: Findings) -> str:
@@ -61,6 +72,7 @@ def render_html(findings: Findings) -> str:
     context = build_context(findings)
     arm, model = findings.arm, findings.model
     source = text_verdicts(arm.name)
+    exact = exact_torques(findings)
     return (
         environment()
         .get_template("report.html.j2")
@@ -87,6 +99,20 @@ def render_html(findings: Findings) -> str:
             style=Markup(template_text("report.css")),
             scripts=Markup("\n".join(template_text(name) for name in SCRIPTS)),
             letters=LETTERS,
+            symbols=SYMBOLS,
+            torque_views=torque_views(findings),
+            torque_legend=torque_legend(findings, exact),
+            tallies=tallies(findings, exact),
+            accelerations=[mathml.absolute_acceleration(i + 1) for i in range(arm.n_joints)],
+            shared_accelerations=shared_accelerations(findings),
+            term_rows=term_rows(findings, context, exact),
+            search_steps=_search_steps(context),
+            exact_elements=exact_elements(findings),
+            beyond_chart=beyond_chart(context.joint_errors, context.beyond),
+            smallest_payload=min(context.beyond, key=lambda row: row.mass_within_budget),
+            tightness=_tightness(context),
+            uncertain=_above_allowed(context, "uncertainty"),
+            outside=_above_allowed(context, "within_limits"),
         )
     )
 
@@ -162,6 +188,49 @@ def _dropped(context: Context) -> DroppedParts:
     )
 
 
+@dataclass(frozen=True)
+class SearchStep:
+    """One step of the search and the operations after it; `fill` is that over the exact model's."""
+
+    name: str
+    operations: int
+    fill: float
+
+
+_STEPS = {
+    "elimination": "terms dropped one by one",
+    "dive": "integer program, one descent",
+    "integer program": "integer program",
+    "exchange": "terms exchanged",
+    "refit": "coefficients refitted",
+}
+
+
+def _search_steps(context: Context) -> tuple[SearchStep, ...]:
+    """The exact model, every step of the search, and the program that was made of its result."""
+    full, left = sum(context.operations_full[:2]), sum(context.operations[:2])
+    steps = [("exact model", full)]
+    for step in context.search.split(", "):
+        name, _, operations = step.rpartition(" ")
+        if name in _STEPS:
+            steps.append((_STEPS[name], int(operations)))
+    steps.append(("final program, factored", left))
+    return tuple(SearchStep(name, count, count / full if full else 0.0) for name, count in steps)
+
+
+def _tightness(context: Context) -> float | None:
+    """How far the certified bound lies above the worst error found, at most, as a share of that."""
+    pairs = [(row.certified, row.worst_found) for row in context.beyond]
+    shares = [certified / found - 1.0 for certified, found in pairs if certified is not None and found]
+    return max(shares, default=None)
+
+
+def _above_allowed(context: Context, what: Literal["uncertainty", "within_limits"]) -> list[str]:
+    """Joints at which a torque of `BeyondRow` is known and above the allowed error."""
+    rows = zip(context.beyond, context.joint_errors, strict=True)
+    return [row.joint for row, error in rows if (getattr(row, what) or 0.0) > error.allowed]
+
+
 @cache
 def environment() -> Environment:
     """Jinja with the reports' templates and filters."""
@@ -182,9 +251,24 @@ def environment() -> Environment:
         "unit": pretty,
         "symbol": mathml.part,
         "digits": lambda value: _typeset(f"{float(value):.6g}"),
+        "joints": _joints,
+        "mass": lambda kilograms: _typeset(_mass(float(kilograms))),
         "degrees": lambda angle: _typeset(f"{math.degrees(float(angle)):.4g}"),
     }
     return environment
+
+
+def _joints(numbers: list[str], of: int) -> str:
+    """Name joints: joint 3, joints 1, 4 and 5, or every joint."""
+    if len(numbers) == of > 1:
+        return "every joint"
+    *first, last = numbers
+    return f"joints {', '.join(first)} and {last}" if first else f"joint {last}"
+
+
+def _mass(kilograms: float) -> str:
+    """Kilograms, or grams below a tenth of one."""
+    return f"{number(kilograms)} kg" if kilograms >= 0.1 else f"{number(1000 * kilograms)} g"
 
 
 def _typeset(text: str) -> Markup:

@@ -38,14 +38,16 @@ def page_data(findings: Findings) -> dict[str, Any]:
     -------
     dict
         `axes`: set point numbers (from 1) and times in s by name; `figures`: by identifier, each with its
-        axis, unit and traces; `viewer`: the arm's motion. Only JSON values.
+        axis, unit and traces, and "trade-off" with its own abscissas; `viewer`: the arm's motion. Only JSON
+        values.
     """
     dataset = findings.decomposition
     drawing = _Drawing(findings.trajectory.time)
     _add_elements(drawing, findings)
     _add_motion(drawing, findings.arm, dataset)
     _add_torques(drawing, findings)
-    return {"axes": drawing.axes, "figures": drawing.figures, "viewer": _viewer(findings)}
+    figures = {**drawing.figures, "trade-off": _trade_off(findings)}
+    return {"axes": drawing.axes, "figures": figures, "viewer": _viewer(findings)}
 
 
 class _Drawing:
@@ -119,6 +121,40 @@ def _add_torques(drawing: _Drawing, findings: Findings) -> None:
             band=float(findings.model.budget[i]),
             zero=True,
         )
+
+
+def _trade_off(findings: Findings) -> dict[str, Any]:
+    """Operations against error in percent: a curve for every kind, this report's model, the exact ones."""
+    model, elements_only = findings.model, findings.element_model
+    traces = []
+    for level, refit in dict.fromkeys((point.level, point.refit) for point in findings.trade_off):
+        points = [point for point in findings.trade_off if (point.level, point.refit) == (level, refit)]
+        traces.append(
+            {
+                "role": f"{level}-refit" if refit else level,
+                "label": f"{level}, refitted" if refit else level,
+                "x": _rounded(np.array([100 * point.error_share for point in points])),
+                "y": [point.operations.total for point in points],
+                "budget": [point.budget for point in points],
+            }
+        )
+    shares = model.promise.largest_share
+    exact = [{"label": "exact, by elements", "y": elements_only.operations_full.total}]
+    if model is not elements_only:
+        exact.append({"label": "exact, in harmonic terms", "y": model.operations_full.total})
+    return {
+        "kind": "trade-off",
+        "unit": "operations",
+        "traces": traces,
+        "exact": exact,
+        "model": {
+            "label": f"this report: {model.level}{', refitted' if model.refitted else ''}",
+            # A joint that needs no torque at all has no peak to take a share of.
+            "x": max(_rounded(100 * shares[np.isfinite(shares)]), default=0.0),
+            "y": model.operations.total,
+            "budget": model.budget_stated,
+        },
+    }
 
 
 def _viewer(findings: Findings) -> dict[str, Any]:

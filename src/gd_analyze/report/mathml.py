@@ -93,6 +93,11 @@ def acceleration(joint: int | str) -> Markup:
     return _joint_rate("¨", joint)
 
 
+def absolute_acceleration(joint: int) -> Markup:
+    """Second derivative of a joint's angle from the first joint whose axis is parallel to its own."""
+    return math(sub(over(name("p"), "¨"), num(joint)))
+
+
 def rate(joint: int | str) -> Markup:
     """First derivative of a joint variable."""
     return _joint_rate("˙", joint)

@@ -61,6 +61,9 @@ class Panel:
         return to_points + figure.dpi_scale_trans
 
 
+_IN_POINTS = Panel(0, 0, 1, 1, (0, 1), (0, 1))
+
+
 def new_figure(width: float, height: float) -> Figure:
     """Empty figure, sizes in pt."""
     from matplotlib.figure import Figure
@@ -92,6 +95,17 @@ def add_curve(figure: Figure, panel: Panel, x: FloatArray, y: FloatArray, **styl
     add_line(figure, panel, x[chosen], y[chosen], **style)
 
 
+def add_segments(
+    figure: Figure, segments: Sequence[tuple[float, float, float, float]], **style: Any
+) -> None:
+    """Draw straight lines from (x, y) to (x, y), in pt, as one artist: each costs as much as a curve."""
+    if not segments:
+        return
+    ends = np.full((len(segments), 3, 2), np.nan)
+    ends[:, :2] = np.reshape(segments, (-1, 2, 2))
+    add_line(figure, _IN_POINTS, *ends.reshape(-1, 2)[:-1].T, **style)
+
+
 def add_frame(
     figure: Figure,
     panel: Panel,
@@ -108,16 +122,19 @@ def add_frame(
     right = left + panel.width
     x_at = np.interp(x_ticks, panel.x, (left, right))
     y_at = np.interp(y_ticks, panel.y, (bottom, top))
-    in_points = Panel(0, 0, 1, 1, (0, 1), (0, 1))
-    for y in y_at:
-        add_line(figure, in_points, (left, right), (y, y), color=PALE, linewidth=0.5, zorder=1)
+    add_segments(figure, [(left, y, right, y) for y in y_at], color=PALE, linewidth=0.5, zorder=1)
     if panel.y[0] < 0 < panel.y[1]:
         zero = float(np.interp(0.0, panel.y, (bottom, top)))
-        add_line(figure, in_points, (left, right), (zero, zero), color=GREY, linewidth=0.5, zorder=1)
-    add_line(figure, in_points, (left, right), (bottom, bottom), color=GREY, linewidth=0.6, zorder=1)
-    for x, value in zip(x_at, x_ticks, strict=True):
-        add_line(figure, in_points, (x, x), (bottom, bottom - 2), color=GREY, linewidth=0.6)
-        if x_labels:
+        add_segments(figure, [(left, zero, right, zero)], color=GREY, linewidth=0.5, zorder=1)
+    add_segments(
+        figure,
+        [(left, bottom, right, bottom), *((x, bottom, x, bottom - 2) for x in x_at)],
+        color=GREY,
+        linewidth=0.6,
+        zorder=1,
+    )
+    if x_labels:
+        for x, value in zip(x_at, x_ticks, strict=True):
             add_text(figure, x, bottom - size - 2.5, tick_label(value), size, ha="center", color=GREY)
     if y_labels:
         for y, value in zip(y_at, y_ticks, strict=True):

@@ -57,6 +57,7 @@ def report_figures(findings: Findings) -> dict[str, str]:
 
     from gd_analyze.report import figure_elements, figures
     from gd_analyze.report.figure_arm import arm_figure
+    from gd_analyze.report.figure_trade_off import trade_off_figure
 
     makers: dict[str, Callable[[Findings], Figure]] = {
         "arm": arm_figure,
@@ -65,6 +66,7 @@ def report_figures(findings: Findings) -> dict[str, str]:
         "coriolis": figure_elements.coriolis_figure,
         "gravity": figure_elements.gravity_figure,
         "torque": figures.torque_figure,
+        "trade_off": trade_off_figure,
     }
     # The user's own matplotlib settings (LaTeX text, tight boxes) must not reach the report.
     with matplotlib.rc_context():

@@ -17,6 +17,9 @@ from numpy.typing import NDArray
 from gd_analyze.simplification.candidates import Candidates
 from gd_analyze.vectors import FloatArray
 
+# What a candidate counts as saving that saves nothing while those it shares its arithmetic with remain.
+_LEAST_SAVING = 0.5
+
 
 @dataclass(frozen=True, eq=False)
 class Elimination:
@@ -48,8 +51,9 @@ class Elimination:
         effects = self.candidates.effects
         out = np.zeros((len(self.order) + 1, effects.shape[1]))
         left = np.zeros(effects.shape[1:])
+        refitted = bool((self.scales != 1.0).any())
         for k, candidate in enumerate(self.order):
-            if (self.scales[k + 1] == 1.0).all():
+            if not refitted:
                 left += effects[candidate]
             else:
                 left = np.tensordot(1.0 - self.kept(k + 1) * self.scales[k + 1], effects, axes=1)
@@ -97,7 +101,7 @@ def eliminate(candidates: Candidates, *, by_cost: bool = True, refit: bool = Fal
     scales = [scale]
     while kept.any():
         added = scale * (scale * np.diag(gram) - 2.0 * slope)
-        merit = np.where(kept, added / (savings.now if by_cost else 1.0), np.inf)
+        merit = np.where(kept, added / (np.maximum(savings.now, _LEAST_SAVING) if by_cost else 1.0), np.inf)
         chosen = int(merit.argmin())
         kept[chosen] = False
         savings.drop(chosen)

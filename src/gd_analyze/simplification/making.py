@@ -38,6 +38,7 @@ def make_model(
     *,
     allowed: FloatArray,
     budget_stated: str,
+    thorough: bool = True,
     provenance: Mapping[str, str] | None = None,
 ) -> SimplifiedModel:
     """Make the model that keeps some candidates, and measure its error at the states.
@@ -52,6 +53,8 @@ def make_model(
         Allowed error per joint, N m, shape (n,).
     budget_stated
         The budget as the user put it.
+    thorough
+        Spend seconds on a program of few operations.
     provenance
         Stored with the model.
 
@@ -76,7 +79,8 @@ def make_model(
         draft = ElementModel(level=level, kept=_labels(exact, kept), **facts)
     else:
         energy, torques = _harmonic(exact, level, kept, scale)
-        draft = HarmonicModel(level=level, energy=energy, torques=torques, **facts)
+        program = torque_programs(exact.harmonics.basis, torques, thorough=thorough)["torque"]
+        draft = HarmonicModel(level=level, energy=energy, torques=torques, written_program=program, **facts)
     states = exact.states
     promise = ErrorTable.of(exact.torque, draft.torque(states.q, states.qd, states.qdd))
     if not (promise.largest <= allowed).all():
@@ -86,7 +90,10 @@ def make_model(
             found=str(promise.largest.tolist()),
             next_step="please report this with the arm file and the states",
         )
-    return dataclasses.replace(draft, promise=promise)
+    model = dataclasses.replace(draft, promise=promise)
+    # The same programs; making them again would take longer than all the rest here.
+    model.__dict__["programs"] = draft.programs
+    return model
 
 
 def _labels(exact: ExactDynamics, kept: Kept) -> tuple[str, ...]:

@@ -155,6 +155,7 @@ def _within(
         found.scale,
         allowed=allowed,
         budget_stated=str(budget),
+        thorough=thorough,
         provenance={**(provenance or {}), "search": steps + (", solved to the end" if found.solved else "")},
     )
 

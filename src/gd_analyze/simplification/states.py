@@ -73,7 +73,7 @@ def states_in_box(arm: RobotArm, count: int = 4000, seed: int = 0) -> States:
             f"arm {arm.name} does not state all its limits",
             where=f"arm {arm.name}",
             expected="range, rate and acceleration limits of every joint",
-            next_step="add them to the arm file, or simplify along a trajectory",
+            next_step="add them to the arm file, or name a trajectory",
         )
     random = np.random.default_rng(seed)
     shape = (count, arm.n_joints)

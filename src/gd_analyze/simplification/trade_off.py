@@ -11,7 +11,7 @@ from gd_analyze.models.simplified import Level
 from gd_analyze.operations import OperationCount
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import Candidates, candidates_of
-from gd_analyze.simplification.elimination import eliminate
+from gd_analyze.simplification.elimination import Elimination, eliminate
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.making import operations_of
 from gd_analyze.simplification.simplify import simplify_exact
@@ -87,9 +87,14 @@ def trade_off(
     budget = budget or Budget()
     tell = progress or (lambda _: None)
     points: list[TradeOffPoint] = []
+    allowed = exact.allowed(budget)
+    known: dict[Level, Candidates] = {}
     for level, refit in kinds:
         if not thorough:
-            points += _eliminated(exact, budget, level, refit, factors)
+            if level not in known:
+                known[level] = candidates_of(exact, level, allowed)
+            elimination = eliminate(known[level], refit=refit)
+            points += _eliminated(exact, budget, level, refit, elimination, factors)
             tell(len(factors))
             continue
         for factor in factors:
@@ -102,12 +107,15 @@ def trade_off(
 
 
 def _eliminated(
-    exact: ExactDynamics, budget: Budget, level: Level, refit: bool, factors: Sequence[float]
+    exact: ExactDynamics,
+    budget: Budget,
+    level: Level,
+    refit: bool,
+    elimination: Elimination,
+    factors: Sequence[float],
 ) -> list[TradeOffPoint]:
     """The last models of one elimination that are within each budget."""
     allowed = exact.allowed(budget)
-    candidates = candidates_of(exact, level, allowed)
-    elimination = eliminate(candidates, refit=refit)
     largest = elimination.errors().max(axis=1) if refit else None
     points = []
     for factor in factors:
@@ -123,7 +131,7 @@ def _eliminated(
                 factor,
                 str(budget.scaled(factor)),
                 operations_of(exact, level, kept, scale),
-                _error_share(exact, candidates, kept * scale - 1.0, allowed),
+                _error_share(exact, elimination.candidates, kept * scale - 1.0, allowed),
             )
         )
     return points

@@ -56,7 +56,22 @@ const report = (() => {
     return extent(Object.values(data.figures).filter((other) => other.scale === spec.scale));
   }
 
+  // What figures of all kinds have in common.
+  function look() {
+    return {
+      axis: { gridcolor: color("grid"), zerolinecolor: color("line"), linecolor: color("line"), tickcolor: color("line"), automargin: false, exponentformat: "power" },
+      layout: { autosize: true, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
+        font: { family: getComputedStyle(document.body).fontFamily, size: 11, color: color("soft") },
+        hoverlabel: { bgcolor: color("paper"), bordercolor: color("line"), font: { color: color("ink"), size: 12 } } },
+      config: { displayModeBar: false, displaylogo: false, responsive: true, scrollZoom: false, doubleClick: "reset" },
+    };
+  }
+
   function build(spec, size) {
+    return spec.kind === "trade-off" ? tradeOff(spec, { color, look: look(), mouse: pointer.matches }) : curves(spec, size);
+  }
+
+  function curves(spec, size) {
     const axis = data.axes[spec.axis];
     const x = axis[state.x];
     const few = x.length === 1;
@@ -72,16 +87,13 @@ const report = (() => {
       };
     });
     const ink = color("soft");
-    const line = { gridcolor: color("grid"), zerolinecolor: color("line"), linecolor: color("line"), tickcolor: color("line"),
-      automargin: false, fixedrange: !large, exponentformat: "power", tickfont: { size: large ? 11 : 10 } };
+    const common = look();
+    const line = { ...common.axis, fixedrange: !large, tickfont: { size: large ? 11 : 10 } };
     const pad = few ? 0.5 : 0;
     const flat = range[0] === -1 && range[1] === 1 && visible(spec).every((trace) => trace.y.every((y) => y === 0));
     const layout = {
-      autosize: true, showlegend: size === "medium" && spec.traces.length > 1, hovermode: large ? "x unified" : "x", dragmode: large && pointer.matches ? "zoom" : false,
+      ...common.layout, showlegend: size === "medium" && spec.traces.length > 1, hovermode: large ? "x unified" : "x", dragmode: large && pointer.matches ? "zoom" : false,
       margin: { l: 46, r: 8, t: large ? 18 : 12, b: large ? 38 : 20 },
-      paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
-      font: { family: getComputedStyle(document.body).fontFamily, size: 11, color: ink },
-      hoverlabel: { bgcolor: color("paper"), bordercolor: color("line"), font: { color: color("ink"), size: 12 } },
       legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom", font: { size: 10 } },
       xaxis: { ...line, range: [x[0] - pad, x[x.length - 1] + pad], nticks: large ? 8 : x[x.length - 1] > 999 ? 3 : 4, exponentformat: "none", separatethousands: true, showgrid: false, showspikes: true, spikemode: "across",
         spikethickness: 1, spikedash: "solid", spikecolor: ink, spikesnap: "hovered data",
@@ -95,7 +107,7 @@ const report = (() => {
     const wide = Math.max(-range[0], range[1]) < 2e-3;
     layout.margin.l += (large ? 12 : 0) + (wide ? 12 : 0);
     if (layout.showlegend) layout.margin.t = 34;
-    return [traces, layout, { displayModeBar: false, displaylogo: false, responsive: true, scrollZoom: false, doubleClick: "reset" }];
+    return [traces, layout, common.config];
   }
 
   const raised = (digits) => [...digits].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c])).join("");

@@ -6,13 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from gd_analyze.simplification.box import Box
+from gd_analyze.certification.box import Box
 from gd_analyze.vectors import FloatArray
 
 # Of the box's width: the first step, and how often it is halved.
 _FIRST_STEP, _HALVINGS = 1 / 32, 9
 # Moves at most, lest a long ridge be followed for ever.
-_MOST_MOVES = 60
+_MOST_MOVES = 40
 
 
 def climbed(

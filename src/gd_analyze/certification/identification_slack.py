@@ -19,10 +19,10 @@ import math
 
 import numpy as np
 
+from gd_analyze.certification.box import Box
 from gd_analyze.harmonics import Harmonics
 from gd_analyze.harmonics.basis import DEGREE, Basis
 from gd_analyze.harmonics.lagrangian import absolute_rates
-from gd_analyze.simplification.box import Box
 from gd_analyze.vectors import FloatArray
 
 _EFFECTS = 2

@@ -1,69 +1,37 @@
-"""The torque error of a model: polynomials in the positions times accelerations and products of rates."""
+"""What rates and accelerations can make of a torque error at one position."""
 
 from __future__ import annotations
 
 import itertools
-from collections import defaultdict
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.lagrangian import Monomial, TorqueTerm
-from gd_analyze.simplification.box import Box
-from gd_analyze.simplification.waves import Expansion, Polynomial, Waves
 from gd_analyze.vectors import FloatArray
 
 # Above it the signs of the rates are not tried all: 2^9 choices for ten joints.
 _MOST_SIGNED = 10
+# And above this not all of -1, 0 and 1: 3280 choices for eight joints.
+_MOST_THIRDS = 8
 
 # "1", an acceleration "qdd" (joint,) or a product of rates "qd" (joint, joint): the factor of a polynomial.
 RateFactor = tuple[str, tuple[int, ...]]
-ErrorRow = dict[RateFactor, dict[Monomial, float]]
-
-
-def error_rows(
-    basis: Basis, exact: Mapping[TorqueTerm, float], simplified: Mapping[TorqueTerm, float]
-) -> list[ErrorRow]:
-    """Error of every joint's torque by rates and accelerations of the joints themselves."""
-    inboard = {joint: run.joints[: k + 1] for run in basis.runs for k, joint in enumerate(run.joints)}
-    rows: list[dict[RateFactor, dict[Monomial, float]]] = [
-        defaultdict(lambda: defaultdict(float)) for _ in range(basis.n_joints)
-    ]
-    for term in {**exact, **simplified}:
-        weight = simplified.get(term, 0.0) - exact.get(term, 0.0)
-        if weight == 0.0:
-            continue
-        factors: dict[RateFactor, float] = defaultdict(float)
-        if not term.rates:
-            factors["1", ()] = 1.0
-        elif term.rates[0].order == 2:
-            for a in inboard[term.rates[0].joint]:
-                factors["qdd", (a,)] += 1.0
-        else:
-            for a in inboard[term.rates[0].joint]:
-                for b in inboard[term.rates[1].joint]:
-                    factors["qd", (min(a, b), max(a, b))] += 1.0
-        for joint in inboard[term.row]:
-            for factor, times in factors.items():
-                rows[joint][factor][term.monomial] += times * weight
-    return [
-        {
-            factor: kept
-            for factor, polynomial in row.items()
-            if (kept := {m: w for m, w in polynomial.items() if w != 0.0})
-        }
-        for row in rows
-    ]
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """What the rates and accelerations of a box can make of the polynomials' values at one position.
+    """The factors r of an error sum_r F_r(q) r.
 
-    The values are those of F_r(q) max|r|; the rates and accelerations then lie between -1 and 1.
+    Values of F_r(q) max|r| at some positions are given to the methods, so that rates and accelerations are
+    shares of their limits, between -1 and 1.
+
+    Parameters
+    ----------
+    n_joints
+        n.
+    factors
+        Of the polynomials, in their order.
     """
 
     n_joints: int
@@ -106,7 +74,7 @@ class Motion:
         """Whether the choices are complete."""
         return len(self._signs) == 2 ** max(0, len({j for p in self._pairs for j in self.factors[p][1]}) - 1)
 
-    def bound(self, values: FloatArray) -> FloatArray:
+    def quick_bound(self, values: FloatArray) -> FloatArray:
         """Upper bound of the error's magnitude over all rates and accelerations, shape (K,).
 
         Every acceleration can have the sign that is worst; the products of two rates share signs, of which
@@ -125,6 +93,44 @@ class Motion:
         up = still.sum(axis=0) + np.maximum(squares, 0.0).sum(axis=0) + moved.max(axis=0)
         down = still.sum(axis=0) + np.minimum(squares, 0.0).sum(axis=0) + moved.min(axis=0)
         return np.asarray(pushed + np.maximum(up, -down))
+
+    def bound(self, values: FloatArray) -> FloatArray:
+        """Bound as `quick_bound` does, but let a square that takes from the error count.
+
+        From t^2 >= 2 |t| - 1 where it takes and t^2 <= |t| where it adds the error is at most a function that
+        is linear in every single |rate|, and largest where all rates are -1, 0 or 1.
+        """
+        quick = self.quick_bound(values)
+        if not len(self._thirds):
+            return quick
+        pushed = np.abs(values[self._pushed]).sum(axis=0)
+        still, squares, pairs = (values[p] for p in (self._still, self._squares, self._pairs))
+        sides = []
+        for sign in (1.0, -1.0):
+            taking = np.minimum(sign * squares, 0.0)
+            linear = np.vstack([sign * squares + taking, sign * pairs])
+            sides.append(sign * still.sum(axis=0) - taking.sum(axis=0) + (self._thirds @ linear).max(axis=0))
+        return np.asarray(np.minimum(quick, pushed + np.maximum(*sides)))
+
+    @cached_property
+    def _thirds(self) -> FloatArray:
+        """|rate| of every square and products of rates of every pair, all rates -1, 0 or 1; none for many.
+
+        Shape (choices, squares + pairs); of two choices with opposite signs one.
+        """
+        joints = sorted({j for p in (*self._squares, *self._pairs) for j in self.factors[p][1]})
+        if len(joints) > _MOST_THIRDS or not self._squares:
+            return np.empty((0, len(self._squares) + len(self._pairs)))
+        choices = np.zeros(((3 ** len(joints) + 1) // 2, self.n_joints))
+        for row, choice in zip(
+            choices, itertools.product((1.0, 0.0, -1.0), repeat=len(joints)), strict=False
+        ):
+            row[joints] = choice
+        squares, pairs = (
+            np.array([self.factors[p][1] for p in group], dtype=int).reshape(-1, 2).T
+            for group in (self._squares, self._pairs)
+        )
+        return np.hstack([np.abs(choices[:, squares[0]]), choices[:, pairs[0]] * choices[:, pairs[1]]])
 
     def reached(self, values: FloatArray) -> FloatArray:
         """Error's magnitude that rates at their limits, or none, reach at every position, shape (K,)."""
@@ -172,63 +178,3 @@ class Motion:
         for p in self._pushed:
             pushes[self.factors[p][1][0]] = np.copysign(1.0, values[p] * moving)
         return abs(moving) + float(np.abs(values[self._pushed]).sum()), rates, pushes
-
-
-@dataclass(frozen=True, eq=False)
-class ErrorField:
-    """One joint's torque error over a box.
-
-    Parameters
-    ----------
-    waves
-        F_r(q) max|r| of every factor r.
-    motion
-        The factors.
-    round_off
-        What evaluating it, at any position of the box, can be off by.
-    """
-
-    waves: Waves
-    motion: Motion
-    round_off: float
-
-    @classmethod
-    def of(cls, row: ErrorRow, box: Box, expansion: Expansion) -> ErrorField:
-        """Prepare a joint's row of the error."""
-        largest = np.array([_largest(factor, box) for factor in row])
-        waves = Waves.of(list(row.values()), expansion).times(largest)
-        reach = sum(
-            size * magnitude(polynomial, box.farthest)
-            for size, polynomial in zip(largest, row.values(), strict=True)
-        )
-        return cls(waves, Motion(box.n_joints, tuple(row)), round_off_of(reach, waves, box))
-
-
-def round_off_of(reach: float, waves: Waves, box: Box) -> float:
-    """What the value of a sum of waves can be off by.
-
-    Every value is a sum of products in which no more than `count` roundings follow one another, each of them
-    eps/2 of terms that add up to `reach`: the weights' subtraction and expansion, one contraction per joint,
-    the sum over the factors. An angle m.q, and the place of a node, is off by some eps of the farthest one.
-    """
-    count = waves.coefficients.size + 32 * (1 + len(waves.sliding))
-    angle = 1.0 + float((np.array(waves.degrees) * box.farthest).sum())
-    return count * angle * float(np.finfo(float).eps) * reach
-
-
-def _largest(factor: RateFactor, box: Box) -> float:
-    kind, joints = factor
-    limit = box.acceleration if kind == "qdd" else box.rate
-    return float(np.prod([limit[joint] for joint in joints]))
-
-
-def magnitude(polynomial: Polynomial, farthest: FloatArray) -> float:
-    """Bound of a polynomial's magnitude over the box: sines and cosines have 1."""
-    total = 0.0
-    for monomial, weight in polynomial.items():
-        size = abs(weight)
-        for kind, multiples in monomial:
-            if kind == "power":
-                size *= float(np.dot(multiples, farthest))
-        total += size
-    return total

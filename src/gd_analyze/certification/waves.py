@@ -111,6 +111,26 @@ class Waves:
         """
         return np.asarray(np.abs(self.coefficients) * self._powers(farthest[:, None])[:, 0])
 
+    def curvatures(self, farthest: FloatArray) -> FloatArray:
+        """Largest second derivative of every wave in every polynomial by every joint, shape (P, W, n).
+
+        Parameters
+        ----------
+        farthest
+            Largest magnitude of every joint's position, shape (n,).
+        """
+        sizes = self.sizes(farthest)
+        out = np.empty((*sizes.shape, len(self.sliding)))
+        for k, slides in enumerate(self.sliding):
+            m = self.multiples[:, k]
+            if not slides:
+                out[..., k] = sizes * m**2
+                continue
+            lowered = self.multiples.copy()
+            lowered[:, k] = np.maximum(m - 2, 0)
+            out[..., k] = Waves(self.sliding, lowered, self.coefficients).sizes(farthest) * (m * (m - 1))
+        return out
+
     def times(self, factors: FloatArray) -> Waves:
         """Multiply every polynomial by its factor, shape (P,)."""
         return Waves(self.sliding, self.multiples, self.coefficients * factors[:, None])

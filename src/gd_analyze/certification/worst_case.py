@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.simplification.box import Box
-from gd_analyze.simplification.climbing import climbed
-from gd_analyze.simplification.error_field import ErrorField
+from gd_analyze.certification.box import Box
+from gd_analyze.certification.climbing import climbed
+from gd_analyze.certification.error_field import ErrorField
 from gd_analyze.vectors import FloatArray
 
 

@@ -1,0 +1,57 @@
+"""What torque terms are made of as expressions of q, qd and qdd on a trace."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gd_analyze.harmonics.basis import Basis
+from gd_analyze.harmonics.lagrangian import Literal, Rate
+from gd_analyze.operations import Trace
+
+
+class TorqueVariables:
+    """Sines, cosines, powers, absolute rates and accelerations; sums of parallel angles are formed once.
+
+    Parameters
+    ----------
+    basis
+        The arm's basis functions.
+    trace
+        Where the expressions are kept.
+    """
+
+    def __init__(self, basis: Basis, trace: Trace) -> None:
+        n = basis.n_joints
+        self._trace = trace
+        self._runs = basis.runs
+        self._q, qd, qdd = (trace.inputs(name, n)[:, 0] for name in ("q", "qd", "qdd"))
+        self._moving = {1: list(qd), 2: list(qdd)}
+        for moving in self._moving.values():
+            for run in self._runs:
+                for inner, outer in zip(run.joints[:-1], run.joints[1:], strict=True):
+                    moving[outer] = moving[inner] + moving[outer]
+
+    def __call__(self, variable: Rate | Literal) -> Any:
+        """Expression of a rate or a literal."""
+        if isinstance(variable, Rate):
+            return self._moving[variable.order][variable.joint]
+        kind, multiples = variable
+        argument: Any = 0.0
+        for joint, multiple in enumerate(multiples):
+            for _ in range(abs(multiple)):
+                argument = argument + self._q[joint] if multiple > 0 else argument - self._q[joint]
+        if kind == "power":
+            return argument
+        one = np.empty(1, dtype=object)
+        one[0] = argument
+        return (self._trace.cos if kind == "cos" else self._trace.sin)(one)[0]
+
+    def joint_rows(self, rows: list[Any]) -> list[Any]:
+        """Tau = A^-T tau': within a run a joint carries what the joints behind it carry."""
+        out = list(rows)
+        for run in self._runs:
+            for inner, outer in reversed(list(zip(run.joints[:-1], run.joints[1:], strict=True))):
+                out[inner] = out[inner] + out[outer]
+        return out

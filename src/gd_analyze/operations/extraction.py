@@ -1,0 +1,242 @@
+"""What several sums share is made a variable of its own, the most valuable first.
+
+After the fast extraction of logic synthesis and its use on polynomials (Hosangadi, Fallah and Kastner,
+Optimizing polynomial expressions by algebraic factorization and common subexpression elimination, IEEE
+Transactions on Computer-Aided Design 25, 2006): candidates are sums of two terms that occur in several
+places up to a product and a factor, products of two variables, and what a variable of a sum is multiplied
+by. Sums of more terms grow from sums of two.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from heapq import nlargest
+from random import Random
+from typing import NamedTuple
+
+from gd_analyze.operations.monomials import Monomial, over, times, without
+from gd_analyze.operations.sums import Pair, Sums, Terms, Two
+
+
+class _Place(NamedTuple):
+    """Where a divisor occurs: in the sum of a variable, times a product and a factor."""
+
+    v: int
+    beside: Monomial
+    scale: float
+
+
+@dataclass(frozen=True)
+class _Divisor:
+    """A sum that occurs in places, what it saves to evaluate it once, and the factor to give it then."""
+
+    terms: Terms
+    places: tuple[_Place, ...]
+    gain: int
+    gauge: float
+
+
+class _Factor(NamedTuple):
+    """A variable, or a coefficient's magnitude, in several terms of one sum."""
+
+    v: int
+    magnitude: float
+    variable: Monomial
+
+
+_Candidate = Pair | Two | _Factor
+
+
+# Most valuable sums of two that are grown before one is chosen; more took longer and gained nothing.
+_GROWN = 16
+
+
+def extract(sums: Sums, random: Random | None = None, noise: float = 0.0) -> None:
+    """Extract until nothing saves operations.
+
+    Parameters
+    ----------
+    sums
+        Changed in place.
+    random, noise
+        To every gain up to `noise` operations are added by chance: other ways of breaking ties, and more.
+    """
+    gains: dict[_Candidate, int] = {}
+    while True:
+        sums.tidy()
+        _update(sums, gains)
+        if not gains:
+            return
+        scores: Mapping[_Candidate, float] = gains
+        if random is not None:
+            scores = {candidate: gain + noise * random.random() for candidate, gain in gains.items()}
+        best, best_score = None, -math.inf
+        for candidate in nlargest(_GROWN, scores, key=scores.__getitem__):
+            step = _step(sums, candidate)
+            score = scores[candidate] + (step.gain - gains[candidate] if isinstance(step, _Divisor) else 0)
+            if score > best_score:
+                best, best_score = step, score
+        if isinstance(best, Two):
+            _name_product(sums, best)
+        elif best is not None:
+            _name_divisor(sums, best)
+
+
+def _step(sums: Sums, candidate: _Candidate) -> Two | _Divisor:
+    """What extracting a candidate comes to: a sum of two may have grown."""
+    if isinstance(candidate, Two):
+        return candidate
+    divisor = _pair(sums, candidate) if isinstance(candidate, Pair) else _factor(sums, candidate)
+    assert divisor is not None
+    return _grown(sums, divisor)
+
+
+def _update(sums: Sums, gains: dict[_Candidate, int]) -> None:
+    """Look again at what touched terms take part in."""
+    for changed in sums.touched:
+        if isinstance(changed, Two):
+            _note(gains, changed, len(sums.products[changed]) - 1)
+        elif isinstance(changed, Pair):
+            divisor = _pair(sums, changed)
+            _note(gains, changed, divisor.gain if divisor else 0)
+        else:
+            for candidate in [c for c in gains if isinstance(c, _Factor) and c.v == changed]:
+                del gains[candidate]
+            for candidate in _factors(sums, changed):
+                divisor = _factor(sums, candidate)
+                _note(gains, candidate, divisor.gain)
+    sums.touched.clear()
+
+
+def _note(gains: dict[_Candidate, int], candidate: _Candidate, gain: int) -> None:
+    if gain > 0:
+        gains[candidate] = gain
+    else:
+        gains.pop(candidate, None)
+
+
+def _pair(sums: Sums, pair: Pair) -> _Divisor | None:
+    """Divisor of two terms in all places that do not overlap."""
+    occurrences = sums.pairs[pair]
+    if not occurrences:
+        return None
+    if len(occurrences) == 1:
+        ((common, scale),) = occurrences.values()
+        if not common and (abs(pair.ratio) != 1.0 or abs(scale) == 1.0):
+            return None
+    taken: set[tuple[int, Monomial]] = set()
+    places = []
+    for (v, first, second), (common, scale) in occurrences.items():
+        if (v, first) not in taken and (v, second) not in taken:
+            taken |= {(v, first), (v, second)}
+            places.append(_Place(v, common, scale))
+    return _divisor(sums, {pair.a: 1.0, pair.b: pair.ratio}, places)
+
+
+def _factors(sums: Sums, v: int) -> list[_Factor]:
+    """Variables and coefficients in three terms or more of a sum; two terms are a pair."""
+    terms = sums.terms.get(v, {})
+    if len(terms) < 3:
+        return []
+    counts = Counter(x for monomial in terms for x in dict.fromkeys(monomial))
+    magnitudes = Counter(abs(c) for c in terms.values() if abs(c) != 1.0)
+    found = [_Factor(v, 1.0, (x,)) for x, count in counts.items() if count > 2]
+    return found + [_Factor(v, c, ()) for c, count in magnitudes.items() if count > 2]
+
+
+def _factor(sums: Sums, candidate: _Factor) -> _Divisor:
+    v, magnitude, variable = candidate
+    if variable:
+        inner = {without(m, *variable): c for m, c in sums.terms[v].items() if variable[0] in m}
+    else:
+        inner = {m: math.copysign(1.0, c) for m, c in sums.terms[v].items() if abs(c) == magnitude}
+    return _divisor(sums, inner, [_Place(v, variable, magnitude)])
+
+
+def _divisor(sums: Sums, terms: Terms, places: list[_Place]) -> _Divisor:
+    """What a divisor saves, with the factor inside that makes most coefficients one."""
+    magnitude = sums.magnitude
+    saved = (len(places) - 1) * (len(terms) - 1)
+    for _, beside, scale in places:
+        saved -= len(beside)
+        for m, c in terms.items():
+            if m or beside:
+                saved += len(m) + len(beside) - (abs(magnitude(scale * c)) == 1.0)
+    least, gauge = None, 1.0
+    for g in {1.0: 0} | {abs(1.0 / c): 0 for c in terms.values()} | {abs(p.scale): 0 for p in places}:
+        after = 0
+        for m, c in terms.items():
+            if m:
+                after += len(m) - (abs(magnitude(c * g)) == 1.0)
+        for p in places:
+            after += abs(magnitude(p.scale / g)) != 1.0
+        if least is None or after < least:
+            least, gauge = after, g
+    assert least is not None
+    return _Divisor(terms, tuple(places), saved - least, gauge)
+
+
+def _grown(sums: Sums, divisor: _Divisor) -> _Divisor:
+    """The best of a divisor and all that two of its places have in common."""
+    best = divisor
+    for k, one in enumerate(divisor.places):
+        for other in divisor.places[:k]:
+            shared = _shared(sums, one, other)
+            if len(shared) > len(divisor.terms):
+                grown = _divisor(sums, shared, [_Place(one.v, one.beside, 1.0), _scaled(sums, one, other)])
+                if grown.gain > best.gain:
+                    best = grown
+    return best
+
+
+def _scaled(sums: Sums, one: _Place, other: _Place) -> _Place:
+    return _Place(other.v, other.beside, sums.magnitude(other.scale / one.scale))
+
+
+def _shared(sums: Sums, one: _Place, other: _Place) -> Terms:
+    """Terms of one place that the other has in the same proportion."""
+    ratio = _scaled(sums, one, other).scale
+    there, shared, taken = sums.terms[other.v], {}, set()
+    for monomial, c in sums.terms[one.v].items():
+        inner = over(monomial, one.beside)
+        if inner is None:
+            continue
+        image = times(other.beside, inner)
+        if image not in there or sums.magnitude(c * ratio) != there[image]:
+            continue
+        if one.v == other.v and (monomial in taken or image in taken or image == monomial):
+            continue
+        taken |= {monomial, image}
+        shared[inner] = c
+    return shared
+
+
+def _name_product(sums: Sums, two: Two) -> None:
+    """Define a product of two, and use it wherever it occurs."""
+    coefficient, variables = two
+    occurrences = list(sums.products[two])
+    number = sums.define({variables: coefficient})
+    for v, monomial in occurrences:
+        c = sums.terms[v][monomial]
+        sums.put(v, monomial, 0.0)
+        if len(variables) == 1:
+            sums.add(v, times(without(monomial, *variables), (number,)), math.copysign(1.0, c))
+            continue
+        rest = over(monomial, variables)
+        while rest is not None:
+            monomial = times(rest, (number,))
+            rest = over(monomial, variables)
+        sums.add(v, monomial, c)
+
+
+def _name_divisor(sums: Sums, divisor: _Divisor) -> None:
+    """Define a sum, and use it in all its places."""
+    magnitude = sums.magnitude
+    number = sums.define({m: magnitude(c * divisor.gauge) for m, c in divisor.terms.items()})
+    for place in divisor.places:
+        for monomial in divisor.terms:
+            sums.put(place.v, times(place.beside, monomial), 0.0)
+        sums.add(place.v, times(place.beside, (number,)), magnitude(place.scale / divisor.gauge))

@@ -1,0 +1,168 @@
+"""Sums rearranged by chance and kept where that takes fewer operations; extraction alone ends too early.
+
+A large neighbourhood search: the definitions of some neighbouring variables are put back in their places,
+terms are rewritten in ways that cost nothing, and extraction starts again from there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from random import Random
+
+from gd_analyze.operations.extraction import extract
+from gd_analyze.operations.monomials import Monomial, multiplications, over, times
+from gd_analyze.operations.sums import Sums
+
+# Numbers of definitions put back at once, and how far chance may overrule gains then: what did best of what
+# was tried on the models of the arms supplied. Accepting more operations for a while gained nothing.
+_PUT_BACK = (1, 1, 2, 2, 3, 4, 6)
+_NOISE = (0.3, 0.9, 1.5)
+_NEAR = 0.7
+_REWRITE = 0.5
+
+
+def rearrange(sums: Sums, tries: int, circles: Mapping[int, int], seed: int = 0) -> None:
+    """Look for an arrangement of fewer operations.
+
+    Parameters
+    ----------
+    sums
+        Extracted; changed in place, never to more operations.
+    tries
+        How often to disturb and extract again.
+    circles
+        Inputs whose squares sum to 1, each with its partner: a cosine and the sine of the same angle.
+    seed
+        Of the random choices; they are the same in every run.
+    """
+    random = Random(seed)
+    least = sums.operations
+    sums.mark()
+    for _ in range(tries):
+        _put_back(sums, random)
+        for rewrite in (_rescale_term, _rescale_variable, _fold, _go_round):
+            if random.random() < _REWRITE:
+                sums.tidy()
+                rewrite(sums, circles, random)
+        extract(sums, random, random.choice(_NOISE))
+        if sums.operations <= least:
+            least = sums.operations
+            sums.mark()
+        else:
+            sums.undo()
+
+
+def _put_back(sums: Sums, random: Random) -> None:
+    """Inline some variables, most often such that share a sum."""
+    defined = sums.defined
+    if not defined:
+        return
+    first, count = random.choice(defined), random.choice(_PUT_BACK)
+    near = {first, *(x for m in sums.terms[first] for x in m)}
+    for user in sums.users[first]:
+        near |= {user, *(x for m in sums.terms[user] for x in m)}
+    pool = [v for v in defined if v in near] if random.random() < _NEAR else defined
+    for v in dict.fromkeys([first, *random.sample(pool, min(count - 1, len(pool)))]):
+        sums.inline(v)
+
+
+def _go_round(sums: Sums, circles: Mapping[int, int], random: Random) -> None:
+    """Write 1 - y^2 for the x^2 of one term."""
+    found = [
+        (v, m, x)
+        for v, terms in sums.terms.items()
+        for m in terms
+        for x in dict.fromkeys(m)
+        if x in circles and m.count(x) > 1
+    ]
+    if found:
+        v, m, x = random.choice(found)
+        c = sums.terms[v][m]
+        rest = _quotient(m, (x, x))
+        sums.put(v, m, 0.0)
+        sums.add(v, rest, c)
+        sums.add(v, times(rest, (circles[x], circles[x])), -c)
+
+
+def _fold(sums: Sums, _: Mapping[int, int], random: Random) -> None:
+    """Write w v + (c - w) y for w x + c y where v = x + y is known; at best nothing is left over."""
+    several = [v for v, terms in sums.terms.items() if len(terms) > 1]
+    if not several:
+        return
+    v = random.choice(several)
+    inside = dict(sums.terms[v])
+    one = min(inside, key=len)
+    # Whatever holds all that v holds can not be part of v: definitions stay without circles.
+    found = [
+        (user, beside)
+        for user in dict.fromkeys(user for m in inside for x in m for user in sums.users[x])
+        for m in sums.terms[user]
+        if (beside := over(m, one)) is not None
+        and user != v
+        and all(times(beside, inner) in sums.terms[user] for inner in inside)
+    ]
+    if found:
+        user, beside = random.choice(found)
+        gone = random.choice(list(inside))
+        w = sums.magnitude(sums.terms[user][times(beside, gone)] / inside[gone])
+        if v < 0:
+            output, v = v, sums.define(inside)
+            for m in inside:
+                sums.put(output, m, 0.0)
+            sums.put(output, (v,), 1.0)
+        for m, c in inside.items():
+            sums.add(user, times(beside, m), -sums.magnitude(w * c))
+        sums.add(user, times(beside, (v,)), w)
+
+
+def _rescale_term(sums: Sums, _: Mapping[int, int], random: Random) -> None:
+    """Write (c / d) v .. for a term c x .. where v = d x has a name: c times v .. may be known as well."""
+    found = []
+    for v in sums.defined:
+        if len(sums.terms[v]) == 1:
+            ((product, d),) = sums.terms[v].items()
+            found += [
+                (v, product, d, user, m)
+                for user in sums.users[product[0]]
+                if user != v
+                for m, c in sums.terms[user].items()
+                if abs(c) != 1.0 and abs(d) != 1.0 and over(m, product) is not None
+            ]
+    if found:
+        v, product, d, user, m = random.choice(found)
+        c = sums.terms[user][m]
+        sums.put(user, m, 0.0)
+        sums.add(user, times(_quotient(m, product), (v,)), sums.magnitude(c / d))
+
+
+def _rescale_variable(sums: Sums, _: Mapping[int, int], random: Random) -> None:
+    """Give the definition of a variable another factor, at no cost."""
+    defined = sums.defined
+    if not defined:
+        return
+    v = random.choice(defined)
+    inside = list(sums.terms[v].items())
+    uses = [(user, m, c) for user in sums.users[v] for m, c in sums.terms[user].items() if v in m]
+    if any(m.count(v) > 1 for _, m, _ in uses):
+        return
+    magnitude = sums.magnitude
+
+    def cost(factor: float) -> int:
+        within = sum(multiplications(m, magnitude(c * factor)) for m, c in inside)
+        return within + sum(multiplications(m, magnitude(c / factor)) for _, m, c in uses)
+
+    factors = {abs(1.0 / c) for _, c in inside} | {abs(c) for _, _, c in uses}
+    free = [factor for factor in sorted(factors - {1.0}) if cost(factor) <= cost(1.0)]
+    if free:
+        factor = random.choice(free)
+        for m, c in inside:
+            sums.put(v, m, magnitude(c * factor))
+        for user, m, c in uses:
+            sums.put(user, m, magnitude(c / factor))
+
+
+def _quotient(a: Monomial, b: Monomial) -> Monomial:
+    quotient = over(a, b)
+    if quotient is None:
+        raise ArithmeticError(f"{b} does not divide {a}")
+    return quotient

@@ -1,0 +1,179 @@
+"""Sums of products that share variables: changed term by term, undone, and always counted.
+
+Every defined variable is a sum of products of inputs and other defined variables. Beside the terms an index
+is kept of what occurs in several of them: pairs of terms that are alike up to a product and a factor, and
+products of two variables, or of a coefficient and a variable.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+from gd_analyze.operations.monomials import Magnitudes, Monomial, multiplications, split, times, without
+
+Terms = dict[Monomial, float]
+
+# Ratios of coefficients that are equal but for the round-off of a few multiplications and divisions.
+_ROUND_OFF = 1e-12
+
+
+class Pair(NamedTuple):
+    """Two terms up to a common product and factor: a + ratio b."""
+
+    a: Monomial
+    b: Monomial
+    ratio: float
+
+
+class Two(NamedTuple):
+    """Product of two variables, or of a coefficient's magnitude and one."""
+
+    coefficient: float
+    variables: Monomial
+
+
+class Sums:
+    """Definitions of variables; outputs have the numbers -1, -2, .., inputs those from 0 to `first` - 1.
+
+    Parameters
+    ----------
+    outputs
+        Sums to evaluate, in the inputs.
+    first
+        Number of the first defined variable.
+    """
+
+    def __init__(self, outputs: Iterable[Mapping[Monomial, float]], first: int) -> None:
+        self.first = first
+        self.terms: dict[int, Terms] = {}
+        self.users: defaultdict[int, Counter[int]] = defaultdict(Counter)
+        self.pairs: defaultdict[Pair, dict[tuple[int, Monomial, Monomial], tuple[Monomial, float]]] = (
+            defaultdict(dict)
+        )
+        self.products: defaultdict[Two, dict[tuple[int, Monomial], None]] = defaultdict(dict)
+        self.operations = 0
+        # Dictionaries as ordered sets: the same order in every run.
+        self.touched: dict[Pair | Two | int, None] = {}
+        self.changed: dict[int, None] = {}
+        self.magnitude = Magnitudes(_ROUND_OFF)
+        self._next = first
+        self._log: list[tuple[int, Monomial, float]] = []
+        for number, terms in enumerate(outputs, start=1):
+            for monomial, coefficient in terms.items():
+                self.add(-number, monomial, self.magnitude(coefficient))
+
+    @property
+    def defined(self) -> list[int]:
+        """Numbers of the defined variables that are no outputs."""
+        return [v for v in self.terms if v >= self.first]
+
+    def define(self, terms: Mapping[Monomial, float]) -> int:
+        """Make a new variable; its number."""
+        number = self._next
+        self._next += 1
+        for monomial, coefficient in terms.items():
+            self.put(number, monomial, coefficient)
+        return number
+
+    def add(self, v: int, monomial: Monomial, coefficient: float) -> None:
+        """Add a term to the definition of v; what cancels is gone."""
+        old = self.terms.get(v, {}).get(monomial, 0.0)
+        total = old + coefficient
+        if abs(total) <= _ROUND_OFF * abs(old):
+            total = 0.0
+        self.put(v, monomial, self.magnitude(total) if old and total else total)
+
+    def put(self, v: int, monomial: Monomial, coefficient: float) -> None:
+        """Set one coefficient in the definition of v; 0 takes the term away."""
+        terms = self.terms.setdefault(v, {})
+        old = terms.pop(monomial, 0.0)
+        self._log.append((v, monomial, old))
+        self.changed[v] = None
+        self.touched[v] = None
+        if old:
+            self._count(v, monomial, old, terms, -1)
+        if coefficient:
+            self._count(v, monomial, coefficient, terms, 1)
+            terms[monomial] = coefficient
+        if not terms:
+            del self.terms[v]
+
+    def inline(self, v: int) -> None:
+        """Put the definition of v in the place of v, and forget v."""
+        definition = dict(self.terms.get(v, {}))
+        for user in list(self.users[v]):
+            while self.users[v][user]:
+                for monomial, coefficient in list(self.terms[user].items()):
+                    if v in monomial:
+                        rest = without(monomial, v)
+                        self.put(user, monomial, 0.0)
+                        for inner, factor in definition.items():
+                            self.add(user, times(rest, inner), self.magnitude(coefficient * factor))
+        for monomial in definition:
+            self.put(v, monomial, 0.0)
+
+    def mark(self) -> None:
+        """Make what is there now the state that `undo` goes back to."""
+        self._log.clear()
+
+    def undo(self) -> None:
+        """Go back to the marked state."""
+        log, self._log = self._log, []
+        for v, monomial, old in reversed(log):
+            self.put(v, monomial, old)
+        self._log.clear()
+        self.touched.clear()
+        self.changed.clear()
+
+    def tidy(self) -> None:
+        """Inline what is used once, or is no operation; forget what is not used."""
+        while self.changed:
+            v = next(iter(self.changed))
+            del self.changed[v]
+            if v >= self.first and self._superfluous(v):
+                self.inline(v)
+
+    def _superfluous(self, v: int) -> bool:
+        definition, users = self.terms.get(v, {}), self.users[v]
+        if len(definition) <= 1:
+            # A product used once, a number, or another name for a variable; or nothing at all.
+            cost = sum(multiplications(*term) for term in definition.items())
+            return cost == 0 or users.total() <= 1
+        if users.total() == 0:
+            return True
+        if users.total() > 1:
+            return False
+        (user,) = (k for k, times_used in users.items() if times_used)
+        return abs(self.terms[user].get((v,), 0.0)) == 1.0
+
+    def _count(self, v: int, monomial: Monomial, c: float, others: Terms, sign: int) -> None:
+        """Enter a term beside the others of its sum, or strike it out."""
+        self.operations += sign * (multiplications(monomial, c) + (1 if others else 0))
+        for x in monomial:
+            self.users[x][v] += sign
+            if x >= self.first:
+                self.changed[x] = None
+            if not self.users[x][v]:
+                del self.users[x][v]
+        found = {Two(1.0, (x, y)) for k, y in enumerate(monomial) for x in monomial[:k]}
+        if abs(c) != 1.0:
+            found |= {Two(abs(c), (y,)) for y in monomial}
+        for two in sorted(found):
+            self.touched[two] = None
+            if sign > 0:
+                self.products[two][v, monomial] = None
+            else:
+                del self.products[two][v, monomial]
+        for other, c_other in others.items():
+            common, a, b = split(monomial, other)
+            if a < b:
+                pair, place, scale = Pair(a, b, self.magnitude(c_other / c)), (v, monomial, other), c
+            else:
+                pair, place, scale = Pair(b, a, self.magnitude(c / c_other)), (v, other, monomial), c_other
+            self.touched[pair] = None
+            if sign > 0:
+                self.pairs[pair][place] = common, scale
+            else:
+                del self.pairs[pair][place]

@@ -1,0 +1,191 @@
+"""Harmonic terms as the page shows them: the model's equations, what it keeps of how many, the ranking."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from markupsafe import Markup
+
+from gd_analyze.findings import Findings
+from gd_analyze.harmonics.equations import equations
+from gd_analyze.harmonics.lagrangian import (
+    Rate,
+    Torques,
+    TorqueTerm,
+    absolute_rates,
+    energy_terms,
+    sum_of_torques,
+)
+from gd_analyze.harmonics.torque_mathml import (
+    element_mathml,
+    torque_legend_mathml,
+    torque_term_mathml,
+    torques_to_mathml,
+)
+from gd_analyze.harmonics.torque_rendering import torque_term_text
+from gd_analyze.models import HarmonicModel
+from gd_analyze.report.context import Context
+from gd_analyze.simplification.ranking import RankedTerm
+
+# Torques of several energy terms may cancel, and a few roundings of the largest weight are left.
+_ROUND_OFF = 1e-14
+
+# A page that writes out more exact terms than this would be for no one to read.
+MOST_EXACT_TERMS = 2000
+
+
+@dataclass(frozen=True)
+class Lines:
+    """What one quantity adds to a torque: formulas that a line may break between."""
+
+    quantity: str
+    pieces: tuple[Markup, ...]
+
+
+@dataclass(frozen=True)
+class TorqueView:
+    """Equation of one joint's torque."""
+
+    left: Markup
+    lines: tuple[Lines, ...]
+
+
+@dataclass(frozen=True)
+class Tally:
+    """How many of an entry's terms the model keeps, and what the entry is called."""
+
+    quantity: str
+    what: str
+    kept: int
+    total: int
+
+
+@dataclass(frozen=True)
+class TermRow:
+    """One row of the ranking of single terms; `kept` is None for a model that is not made of terms."""
+
+    ranked: RankedTerm
+    row: int
+    formula: Markup
+    kept: bool | None
+
+
+@dataclass(frozen=True)
+class ExactTerm:
+    """One term of an exact element, and where it comes from."""
+
+    formula: Markup
+    effect: str
+    links: str
+
+
+@dataclass(frozen=True)
+class ExactElement:
+    """One exact element of D or c."""
+
+    left: Markup
+    terms: tuple[ExactTerm, ...]
+
+
+def exact_torques(findings: Findings) -> Torques:
+    """Every torque term of the exact model and its weight."""
+    drives = findings.arm.drive_inertia if findings.model.drives else None
+    terms = {term: term.coefficient for term in energy_terms(findings.harmonics, drives)}
+    return _acting(sum_of_torques(terms, absolute_rates(findings.harmonics.basis)))
+
+
+def _acting(torques: Mapping[TorqueTerm, float]) -> Torques:
+    """Leave out terms that cancelled."""
+    largest = max(map(abs, torques.values()), default=0.0)
+    return {term: weight for term, weight in torques.items() if abs(weight) > _ROUND_OFF * largest}
+
+
+def torque_views(findings: Findings) -> tuple[TorqueView, ...]:
+    """Equations of a model of harmonic terms; none for another."""
+    model = findings.model
+    if not isinstance(model, HarmonicModel):
+        return ()
+    return tuple(
+        TorqueView(
+            Markup(joint.left),
+            tuple(Lines(share.quantity, tuple(map(Markup, share.pieces))) for share in joint.shares),
+        )
+        for joint in torques_to_mathml(findings.harmonics.basis, _acting(model.torques))
+    )
+
+
+def torque_legend(findings: Findings, exact: Torques) -> tuple[Markup, ...]:
+    """Meaning of the names in the model's equations, or of those in the ranking where it has none."""
+    model = findings.model
+    used = model.torques if isinstance(model, HarmonicModel) else exact
+    return tuple(map(Markup, torque_legend_mathml(findings.harmonics.basis, used)))
+
+
+def shared_accelerations(findings: Findings) -> tuple[Markup, ...]:
+    """Meaning of the accelerations that add up those of parallel joints."""
+    basis = findings.harmonics.basis
+    inner = [joint for run in basis.runs for joint in run.joints[1:]]
+    used = [TorqueTerm(0, (Rate(2, joint),), ()) for joint in inner]
+    return tuple(map(Markup, torque_legend_mathml(basis, used)))
+
+
+def tallies(findings: Findings, exact: Torques) -> tuple[tuple[Tally, ...], ...]:
+    """Terms kept and terms there are, by row: one entry per acceleration, then h, then c."""
+    model = findings.model
+    if not isinstance(model, HarmonicModel):
+        return ()
+    n = findings.arm.n_joints
+    kept, total = (Counter(map(_place, torques)) for torques in (_acting(model.torques), exact))
+    columns = [("inertia", j, f"with acceleration {j + 1}") for j in range(n)]
+    columns += [("coriolis_centrifugal", -1, "Coriolis and centrifugal"), ("gravity_loading", -1, "gravity")]
+    return tuple(
+        tuple(
+            Tally(quantity, f"Joint {i + 1}, {what}", kept[i, quantity, j], total[i, quantity, j])
+            for quantity, j, what in columns
+        )
+        for i in range(n)
+    )
+
+
+def _place(term: TorqueTerm) -> tuple[int, str, int]:
+    """Row, quantity and the acceleration's joint, -1 without one."""
+    return term.row, term.quantity, term.rates[0].joint if term.quantity == "inertia" else -1
+
+
+def term_rows(findings: Findings, context: Context, exact: Torques) -> tuple[TermRow, ...]:
+    """Rows of the ranking with their formulas."""
+    model = findings.model
+    kept = model.torques if isinstance(model, HarmonicModel) else None
+    known = {(f"tau{term.row + 1}", torque_term_text(term, exact[term])): term for term in exact}
+    rows = []
+    for ranked in context.terms:
+        term = known.get((ranked.label, ranked.text))
+        if term is not None:  # those that cancelled are not shown
+            formula = Markup(torque_term_mathml(term, exact[term]))
+            rows.append(TermRow(ranked, term.row + 1, formula, None if kept is None else term in kept))
+    return tuple(rows)
+
+
+def exact_elements(findings: Findings) -> tuple[ExactElement, ...]:
+    """D and c written out; nothing where that would be too long to read."""
+    harmonics = findings.harmonics
+    series = [part for parts in harmonics.inertia.values() for part in parts]
+    if sum(len(part.ids) for part in (*series, *harmonics.gravity_loading)) > MOST_EXACT_TERMS:
+        return ()
+    out = []
+    for equation in equations(harmonics):
+        left, formulas = element_mathml(equation)
+        origins = [(term.effect, ", ".join(map(str, term.links))) for term in equation.terms]
+        gravity = equation.symbol.startswith("c")
+        out.append(
+            ExactElement(
+                Markup(left),
+                tuple(
+                    ExactTerm(Markup(formula), "gravity" if gravity else effect, links)
+                    for formula, (effect, links) in zip(formulas, origins, strict=True)
+                ),
+            )
+        )
+    return tuple(out)

@@ -1,0 +1,124 @@
+"""The smallest eigenvalue of a model's D: no position falls below the bound, and known cases are met."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gd_analyze.certification.box import Box
+from gd_analyze.certification.positive_definite import certify_positive_definite
+from gd_analyze.errors import ModelError, UsageError
+from gd_analyze.harmonics import identify
+from gd_analyze.harmonics.lagrangian import EnergyTerm, energy_terms
+from gd_analyze.models import HarmonicModel
+from gd_analyze.models.harmonic import torques_of_energy
+from gd_analyze.models.simplified import ErrorTable
+from gd_analyze.operations import OperationCount
+from gd_analyze.robots import RobotArm, load_arm
+from gd_analyze.simplification import Budget, simplify, states_in_box
+from strategies import arms, examples
+
+
+def model_of(arm: RobotArm, energy: tuple[EnergyTerm, ...], level: str = "energy") -> HarmonicModel:
+    return HarmonicModel(
+        arm=arm,
+        level=level,
+        energy=energy,
+        torques=torques_of_energy(arm, energy),
+        drives=False,
+        budget=np.zeros(arm.n_joints),
+        budget_stated="0%",
+        promise=ErrorTable.nothing(arm.n_joints),
+        made_for={},
+        operations_full=OperationCount(0, 0, 0),
+    )
+
+
+def exact_model(arm: RobotArm, drives: bool = False) -> HarmonicModel:
+    return model_of(arm, energy_terms(identify(arm), arm.drive_inertia if drives else None))
+
+
+def positions_of(low: np.ndarray, high: np.ndarray) -> Box:
+    nothing = np.zeros(len(low))
+    return Box(low, high, nothing, nothing)
+
+
+def eigenvalues(model: HarmonicModel, q: np.ndarray) -> np.ndarray:
+    return np.linalg.eigvalsh(model.inertia(q))
+
+
+@examples(40)
+@given(arms(max_joints=4), st.integers(0, 2**32 - 1), st.sampled_from([1, 100, 3000]), st.booleans())
+def test_no_position_falls_below_it(arm: RobotArm, seed: int, effort: int, whole: bool) -> None:
+    rng = np.random.default_rng(seed)
+    energy = energy_terms(identify(arm))
+    # Dropped terms make D indefinite here and there.
+    model = model_of(arm, energy if whole else tuple(t for t in energy if rng.random() < 0.8))
+    middle, half = rng.uniform(-1.0, 1.0, arm.n_joints), rng.choice([0.0, 0.3, 1.5, 4.0], arm.n_joints)
+    box = positions_of(middle - half, middle + half)
+    shown = certify_positive_definite(model, box, effort=effort)
+    values = eigenvalues(model, rng.uniform(box.lower, box.upper, (2000, arm.n_joints)))
+    # Eigenvalues are off by some n eps of the largest.
+    slack = 1e-13 * max(1.0, float(np.abs(values).max()))
+    assert shown.proven <= values.min() + slack
+    assert shown.proven <= shown.smallest_found + slack
+    assert ((box.lower <= shown.position) & (shown.position <= box.upper)).all()
+    assert eigenvalues(model, shown.position)[0] == pytest.approx(shown.smallest_found, rel=0, abs=slack)
+
+
+def test_the_two_rods_have_the_eigenvalue_of_their_stretched_pose() -> None:
+    """D of two equal rods has its smallest eigenvalue where the arm is stretched, or close by."""
+    arm = load_arm("two_link")
+    model = exact_model(arm)
+    shown = certify_positive_definite(model)
+    q = np.zeros((20_001, 2))
+    q[:, 1] = np.linspace(arm.joints[1].lower, arm.joints[1].upper, 20_001)
+    smallest = eigenvalues(model, q)[:, 0].min()
+    assert shown.is_proven
+    # The search's last step is 2^-14 of the range.
+    assert shown.smallest_found == pytest.approx(smallest, rel=1e-6)
+    assert 0.98 * smallest < shown.proven <= smallest
+
+
+@pytest.mark.parametrize("drives", [False, True])
+def test_the_exact_puma_is_positive_definite(puma: RobotArm, drives: bool) -> None:
+    shown = certify_positive_definite(exact_model(puma, drives))
+    assert shown.is_proven
+    assert shown.proven <= shown.smallest_found
+
+
+def test_the_simplified_puma_is_positive_definite(puma: RobotArm) -> None:
+    model = simplify(puma, states_in_box(puma, 500), Budget.parse("1%"), level="energy", drives=True)
+    assert isinstance(model, HarmonicModel)
+    shown = certify_positive_definite(model)
+    assert shown.is_proven
+    assert shown.proven == pytest.approx(shown.smallest_found, rel=0.01)
+    again = certify_positive_definite(model)
+    assert (again.proven, again.smallest_found) == (shown.proven, shown.smallest_found)
+
+
+def test_an_indefinite_model_is_not_shown_to_be_definite(two_link: RobotArm) -> None:
+    """Without the constant part of D11 its quadratic form takes both signs."""
+    energy = energy_terms(identify(two_link))
+    model = model_of(two_link, tuple(t for t in energy if (t.i, t.j) != (0, 0) or t.product))
+    shown = certify_positive_definite(model)
+    assert shown.smallest_found < 0.0
+    assert shown.proven <= shown.smallest_found
+    assert not shown.is_proven
+
+
+def test_a_model_without_inertia_is_not(two_link: RobotArm) -> None:
+    shown = certify_positive_definite(model_of(two_link, ()))
+    assert not shown.is_proven
+    assert shown.smallest_found == 0.0
+
+
+def test_bad_arguments_are_refused(two_link: RobotArm, puma: RobotArm) -> None:
+    with pytest.raises(ModelError, match="symmetric D"):
+        certify_positive_definite(model_of(two_link, (), "term"))
+    with pytest.raises(UsageError, match="does not fit the arm"):
+        certify_positive_definite(exact_model(two_link), Box.of(puma))
+    with pytest.raises(UsageError, match="effort"):
+        certify_positive_definite(exact_model(two_link), effort=0)

@@ -1,0 +1,69 @@
+"""`gd-analyze rank` and `gd-analyze trade-off`: what they print, and what they refuse."""
+
+from __future__ import annotations
+
+import pytest
+
+RANK = ("rank", "two_link", "two-link-swing")
+CURVE = ("trade-off", "two_link", "two-link-swing")
+
+
+def test_the_ranking_on_80_columns(run):
+    result = run("rank", "puma560", "pick-and-place", "--top", 8)
+    assert (result.code, result.err) == (0, "")
+    assert max(map(len, result.out.splitlines())) <= 80
+    told = run("rank", "puma560", "pick-and-place", "--json").json
+    out = " ".join(result.out.split())
+    for term in told["terms"][:8]:
+        assert f"{term['rank']} " in out
+        assert term["text"] in out
+    assert told["terms"][8]["text"] not in out
+    kept = sum(term["without_share"] > 0.01 for term in told["terms"])
+    assert kept > 0
+    assert "keep every joint within 1 % of its peak torque" in out
+    assert f"The last {told['not_worth_keeping']} together stay below" in out
+    assert len(told["torque_uncertainty"]) == 6
+
+
+def test_an_arm_without_stated_uncertainty_says_so(run):
+    assert "states no uncertainty" in run(*RANK).out
+    assert run(*RANK, "--json").json["torque_uncertainty"] is None
+
+
+def test_terms_of_the_energies(run):
+    told = run(*RANK, "--level", "energy", "--json").json
+    assert {term["label"] for term in told["terms"]} == {"D'11", "D'12", "D'22", "U"}
+    assert told["states"]["trajectory"] == "two-link-swing"
+    with_drives = run("rank", "puma560", "--drives", "--states", 50, "--seed", 2, "--json").json
+    assert with_drives["drives"]
+    assert with_drives["states"]["seed"] == 2
+
+
+@pytest.mark.parametrize("quick", [(), ("--quick",)])
+def test_the_curve_on_80_columns(run, quick):
+    result = run(*CURVE, *quick)
+    assert (result.code, result.err) == (0, "")
+    assert max(map(len, result.out.splitlines())) <= 80
+    told = run(*CURVE, *quick, "--json").json
+    assert len(told["points"]) == 5 * 7
+    for point in told["points"]:
+        assert point["largest_share"] <= float(point["budget"].rstrip("%")) / 100 * (1 + 1e-9)
+        assert str(point["operations"]["total"]) in result.out
+    assert [point["budget"] for point in told["points"]][:3] == ["0.1%", "0.2%", "0.5%"]
+    assert run(*CURVE, *quick, "--quiet").out == ""
+
+
+REFUSED = {
+    "rank an unknown level": ((*RANK, "--level", "element"), "--level"),
+    "rank without drives": ((*RANK, "--drives"), "describes no drives"),
+    "curve of a strange budget": ((*CURVE, "--budget", "some"), "--budget"),
+    "curve without states": (("trade-off", "puma560", "--states", 0), "--states"),
+}
+
+
+@pytest.mark.parametrize(("words", "told"), REFUSED.values(), ids=REFUSED.keys())
+def test_refused(run, words, told):
+    result = run(*words)
+    assert (result.code, result.out) == (2, "")
+    assert told in result.err
+    assert "Traceback" not in result.err

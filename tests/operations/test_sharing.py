@@ -1,0 +1,204 @@
+"""Polynomials that share sums: the same values, never more operations, and what a person would share."""
+
+from __future__ import annotations
+
+import math
+from random import Random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gd_analyze.operations import Program, Trace
+from gd_analyze.operations.extraction import extract
+from gd_analyze.operations.monomials import Magnitudes, multiplications, over, split, times
+from gd_analyze.operations.rearrangement import rearrange
+from gd_analyze.operations.sharing import shared_sums
+from gd_analyze.operations.sums import Sums
+from strategies import examples
+
+# C and S lie on a circle, so that rearranging may write either square with the other.
+NAMES = ("a", "b", "d", "C", "S")
+VALUES = {"a": 2.0, "b": -3.0, "d": 0.5, "C": math.cos(0.7), "S": math.sin(0.7)}
+CIRCLES = {"C": "S", "S": "C"}
+
+# Ratios of coefficients count as equal within 1e-12, and a term passes through a few of them.
+ROUND_OFF = 1e-11
+
+polynomials = st.lists(
+    st.dictionaries(
+        st.lists(st.sampled_from(NAMES), max_size=4).map(lambda names: tuple(sorted(names))),
+        st.sampled_from([1.0, -1.0, 2.0, -2.0, 3.0, 0.1, -0.7, 0.7, 1e-3]),
+        max_size=7,
+    ),
+    min_size=1,
+    max_size=3,
+)
+
+
+def ways(given_polynomials, tries: int = 30):
+    return list(shared_sums(given_polynomials, CIRCLES, lambda _: tries))
+
+
+def naive_operations(polynomial) -> int:
+    """Multiplications and additions of the sum as written; by 1 and -1 nothing is multiplied."""
+    products = sum(max(len(names) - (abs(c) == 1.0), 0) for names, c in polynomial.items())
+    return products + max(len(polynomial) - 1, 0)
+
+
+def traced(sums) -> int:
+    trace = Trace()
+    inputs = {name: trace.inputs(name, 1)[0, 0] for name in NAMES}
+    return Program.of(trace, sums.values(inputs.__getitem__)).count.total
+
+
+def operations(*given_polynomials) -> int:
+    return ways(given_polynomials, 300)[-1].operations
+
+
+@examples(150)
+@given(polynomials)
+def test_the_values_are_those_of_the_sums(given_polynomials):
+    for sums in ways(given_polynomials):
+        for found, polynomial in zip(sums.values(VALUES.__getitem__), given_polynomials, strict=True):
+            parts = [c * math.prod(VALUES[name] for name in names) for names, c in polynomial.items()]
+            assert abs(found - math.fsum(parts)) <= ROUND_OFF * math.fsum(map(abs, parts))
+
+
+@examples(150)
+@given(polynomials)
+def test_rearranged_is_no_more_than_extracted_is_no_more_than_written(given_polynomials):
+    extracted, rearranged = ways(given_polynomials)
+    assert rearranged.operations <= extracted.operations
+    assert extracted.operations <= sum(map(naive_operations, given_polynomials))
+    # A trace may know still more to be equal; turning a difference round can cost it one operation.
+    for sums in (extracted, rearranged):
+        turned = {
+            product
+            for terms in sums.definitions.values()
+            for product, c in terms.items()
+            if c == -1.0 and len(product) == 1 and product[0] in sums.definitions
+        }
+        assert traced(sums) <= sums.operations + len(turned)
+
+
+@examples(40)
+@given(polynomials)
+def test_the_same_in_every_run(given_polynomials):
+    assert [s.definitions for s in ways(given_polynomials)] == [
+        s.definitions for s in ways(given_polynomials)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("given_polynomials", "fewest"),
+    [
+        # 1 + 2 a + 3 a^2 + 4 a^3 nested.
+        ([{("a",) * k: k + 1.0 for k in range(4)}], 6),
+        # 3 (a - b + C S).
+        ([{("a",): 3.0, ("b",): -3.0, ("C", "S"): 3.0}], 4),
+        # x = 0.7 a; b x, d x.
+        ([{("a", "b"): 0.7}, {("a", "d"): 0.7}], 3),
+        # x = 2 a + 3 b; b x, and d x with the opposite sign.
+        ([{("a", "b"): 2.0, ("b", "b"): 3.0}, {("a", "d"): -2.0, ("b", "d"): -3.0}], 5),
+        # x = a + 7 b; x + d, 3 x + C: part of a sum, up to a factor.
+        ([{("a",): 1.0, ("b",): 7.0, ("d",): 1.0}, {("a",): 3.0, ("b",): 21.0, ("C",): 1.0}], 5),
+        # a (2 a + 3 b): a quadratic form.
+        ([{("a", "a"): 2.0, ("a", "b"): 3.0}], 4),
+        # x = 5 a b, y = -3 x: a product up to a factor.
+        ([{("a", "b"): 5.0}, {("a", "b"): -15.0}], 3),
+        # A row that is another one's multiple, with a term of its own.
+        ([{("a",): 1.0, ("b", "d"): 1.0}, {("a",): 3.0, ("b", "d"): 3.0, ("S",): 1.0}], 4),
+        # (a + b) (C + S), four products as written.
+        ([{(x, y): 1.0 for x in "CS" for y in "ab"}], 3),
+        # 2 C^2 + 2 S^2 is no more than a number.
+        ([{("C", "C"): 2.0, ("S", "S"): 2.0}], 0),
+        # x = 5 C + S, y = C + a S; C x + S y, where 2 C S is to be parted and a - a C^2 is a S^2.
+        (
+            [
+                {("C", "C"): 5.0, ("C", "S"): 2.0, ("C", "C", "a"): -1.0, ("a",): 1.0},
+                {("S", "a"): 1.0, ("C",): 1.0},
+                {("C",): 5.0, ("S",): 1.0},
+            ],
+            7,
+        ),
+    ],
+)
+def test_what_a_person_would_share(given_polynomials, fewest):
+    assert operations(*given_polynomials) == fewest
+
+
+def test_nothing_is_zero():
+    (first, _) = ways([{}, {("a",): 0.0}])
+    assert first.operations == 0
+    assert first.values(VALUES.__getitem__) == [0.0, 0.0]
+
+
+def test_coefficients_that_differ_by_round_off_are_shared():
+    assert operations({("a",): 0.7, ("b",): 0.7 * (1 + 1e-12)}) == 2
+    assert operations({("a",): 0.7, ("b",): 0.7 * (1 + 1e-6)}) == 3
+
+
+def indexed(sums: Sums) -> tuple[object, ...]:
+    """Everything kept beside the terms, in no order."""
+    return (
+        sums.operations,
+        {v: {k: count for k, count in users.items() if count} for v, users in sums.users.items() if +users},
+        {pair: set(places) for pair, places in sums.pairs.items() if places},
+        {two: set(places) for two, places in sums.products.items() if places},
+    )
+
+
+def started(given_polynomials) -> Sums:
+    number = {name: k for k, name in enumerate(NAMES)}
+    outputs = [
+        {tuple(sorted(number[name] for name in names)): c for names, c in polynomial.items()}
+        for polynomial in given_polynomials
+    ]
+    return Sums(outputs, len(NAMES))
+
+
+@examples(60)
+@given(polynomials, st.integers(0, 99))
+def test_undone_is_as_before(given_polynomials, seed):
+    sums = started(given_polynomials)
+    extract(sums)
+    before, index = {v: dict(terms) for v, terms in sums.terms.items()}, indexed(sums)
+    sums.mark()
+    for v in sums.defined[:2]:
+        sums.inline(v)
+    extract(sums, Random(seed), 2.0)
+    sums.undo()
+    assert sums.terms == before
+    assert indexed(sums) == index
+
+
+@examples(60)
+@given(polynomials, st.integers(0, 99))
+def test_operations_are_counted_as_terms_change(given_polynomials, seed):
+    sums = started(given_polynomials)
+    extract(sums)
+    rearrange(sums, 20, {3: 4, 4: 3}, seed)
+    counted = sum(
+        len(terms) - 1 + sum(multiplications(m, c) for m, c in terms.items()) for terms in sums.terms.values()
+    )
+    assert sums.operations == counted
+
+
+@given(st.lists(st.integers(0, 4), max_size=5), st.lists(st.integers(0, 4), max_size=5))
+def test_products_divide(a, b):
+    one, other = tuple(sorted(a)), tuple(sorted(b))
+    common, left, right = split(one, other)
+    assert times(common, left) == one
+    assert times(common, right) == other
+    assert not set(left) & set(right)
+    assert over(times(one, other), other) == one
+    assert (over(one, other) is None) == bool(right)
+
+
+def test_magnitudes_keep_signs_and_the_first_seen():
+    equal = Magnitudes(1e-9)
+    assert equal(0.3) == 0.3
+    assert equal(-0.3 * (1 + 1e-10)) == -0.3
+    assert equal(0.3 * (1 + 1e-8)) == 0.3 * (1 + 1e-8)
+    assert equal(-1.0 - 1e-12) == -1.0

@@ -1,0 +1,95 @@
+"""The search finds what trying all finds, and every step of it only gains."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from cases import candidate_sets, cheapest, cost_of, largest_error
+from hypothesis import given
+
+from gd_analyze.simplification import Budget, ExactDynamics, simplify_exact, states_in_box
+from gd_analyze.simplification.search import search
+from strategies import examples
+
+
+@examples(60)
+@given(candidate_sets())
+def test_no_cheaper_selection_exists(candidates):
+    found = search(candidates, lambda kept, scale: cost_of(candidates, kept))
+    assert largest_error(candidates, found.kept) <= 1.0 + 1e-12
+    assert (found.scale == 1.0).all()
+    assert found.solved
+    cost = cost_of(candidates, found.kept)
+    # A first sweep may spend 2 % of the budget, and the integer program has what is left.
+    assert cheapest(candidates, 1.0) <= cost <= cheapest(candidates, 0.98 * (1 - 2e-6))
+
+
+@examples(40)
+@given(candidate_sets())
+def test_a_refit_costs_no_more_and_holds_the_budget(candidates):
+    def count(kept: np.ndarray, scale: np.ndarray) -> int:
+        return cost_of(candidates, kept)
+
+    plain, refitted = search(candidates, count), search(candidates, count, refit=True)
+    assert cost_of(candidates, refitted.kept) <= cost_of(candidates, plain.kept)
+    assert largest_error(candidates, refitted.kept, refitted.scale) <= 1.0 + 1e-9
+    steps = list(refitted.steps.values())
+    assert steps == sorted(steps, reverse=True)
+
+
+@examples(40)
+@given(candidate_sets())
+def test_a_dive_alone_holds_the_budget_too(candidates):
+    found = search(candidates, lambda kept, scale: cost_of(candidates, kept), thorough=False)
+    assert largest_error(candidates, found.kept) <= 1.0 + 1e-12
+    assert not found.solved or not found.kept.any()
+
+
+@pytest.fixture(scope="module")
+def along(puma, pick_and_place) -> ExactDynamics:
+    return ExactDynamics.of(puma, pick_and_place)
+
+
+@pytest.mark.parametrize("level", ["term", "energy"])
+def test_beyond_greedy_and_refit_gain_on_the_puma(along, level):
+    """What each step gains is told with the model, in the order the steps are made."""
+    model = simplify_exact(along, Budget(), level=level, refit=True)
+    told = model.provenance["search"].removesuffix(", solved to the end")
+    steps = [step.rsplit(" ", 1) for step in told.split(", ")]
+    names, counts = [name for name, _ in steps], [int(count) for _, count in steps]
+    assert names[:2] == ["elimination", "integer program"]
+    assert names[-1] == "refit"
+    assert counts == sorted(counts, reverse=True)
+    # Along 31 set points the integer program saves an elimination's fifth (term) or twentieth (energy), and a
+    # refit again: 266, 210, 160 and 514, 480, 350 as measured.
+    assert counts[1] < 0.96 * counts[0]
+    assert counts[-1] < 0.9 * counts[1]
+    assert model.operations.total <= counts[-1]
+    assert model.refitted
+
+
+def test_the_same_search_finds_the_same(puma):
+    states = states_in_box(puma, 200)
+    models = [simplify_exact(ExactDynamics(puma, states, True), Budget(), refit=True) for _ in range(2)]
+    assert models[0].torques == models[1].torques
+
+
+@pytest.mark.parametrize("asked", [0, 40, 100, 10_000])
+def test_as_many_operations_as_asked_for(puma, asked):
+    exact = ExactDynamics(puma, states_in_box(puma, 100), True)
+    model = simplify_exact(exact, Budget(), level="energy", operations=asked)
+    assert model.operations.total <= asked
+    if asked == 40:
+        # The budget found cannot be much smaller: four fifths of it take more.
+        share = model.budget[0] / exact.peak_torque[0]
+        tighter = simplify_exact(exact, Budget((0.7 * share,), (True,)), level="energy")
+        assert tighter.operations.total > asked
+
+
+def test_a_scaled_budget_is_scaled_for_every_joint(puma):
+    exact = ExactDynamics(puma, states_in_box(puma, 100), True)
+    budget = Budget.parse("1%,2%,1%,0.5,1%,1%")
+    model = simplify_exact(exact, budget, level="energy", operations=60)
+    ratio = model.budget / budget.allowed(exact.peak_torque)
+    # Products in double precision.
+    assert np.ptp(ratio) <= 1e-14 * ratio[0]
