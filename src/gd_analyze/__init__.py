@@ -17,7 +17,7 @@ from gd_analyze.version import __version__
 
 if TYPE_CHECKING:
     from gd_analyze.authority import cross_check
-    from gd_analyze.certification import Box, certify, certify_positive_definite
+    from gd_analyze.certification import Box, certify, certify_positive_definite, simplify_certified
     from gd_analyze.decomposition import decompose, decompose_states
     from gd_analyze.dominance import rank, text_verdicts
     from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "authority": ("cross_check",),
-    "certification": ("Box", "certify", "certify_positive_definite"),
+    "certification": ("Box", "certify", "certify_positive_definite", "simplify_certified"),
     "decomposition": ("decompose", "decompose_states"),
     "dominance": ("rank", "text_verdicts"),
     "errors": ("GdAnalyzeError", "GdAnalyzeWarning"),
@@ -118,6 +118,7 @@ __all__ = [
     "save_model",
     "save_results",
     "simplify",
+    "simplify_certified",
     "states_in_box",
     "states_of",
     "text_verdicts",

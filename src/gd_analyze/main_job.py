@@ -40,7 +40,7 @@ from gd_analyze.store import save_results
 from gd_analyze.trajectories import Trajectory
 
 # Multiples of the budget that the report's curve shows, and states drawn to try a model beyond its own.
-_FACTORS = (0.2, 0.5, 1.0, 2.0, 5.0)
+_FACTORS = (0.5, 1.0, 2.0, 5.0, 10.0)
 _DRAWN = 1000
 # Of the certificate: close to the truth in a box as small as a trajectory's.
 _EFFORT = 5_000

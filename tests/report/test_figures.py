@@ -14,12 +14,23 @@ from report_cases import made_findings, resting_findings
 from gd_analyze.findings import Findings
 from gd_analyze.report.figure_arm import arm_figure, equal_panel, upright_frame
 from gd_analyze.report.figure_elements import coriolis_figure, gravity_figure, inertia_figure
+from gd_analyze.report.figure_trade_off import trade_off_figure
 from gd_analyze.report.figures import motion_figure, torque_figure
 from gd_analyze.report.panel import MOST_POINTS, power_of_ten, tick_label, ticks, value_range
 from gd_analyze.robots import RobotArm
-from gd_analyze.robots.parts import JointKind
 
-KINDS: list[list[JointKind]] = [["revolute"], ["prismatic", "revolute"], ["revolute"] * 6, ["prismatic"] * 12]
+MADE = {
+    "one joint": lambda: made_findings(["revolute"]),
+    "two kinds": lambda: made_findings(["prismatic", "revolute"]),
+    "five joints": lambda: made_findings(["revolute"] * 5),
+    "ten joints": lambda: made_findings(["prismatic"] * 10),
+}
+
+
+@pytest.fixture(scope="module", params=MADE)
+def made(request: pytest.FixtureRequest) -> Findings:
+    """Arms of every size; made once for all figures."""
+    return MADE[request.param]()
 
 
 def curves(figure: Figure) -> dict[str, np.ndarray]:
@@ -41,7 +52,8 @@ def inside(figure: Figure) -> bool:
     for line in figure.get_children():
         if isinstance(line, Line2D):
             x, y = line.get_transform().transform(np.column_stack(line.get_data())).T * (72 / figure.dpi)
-            if x.min() < -1 or y.min() < -1 or x.max() > width + 1 or y.max() > height + 1:
+            low, high = (limit(np.stack([x, y]), axis=1) for limit in (np.nanmin, np.nanmax))
+            if (low < -1).any() or high[0] > width + 1 or high[1] > height + 1:
                 return False
     return True
 
@@ -95,16 +107,64 @@ def test_panels_name_element_and_verdict(puma_findings: Findings) -> None:
 
 
 @pytest.mark.parametrize(
-    "make", [arm_figure, motion_figure, inertia_figure, coriolis_figure, gravity_figure, torque_figure]
+    "make",
+    [
+        arm_figure,
+        motion_figure,
+        inertia_figure,
+        coriolis_figure,
+        gravity_figure,
+        torque_figure,
+        trade_off_figure,
+    ],
 )
-@pytest.mark.parametrize("kinds", KINDS)
-def test_nothing_is_drawn_off_the_page(make: Callable[[Findings], Figure], kinds: list[JointKind]) -> None:
-    assert inside(make(made_findings(kinds)))
+def test_nothing_is_drawn_off_the_page(make: Callable[[Findings], Figure], made: Findings) -> None:
+    assert inside(make(made))
+
+
+def marks(figure: Figure) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Places of the labelled lines of a figure, by label."""
+    return {
+        str(line.get_label()): (np.asarray(line.get_xdata()), np.asarray(line.get_ydata()))
+        for line in figure.get_children()
+        if isinstance(line, Line2D) and str(line.get_label())[:1].isalpha()
+    }
+
+
+def test_trade_off_has_one_line_per_kind_and_the_own_model(puma_findings: Findings) -> None:
+    shown = marks(trade_off_figure(puma_findings))
+    kinds = {(point.level, point.refit) for point in puma_findings.trade_off}
+    names = {level + (" refitted" if refit else "") for level, refit in kinds}
+    assert set(shown) == names | {"this report's model"}
+    # More operations stand higher, whichever scale is chosen.
+    points = [p for p in puma_findings.trade_off if (p.level, p.refit) == ("term", False)]
+    order = np.argsort([p.operations.total for p in points], kind="stable")
+    assert (np.diff(shown["term"][1][order]) >= 0).all()
+    assert (np.diff(shown["term"][0]) >= 0).all()  # budgets grow, and errors with them
+
+
+def test_trade_off_names_the_exact_operations(puma_findings: Findings) -> None:
+    shown = texts(trade_off_figure(puma_findings))
+    assert f"exact: {puma_findings.model.operations_full.total}" in shown
+    assert f"exact, by elements: {puma_findings.element_model.operations_full.total}" in shown
+
+
+def test_names_of_lines_do_not_cover_each_other() -> None:
+    figure = trade_off_figure(made_findings(["revolute"]))
+    right = max(text.get_position()[0] for text in figure.texts)
+    heights = sorted(text.get_position()[1] for text in figure.texts if text.get_position()[0] == right)
+    assert len(heights) >= 7
+    assert np.diff(heights).min() * figure.get_figheight() * 72 >= 8.9
+
+
+def test_without_any_error_the_own_model_stands_at_the_axis(puma: RobotArm) -> None:
+    own = marks(trade_off_figure(resting_findings(puma)))["this report's model"]
+    assert (own[0][0], own[1][0]) == (0.0, 0.0)
 
 
 def test_nothing_moves_and_nothing_weighs(puma: RobotArm) -> None:
     findings = resting_findings(puma)
-    for make in (arm_figure, motion_figure, coriolis_figure, torque_figure):
+    for make in (arm_figure, motion_figure, coriolis_figure, torque_figure, trade_off_figure):
         assert inside(make(findings))
 
 

@@ -3,6 +3,7 @@ from __future__ import annotations
 import dataclasses
 import datetime
 import json
+import re
 import shutil
 import subprocess
 from collections.abc import Callable
@@ -14,14 +15,19 @@ from report_cases import HOSTILE, made_findings, resting_findings
 
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.findings import Findings
+from gd_analyze.harmonics.torque_typst import to_typst
 from gd_analyze.main_job import find
+from gd_analyze.models import HarmonicModel
 from gd_analyze.report.context import build_context
 from gd_analyze.report.document import document
 from gd_analyze.report.pdf import TEMPLATES, render_pdf, report_figures, typeset
 from gd_analyze.report.units import aligned, figures, hundredths, pretty
 from gd_analyze.robots import RobotArm
+from gd_analyze.robots.parts import JointKind
+from gd_analyze.simplification import Budget
 from gd_analyze.trajectories import Trajectory
 
+EIGHT: list[JointKind] = [*("prismatic",) * 5, *("revolute",) * 3]
 NOW = datetime.datetime(2024, 5, 1, tzinfo=datetime.UTC)
 
 
@@ -66,10 +72,14 @@ def test_every_part_of_the_report_is_there(puma_pdf: bytes, tmp_path: Path) -> N
         "Gravity loading vector",
         "What dominates, ranked by torque",
         "Beside the text",
-        "The simplified model",
-        "What was dropped, and why",
-        "Operations for one evaluation of all torques",
         "Errors along the trajectory",
+        "The simplified model",
+        "Operations for one evaluation of all torques",
+        "Beyond this trajectory",
+        "Fewer operations, or less error",
+        "Single terms, ranked by torque",
+        "By the text’s own method",
+        "What was dropped, and why",
         "Equations",
         "Cross-check against Pinocchio",
         "Sources",
@@ -84,7 +94,7 @@ def test_every_part_of_the_report_is_there(puma_pdf: bytes, tmp_path: Path) -> N
 
 def test_is_a_pdf_of_a_sane_length_that_says_who_made_it(puma_pdf: bytes) -> None:
     assert puma_pdf.startswith(b"%PDF-")
-    assert 5 <= puma_pdf.count(b"/Type /Page\n") + puma_pdf.count(b"/Type/Page/") <= 14
+    assert 8 <= len(re.findall(rb"/Type\s*/Page\b", puma_pdf)) <= 12
     assert b"gd-analyze" in puma_pdf
 
 
@@ -109,7 +119,8 @@ def test_user_text_comes_out_literally(tmp_path: Path) -> None:
     [
         pytest.param(lambda: made_findings(["revolute"]), id="one joint"),
         pytest.param(lambda: made_findings(["prismatic"]), id="one sliding joint"),
-        pytest.param(lambda: made_findings(["revolute", "prismatic"] * 6), id="twelve joints"),
+        pytest.param(lambda: made_findings(EIGHT), id="eight joints"),
+        pytest.param(lambda: made_findings(["prismatic"] * 10), id="ten joints"),
         pytest.param(lambda: made_findings(["revolute"] * 3, set_points=1), id="one set point"),
         pytest.param(lambda: made_findings(["revolute"] * 2, set_points=5000), id="long"),
     ],
@@ -143,12 +154,21 @@ def test_typst_errors_are_passed_on(tmp_path: Path) -> None:
         typeset(template, {}, NOW)
 
 
+@pytest.fixture(scope="module")
+def by_level(puma: RobotArm, pick_and_place: Trajectory) -> dict[str, Findings]:
+    return {
+        "element": find(puma, pick_and_place, level="element", drives=True),
+        "energy": find(puma, pick_and_place, level="energy", refit=True),
+        "term": find(puma, pick_and_place, operations=90),
+    }
+
+
 def test_document_is_plain_json_and_names_every_kept_part(puma_findings: Findings) -> None:
-    data = json.loads(json.dumps(document(puma_findings), allow_nan=False))
+    data = json.loads(json.dumps(document(puma_findings), allow_nan=False))["elements"]
     written = {
         (term["symbol"], term["index"], term["effect"]) for row in data["equations"] for term in row["terms"]
     }
-    model = puma_findings.model
+    model = puma_findings.element_model
     for label in model.kept:
         element, _, effect = label.partition(" ")
         short = {"translation": "tran", "rotation": "rot", "": ""}[effect]
@@ -158,12 +178,91 @@ def test_document_is_plain_json_and_names_every_kept_part(puma_findings: Finding
     assert not gone & written
 
 
-def test_drives_stand_on_the_diagonal(puma: RobotArm, pick_and_place: Trajectory) -> None:
-    equations = document(find(puma, pick_and_place, drives=True))["equations"]
+def test_drives_stand_on_the_diagonal(by_level: dict[str, Findings]) -> None:
+    equations = document(by_level["element"])["elements"]["equations"]
     for i, row in enumerate(equations):
         drives = [term for term in row["terms"] if term["symbol"] == "J"]
         joint = str(i + 1)
         assert drives == [{"symbol": "J", "index": joint, "effect": "", "acceleration": joint}]
+
+
+@pytest.mark.parametrize("level", ["element", "term", "energy"])
+def test_every_level_is_typeset_with_its_own_equations(
+    level: str, by_level: dict[str, Findings], tmp_path: Path
+) -> None:
+    findings = by_level[level]
+    words = " ".join(read(render_pdf(findings), tmp_path).split())
+    assert ("By the text’s own method" in words) == (level != "element")
+    assert ("follow by Lagrange" in words) == (level == "energy")
+    assert ("refitted to absorb" in words) == findings.model.refitted
+    assert ("Nothing is certified" in words) == (level == "element")
+    assert build_context(findings).headline in words
+
+
+def test_harmonic_equations_hold_every_kept_term(by_level: dict[str, Findings]) -> None:
+    term, energy = by_level["term"].model, by_level["energy"].model
+    assert isinstance(term, HarmonicModel)
+    assert isinstance(energy, HarmonicModel)
+    for model, findings, kept in (
+        (term, by_level["term"], len(term.torques)),
+        (energy, by_level["energy"], len(energy.energy)),
+    ):
+        data = document(findings)["harmonic"]
+        pieces = [piece for row in data["equations"] for group in row["groups"] for piece in group]
+        carried = sum(piece["math"].startswith("tau") for piece in pieces)
+        nothing = sum(piece["math"] == "0" for piece in pieces)
+        assert len(pieces) - carried - nothing == kept, model.level
+        counted = [entry for row in data["kept"]["rows"] for entry in row if entry]
+        assert sum(entry["kept"] for entry in counted) == kept
+    exact = [entry for row in document(by_level["term"])["harmonic"]["kept"]["rows"] for entry in row]
+    assert sum(entry["of"] for entry in exact) == build_context(by_level["term"]).terms_total
+
+
+def test_element_level_has_no_harmonic_equations(by_level: dict[str, Findings]) -> None:
+    assert document(by_level["element"])["harmonic"] is None
+
+
+def test_trade_off_marks_the_budget_asked_for(puma_findings: Findings) -> None:
+    data = document(puma_findings)["trade_off"]
+    assert [row["budget"] for row in data["rows"] if row["asked"]] == [puma_findings.model.budget_stated]
+    assert data["operations"] == puma_findings.model.operations.total
+    for row in data["rows"]:
+        assert len(row["operations"]) == len(row["errors"]) == len(data["kinds"])
+
+
+def test_a_budget_by_joint_does_not_widen_the_table(puma: RobotArm, pick_and_place: Trajectory) -> None:
+    findings = find(puma, pick_and_place, budget=Budget.parse("1%,2%,1%,2%,1%,2%"), level="element")
+    assert {row["budget"] for row in document(findings)["trade_off"]["rows"]} >= {"budget × 1", "budget × 5"}
+
+
+def test_single_terms_come_as_ranked(puma_findings: Findings) -> None:
+    data = document(puma_findings)["terms"]
+    ranked = puma_findings.terms.terms
+    assert data["total"] == len(ranked)
+    assert [row["rank"] for row in data["rows"]] == [*range(1, len(data["rows"]) + 1)]
+    for row, term in zip(data["rows"], ranked, strict=False):
+        assert row["math"] == to_typst(term.text.removeprefix("-"))
+        assert row["negative"] == term.text.startswith("-")
+
+
+def test_beyond_says_what_is_proven_and_what_is_not(puma_findings: Findings) -> None:
+    data, beyond = document(puma_findings)["beyond"], puma_findings.beyond
+    assert beyond.certificate is not None
+    held = beyond.certificate.within(puma_findings.model.budget)
+    assert data["within"] == held.sum()
+    assert [row["certified"]["text"] for row in data["rows"]] == [
+        figures(bound) for bound in beyond.certificate.certified
+    ]
+    assert data["drawn"] == beyond.drawn > 0
+
+
+def test_an_arm_without_limits_has_a_certificate_but_nothing_drawn(tmp_path: Path) -> None:
+    findings = made_findings(["revolute", "prismatic"])
+    data = document(findings)["beyond"]
+    assert data["certified"]
+    assert data["drawn"] == 0
+    words = " ".join(read(render_pdf(findings), tmp_path).split())
+    assert "nothing is said: the arm does not state all of them" in words
 
 
 def test_units_follow_the_kind_of_joint() -> None:

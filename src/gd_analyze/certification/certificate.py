@@ -120,10 +120,10 @@ def certify(
         for row in error_rows(harmonics.basis, exact, model.torques)
     ]
     slack = identification_slack(harmonics, box)
-    bounds = np.array([bound for bound, _ in found])
+    bounds = np.array([bound for bound, _ in found]) + slack
     return Certificate(
         box,
-        np.nextafter(bounds + slack, np.inf),
+        np.where(bounds > 0.0, np.nextafter(bounds, np.inf), 0.0),
         np.array([state.error for _, state in found]),
         (
             np.array([state.q for _, state in found]),

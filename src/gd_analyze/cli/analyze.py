@@ -191,7 +191,7 @@ def _document(findings: Findings, context: Context, files: list[Path]) -> dict[s
             "operations": dict(zip(_COUNTS, context.element_operations, strict=True)),
             "operations_full": dict(zip(_COUNTS, context.element_operations_full, strict=True)),
         },
-        "terms": [asdict(term) for term in findings.terms.terms],
+        "terms": [term.plain for term in findings.terms.terms],
         "terms_not_worth_keeping": context.terms_not_worth_keeping,
         "trade_off": [
             {

@@ -140,7 +140,8 @@ def _show(
     # A bound is never shown smaller than it is.
     shown = [_rounded_up(float(bound)) for bound in certificate.certified]
     arm, peak = model.arm, model.promise.peak_torque
-    shares = [_rounded_up(c / float(p), 2) if p > 0.0 else 0.0 for c, p in zip(shown, peak, strict=True)]
+    pairs = zip(certificate.certified, peak, strict=True)
+    shares = [_rounded_up(float(bound / p), 2) if p > 0.0 else 0.0 for bound, p in pairs]
     worst = max(range(len(shares)), key=shares.__getitem__)
     sentence(
         f"{arm.title or arm.name}: no state within {where} has a torque error above "

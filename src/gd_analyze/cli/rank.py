@@ -88,14 +88,12 @@ def rank(
 
 
 def _document(exact: ExactDynamics, ranking: TermRanking, level: str, told: list[str]) -> dict[str, Any]:
-    from dataclasses import asdict
-
     return {
         "arm": exact.arm.name,
         "level": level,
         "drives": exact.drives,
         "states": dict(exact.states.described),
-        "terms": [asdict(term) for term in ranking.terms],
+        "terms": [term.plain for term in ranking.terms],
         "torque_uncertainty": ranking.uncertainty,
         "not_worth_keeping": ranking.not_worth_keeping,
         "warnings": told,

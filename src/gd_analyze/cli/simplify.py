@@ -13,7 +13,9 @@ from gd_analyze.cli.payload import load_arm_carrying, payload_option
 from gd_analyze.cli.states import described, states_given, states_options, trajectory_argument
 
 if TYPE_CHECKING:
+    from gd_analyze.certification import Certificate
     from gd_analyze.models import Level, SimplifiedModel
+    from gd_analyze.models.harmonic import HarmonicLevel
     from gd_analyze.operations import OperationCount
 
 # What every terminal shows, and a file or a mail as well.
@@ -35,6 +37,12 @@ _MOST_DIGITS = 17
     "or one per joint, comma-separated.",
 )
 @simplify_options
+@click.option(
+    "--certified",
+    is_flag=True,
+    help="Make the budget hold, proven, for every state within the arm's limits (between the extremes of the "
+    "trajectory, where one is given), not only for the states the model is made for.",
+)
 @click.option("--drives", is_flag=True, help="Include drive inertia.")
 @payload_option
 @states_options
@@ -54,6 +62,7 @@ def simplify(
     level: str,
     refit: bool,
     operations: int | None,
+    certified: bool,
     drives: bool,
     payload: str | None,
     states: int,
@@ -66,19 +75,22 @@ def simplify(
 ) -> None:
     r"""Simplify an arm's equations of motion to few terms within a torque budget.
 
-    The error is that at the states the model is made for; elsewhere it may be larger. Rates and torques are
-    in absolute rates, see docs/simplification.md.
+    The error is that at the states the model is made for; elsewhere it may be larger, unless --certified.
+    Rates and torques are in absolute rates, see docs/simplification.md.
 
     \b
     Examples:
       gd-analyze simplify puma560 --drives
       gd-analyze simplify puma560 pick-and-place --level energy --budget 0.5%
       gd-analyze simplify puma560 --drives --operations 80
+      gd-analyze simplify puma560 --drives --certified -o model.json
       gd-analyze simplify my_arm.toml --refit --level energy -o model.json
     """
     from gd_analyze.cli.terminal import line, print_json, stages, warnings_told
 
     require_coefficients(level, refit)
+    if certified and (level == "element" or operations is not None):
+        raise click.UsageError("--certified goes with --level term or energy, and without --operations")
     with warnings_told(quiet) as told, stages(quiet) as stage:
         import time
 
@@ -93,30 +105,52 @@ def simplify(
         if level != "element":
             stage("identifying")
             exact.torques  # noqa: B018 - made now, so that the next stage is about dropping alone
-        stage("searching")
-        model = simplify_exact(
-            exact,
-            allowed,
-            level=cast("Level", level),
-            refit=refit,
-            operations=operations,
-            provenance=provenance(command_line()),
-            progress=stage.advance,
-        )
+        source = provenance(command_line())
+        certificate = None
+        model: SimplifiedModel
+        if certified:
+            from gd_analyze.certification import Box, simplify_certified
+
+            stage("searching and certifying")
+            model, certificate = simplify_certified(
+                exact,
+                allowed,
+                Box.of(arm) if trajectory is None else Box.around(*exact.states.arrays),
+                level=cast("HarmonicLevel", level),
+                refit=refit,
+                provenance=source,
+                progress=stage.advance,
+            )
+        else:
+            stage("searching")
+            model = simplify_exact(
+                exact,
+                allowed,
+                level=cast("Level", level),
+                refit=refit,
+                operations=operations,
+                provenance=source,
+                progress=stage.advance,
+            )
         seconds = time.perf_counter() - start
         if out is not None:
             stage(f"writing {out.name}")
             save_model(model, out)
     if as_json:
-        print_json(_document(model, seconds, digits, told, out))
+        print_json(_document(model, certificate, seconds, digits, told, out))
     elif not quiet:
-        _show(model, seconds, digits)
+        _show(model, certificate, seconds, digits)
         if out is not None:
             line(f"wrote {out}")
 
 
 def _document(
-    model: SimplifiedModel, seconds: float, digits: int, told: list[str], out: Path | None
+    model: SimplifiedModel,
+    certificate: Certificate | None,
+    seconds: float,
+    digits: int,
+    told: list[str],
+    out: Path | None,
 ) -> dict[str, Any]:
     from gd_analyze.models import ElementModel, HarmonicModel
 
@@ -142,6 +176,7 @@ def _document(
                 "largest_share": float(promise.largest_share[i]),
                 "rms_error": float(promise.rms[i]),
                 "rms_share": float(promise.rms_share[i]),
+                "certified_error": None if certificate is None else float(certificate.certified[i]),
             }
             for i, joint in enumerate(model.arm.joints)
         ],
@@ -194,7 +229,7 @@ def _terms(model: SimplifiedModel) -> tuple[int, str]:
     return len(model.torques), "torque terms"
 
 
-def _show(model: SimplifiedModel, seconds: float, digits: int) -> None:
+def _show(model: SimplifiedModel, certificate: Certificate | None, seconds: float, digits: int) -> None:
     from gd_analyze.cli.terminal import line, sentence, table
     from gd_analyze.models import ElementModel, HarmonicModel
     from gd_analyze.report.context import number, percent
@@ -238,6 +273,11 @@ def _show(model: SimplifiedModel, seconds: float, digits: int) -> None:
         rows,
     )
     line()
+    if certificate is not None:
+        where = "the arm's limits" if "box" in model.made_for else "the extremes of the trajectory"
+        bounds = ", ".join(f"{number(float(bound))}" for bound in certificate.certified)
+        sentence(f"Certified: no state within {where} has an error above {bounds} at the joints.")
+        line()
     if isinstance(model, ElementModel):
         sentence("Kept", bold=True)
         sentence(", ".join(model.kept) or "nothing")

@@ -28,6 +28,9 @@ from gd_analyze.harmonics.reading import Factor, Product, read
 from gd_analyze.harmonics.series import Series
 from gd_analyze.vectors import FloatArray
 
+# Sums of a few products: what is left of their sizes when they cancel.
+_CANCELLED = 1e-13
+
 # One factor without exponent: kind and multiples of the joints.
 Literal = tuple[FactorKind, tuple[int, ...]]
 Monomial = tuple[Literal, ...]
@@ -147,12 +150,14 @@ def torques_of(term: EnergyTerm, rates: FloatArray) -> Torques:
 
 
 def sum_of_torques(terms: Mapping[EnergyTerm, float], rates: FloatArray) -> Torques:
-    """Torque terms of several energy terms, each with its coefficient."""
+    """Torque terms of several energy terms, each with its coefficient; those that cancel are left out."""
     out: Torques = defaultdict(float)
+    size: Torques = defaultdict(float)
     for term, coefficient in terms.items():
         for key, weight in torques_of(term, rates).items():
             out[key] += coefficient * weight
-    return dict(out)
+            size[key] += abs(coefficient * weight)
+    return {key: weight for key, weight in out.items() if abs(weight) > _CANCELLED * size[key]}
 
 
 def literals(product: Product) -> Monomial:

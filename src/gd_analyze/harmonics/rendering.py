@@ -66,10 +66,10 @@ def to_mathml(equation: Equation, digits: int = 3) -> str:
         mantissa, exponent = rounded(abs(term.coefficient), digits)
         number = f"<mn>{mantissa}</mn>"
         if exponent:
-            number += f"<mo>·</mo><msup><mn>10</mn>{_mathml_number(exponent)}</msup>"
+            number += f"<mo>·</mo><msup><mn>10</mn>{mathml_number(exponent)}</msup>"
         elif mantissa == "1" and term.factors:
             number = ""
-        parts += [number, *map(_mathml_factor, term.factors)]
+        parts += [number, *map(mathml_factor, term.factors)]
     return f"<math><mrow>{''.join(parts)}</mrow></math>"
 
 
@@ -199,7 +199,8 @@ def _latex_factor(factor: Factor) -> str:
     return rf"\{factor.kind}{square}({_argument(factor, lambda j: f'q_{{{j + 1}}}')})"
 
 
-def _mathml_factor(factor: Factor) -> str:
+def mathml_factor(factor: Factor) -> str:
+    """Write one factor as MathML."""
     square = "<mn>2</mn>" if factor.exponent == 2 else ""
     if factor.is_plain:
         body = f"<mi>{_LETTERS[factor.kind]}</mi><mn>{escape(_index(factor))}</mn>"
@@ -217,5 +218,6 @@ def _mathml_summand(factor: Factor, joint: int, first: bool) -> str:
     return f"{sign}{times}<msub><mi>q</mi><mn>{joint + 1}</mn></msub>"
 
 
-def _mathml_number(value: int) -> str:
+def mathml_number(value: int) -> str:
+    """Write a whole number, with its sign, as MathML."""
     return f"<mrow><mo>−</mo><mn>{-value}</mn></mrow>" if value < 0 else f"<mn>{value}</mn>"

@@ -10,8 +10,8 @@ from gd_analyze.harmonics.basis import Basis
 from gd_analyze.harmonics.equations import Equation
 from gd_analyze.harmonics.lagrangian import EnergyTerm, Monomial, Rate, TorqueTerm, as_product, literals
 from gd_analyze.harmonics.reading import Product
-from gd_analyze.harmonics.rendering import _mathml_factor as factor_mathml
-from gd_analyze.harmonics.rendering import _mathml_number as exponent_mathml
+from gd_analyze.harmonics.rendering import mathml_factor as factor_mathml
+from gd_analyze.harmonics.rendering import mathml_number as exponent_mathml
 from gd_analyze.harmonics.rendering import rounded
 from gd_analyze.harmonics.torque_rendering import Bracket, brackets, carries_next
 

@@ -14,8 +14,8 @@ from gd_analyze.harmonics.lagrangian import EnergyTerm, Rate, Torques, TorqueTer
 from gd_analyze.harmonics.reading import Factor, Product
 from gd_analyze.models.element import ElementModel
 from gd_analyze.models.harmonic import HarmonicModel, torques_of_energy
+from gd_analyze.models.nested_torque import nested_torque
 from gd_analyze.models.simplified import ErrorTable, ModelFacts, SimplifiedModel
-from gd_analyze.models.torque_program import torque_programs
 from gd_analyze.operations import OperationCount, Program
 from gd_analyze.operations.written import read_back, written
 from gd_analyze.robots import RobotArm, arm_from_description, describe, fingerprint
@@ -226,7 +226,7 @@ def _require_same(arm: RobotArm, torques: Torques, program: Program) -> None:
     """Hold the written program against the terms at some states: one of them must not be out of step."""
     if len(program.outputs) != arm.n_joints:
         raise ValueError(f"the program has {len(program.outputs)} outputs, not {arm.n_joints}")
-    again = torque_programs(Basis.of(arm), torques, thorough=False)["torque"]
+    again = nested_torque(Basis.of(arm), torques)
     states = np.random.default_rng(0).uniform(-1.0, 1.0, (3, arm.n_joints, 5))
     inputs = {
         f"{name}{i + 1}": states[k, i]

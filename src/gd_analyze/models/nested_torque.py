@@ -37,12 +37,7 @@ def nested_programs(
         Whether a bracket of a single term is multiplied out, so that sums of rates are taken out of it.
     """
     n = basis.n_joints
-    nest = _Nest(basis, in_line)
-    polynomials: _Polynomials = defaultdict(dict)
-    for term, weight in terms.items():
-        if weight != 0.0:
-            polynomials[term.row, term.rates][term.monomial] = weight
-    brackets = _brackets(polynomials, nest)
+    nest, polynomials, brackets = _nested(basis, terms, in_line)
     outputs = {"torque": _rows(n, polynomials, brackets, nest)}
     for quantity in ("coriolis_centrifugal", "gravity_loading"):
         chosen = {key: p for key, p in polynomials.items() if _quantity(key[1]) == quantity}
@@ -54,6 +49,23 @@ def nested_programs(
     back = np.linalg.inv(absolute_rates(basis))
     outputs["inertia"] = list(np.einsum("ki,kl,lj->ij", back, absolute, back).ravel())
     return {name: Program.of(nest.trace, rows) for name, rows in outputs.items()}
+
+
+def nested_torque(basis: Basis, terms: Mapping[TorqueTerm, float]) -> Program:
+    """Write the torque alone in nested form: a few milliseconds for some hundred terms."""
+    nest, polynomials, brackets = _nested(basis, terms, in_line=False)
+    return Program.of(nest.trace, _rows(basis.n_joints, polynomials, brackets, nest))
+
+
+def _nested(
+    basis: Basis, terms: Mapping[TorqueTerm, float], in_line: bool
+) -> tuple[_Nest, _Polynomials, _Brackets]:
+    nest = _Nest(basis, in_line)
+    polynomials: _Polynomials = defaultdict(dict)
+    for term, weight in terms.items():
+        if weight != 0.0:
+            polynomials[term.row, term.rates][term.monomial] = weight
+    return nest, polynomials, _brackets(polynomials, nest)
 
 
 def _quantity(rates: tuple[Rate, ...]) -> str:

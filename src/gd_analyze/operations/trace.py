@@ -36,10 +36,10 @@ class Expression:
     __radd__ = __add__
 
     def __sub__(self, other: Any) -> Any:
-        return self.trace.add(self, self.trace.negative(other))
+        return self.trace.subtract(self, other)
 
     def __rsub__(self, other: Any) -> Any:
-        return self.trace.add(other, self.trace.negative(self))
+        return self.trace.subtract(other, self)
 
     def __mul__(self, other: Any) -> Any:
         return self.trace.multiply(self, other)
@@ -87,6 +87,12 @@ class Trace:
         if _is_negative(a):
             return self._difference(b, a.arguments[0])
         return self._node("add", *_sorted(a, b))
+
+    def subtract(self, a: Any, b: Any) -> Any:
+        """Difference; b is not turned round first, which could be an operation of its own."""
+        if isinstance(b, Expression) and not _is_negative(b) and not _is_constant(a, 0.0):
+            return self._difference(a, b)
+        return self.add(a, self.negative(b))
 
     def multiply(self, a: Any, b: Any) -> Any:
         """Product with zeros and ones folded and signs moved outside."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -76,18 +77,22 @@ def term_data(findings: Findings, context: Context, noise: float) -> dict[str, A
     }
 
 
-def beyond_data(findings: Findings, context: Context) -> dict[str, Any]:
+def beyond_data(findings: Findings, context: Context, noise: float) -> dict[str, Any]:
     """Describe what the model does away from the set points, joint by joint."""
     rows, errors = context.beyond, context.joint_errors
     certified = [row.certified for row in rows]
     columns = {
         "allowed": _column([row.allowed for row in errors]),
-        "sampled": _column([row.largest for row in errors]),
-        "certified": _column(certified),
-        "certified_share": aligned("–" if (s := row.certified_share) is None else hundredths(s) for row in rows),
-        "found": _column([row.worst_found for row in rows]),
+        "sampled": _column([row.largest for row in errors], noise),
+        "certified": _column(certified, noise),
+        "certified_share": aligned(
+            "–" if (s := row.certified_share) is None else hundredths(s) for row in rows
+        ),
+        "found": _column([row.worst_found for row in rows], noise),
         "drawn": _column([row.within_limits for row in rows]),
-        "drawn_share": aligned("–" if (s := row.within_limits_share) is None else hundredths(s) for row in rows),
+        "drawn_share": aligned(
+            "–" if (s := row.within_limits_share) is None else hundredths(s) for row in rows
+        ),
         "per_kg": _column([row.torque_per_kg for row in rows]),
         "mass": aligned(_mass(row.mass_within_budget) for row in rows),
         "uncertainty": _column([row.uncertainty for row in rows]),
@@ -106,7 +111,7 @@ def beyond_data(findings: Findings, context: Context) -> dict[str, Any]:
         ],
         "certified": bool(proven),
         "within": sum(bound <= row.allowed for bound, row in zip(proven, errors, strict=False)),
-        "ratio": _ratio(findings),
+        "ratio": _ratio(findings, noise),
         "drawn": context.drawn,
         "uncertain": any(row.uncertainty is not None for row in rows),
         "largest_mass": _mass(payload.largest_mass),
@@ -114,18 +119,21 @@ def beyond_data(findings: Findings, context: Context) -> dict[str, Any]:
     }
 
 
-def _column(values: list[float | None]) -> list[dict[str, str]]:
-    return aligned("–" if value is None else figures(value) for value in values)
+def _column(values: Sequence[float | None], noise: float = 0.0) -> list[dict[str, str]]:
+    """Three digits each; a dash where nothing can be said, and whether it is nothing but round-off."""
+    return aligned(
+        "–" if value is None else "≈ 0" if 0.0 < value <= noise else figures(value) for value in values
+    )
 
 
 def _mass(mass: float) -> str:
     return "any" if np.isinf(mass) else figures(mass)
 
 
-def _ratio(findings: Findings) -> str:
-    """Largest ratio of certified to worst found, of joints whose error is more than nothing."""
+def _ratio(findings: Findings, noise: float) -> str:
+    """Largest ratio of certified to worst found, of joints whose error is more than round-off."""
     certificate = findings.beyond.certificate
     if certificate is None:
         return ""
-    ratios = certificate.ratio[np.isfinite(certificate.ratio)]
+    ratios = certificate.ratio[certificate.worst_found > noise]
     return f"{ratios.max():.2f}" if len(ratios) else ""

@@ -341,9 +341,10 @@ def _kept_terms(model: SimplifiedModel) -> str:
 
 def _all_terms(findings: Findings) -> int:
     """Number of terms of the exact model at the level of the simplified one."""
+    if findings.model.level != "energy":
+        return len(findings.terms.terms)
     drives = findings.arm.drive_inertia if findings.model.drives else None
-    energy = energy_terms(findings.harmonics, drives)
-    return len(energy) if findings.model.level == "energy" else len(findings.terms.terms)
+    return len(energy_terms(findings.harmonics, drives))
 
 
 def _kinds(findings: Findings) -> tuple[tuple[Level, bool], ...]:

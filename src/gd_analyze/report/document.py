@@ -53,7 +53,7 @@ def document(findings: Findings) -> dict[str, Any]:
         "harmonic": harmonic_data(findings),
         "trade_off": trade_off_data(findings, context),
         "terms": term_data(findings, context, noise),
-        "beyond": beyond_data(findings, context),
+        "beyond": beyond_data(findings, context, noise),
         "warnings": list(context.warnings),
         "dominance": _dominance(findings, context.dominance),
         "threshold": percent(float(findings.dominance.attrs["threshold"])),
@@ -124,7 +124,11 @@ def _used(largest: float, allowed: float) -> float:
 
 
 def _operations(full: tuple[int, int, int], model: tuple[int, int, int]) -> list[dict[str, str]]:
-    rows = [*zip(("multiplications", "additions", "sines and cosines"), zip(full, model, strict=True), strict=True)]
+    rows = [
+        *zip(
+            ("multiplications", "additions", "sines and cosines"), zip(full, model, strict=True), strict=True
+        )
+    ]
     rows.insert(2, ("both", (sum(full[:2]), sum(model[:2]))))
     return [
         {

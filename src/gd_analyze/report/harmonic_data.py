@@ -42,9 +42,7 @@ def harmonic_data(findings: Findings) -> dict[str, Any] | None:
         ],
         "legend": legend_to_typst(basis, model.torques),
         "kept": _torques_kept(torques_of_energy(model.arm, energy), model.torques, basis.n_joints),
-        "carried": [
-            {"joint": joint + 1, "by": joint + 2} for run in basis.runs for joint in run.joints[:-1]
-        ],
+        "carried": [{"joint": joint + 1, "by": joint + 2} for run in basis.runs for joint in run.joints[:-1]],
     }
 
 

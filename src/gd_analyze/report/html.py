@@ -105,7 +105,7 @@ def render_html(findings: Findings) -> str:
             tallies=tallies(findings, exact),
             accelerations=[mathml.absolute_acceleration(i + 1) for i in range(arm.n_joints)],
             shared_accelerations=shared_accelerations(findings),
-            term_rows=term_rows(findings, context, exact),
+            term_rows=term_rows(findings, context),
             search_steps=_search_steps(context),
             exact_elements=exact_elements(findings),
             beyond_chart=beyond_chart(context.joint_errors, context.beyond),

@@ -95,9 +95,7 @@ def add_curve(figure: Figure, panel: Panel, x: FloatArray, y: FloatArray, **styl
     add_line(figure, panel, x[chosen], y[chosen], **style)
 
 
-def add_segments(
-    figure: Figure, segments: Sequence[tuple[float, float, float, float]], **style: Any
-) -> None:
+def add_segments(figure: Figure, segments: Sequence[tuple[float, float, float, float]], **style: Any) -> None:
     """Draw straight lines from (x, y) to (x, y), in pt, as one artist: each costs as much as a curve."""
     if not segments:
         return

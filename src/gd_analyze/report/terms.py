@@ -3,34 +3,22 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 from markupsafe import Markup
 
 from gd_analyze.findings import Findings
 from gd_analyze.harmonics.equations import equations
-from gd_analyze.harmonics.lagrangian import (
-    Rate,
-    Torques,
-    TorqueTerm,
-    absolute_rates,
-    energy_terms,
-    sum_of_torques,
-)
+from gd_analyze.harmonics.lagrangian import Rate, Torques, TorqueTerm
 from gd_analyze.harmonics.torque_mathml import (
     element_mathml,
     torque_legend_mathml,
     torque_term_mathml,
     torques_to_mathml,
 )
-from gd_analyze.harmonics.torque_rendering import torque_term_text
 from gd_analyze.models import HarmonicModel
 from gd_analyze.report.context import Context
-from gd_analyze.simplification.ranking import RankedTerm
-
-# Torques of several energy terms may cancel, and a few roundings of the largest weight are left.
-_ROUND_OFF = 1e-14
+from gd_analyze.simplification import RankedTerm
 
 # A page that writes out more exact terms than this would be for no one to read.
 MOST_EXACT_TERMS = 2000
@@ -91,15 +79,11 @@ class ExactElement:
 
 def exact_torques(findings: Findings) -> Torques:
     """Every torque term of the exact model and its weight."""
-    drives = findings.arm.drive_inertia if findings.model.drives else None
-    terms = {term: term.coefficient for term in energy_terms(findings.harmonics, drives)}
-    return _acting(sum_of_torques(terms, absolute_rates(findings.harmonics.basis)))
-
-
-def _acting(torques: Mapping[TorqueTerm, float]) -> Torques:
-    """Leave out terms that cancelled."""
-    largest = max(map(abs, torques.values()), default=0.0)
-    return {term: weight for term, weight in torques.items() if abs(weight) > _ROUND_OFF * largest}
+    return {
+        ranked.term: ranked.weight
+        for ranked in findings.terms.terms
+        if isinstance(ranked.term, TorqueTerm)  # the main job ranks those of the torques
+    }
 
 
 def torque_views(findings: Findings) -> tuple[TorqueView, ...]:
@@ -112,7 +96,7 @@ def torque_views(findings: Findings) -> tuple[TorqueView, ...]:
             Markup(joint.left),
             tuple(Lines(share.quantity, tuple(map(Markup, share.pieces))) for share in joint.shares),
         )
-        for joint in torques_to_mathml(findings.harmonics.basis, _acting(model.torques))
+        for joint in torques_to_mathml(findings.harmonics.basis, model.torques)
     )
 
 
@@ -137,7 +121,7 @@ def tallies(findings: Findings, exact: Torques) -> tuple[tuple[Tally, ...], ...]
     if not isinstance(model, HarmonicModel):
         return ()
     n = findings.arm.n_joints
-    kept, total = (Counter(map(_place, torques)) for torques in (_acting(model.torques), exact))
+    kept, total = (Counter(map(_place, torques)) for torques in (model.torques, exact))
     columns = [("inertia", j, f"with acceleration {j + 1}") for j in range(n)]
     columns += [("coriolis_centrifugal", -1, "Coriolis and centrifugal"), ("gravity_loading", -1, "gravity")]
     return tuple(
@@ -154,18 +138,20 @@ def _place(term: TorqueTerm) -> tuple[int, str, int]:
     return term.row, term.quantity, term.rates[0].joint if term.quantity == "inertia" else -1
 
 
-def term_rows(findings: Findings, context: Context, exact: Torques) -> tuple[TermRow, ...]:
+def term_rows(findings: Findings, context: Context) -> tuple[TermRow, ...]:
     """Rows of the ranking with their formulas."""
     model = findings.model
     kept = model.torques if isinstance(model, HarmonicModel) else None
-    known = {(f"tau{term.row + 1}", torque_term_text(term, exact[term])): term for term in exact}
-    rows = []
-    for ranked in context.terms:
-        term = known.get((ranked.label, ranked.text))
-        if term is not None:  # those that cancelled are not shown
-            formula = Markup(torque_term_mathml(term, exact[term]))
-            rows.append(TermRow(ranked, term.row + 1, formula, None if kept is None else term in kept))
-    return tuple(rows)
+    return tuple(
+        TermRow(
+            ranked,
+            ranked.term.row + 1,
+            Markup(torque_term_mathml(ranked.term, ranked.weight)),
+            None if kept is None else ranked.term in kept,
+        )
+        for ranked in context.terms
+        if isinstance(ranked.term, TorqueTerm)
+    )
 
 
 def exact_elements(findings: Findings) -> tuple[ExactElement, ...]:

@@ -15,8 +15,9 @@ from gd_analyze.harmonics import Harmonics, identify
 from gd_analyze.harmonics.lagrangian import EnergyTerm, Torques, energy_terms
 from gd_analyze.models.element import operations_of_all_parts
 from gd_analyze.models.harmonic import torques_of_energy
+from gd_analyze.models.nested_torque import nested_torque
 from gd_analyze.models.simplified import Level
-from gd_analyze.models.torque_program import torque_programs
+from gd_analyze.models.torque_program import shared_torque
 from gd_analyze.operations import OperationCount
 from gd_analyze.robots import RobotArm
 from gd_analyze.simplification.budget import Budget
@@ -51,6 +52,14 @@ class ExactDynamics:
         if states.decomposed is not None:
             drives = "drive_torque" in states.decomposed
         return cls(arm, states, drives)
+
+    def at(self, states: States) -> ExactDynamics:
+        """Take the same dynamics at other states; what is identified need not be identified again."""
+        other = ExactDynamics(self.arm, states, self.drives)
+        for name in ("harmonics", "energy", "torques", "_shared_operations"):
+            if name in self.__dict__:
+                other.__dict__[name] = self.__dict__[name]
+        return other
 
     @cached_property
     def quantities(self) -> Mapping[Any, Any]:
@@ -92,14 +101,25 @@ class ExactDynamics:
         """Every torque term and its weight."""
         return torques_of_energy(self.arm, self.energy)
 
-    def operations_full(self, level: Level) -> OperationCount:
-        """Operations of the exact torque in the form that models of a level have."""
-        return self._element_operations if level == "element" else self._harmonic_operations
+    def operations_full(self, level: Level, *, thorough: bool = True) -> OperationCount:
+        """Operations of the exact torque in the form that models of a level have.
+
+        A thorough search for what the rows share takes a second for several hundred harmonic terms; without
+        it brackets are nested, some hundredths of a second and some more operations.
+        """
+        if level == "element":
+            return self._element_operations
+        return self._shared_operations if thorough else self._nested_operations
 
     @cached_property
     def _element_operations(self) -> OperationCount:
         return operations_of_all_parts(self.arm, self.drives)
 
     @cached_property
-    def _harmonic_operations(self) -> OperationCount:
-        return torque_programs(self.harmonics.basis, self.torques, thorough=False)["torque"].count
+    def _nested_operations(self) -> OperationCount:
+        return nested_torque(self.harmonics.basis, self.torques).count
+
+    @cached_property
+    def _shared_operations(self) -> OperationCount:
+        shared = shared_torque(self.harmonics.basis, self.torques).count
+        return min(shared, self._nested_operations, key=lambda count: count.total)

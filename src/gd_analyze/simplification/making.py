@@ -9,25 +9,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.harmonics.basis import Basis
 from gd_analyze.harmonics.lagrangian import EnergyTerm, Torques
 from gd_analyze.models.element import ElementModel, part_programs
 from gd_analyze.models.element_level import parts_of
 from gd_analyze.models.harmonic import HarmonicModel, torques_of_energy
+from gd_analyze.models.nested_torque import nested_torque
 from gd_analyze.models.simplified import ErrorTable, Level, ModelFacts, SimplifiedModel
-from gd_analyze.models.torque_program import torque_programs
-from gd_analyze.operations import OperationCount
+from gd_analyze.models.torque_program import shared_torque, torque_programs
+from gd_analyze.operations import OperationCount, Program
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.vectors import FloatArray
 
 Kept = NDArray[np.bool_]
 
+# Terms up to which sharing between rows is looked for while searching: some hundredths of a second.
+_FEW = 80
 
-def operations_of(exact: ExactDynamics, level: Level, kept: Kept, scale: FloatArray) -> OperationCount:
-    """Operations of one torque evaluation, by the quick way of writing the program."""
+
+def operations_of(
+    exact: ExactDynamics, level: Level, kept: Kept, scale: FloatArray, *, thorough: bool = True
+) -> OperationCount:
+    """Operations of one torque evaluation, as a program takes them that is written in milliseconds.
+
+    With `thorough`, and few terms, also what rows share is looked for: some hundredths of a second.
+    """
     if level == "element":
         return part_programs(exact.arm, _labels(exact, kept), exact.drives)["torque"].count
     _, torques = _harmonic(exact, level, kept, scale)
-    return torque_programs(exact.harmonics.basis, torques, thorough=False)["torque"].count
+    basis = exact.harmonics.basis
+    if thorough and len(torques) <= _FEW:
+        return shared_torque(basis, torques).count
+    return nested_torque(basis, torques).count
 
 
 def make_model(
@@ -71,7 +84,7 @@ def make_model(
         budget_stated=budget_stated,
         promise=ErrorTable.nothing(exact.arm.n_joints),
         made_for=exact.states.described,
-        operations_full=exact.operations_full(level),
+        operations_full=exact.operations_full(level, thorough=thorough),
         provenance=dict(provenance or {}),
     )
     draft: SimplifiedModel
@@ -79,7 +92,8 @@ def make_model(
         draft = ElementModel(level=level, kept=_labels(exact, kept), **facts)
     else:
         energy, torques = _harmonic(exact, level, kept, scale)
-        program = torque_programs(exact.harmonics.basis, torques, thorough=thorough)["torque"]
+        basis = exact.harmonics.basis
+        program = torque_programs(basis, torques)["torque"] if thorough else _quick(basis, torques)
         draft = HarmonicModel(level=level, energy=energy, torques=torques, written_program=program, **facts)
     states = exact.states
     promise = ErrorTable.of(exact.torque, draft.torque(states.q, states.qd, states.qdd))
@@ -94,6 +108,12 @@ def make_model(
     # The same programs; making them again would take longer than all the rest here.
     model.__dict__["programs"] = draft.programs
     return model
+
+
+def _quick(basis: Basis, torques: Torques) -> Program:
+    """The better of two quick ways to write a program."""
+    ways = (shared_torque(basis, torques), nested_torque(basis, torques))
+    return min(ways, key=lambda program: program.count.total)
 
 
 def _labels(exact: ExactDynamics, kept: Kept) -> tuple[str, ...]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
+from gd_analyze.harmonics.lagrangian import EnergyTerm, TorqueTerm
 from gd_analyze.harmonics.torque_rendering import energy_term_text, torque_term_text
 from gd_analyze.models.harmonic import HarmonicLevel
 from gd_analyze.simplification.budget import Budget
@@ -32,6 +33,8 @@ class RankedTerm:
         "inertia", "coriolis_centrifugal", "gravity_loading"; "kinetic" or "potential" at level energy.
     text
         The term as a person would write it.
+    term, weight
+        The term itself and its coefficient.
     alone_torque, alone_joint, alone_share
         Its own largest torque, N m, at the joint where that is most of the peak torque.
     without_share, without_joint
@@ -45,12 +48,20 @@ class RankedTerm:
     label: str
     quantity: str
     text: str
+    term: TorqueTerm | EnergyTerm
+    weight: float
     alone_torque: float
     alone_joint: int
     alone_share: float
     without_share: float
     without_joint: int
     below_uncertainty: bool | None
+
+    @property
+    def plain(self) -> dict[str, str | int | float | bool | None]:
+        """All of it but the term itself, as plain values."""
+        names = (field.name for field in fields(self))
+        return {name: getattr(self, name) for name in names if name != "term"}
 
 
 @dataclass(frozen=True)
@@ -124,11 +135,13 @@ def _first_beyond(errors: FloatArray, limit: FloatArray) -> int:
     return int(beyond.argmax()) - 1 if beyond.any() else len(errors) - 1
 
 
-def _texts(exact: ExactDynamics, level: HarmonicLevel, digits: int) -> list[tuple[str, str, str]]:
-    """Label, quantity and text of every candidate."""
+def _texts(
+    exact: ExactDynamics, level: HarmonicLevel, digits: int
+) -> list[tuple[str, str, str, TorqueTerm | EnergyTerm, float]]:
+    """Label, quantity, text, term and weight of every candidate."""
     if level == "term":
         return [
-            (f"tau{term.row + 1}", term.quantity, torque_term_text(term, weight, digits))
+            (f"tau{term.row + 1}", term.quantity, torque_term_text(term, weight, digits), term, weight)
             for term, weight in exact.torques.items()
         ]
     return [
@@ -136,6 +149,8 @@ def _texts(exact: ExactDynamics, level: HarmonicLevel, digits: int) -> list[tupl
             "U" if term.is_potential else f"D'{term.i + 1}{term.j + 1}",
             "potential" if term.is_potential else "kinetic",
             energy_term_text(term, digits),
+            term,
+            term.coefficient,
         )
         for term in exact.energy
     ]

@@ -14,7 +14,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.simplification.candidates import Candidates
 from gd_analyze.vectors import FloatArray
 
@@ -42,11 +41,12 @@ class Refit:
         fitted = self._fitted(kept, limit * (1.0 - _CLOSE))
         return fitted if fitted is not None and self.largest(kept, fitted) <= limit else None
 
-    def best(self, kept: NDArray[np.bool_]) -> FloatArray:
-        """Factors of all candidates' coefficients, shape (K,), that make the largest error least."""
-        fitted = self._fitted(kept, None)
-        assert fitted is not None  # there is always a least
-        return fitted
+    def best(self, kept: NDArray[np.bool_]) -> FloatArray | None:
+        """Factors of all candidates' coefficients, shape (K,), that make the largest error least.
+
+        None where the solver finds the numbers too far apart.
+        """
+        return self._fitted(kept, None)
 
     def largest(self, kept: NDArray[np.bool_], scale: FloatArray) -> float:
         """Largest error over allowed."""
@@ -80,7 +80,10 @@ class Refit:
 
 
 def _solved(columns: FloatArray, target: FloatArray, limit: float | None) -> tuple[FloatArray, float] | None:
-    """Coefficients within a limit, or those of the least largest error, and that limit or error."""
+    """Coefficients within a limit, or those of the least largest error, and that limit or error.
+
+    None if there are none, or if the solver cannot tell.
+    """
     import highspy
 
     parameters, states = columns.shape
@@ -110,14 +113,7 @@ def _solved(columns: FloatArray, target: FloatArray, limit: float | None) -> tup
         matrix.ravel(),
     )
     solver.run()
-    status = solver.getModelStatus()
-    if limit is not None and status == highspy.HighsModelStatus.kInfeasible:
+    if solver.getModelStatus() != highspy.HighsModelStatus.kOptimal:
         return None
-    if status != highspy.HighsModelStatus.kOptimal:
-        raise GdAnalyzeError(
-            "the refit failed",
-            found=solver.modelStatusToString(status),
-            next_step="please report this with the arm file and the states",
-        )
     values = np.array(solver.getSolution().col_value)
     return values[:parameters] / size, float(values[-1]) if limit is None else limit

@@ -111,7 +111,9 @@ def search(
     # Of equal ones the last: it has been fitted.
     kept, scale = min(reversed(found), key=lambda one: count(*one))
     tell(int(best.sum()) - int(kept.sum()))
-    scale = refitting.best(kept)
+    best_fit = refitting.best(kept)
+    if best_fit is not None and refitting.largest(kept, best_fit) <= 1.0:
+        scale = best_fit
     steps["refit"] = count(kept, scale)
     return Found(kept, scale, steps, solved)
 

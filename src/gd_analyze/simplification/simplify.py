@@ -105,10 +105,15 @@ def simplify_exact(
     refit: bool = False,
     operations: int | None = None,
     thorough: bool = True,
+    write: bool = True,
     provenance: Mapping[str, str] | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> SimplifiedModel:
-    """Do what `simplify` does, against exact dynamics that are at hand."""
+    """Do what `simplify` does, against exact dynamics that are at hand.
+
+    Without `thorough` the integer program is not searched, without `write` no time is spent on a program of
+    few operations: tenths of a second each instead of seconds.
+    """
     if level not in LEVELS:
         raise UsageError("there is no such level", where="level", expected=", ".join(LEVELS), found=level)
     if refit and level == "element":
@@ -119,7 +124,7 @@ def simplify_exact(
             found="level element",
         )
     if operations is None:
-        return _within(exact, budget, level, refit, thorough, provenance, progress)
+        return _within(exact, budget, level, refit, thorough, write, provenance, progress)
     if operations < 0:
         raise UsageError("so few operations do not exist", where="operations", found=str(operations))
     return _of_few_operations(exact, budget, level, refit, thorough, operations, provenance, progress)
@@ -131,6 +136,7 @@ def _within(
     level: Level,
     refit: bool,
     thorough: bool,
+    write: bool,
     provenance: Mapping[str, str] | None,
     progress: Callable[[int], None] | None,
 ) -> SimplifiedModel:
@@ -138,7 +144,7 @@ def _within(
     candidates = candidates_of(exact, level, allowed)
 
     def count(kept: Kept, scale: FloatArray) -> int:
-        return operations_of(exact, level, kept, scale).total
+        return operations_of(exact, level, kept, scale, thorough=thorough).total
 
     if level == "element":
         chosen = select(candidates.effects, 1.0, candidates.costs)
@@ -155,7 +161,7 @@ def _within(
         found.scale,
         allowed=allowed,
         budget_stated=str(budget),
-        thorough=thorough,
+        thorough=write and thorough,
         provenance={**(provenance or {}), "search": steps + (", solved to the end" if found.solved else "")},
     )
 
@@ -187,10 +193,10 @@ def _of_few_operations(
     while many / few > _CLOSE:
         middle = (few * many) ** 0.5
         few, many = (middle, many) if quick(middle) > operations else (few, middle)
-    best = _within(exact, budget.scaled(many), level, refit, thorough, provenance, progress)
+    best = _within(exact, budget.scaled(many), level, refit, thorough, True, provenance, progress)
     step = 0.8
     for _ in range(_ATTEMPTS):
-        trial = _within(exact, budget.scaled(many * step), level, refit, thorough, provenance, None)
+        trial = _within(exact, budget.scaled(many * step), level, refit, thorough, True, provenance, None)
         if trial.operations.total <= operations:
             best, many = trial, many * step
         else:

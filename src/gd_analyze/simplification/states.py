@@ -30,6 +30,11 @@ class States:
     described: Mapping[str, str | int]
     decomposed: Mapping[Any, Any] | None = None
 
+    @property
+    def arrays(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """q, qd and qdd."""
+        return self.q, self.qd, self.qdd
+
 
 def states_of(given: Trajectory | xr.Dataset) -> States:
     """Set points of a trajectory, or of its decomposition, which then need not be made again."""

@@ -130,7 +130,7 @@ def _eliminated(
                 refit,
                 factor,
                 str(budget.scaled(factor)),
-                operations_of(exact, level, kept, scale),
+                operations_of(exact, level, kept, scale, thorough=False),
                 _error_share(exact, elimination.candidates, kept * scale - 1.0, allowed),
             )
         )

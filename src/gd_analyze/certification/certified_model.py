@@ -1,0 +1,111 @@
+"""Models whose budget holds for every state of a box, not only for those it was made for.
+
+A model is made for some states and certified over the box. Where the bound is beyond the budget, the worst
+state found joins the states, so that the next model knows of it, and the budget of that joint shrinks a
+little. A few rounds suffice, as the bound is close to the worst state.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from gd_analyze.certification.box import Box
+from gd_analyze.certification.certificate import Certificate, certify
+from gd_analyze.errors import UsageError
+from gd_analyze.models import ErrorTable, HarmonicModel
+from gd_analyze.models.harmonic import HarmonicLevel
+from gd_analyze.models.torque_program import torque_programs
+from gd_analyze.simplification import Budget, ExactDynamics, States, simplify_exact
+from gd_analyze.vectors import FloatArray
+
+# Rounds at most; of the first the budget shrinks to no less than this share, later by what the bound asks.
+_ROUNDS, _PATIENT, _SLIGHTLY = 16, 4, 0.96
+
+
+def simplify_certified(
+    exact: ExactDynamics,
+    budget: Budget,
+    box: Box,
+    *,
+    level: HarmonicLevel = "term",
+    refit: bool = False,
+    provenance: Mapping[str, str] | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> tuple[HarmonicModel, Certificate]:
+    """Leave out what a budget allows at every state of a box.
+
+    Parameters
+    ----------
+    exact
+        Exact dynamics at the states to begin with; a share in the budget is of their peak torque.
+    budget
+        Allowed torque error per joint.
+    box
+        The states for which it holds.
+    level, refit, provenance
+        As for `simplify`.
+    progress
+        Called with 1 after every round.
+
+    Returns
+    -------
+    tuple
+        The model, and the certificate that proves its budget.
+
+    Raises
+    ------
+    UsageError
+        If no model could be certified: the budget is too close to what the bound cannot resolve.
+    """
+    allowed = exact.allowed(budget)
+    share = np.ones(len(allowed))
+    known = exact
+    for turn in range(_ROUNDS):
+        within = Budget(tuple((share * allowed).tolist()), (False,) * len(allowed))
+        model = simplify_exact(known, within, level=level, refit=refit, write=False, provenance=provenance)
+        assert isinstance(model, HarmonicModel)  # as the level says
+        certificate = certify(model, box, harmonics=exact.harmonics)
+        if progress is not None:
+            progress(1)
+        beyond = certificate.certified > allowed
+        if not beyond.any():
+            return _finished(model, exact, allowed, str(budget)), certificate
+        known = _with(known, *(states[beyond] for states in certificate.worst_states))
+        needed = 0.98 * allowed / np.where(beyond, certificate.certified, allowed)
+        share = np.where(beyond, np.minimum(share, _SLIGHTLY) if turn < _PATIENT else share * needed, share)
+    raise UsageError(
+        "no model could be certified within that budget",
+        where="budget",
+        expected=f"errors of at most {', '.join(f'{x:.3g}' for x in allowed)} over the whole box",
+        found=f"bounds of {', '.join(f'{x:.3g}' for x in certificate.certified)} after {_ROUNDS} rounds",
+        next_step="allow a larger error, or a smaller box",
+    )
+
+
+def _with(known: ExactDynamics, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> ExactDynamics:
+    """Let more states join."""
+    states = known.states
+    joined = States(
+        np.vstack([states.q, q]),
+        np.vstack([states.qd, qd]),
+        np.vstack([states.qdd, qdd]),
+        states.described,
+    )
+    return known.at(joined)
+
+
+def _finished(model: HarmonicModel, exact: ExactDynamics, allowed: FloatArray, stated: str) -> HarmonicModel:
+    """Say what the model was asked for, and write its program with few operations."""
+    program = torque_programs(exact.harmonics.basis, model.torques)["torque"]
+    written = dataclasses.replace(model, written_program=program)
+    promise = ErrorTable.of(exact.torque, written.torque(*exact.states.arrays))
+    return dataclasses.replace(
+        written,
+        budget=allowed,
+        budget_stated=f"{stated}, certified",
+        promise=promise,
+        operations_full=exact.operations_full(model.level),
+    )
