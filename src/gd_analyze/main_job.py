@@ -30,15 +30,20 @@ from gd_analyze.robots import RobotArm
 from gd_analyze.simplification import (
     Budget,
     ExactDynamics,
+    TermRanking,
     payload_effect,
     rank_terms,
     simplify_exact,
     states_in_box,
     trade_off,
 )
+from gd_analyze.simplification.trade_off import KINDS
 from gd_analyze.store import save_results
 from gd_analyze.trajectories import Trajectory
 
+# Torque terms of an exact form up to which terms are worth choosing from: a seven-joint arm of general make
+# has tens of thousands, and any model of them more operations than one of whole elements.
+_MOST_TERMS = 2000
 # Multiples of the budget that the report's curve shows, and states drawn to try a model beyond its own.
 _FACTORS = (0.5, 1.0, 2.0, 5.0, 10.0)
 _DRAWN = 1000
@@ -59,7 +64,7 @@ def find(
     trajectory: Trajectory,
     *,
     budget: Budget | None = None,
-    level: Level = "term",
+    level: Level | None = None,
     refit: bool = False,
     operations: int | None = None,
     drives: bool = False,
@@ -79,7 +84,8 @@ def find(
     budget
         Allowed torque error; 1 % of each joint's peak torque by default.
     level, refit, operations
-        How to simplify, see `simplify`; "element" is the text's own method.
+        How to simplify, see `simplify`; by default level "term", and "element", the text's own method, for
+        an arm whose exact equations have so many terms that fewer would not be fewer operations.
     drives
         Include drive inertia as a separate contribution.
     coupling, by_link, terms
@@ -122,10 +128,18 @@ def find(
         exact = ExactDynamics.of(arm, dataset)
         elements = simplify_exact(exact, budget, level="element", provenance=source)
         assert isinstance(elements, ElementModel)  # as the level says
-        model = (
-            elements
-            if level == "element"
-            else simplify_exact(
+        many = len(exact.torques) > _MOST_TERMS
+        if level is None and many:
+            warnings.warn(
+                f"the exact equations of {arm.name} have {len(exact.torques)} terms, more than "
+                f"{_MOST_TERMS}: simplified by elements, and single terms are not ranked here",
+                GdAnalyzeWarning,
+                stacklevel=2,
+            )
+        level = level or ("element" if many else "term")
+        model: SimplifiedModel = elements
+        if level != "element":
+            model = simplify_exact(
                 exact,
                 budget,
                 level=level,
@@ -134,7 +148,8 @@ def find(
                 thorough=False,
                 provenance=source,
             )
-        )
+        elif operations is not None:
+            model = simplify_exact(exact, budget, level=level, operations=operations, provenance=source)
     return Findings(
         arm=arm,
         trajectory=trajectory,
@@ -144,8 +159,10 @@ def find(
         model=model,
         evaluation=evaluate(model, trajectory, dataset),
         element_model=elements,
-        terms=rank_terms(exact),
-        trade_off=trade_off(exact, budget, factors=_FACTORS, thorough=False),
+        terms=TermRanking((), None, 0, len(exact.torques), 1.0) if many else rank_terms(exact),
+        trade_off=trade_off(
+            exact, budget, factors=_FACTORS, kinds=KINDS[:1] if many else KINDS, thorough=False
+        ),
         beyond=_beyond(exact, model),
         residuals=residuals,
         warnings=(*warned, *_told(caught)),
@@ -187,7 +204,7 @@ def analyze(
     *,
     formats: Collection[str] = tuple(FILES),
     budget: Budget | None = None,
-    level: Level = "term",
+    level: Level | None = None,
     refit: bool = False,
     operations: int | None = None,
     drives: bool = False,

@@ -32,7 +32,15 @@ def candidate_sets(draw: st.DrawFn, most: int = 8) -> Candidates:
         members = frozenset(np.flatnonzero(rng.random(count) < 0.5).tolist())
         if len(members) > 1:
             costs[members] = int(rng.integers(1, 5))
-    return Candidates(effects, costs, rng.integers(0, count, count))
+    return Candidates(
+        effects,
+        costs,
+        rng.integers(0, count, count),
+        rng.uniform(0.5, 2.0, count),
+        np.ones(count),
+        np.arange(count),
+        count,
+    )
 
 
 def cost_of(candidates: Candidates, kept: np.ndarray) -> int:

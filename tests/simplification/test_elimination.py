@@ -36,12 +36,10 @@ def test_the_first_to_go_is_the_one_least_missed_for_what_it_costs():
     from gd_analyze.simplification.candidates import Candidates
 
     effects = np.array([3.0, 1.0, 2.0, 0.5]).reshape(4, 1, 1)
-    alike = Candidates(effects, {frozenset([k]): 1 for k in range(4)}, np.arange(4))
+    alike = Candidates.untied(effects, {frozenset([k]): 1 for k in range(4)})
     assert eliminate(alike).order == (3, 1, 2, 0)
     # Dropping 0 saves twenty operations for a squared error of 9, dropping 3 one for 0.25.
-    dear = Candidates(
-        effects, {frozenset([k]): n for k, n in ((0, 50), (1, 1), (2, 1), (3, 1))}, np.arange(4)
-    )
+    dear = Candidates.untied(effects, {frozenset([k]): n for k, n in ((0, 50), (1, 1), (2, 1), (3, 1))})
     assert eliminate(dear).order[0] == 0
     assert eliminate(dear, by_cost=False).order[0] == 3
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import click
 
-from gd_analyze.cli.levels import require_coefficients, simplify_options
+from gd_analyze.cli.levels import level_option, require_coefficients, simplify_options
 from gd_analyze.cli.options import (
     ROBOT,
     ROBOT_HELP,
@@ -77,6 +77,7 @@ class MainJob(click.Command):
     help="Allowed torque error: a share of each joint's peak torque (1%) or N m (0.5); one for all joints, "
     "or one per joint, comma-separated.",
 )
+@level_option(None, "term; element for an arm of more than 2000 terms")
 @simplify_options
 @click.option("--drives", is_flag=True, help="Include drive inertia, as a contribution of its own.")
 @payload_option
@@ -100,7 +101,7 @@ def analyze(
     out: Path | None,
     formats: tuple[str, ...],
     budget: str,
-    level: str,
+    level: str | None,
     refit: bool,
     operations: int | None,
     drives: bool,
@@ -142,7 +143,7 @@ def analyze(
             arm,
             motion,
             budget=allowed,
-            level=cast("Level", level),
+            level=cast("Level | None", level),
             refit=refit,
             operations=operations,
             drives=drives,

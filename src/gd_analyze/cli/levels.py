@@ -2,13 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import click
 
 from gd_analyze.cli.options import F
 
+_LEVEL = (
+    "term: torque terms one by one, the fewest operations; energy: the model remains a mechanical system, "
+    "with symmetric D and its own energy; element: parts of D and h as a whole, the text's method."
+)
+
+
+def level_option(default: str | None, help_default: str) -> Callable[[F], F]:
+    """--level."""
+    return click.option(
+        "--level",
+        type=click.Choice(["element", "term", "energy"]),
+        default=default,
+        help=f"{_LEVEL}  [default: {help_default}]",
+    )
+
 
 def simplify_options(function: F) -> F:
-    """--level, --refit and --operations."""
+    """--refit and --operations."""
     for option in (
         click.option(
             "--operations",
@@ -21,21 +38,12 @@ def simplify_options(function: F) -> F:
             is_flag=True,
             help="Refit what is kept, to absorb what is dropped; at level term or energy.",
         ),
-        click.option(
-            "--level",
-            type=click.Choice(["element", "term", "energy"]),
-            default="term",
-            show_default=True,
-            help="term: torque terms one by one, the fewest operations; energy: the model remains a "
-            "mechanical system, with symmetric D and its own energy; element: parts of D and h as a whole, "
-            "the text's method.",
-        ),
     ):
         function = option(function)
     return function
 
 
-def require_coefficients(level: str, refit: bool) -> None:
+def require_coefficients(level: str | None, refit: bool) -> None:
     """Refuse to refit what has no coefficients."""
     if refit and level == "element":
         raise click.UsageError("--refit goes with --level term or energy: parts have no coefficients")

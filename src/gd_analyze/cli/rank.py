@@ -96,6 +96,8 @@ def _document(exact: ExactDynamics, ranking: TermRanking, level: str, told: list
         "terms": [term.plain for term in ranking.terms],
         "torque_uncertainty": ranking.uncertainty,
         "not_worth_keeping": ranking.not_worth_keeping,
+        "unlisted": ranking.unlisted,
+        "unlisted_share": ranking.unlisted_share,
         "warnings": told,
     }
 
@@ -138,6 +140,11 @@ def _show(exact: ExactDynamics, ranking: TermRanking, level: str, top: int) -> N
             ],
         )
     line()
+    if ranking.unlisted:
+        sentence(
+            f"The smallest {ranking.unlisted} terms are not ranked; together they make at most "
+            f"{percent(ranking.unlisted_share)} of any joint's peak torque."
+        )
     for share in (0.1, 0.01, 0.001):
         kept = next((term.rank - 1 for term in terms if term.without_share <= share), len(terms))
         sentence(f"The first {kept} keep every joint within {100 * share:g} % of its peak torque.")

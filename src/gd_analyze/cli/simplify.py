@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import click
 
-from gd_analyze.cli.levels import require_coefficients, simplify_options
+from gd_analyze.cli.levels import level_option, require_coefficients, simplify_options
 from gd_analyze.cli.options import ROBOT, ROBOT_HELP, command_line, reporting
 from gd_analyze.cli.payload import load_arm_carrying, payload_option
 from gd_analyze.cli.states import described, states_given, states_options, trajectory_argument
@@ -36,6 +36,7 @@ _MOST_DIGITS = 17
     help="Allowed torque error: a share of each joint's peak torque (1%) or N m (0.5); one for all joints, "
     "or one per joint, comma-separated.",
 )
+@level_option("term", "term")
 @simplify_options
 @click.option(
     "--certified",

@@ -247,7 +247,7 @@ def build_context(findings: Findings) -> Context:
         dominance=rows,
         dropped=dropped,
         terms=findings.terms.terms[:TERMS_SHOWN],
-        terms_total=len(findings.terms.terms),
+        terms_total=len(findings.terms.terms) + findings.terms.unlisted,
         terms_not_worth_keeping=(
             None if findings.terms.uncertainty is None else findings.terms.not_worth_keeping
         ),

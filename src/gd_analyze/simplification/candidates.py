@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.errors import UsageError
 from gd_analyze.harmonics.basis import Basis
 from gd_analyze.harmonics.lagrangian import (
     EnergyTerm,
@@ -29,6 +30,13 @@ from gd_analyze.vectors import FloatArray
 
 Costs = Mapping[frozenset[int], int]
 
+# Above so many terms the smallest go first: no search could weigh them all.
+MANY = 1000
+# What those may make of the budget together, and how many may then be left at most.
+SWEEP, _MOST = 0.3, 4000
+# Numbers held at a time while looking for them.
+_AT_ONCE = 10_000_000
+
 # Coefficients that are equal in mathematics, or twice or half each other, and differ by round-off.
 _EQUAL = 1e-9
 
@@ -46,11 +54,38 @@ class Candidates:
     parameter
         Which free number scales a candidate in a refit, shape (K,). Candidates whose coefficients were equal,
         opposite or a power of two apart share one, so that what they share in arithmetic stays shared.
+    magnitude
+        Magnitude of the coefficient behind each candidate, shape (K,).
+    ratio
+        Factor of every candidate's coefficient where its free number is 1, shape (K,); 1 at first.
+    members, total
+        Which of all terms the candidates are, shape (K,), and how many there are. The others, of an arm with
+        very many, are dropped beforehand; `effects` are over what they leave of the budget.
+    swept
+        Share of the budget that those others take together, 0 where there are none.
     """
 
     effects: FloatArray
     costs: Costs
     parameter: NDArray[np.int64]
+    magnitude: FloatArray
+    ratio: FloatArray
+    members: NDArray[np.int64]
+    total: int
+    swept: float = 0.0
+
+    @classmethod
+    def untied(cls, effects: FloatArray, costs: Costs) -> Candidates:
+        """Candidates that each have a number of their own."""
+        count = len(effects)
+        every = np.arange(count)
+        return cls(effects, costs, every, np.ones(count), np.ones(count), every, count)
+
+    def whole(self, kept: NDArray[np.bool_], scale: FloatArray) -> tuple[NDArray[np.bool_], FloatArray]:
+        """What is kept of all terms, and factors of all their coefficients."""
+        every, factors = np.zeros(self.total, dtype=bool), np.ones(self.total)
+        every[self.members], factors[self.members] = kept, scale
+        return every, factors
 
     @property
     def flat(self) -> FloatArray:
@@ -58,7 +93,9 @@ class Candidates:
         return self.effects.reshape(len(self.effects), math.prod(self.effects.shape[1:]))
 
 
-def candidates_of(exact: ExactDynamics, level: Level, allowed: FloatArray) -> Candidates:
+def candidates_of(
+    exact: ExactDynamics, level: Level, allowed: FloatArray, sweep: float = SWEEP
+) -> Candidates:
     """Make the candidates of a level.
 
     Parameters
@@ -70,62 +107,134 @@ def candidates_of(exact: ExactDynamics, level: Level, allowed: FloatArray) -> Ca
         "energy": per energy term, in the order of `exact.energy`.
     allowed
         Allowed error per joint, N m, shape (n,).
+    sweep
+        Share of the budget that terms may take which are dropped beforehand, the smallest first, until no
+        more than `MANY` are left.
+
+    Raises
+    ------
+    UsageError
+        If far too many terms would be left.
     """
     if level == "element":
         parts = parts_of(exact.arm.n_joints)
         effects = torque_by_part(exact.quantities, exact.states.qdd, parts)
         effects /= allowed[:, None]
-        return Candidates(effects, part_costs(trace_parts(exact.arm), exact.drives), np.arange(len(parts)))
+        return Candidates.untied(effects, part_costs(trace_parts(exact.arm), exact.drives))
+    basis, every = exact.harmonics.basis, _every(exact, level)
+    members, swept = np.arange(len(every)), 0.0
+    if len(every) > MANY:
+        members, swept = _swept(basis, exact.states, every, allowed, sweep)
+    if len(members) > _MOST:
+        raise UsageError(
+            f"too many of the {len(every)} terms of {exact.arm.name} matter within that budget",
+            where="budget",
+            expected=f"at most {_MOST}",
+            found=str(len(members)),
+            next_step="allow a larger error, or use --level element",
+        )
+    chosen = [every[k] for k in members]
+    effects = _effects(basis, exact.states, [term.torques for term in chosen])
+    effects /= ((1.0 - swept) * allowed)[:, None]
+    return Candidates(
+        effects,
+        _costs(chosen),
+        np.array([term.parameter for term in chosen], dtype=int),
+        np.array([term.magnitude for term in chosen]),
+        np.ones(len(chosen)),
+        members,
+        len(every),
+        swept,
+    )
+
+
+@dataclass(frozen=True)
+class _Term:
+    """Torques of one candidate, its free number, and the magnitude of its coefficient."""
+
+    torques: Torques
+    parameter: int
+    magnitude: float
+
+
+def _every(exact: ExactDynamics, level: Level) -> list[_Term]:
+    """All terms of a level."""
     rates = absolute_rates(exact.harmonics.basis)
     sources = [torques_of(term, rates) for term in exact.energy]
     number = _tied(exact.energy)
-    terms = list(exact.torques)
-    costs = shared_costs(terms)
-    if level == "term":
-        groups: list[Torques] = [{term: weight} for term, weight in exact.torques.items()]
-        made_by: dict[TorqueTerm, set[int]] = defaultdict(set)
-        for k, source in zip(number, sources, strict=True):
-            for term in source:
-                made_by[term].add(k)
-        fresh = iter(range(len(exact.energy), len(exact.energy) + len(terms)))
-        # A term made by energies of different coefficients is a number of its own.
-        parameter = [min(made_by[t]) if len(made_by[t]) == 1 else next(fresh) for t in terms]
-    else:
-        groups = [
-            {term: energy.coefficient * weight for term, weight in source.items()}
-            for energy, source in zip(exact.energy, sources, strict=True)
+    if level == "energy":
+        return [
+            _Term({t: energy.coefficient * w for t, w in source.items()}, k, abs(energy.coefficient))
+            for energy, source, k in zip(exact.energy, sources, number, strict=True)
         ]
-        users: dict[TorqueTerm, list[int]] = defaultdict(list)
-        for k, source in enumerate(sources):
-            for term in source:
-                users[term].append(k)
-        gathered: dict[frozenset[int], int] = defaultdict(int)
-        for members, operations in costs.items():
-            gathered[frozenset(k for m in members for k in users[terms[m]])] += operations
-        costs, parameter = gathered, number
-    return Candidates(
-        _effects(exact.harmonics.basis, exact.states, groups, allowed), costs, np.array(parameter, dtype=int)
-    )
+    made_by: dict[TorqueTerm, dict[int, float]] = defaultdict(dict)
+    for k, energy, source in zip(number, exact.energy, sources, strict=True):
+        for term in source:
+            made_by[term][k] = abs(energy.coefficient)
+    fresh = len(exact.energy)
+    out = []
+    for i, (term, weight) in enumerate(exact.torques.items()):
+        makers = made_by[term]
+        # A term made by energies of different coefficients is a number of its own.
+        one, magnitude = next(iter(makers.items())) if len(makers) == 1 else (fresh + i, abs(weight))
+        out.append(_Term({term: weight}, one, magnitude))
+    return out
+
+
+def _costs(terms: list[_Term]) -> dict[frozenset[int], int]:
+    """Operations by the set of candidates that need them."""
+    users: dict[TorqueTerm, list[int]] = defaultdict(list)
+    for k, candidate in enumerate(terms):
+        for term in candidate.torques:
+            users[term].append(k)
+    torque_terms = list(users)
+    gathered: dict[frozenset[int], int] = defaultdict(int)
+    for members, operations in shared_costs(torque_terms).items():
+        gathered[frozenset(k for m in members for k in users[torque_terms[m]])] += operations
+    return dict(gathered)
+
+
+def _swept(
+    basis: Basis, states: States, terms: list[_Term], allowed: FloatArray, sweep: float
+) -> tuple[NDArray[np.int64], float]:
+    """Terms left when the smallest have gone, and the largest error over allowed that these make together."""
+    groups = [term.torques for term in terms]
+    peaks = np.zeros((len(groups), basis.n_joints))
+    step = max(_AT_ONCE // (len(groups) * basis.n_joints), 1)
+    for start in range(0, len(states.q), step):
+        chunk = slice(start, start + step)
+        some = States(states.q[chunk], states.qd[chunk], states.qdd[chunk], states.described)
+        np.maximum(peaks, np.abs(_effects(basis, some, groups)).max(axis=2), out=peaks)
+    order = np.argsort((peaks / allowed).max(axis=1), kind="stable")
+    lost = np.zeros((basis.n_joints, len(states.q)))
+    gone, share = 0, 0.0
+    step = max(_AT_ONCE // lost.size, 1)
+    for start in range(0, len(groups) - MANY, step):
+        some_terms = order[start : min(start + step, len(groups) - MANY)]
+        sums = lost + np.cumsum(_effects(basis, states, [groups[k] for k in some_terms]), axis=0)
+        errors = (np.abs(sums).max(axis=2) / allowed).max(axis=1)
+        within = np.flatnonzero(errors <= sweep)
+        if within.size:
+            gone, share = start + int(within[-1]) + 1, float(errors[within[-1]])
+        lost = sums[-1]
+    return np.sort(order[gone:]), share
 
 
 def _tied(energy: tuple[EnergyTerm, ...]) -> list[int]:
     """Number every coefficient, those alike but for their sign and powers of two the same."""
-    known: list[float] = []
-    out = []
-    for term in energy:
-        mantissa = math.frexp(abs(term.coefficient))[0]
-        for k, other in enumerate(known):
-            if abs(mantissa - other) <= _EQUAL * other:
-                out.append(k)
-                break
-        else:
-            known.append(mantissa)
-            out.append(len(known) - 1)
-    return out
+    mantissas = np.array([math.frexp(abs(term.coefficient))[0] for term in energy])
+    order = np.argsort(mantissas, kind="stable")
+    # Of neighbours in size the ones a round-off apart are one; 1/2 and 1 are neighbours, too.
+    steps = np.diff(mantissas[order]) > _EQUAL
+    number = np.empty(len(energy), dtype=int)
+    number[order] = np.concatenate([[0], np.cumsum(steps)]) if len(energy) else []
+    if len(energy) and mantissas[order[0]] + (1.0 - mantissas[order[-1]]) / 2 <= 0.5 + _EQUAL:
+        number[number == number.max()] = 0
+    return [int(k) for k in number]
 
 
-def _effects(basis: Basis, states: States, groups: list[Torques], allowed: FloatArray) -> FloatArray:
-    """Torques of every group at every state over allowed error, in the joints' own coordinates."""
+def _effects(basis: Basis, states: States, groups: list[Torques]) -> FloatArray:
+    """Torques of every group at every state, N m, in the joints' own coordinates, shape (K, n, N)."""
     values = _MonomialValues(basis, states)
     effects = np.zeros((len(groups), basis.n_joints, len(states.q)))
     for k, group in enumerate(groups):
@@ -134,7 +243,6 @@ def _effects(basis: Basis, states: States, groups: list[Torques], allowed: Float
     for run in basis.runs:
         for inner, outer in reversed(list(zip(run.joints[:-1], run.joints[1:], strict=True))):
             effects[:, inner] += effects[:, outer]
-    effects /= allowed[:, None]
     return effects
 
 

@@ -93,7 +93,7 @@ def eliminate(candidates: Candidates, *, by_cost: bool = True, refit: bool = Fal
     flat = candidates.flat
     gram = flat @ flat.T
     savings = _Savings(candidates.costs, len(flat))
-    fit = _LeastSquares(gram, candidates.parameter) if refit else None
+    fit = _LeastSquares(gram, candidates) if refit else None
     kept = np.ones(len(flat), dtype=bool)
     # Error of the model is sum_k weight_k effect_k, weight_k = kept_k scale_k - 1.
     scale, slope = np.ones(len(flat)), np.zeros(len(flat))
@@ -118,11 +118,11 @@ def eliminate(candidates: Candidates, *, by_cost: bool = True, refit: bool = Fal
 class _LeastSquares:
     """Factors that bring what is kept closest to the exact torque, as one candidate after the other goes."""
 
-    def __init__(self, gram: FloatArray, parameter: NDArray[np.int64]) -> None:
-        _, self._place = np.unique(parameter, return_inverse=True)
+    def __init__(self, gram: FloatArray, candidates: Candidates) -> None:
+        _, self._place = np.unique(candidates.parameter, return_inverse=True)
         self._gram = gram
         self._spread = np.zeros((len(gram), int(self._place.max(initial=-1)) + 1))
-        self._spread[np.arange(len(gram)), self._place] = 1.0
+        self._spread[np.arange(len(gram)), self._place] = candidates.ratio
         self._gathered = gram @ self._spread
         self._wished = gram.sum(axis=1)
 

@@ -28,6 +28,9 @@ from gd_analyze.vectors import FloatArray
 if TYPE_CHECKING:
     import xarray as xr
 
+# Terms beyond which what the rows share is not looked for: minutes.
+_MANY = 600
+
 
 @dataclass(frozen=True, eq=False)
 class ExactDynamics:
@@ -121,5 +124,7 @@ class ExactDynamics:
 
     @cached_property
     def _shared_operations(self) -> OperationCount:
+        if len(self.torques) > _MANY:
+            return self._nested_operations
         shared = shared_torque(self.harmonics.basis, self.torques).count
         return min(shared, self._nested_operations, key=lambda count: count.total)

@@ -23,8 +23,9 @@ from gd_analyze.vectors import FloatArray
 
 Kept = NDArray[np.bool_]
 
-# Terms up to which sharing between rows is looked for while searching: some hundredths of a second.
-_FEW = 80
+# Terms up to which sharing between rows is looked for: while searching, some hundredths of a second; for a
+# quick model, tenths; when a program is written for good, seconds.
+_FEW, _SOME, _MANY = 80, 250, 600
 
 
 def operations_of(
@@ -93,7 +94,10 @@ def make_model(
     else:
         energy, torques = _harmonic(exact, level, kept, scale)
         basis = exact.harmonics.basis
-        program = torque_programs(basis, torques)["torque"] if thorough else _quick(basis, torques)
+        if len(torques) > _MANY:
+            program = nested_torque(basis, torques)
+        else:
+            program = torque_programs(basis, torques)["torque"] if thorough else _quick(basis, torques)
         draft = HarmonicModel(level=level, energy=energy, torques=torques, written_program=program, **facts)
     states = exact.states
     promise = ErrorTable.of(exact.torque, draft.torque(states.q, states.qd, states.qdd))
@@ -112,7 +116,9 @@ def make_model(
 
 def _quick(basis: Basis, torques: Torques) -> Program:
     """The better of two quick ways to write a program."""
-    ways = (shared_torque(basis, torques), nested_torque(basis, torques))
+    ways = [nested_torque(basis, torques)]
+    if len(torques) <= _SOME:
+        ways.append(shared_torque(basis, torques))
     return min(ways, key=lambda program: program.count.total)
 
 

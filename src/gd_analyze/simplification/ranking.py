@@ -76,11 +76,16 @@ class TermRanking:
         Largest standard uncertainty of every joint's torque at the states, N m; None where none is stated.
     not_worth_keeping
         How many terms, from the last, may all go with every joint's error below that.
+    unlisted, unlisted_share
+        How many of the smallest terms of an arm with very many are not ranked, and the largest torque they
+        make together, over the joint's peak torque.
     """
 
     terms: tuple[RankedTerm, ...]
     uncertainty: tuple[float, ...] | None
     not_worth_keeping: int
+    unlisted: int
+    unlisted_share: float
 
 
 def rank_terms(exact: ExactDynamics, level: HarmonicLevel = "term", digits: int = 3) -> TermRanking:
@@ -99,10 +104,11 @@ def rank_terms(exact: ExactDynamics, level: HarmonicLevel = "term", digits: int 
         Significant digits in the terms' texts.
     """
     whole = exact.allowed(_WHOLE)
-    candidates = candidates_of(exact, level, whole)
+    candidates = candidates_of(exact, level, whole, np.inf)
     elimination = eliminate(candidates, by_cost=False)
-    errors = elimination.errors()
-    alone = np.abs(candidates.effects).max(axis=2, initial=0.0)
+    listed = 1.0 - candidates.swept
+    errors = listed * elimination.errors() + candidates.swept
+    alone = listed * np.abs(candidates.effects).max(axis=2, initial=0.0)
     spread = torque_uncertainty(exact.arm, exact.states, exact.drives)
     limit = None if spread is None else np.abs(spread).max(axis=0)
     labels = _texts(exact, level, digits)
@@ -110,10 +116,15 @@ def rank_terms(exact: ExactDynamics, level: HarmonicLevel = "term", digits: int 
     went = zip(reversed(elimination.order), errors[:0:-1], strict=True)
     for rank, (k, without) in enumerate(went, start=1):
         joint, worst = int(alone[k].argmax()), int(without.argmax())
+        label, quantity, text, term, weight = labels[candidates.members[k]]
         rows.append(
             RankedTerm(
-                rank,
-                *labels[k],
+                rank=rank,
+                label=label,
+                quantity=quantity,
+                text=text,
+                term=term,
+                weight=weight,
                 alone_torque=float(alone[k, joint] * whole[joint]),
                 alone_joint=joint + 1,
                 alone_share=float(alone[k, joint]),
@@ -126,6 +137,8 @@ def rank_terms(exact: ExactDynamics, level: HarmonicLevel = "term", digits: int 
         tuple(rows),
         None if limit is None else tuple(limit.tolist()),
         0 if limit is None else _first_beyond(errors * whole, limit),
+        candidates.total - len(rows),
+        candidates.swept,
     )
 
 

@@ -30,6 +30,7 @@ class Refit:
     def __init__(self, candidates: Candidates) -> None:
         self._flat = candidates.flat
         self._parameter = candidates.parameter
+        self._ratio = candidates.ratio
         self._target = self._flat.sum(axis=0)
         self._deciding: list[int] = []
 
@@ -59,7 +60,7 @@ class Refit:
         scale = np.ones(len(kept))
         if not len(members):
             return scale if limit is None or np.abs(self._target).max(initial=0.0) <= limit else None
-        columns = np.add.reduceat(self._flat[members], first, axis=0)
+        columns = np.add.reduceat(self._ratio[members, None] * self._flat[members], first, axis=0)
         if not self._deciding:
             theta, *_ = np.linalg.lstsq(columns.T, self._target, rcond=None)
             self._deciding = np.argsort(-np.abs(theta @ columns - self._target))[:_FIRST].tolist()
@@ -69,7 +70,7 @@ class Refit:
             if found is None:
                 return None
             theta, least = found
-            scale[members] = theta[place]
+            scale[members] = theta[place] * self._ratio[members]
             error = np.abs(theta @ columns - self._target)
             worst = np.argpartition(-error, min(_BUNCH, len(error) - 1))[:_BUNCH]
             beyond = least * (1.0 + _CLOSE) + _CLOSE

@@ -18,6 +18,7 @@ from gd_analyze.simplification.candidates import Candidates
 from gd_analyze.simplification.elimination import Elimination, eliminate
 from gd_analyze.simplification.refit import Refit
 from gd_analyze.simplification.selection import select
+from gd_analyze.simplification.sharing import share_coefficients
 from gd_analyze.vectors import FloatArray
 
 Kept = NDArray[np.bool_]
@@ -31,6 +32,8 @@ Fit = Callable[[Kept, FloatArray], FloatArray | None]
 _SWEEP_SHARE = 0.02
 # Selections an exchange may try to fit, and candidates it may take back for each that goes.
 _TRIALS, _TAKEN_BACK = 200, 4
+# Candidates up to which more than elimination is tried: minutes, beyond.
+_MOST = 1200
 # Errors above this share of the budget tell which candidate would help.
 _HOT = 0.8
 
@@ -86,6 +89,8 @@ def search(
     best = eliminate(candidates).within()
     tell(int((~best).sum()))
     steps = {"elimination": count(best, one)}
+    if len(best) > _MOST:
+        return Found(best, one, steps, solved=False)
     programmed, solved = _programmed(candidates, thorough)
     if count(programmed, one) < steps["elimination"]:
         best = programmed
@@ -95,11 +100,7 @@ def search(
         steps["exchange"] = count(best, one)
     if not refit:
         return Found(best, one, steps, solved)
-    refitting = Refit(candidates)
-
-    def fit(kept: Kept, error: FloatArray) -> FloatArray | None:
-        return refitting.within(kept)
-
+    fit = _refitted(candidates)
     found = [(best, one)]
     first = fit(best, np.zeros(0))
     for start in (
@@ -111,10 +112,14 @@ def search(
     # Of equal ones the last: it has been fitted.
     kept, scale = min(reversed(found), key=lambda one: count(*one))
     tell(int(best.sum()) - int(kept.sum()))
+    steps["refit"] = count(kept, scale)
+    candidates, scale = share_coefficients(candidates, kept, scale, count)
+    kept, scale = _exchanged(candidates, kept, scale, _refitted(candidates), count)
+    refitting = Refit(candidates)
     best_fit = refitting.best(kept)
     if best_fit is not None and refitting.largest(kept, best_fit) <= 1.0:
         scale = best_fit
-    steps["refit"] = count(kept, scale)
+    steps["shared coefficients"] = count(kept, scale)
     return Found(kept, scale, steps, solved)
 
 
@@ -142,6 +147,16 @@ def _programmed(candidates: Candidates, thorough: bool) -> tuple[Kept, bool]:
 def _unchanged(kept: Kept, error: FloatArray) -> FloatArray | None:
     """Coefficients stay as they are."""
     return np.ones(len(kept)) if np.abs(error).max(initial=0.0) <= 1.0 else None
+
+
+def _refitted(candidates: Candidates) -> Fit:
+    """Coefficients are fitted anew for every selection."""
+    refitting = Refit(candidates)
+
+    def fit(kept: Kept, error: FloatArray) -> FloatArray | None:
+        return refitting.within(kept)
+
+    return fit
 
 
 def _refitted_start(elimination: Elimination, fit: Fit) -> tuple[Kept, FloatArray] | None:

@@ -144,7 +144,7 @@ def _within(
     candidates = candidates_of(exact, level, allowed)
 
     def count(kept: Kept, scale: FloatArray) -> int:
-        return operations_of(exact, level, kept, scale, thorough=thorough).total
+        return operations_of(exact, level, *candidates.whole(kept, scale), thorough=thorough).total
 
     if level == "element":
         chosen = select(candidates.effects, 1.0, candidates.costs)
@@ -157,8 +157,7 @@ def _within(
     return make_model(
         exact,
         level,
-        found.kept,
-        found.scale,
+        *candidates.whole(found.kept, found.scale),
         allowed=allowed,
         budget_stated=str(budget),
         thorough=write and thorough,
@@ -181,11 +180,12 @@ def _of_few_operations(
     Elimination alone tells quickly about where; whole searches then close in from there.
     """
     allowed = exact.allowed(budget)
-    elimination = eliminate(candidates_of(exact, level, allowed))
+    candidates = candidates_of(exact, level, allowed)
+    elimination = eliminate(candidates)
     one = np.ones(len(elimination.order))
 
     def quick(factor: float) -> int:
-        return operations_of(exact, level, elimination.within(factor), one).total
+        return operations_of(exact, level, *candidates.whole(elimination.within(factor), one)).total
 
     few, many = 1e-6, 1.0
     while quick(many) > operations:

@@ -10,7 +10,7 @@ import numpy as np
 from gd_analyze.models.simplified import Level
 from gd_analyze.operations import OperationCount
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.candidates import Candidates, candidates_of
+from gd_analyze.simplification.candidates import SWEEP, Candidates, candidates_of
 from gd_analyze.simplification.elimination import Elimination, eliminate
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.making import operations_of
@@ -92,7 +92,7 @@ def trade_off(
     for level, refit in kinds:
         if not thorough:
             if level not in known:
-                known[level] = candidates_of(exact, level, allowed)
+                known[level] = candidates_of(exact, level, allowed, SWEEP * min(1.0, *factors))
             elimination = eliminate(known[level], refit=refit)
             points += _eliminated(exact, budget, level, refit, elimination, factors)
             tell(len(factors))
@@ -130,7 +130,7 @@ def _eliminated(
                 refit,
                 factor,
                 str(budget.scaled(factor)),
-                operations_of(exact, level, kept, scale, thorough=False),
+                operations_of(exact, level, *elimination.candidates.whole(kept, scale), thorough=False),
                 _error_share(exact, elimination.candidates, kept * scale - 1.0, allowed),
             )
         )
@@ -140,6 +140,7 @@ def _eliminated(
 def _error_share(
     exact: ExactDynamics, candidates: Candidates, weights: FloatArray, allowed: FloatArray
 ) -> float:
-    error = np.abs(np.tensordot(weights, candidates.effects, axes=1)).max(axis=1) * allowed
+    error = np.abs(np.tensordot(weights, candidates.effects, axes=1)).max(axis=1)
+    error = ((1.0 - candidates.swept) * error + candidates.swept) * allowed
     peak = exact.peak_torque
     return float(np.divide(error, peak, out=np.zeros_like(error), where=peak > 0.0).max())
