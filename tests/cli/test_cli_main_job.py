@@ -38,7 +38,8 @@ def test_everything_is_written_and_said_alike(run, here):
         # The set points lie between their own extremes: what was sampled there is proven not to be exceeded.
         assert promised["largest"] <= row["certified"] * (1 + 1e-9)
         assert row["worst_found"] <= row["certified"]
-        assert row["mass_within_budget"] >= 0
+        # The flange alone does not feel a point mass on its axis.
+        assert row["mass_within_budget"] is None or row["mass_within_budget"] >= 0
     asked = [point for point in told["trade_off"] if point["budget"] == "1%"]
     assert {(point["level"], point["refit"]) for point in asked} == {
         ("element", False), ("term", False), ("term", True), ("energy", False), ("energy", True),

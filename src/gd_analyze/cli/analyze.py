@@ -216,7 +216,7 @@ def _document(findings: Findings, context: Context, files: list[Path]) -> dict[s
 
 def _show(findings: Findings, context: Context, files: list[Path], top: int) -> None:
     from gd_analyze.cli.terminal import line, sentence
-    from gd_analyze.report.context import number
+    from gd_analyze.report.context import number, percent
 
     sentence(f"{context.title} {context.subtitle}", bold=True)
     sentence(context.headline)
@@ -224,12 +224,24 @@ def _show(findings: Findings, context: Context, files: list[Path], top: int) -> 
     if top:
         _show_ranking(context, top)
     line()
+    certified = [row for row in context.beyond if row.certified_share is not None]
+    if certified:
+        worst = max(certified, key=lambda row: row.certified_share or 0.0)
+        sentence(
+            "Certified: no state between the extremes of this trajectory errs by more than "
+            f"{percent(worst.certified_share or 0.0)} of a joint's peak torque (joint {worst.joint})."
+        )
     if context.text_source:
         agreed, compared = context.text_agreement
         sentence(f"The text's verdicts agree with ours on {agreed} of {compared} elements of D and h.")
     full, left = findings.model.operations_full, findings.model.operations
     line(f"operations  {full}")
     line(f"         -> {left}")
+    asked = next((row for row in context.trade_off if row.is_asked), None)
+    if asked is not None:
+        kinds = (f"{level}{' refit' if refit else ''}" for level, refit in context.trade_off_kinds)
+        counts = ", ".join(f"{kind} {n}" for kind, n in zip(kinds, asked.operations, strict=True))
+        sentence(f"by level    {counts}, quickly counted", indent=" " * 12)
     residual = max(findings.residuals, key=lambda r: r.largest / r.bound)
     line(
         f"Pinocchio   differs by at most {number(residual.largest)} {residual.unit} "

@@ -27,12 +27,13 @@ _CLOSE = 1e-6
 class Refit:
     """Fits kept candidates again and again, remembering which states decide."""
 
-    def __init__(self, candidates: Candidates) -> None:
+    def __init__(self, candidates: Candidates, like: Refit | None = None) -> None:
+        """`like` is a refit of the same effects, whose deciding states are a good start."""
         self._flat = candidates.flat
         self._parameter = candidates.parameter
         self._ratio = candidates.ratio
         self._target = self._flat.sum(axis=0)
-        self._deciding: list[int] = []
+        self._deciding: list[int] = list(like._deciding) if like is not None else []
 
     def within(self, kept: NDArray[np.bool_], limit: float = 1.0) -> FloatArray | None:
         """Factors of all candidates' coefficients, shape (K,), with which no error exceeds the limit.
@@ -40,17 +41,18 @@ class Refit:
         None if there are none.
         """
         fitted = self._fitted(kept, limit * (1.0 - _CLOSE))
-        return fitted if fitted is not None and self.largest(kept, fitted) <= limit else None
+        return fitted if fitted is not None and self._largest(kept, fitted) <= limit else None
 
-    def best(self, kept: NDArray[np.bool_]) -> FloatArray | None:
+    def best(self, kept: NDArray[np.bool_], otherwise: FloatArray | None = None) -> FloatArray:
         """Factors of all candidates' coefficients, shape (K,), that make the largest error least.
 
-        None where the solver finds the numbers too far apart.
+        `otherwise` are factors to keep where the solver, for numbers too far apart, finds none better.
         """
-        return self._fitted(kept, None)
+        known = np.ones(len(kept)) if otherwise is None else otherwise
+        fitted = self._fitted(kept, None)
+        return known if fitted is None or self._largest(kept, known) < self._largest(kept, fitted) else fitted
 
-    def largest(self, kept: NDArray[np.bool_], scale: FloatArray) -> float:
-        """Largest error over allowed."""
+    def _largest(self, kept: NDArray[np.bool_], scale: FloatArray) -> float:
         return float(np.abs((kept * scale - 1.0) @ self._flat).max(initial=0.0))
 
     def _fitted(self, kept: NDArray[np.bool_], limit: float | None) -> FloatArray | None:

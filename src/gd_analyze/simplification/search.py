@@ -113,12 +113,10 @@ def search(
     kept, scale = min(reversed(found), key=lambda one: count(*one))
     tell(int(best.sum()) - int(kept.sum()))
     steps["refit"] = count(kept, scale)
-    candidates, scale = share_coefficients(candidates, kept, scale, count)
-    kept, scale = _exchanged(candidates, kept, scale, _refitted(candidates), count)
-    refitting = Refit(candidates)
-    best_fit = refitting.best(kept)
-    if best_fit is not None and refitting.largest(kept, best_fit) <= 1.0:
-        scale = best_fit
+    tied, scale = share_coefficients(candidates, kept, scale, count)
+    if tied is not candidates:
+        kept, scale = _exchanged(tied, kept, scale, _refitted(tied), count)
+    scale = Refit(tied).best(kept, otherwise=scale)
     steps["shared coefficients"] = count(kept, scale)
     return Found(kept, scale, steps, solved)
 

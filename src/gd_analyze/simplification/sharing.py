@@ -18,7 +18,7 @@ from gd_analyze.simplification.refit import Refit
 from gd_analyze.vectors import FloatArray
 
 # Pairs tried in all, and how far apart the coefficients of a pair may be, as a factor.
-_TRIALS, _APART = 150, 1.6
+_TRIALS, _APART = 60, 1.5
 
 
 def share_coefficients(
@@ -42,13 +42,15 @@ def share_coefficients(
         The candidates with fewer free numbers, and the factors.
     """
     fewest, trials = count(kept, scale), _TRIALS
+    refit = Refit(candidates)
     while True:
         for one, other in _pairs(candidates, kept, scale):
             if trials == 0:
                 return candidates, scale
             trials -= 1
             trial = _tied(candidates, scale, one, other)
-            fitted = Refit(trial).within(kept)
+            refit = Refit(trial, refit)
+            fitted = refit.within(kept)
             if fitted is not None and (operations := count(kept, fitted)) < fewest:
                 candidates, scale, fewest = trial, fitted, operations
                 break
