@@ -113,6 +113,14 @@ REFUSED = {
         "--level term or energy",
     ),
     "unknown level": (("simplify", "two_link", "two-link-swing", "--level", "atom"), "--level"),
+    "certified parts": (
+        ("simplify", "two_link", "two-link-swing", "--certified", "--level", "element"),
+        "--certified goes with",
+    ),
+    "certified and refitted": (
+        ("simplify", "two_link", "two-link-swing", "--certified", "--refit"),
+        "--certified goes with",
+    ),
     "fewer than no operations": (("simplify", "two_link", "two-link-swing", "--operations", "-3"), "-3"),
     "budget": (("simplify", "two_link", "two-link-swing", "--budget", "much"), "--budget"),
     "budget of three": (("simplify", "two_link", "two-link-swing", "--budget", "1,2,3"), "1 or 2"),
@@ -165,3 +173,16 @@ def test_a_refit_takes_no_more_operations(run):
     assert refitted["refitted"]
     assert refitted["operations"]["total"] <= plain["operations"]["total"]
     assert refitted["search"].startswith(plain["search"].removesuffix(", solved to the end"))
+
+
+def test_a_certified_budget(run):
+    words = ("simplify", "two_link", "--certified", "--states", 100, "--budget", "5%")
+    result = run(*words, "-o", "proven.json")
+    assert (result.code, result.err) == (0, "")
+    assert "Certified: no state within the arm's limits" in " ".join(result.out.split())
+    assert max(map(len, result.out.splitlines())) <= 80
+    told = run(*words, "--json").json
+    for row in told["joints"]:
+        assert row["largest_error"] <= row["certified_error"] <= row["allowed_error"]
+    shown = run("certify", "proven.json", "--json").json
+    assert [row["certified"] for row in shown["joints"]] == [row["certified_error"] for row in told["joints"]]

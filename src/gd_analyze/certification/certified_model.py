@@ -31,7 +31,6 @@ def simplify_certified(
     box: Box,
     *,
     level: HarmonicLevel = "term",
-    refit: bool = False,
     provenance: Mapping[str, str] | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> tuple[HarmonicModel, Certificate]:
@@ -45,8 +44,9 @@ def simplify_certified(
         Allowed torque error per joint.
     box
         The states for which it holds.
-    level, refit, provenance
-        As for `simplify`.
+    level, provenance
+        As for `simplify`. There is no refit: coefficients fitted to some states err by the whole budget at
+        many, and by more between them.
     progress
         Called with 1 after every round.
 
@@ -65,7 +65,7 @@ def simplify_certified(
     known = exact
     for turn in range(_ROUNDS):
         within = Budget(tuple((share * allowed).tolist()), (False,) * len(allowed))
-        model = simplify_exact(known, within, level=level, refit=refit, write=False, provenance=provenance)
+        model = simplify_exact(known, within, level=level, write=False, provenance=provenance)
         assert isinstance(model, HarmonicModel)  # as the level says
         certificate = certify(model, box, harmonics=exact.harmonics)
         if progress is not None:

@@ -90,8 +90,10 @@ def simplify(
     from gd_analyze.cli.terminal import line, print_json, stages, warnings_told
 
     require_coefficients(level, refit)
-    if certified and (level == "element" or operations is not None):
-        raise click.UsageError("--certified goes with --level term or energy, and without --operations")
+    if certified and (level == "element" or refit or operations is not None):
+        raise click.UsageError(
+            "--certified goes with --level term or energy, and without --refit and --operations"
+        )
     with warnings_told(quiet) as told, stages(quiet) as stage:
         import time
 
@@ -118,7 +120,6 @@ def simplify(
                 allowed,
                 Box.of(arm) if trajectory is None else Box.around(*exact.states.arrays),
                 level=cast("HarmonicLevel", level),
-                refit=refit,
                 provenance=source,
                 progress=stage.advance,
             )
