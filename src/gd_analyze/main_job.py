@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Callable, Collection, Iterable
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -38,14 +40,14 @@ from gd_analyze.simplification import (
     trade_off,
 )
 from gd_analyze.simplification.trade_off import KINDS
-from gd_analyze.store import save_results
+from gd_analyze.store import write_results
 from gd_analyze.trajectories import Trajectory
 
 # Torque terms of an exact form up to which terms are worth choosing from: a seven-joint arm of general make
 # has tens of thousands, and any model of them more operations than one of whole elements.
 _MOST_TERMS = 2000
 # Multiples of the budget that the report's curve shows, and states drawn to try a model beyond its own.
-_FACTORS = (0.5, 1.0, 2.0, 5.0, 10.0)
+_FACTORS = (0.5, 1.0, 2.0, 5.0)
 _DRAWN = 1000
 # Of the certificate: close to the truth in a box as small as a trajectory's.
 _EFFORT = 5_000
@@ -267,27 +269,33 @@ def analyze(
 
 
 def write_findings(findings: Findings, folder: Path, formats: Collection[str]) -> None:
-    """Write the chosen files; reports are made first, so that one that fails leaves no file behind."""
-    html, pdf = "", b""
-    if "html" in formats:
-        from gd_analyze.report.html import render_html
+    """Write the chosen files; reports are made first, so that one that fails leaves no file behind.
 
-        html = render_html(findings)
-    if "pdf" in formats:
-        from gd_analyze.report.pdf import render_pdf
+    The PDF is typeset beside the others, as that leaves the interpreter free.
+    """
+    with ThreadPoolExecutor(max_workers=1) as beside, ExitStack() as unfinished:
+        pdf: Future[bytes] | None = None
+        if "pdf" in formats:
+            from gd_analyze.report.pdf import prepare_pdf
 
-        pdf = render_pdf(findings)
-    if "h5" in formats:
-        save_results(findings, folder / FILES["h5"])
+            pdf = beside.submit(prepare_pdf(findings))
+        html = ""
+        if "html" in formats:
+            from gd_analyze.report.html import render_html
+
+            html = render_html(findings)
+        if "h5" in formats:
+            write_results(findings, unfinished.enter_context(replacing(folder / FILES["h5"])))
+        typeset = pdf.result() if pdf is not None else b""
     if "json" in formats:
         save_model(findings.model, folder / FILES["json"])
     if "csv" in formats:
         write_text(folder / FILES["csv"], dominance_csv(findings))
     if html:
         write_text(folder / FILES["html"], html)
-    if pdf:
+    if typeset:
         with replacing(folder / FILES["pdf"]) as temporary:
-            temporary.write_bytes(pdf)
+            temporary.write_bytes(typeset)
 
 
 def dominance_csv(findings: Findings) -> str:

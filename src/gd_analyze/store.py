@@ -46,7 +46,12 @@ def save_results(findings: Findings, path: str | Path) -> None:
         If the file cannot be written.
     """
     with replacing(path) as temporary:
-        as_tree(findings).to_netcdf(temporary, engine="h5netcdf")
+        write_results(findings, temporary)
+
+
+def write_results(findings: Findings, path: Path) -> None:
+    """Write the file as it is named, without a way back: for a place that is replaced as a whole."""
+    as_tree(findings).to_netcdf(path, engine="h5netcdf")
 
 
 def as_tree(findings: Findings) -> xr.DataTree:

@@ -16,7 +16,7 @@ acceleration.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -151,12 +151,17 @@ def torques_of(term: EnergyTerm, rates: FloatArray) -> Torques:
 
 def sum_of_torques(terms: Mapping[EnergyTerm, float], rates: FloatArray) -> Torques:
     """Torque terms of several energy terms, each with its coefficient; those that cancel are left out."""
+    return gathered((coefficient, torques_of(term, rates)) for term, coefficient in terms.items())
+
+
+def gathered(sources: Iterable[tuple[float, Torques]]) -> Torques:
+    """Sum of torque terms, each source with its factor; those that cancel are left out."""
     out: Torques = defaultdict(float)
     size: Torques = defaultdict(float)
-    for term, coefficient in terms.items():
-        for key, weight in torques_of(term, rates).items():
-            out[key] += coefficient * weight
-            size[key] += abs(coefficient * weight)
+    for factor, torques in sources:
+        for key, weight in torques.items():
+            out[key] += factor * weight
+            size[key] += abs(factor * weight)
     return {key: weight for key, weight in out.items() if abs(weight) > _CANCELLED * size[key]}
 
 

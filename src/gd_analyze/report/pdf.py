@@ -6,6 +6,7 @@ import datetime
 import io
 import json
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -46,9 +47,16 @@ def render_pdf(findings: Findings) -> bytes:
     GdAnalyzeError
         If the document cannot be typeset.
     """
+    return prepare_pdf(findings)()
+
+
+def prepare_pdf(findings: Findings) -> Callable[[], bytes]:
+    """Do all of `render_pdf` but the typesetting, which leaves the interpreter free for other threads."""
+    import typst  # noqa: F401 - imports belong to the thread that prepares
+
     created = datetime.datetime.fromisoformat(findings.provenance["created"])
     data = {"data": json.dumps(document(findings), ensure_ascii=False, allow_nan=False)}
-    return typeset(TEMPLATES / "report.typ", data | report_figures(findings), created)
+    return partial(typeset, TEMPLATES / "report.typ", data | report_figures(findings), created)
 
 
 def report_figures(findings: Findings) -> dict[str, str]:

@@ -19,7 +19,6 @@ from gd_analyze.harmonics.lagrangian import (
     Torques,
     TorqueTerm,
     absolute_rates,
-    torques_of,
 )
 from gd_analyze.models.element_level import parts_of, torque_by_part, trace_parts
 from gd_analyze.models.simplified import Level
@@ -159,8 +158,7 @@ class _Term:
 
 def _every(exact: ExactDynamics, level: Level) -> list[_Term]:
     """All terms of a level."""
-    rates = absolute_rates(exact.harmonics.basis)
-    sources = [torques_of(term, rates) for term in exact.energy]
+    sources = exact.sources
     number = _tied(exact.energy)
     if level == "energy":
         return [

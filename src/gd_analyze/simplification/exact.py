@@ -12,9 +12,15 @@ import numpy as np
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.dominance import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.harmonics import Harmonics, identify
-from gd_analyze.harmonics.lagrangian import EnergyTerm, Torques, energy_terms
+from gd_analyze.harmonics.lagrangian import (
+    EnergyTerm,
+    Torques,
+    absolute_rates,
+    energy_terms,
+    gathered,
+    torques_of,
+)
 from gd_analyze.models.element import operations_of_all_parts
-from gd_analyze.models.harmonic import torques_of_energy
 from gd_analyze.models.nested_torque import nested_torque
 from gd_analyze.models.simplified import Level
 from gd_analyze.models.torque_program import shared_torque
@@ -59,7 +65,7 @@ class ExactDynamics:
     def at(self, states: States) -> ExactDynamics:
         """Take the same dynamics at other states; what is identified need not be identified again."""
         other = ExactDynamics(self.arm, states, self.drives)
-        for name in ("harmonics", "energy", "torques", "_shared_operations"):
+        for name in ("harmonics", "energy", "sources", "torques", "_shared_operations"):
             if name in self.__dict__:
                 other.__dict__[name] = self.__dict__[name]
         return other
@@ -100,9 +106,16 @@ class ExactDynamics:
         return energy_terms(self.harmonics, self.arm.drive_inertia if self.drives else None)
 
     @cached_property
+    def sources(self) -> tuple[Torques, ...]:
+        """Torque terms that every energy term makes with a coefficient of 1."""
+        rates = absolute_rates(self.harmonics.basis)
+        return tuple(torques_of(term, rates) for term in self.energy)
+
+    @cached_property
     def torques(self) -> Torques:
         """Every torque term and its weight."""
-        return torques_of_energy(self.arm, self.energy)
+        coefficients = (term.coefficient for term in self.energy)
+        return gathered(zip(coefficients, self.sources, strict=True))
 
     def operations_full(self, level: Level, *, thorough: bool = True) -> OperationCount:
         """Operations of the exact torque in the form that models of a level have.
