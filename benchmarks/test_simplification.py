@@ -54,6 +54,6 @@ def test_torque_of_a_simplified_model_against_a_loop_over_rnea(benchmark) -> Non
     ours, theirs = seconds(lambda: model.torque(q, qd, qdd)), seconds(loop)
     benchmark.extra_info["times_faster_than_a_loop_over_rnea"] = theirs / ours
     print(
-        f"\ntorque at {STATES} states: {1e6 * ours / STATES:.2f} us each, rnea {1e6 * theirs / STATES:.2f} us: "
+        f"\ntorque per state: {1e6 * ours / STATES:.2f} us, Pinocchio loop {1e6 * theirs / STATES:.2f} us, "
         f"{theirs / ours:.1f} times faster"
     )
