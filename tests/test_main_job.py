@@ -155,3 +155,27 @@ def test_provenance_is_flat(puma_findings):
     assert source.keys() >= {"gd_analyze", "created", "command", "python", "numpy", "pinocchio"}
     assert all(isinstance(value, str) for value in source.values())
     assert puma_findings.decomposition.attrs["command"] == source["command"]
+
+
+def test_an_arm_of_many_terms_stays_with_elements() -> None:
+    """Eight general joints have thousands of terms: told, and the chosen level is still obeyed."""
+    from report_cases import made_findings
+
+    findings = made_findings(["revolute"] * 8)
+    assert findings.model is findings.element_model
+    assert findings.harmonics is None
+    assert "more than 2000" in findings.warnings[0]
+    assert findings.terms.terms == ()
+    assert {point.level for point in findings.trade_off} == {"element"}
+    assert findings.beyond.certificate is None
+
+
+@pytest.mark.parametrize("level", ["element", "term", "energy"])
+def test_the_level_asked_for(puma, pick_and_place, level) -> None:
+    findings = gd.find(puma, pick_and_place, level=level, budget=gd.Budget.parse("5%"))
+    assert findings.model.level == level
+    assert (findings.model is findings.element_model) == (level == "element")
+    assert findings.harmonics is not None
+    assert (findings.beyond.certificate is None) == (level == "element")
+    assert (findings.model.promise.largest <= findings.model.budget).all()
+    assert findings.evaluation.table.largest == pytest.approx(findings.model.promise.largest)

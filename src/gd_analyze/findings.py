@@ -53,7 +53,7 @@ class Findings:
     dominance
         Dataset of `rank`.
     harmonics
-        The exact equations.
+        The exact equations; None for an arm that has too many to write out.
     model, evaluation
         The simplified model and its torques along the trajectory.
     element_model
@@ -77,7 +77,7 @@ class Findings:
     trajectory: Trajectory
     decomposition: xr.Dataset
     dominance: xr.Dataset
-    harmonics: Harmonics
+    harmonics: Harmonics | None
     model: SimplifiedModel
     evaluation: Evaluation
     element_model: ElementModel

@@ -46,6 +46,8 @@ from gd_analyze.trajectories import Trajectory
 # Torque terms of an exact form up to which terms are worth choosing from: a seven-joint arm of general make
 # has tens of thousands, and any model of them more operations than one of whole elements.
 _MOST_TERMS = 2000
+# Joints up to which identifying the exact form takes no more than a second.
+_MOST_JOINTS = 8
 # Multiples of the budget that the report's curve shows, and states drawn to try a model beyond its own.
 _FACTORS = (0.5, 1.0, 2.0, 5.0)
 _DRAWN = 1000
@@ -130,14 +132,10 @@ def find(
         exact = ExactDynamics.of(arm, dataset)
         elements = simplify_exact(exact, budget, level="element", provenance=source)
         assert isinstance(elements, ElementModel)  # as the level says
-        many = len(exact.torques) > _MOST_TERMS
-        if level is None and many:
-            warnings.warn(
-                f"the exact equations of {arm.name} have {len(exact.torques)} terms, more than "
-                f"{_MOST_TERMS}: simplified by elements, and single terms are not ranked here",
-                GdAnalyzeWarning,
-                stacklevel=2,
-            )
+        if level is None:
+            many = _told_to_stay_with_elements(exact)
+        else:
+            many = level == "element" and _is_large(exact)
         level = level or ("element" if many else "term")
         model: SimplifiedModel = elements
         if level != "element":
@@ -157,11 +155,11 @@ def find(
         trajectory=trajectory,
         decomposition=dataset,
         dominance=dominance,
-        harmonics=exact.harmonics,
+        harmonics=None if many else exact.harmonics,
         model=model,
         evaluation=evaluate(model, trajectory, dataset),
         element_model=elements,
-        terms=TermRanking((), None, 0, len(exact.torques), 1.0) if many else rank_terms(exact),
+        terms=TermRanking.none() if many else rank_terms(exact),
         trade_off=trade_off(
             exact, budget, factors=_FACTORS, kinds=KINDS[:1] if many else KINDS, thorough=False
         ),
@@ -170,6 +168,26 @@ def find(
         warnings=(*warned, *_told(caught)),
         provenance=source,
     )
+
+
+def _is_large(exact: ExactDynamics) -> bool:
+    """Whether an arm has too many joints, or its exact equations too many terms, to choose from."""
+    return exact.arm.n_joints > _MOST_JOINTS or len(exact.torques) > _MOST_TERMS
+
+
+def _told_to_stay_with_elements(exact: ExactDynamics) -> bool:
+    if not _is_large(exact):
+        return False
+    if exact.arm.n_joints > _MOST_JOINTS:
+        what = f"{exact.arm.n_joints} joints, more than {_MOST_JOINTS}"
+    else:
+        what = f"exact equations of {len(exact.torques)} terms, more than {_MOST_TERMS}"
+    warnings.warn(
+        f"{exact.arm.name} has {what}: simplified by elements, and single terms are not ranked here",
+        GdAnalyzeWarning,
+        stacklevel=3,
+    )
+    return True
 
 
 def _beyond(exact: ExactDynamics, model: SimplifiedModel) -> Beyond:

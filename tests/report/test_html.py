@@ -258,9 +258,13 @@ def test_an_arm_without_torque(arms: dict[str, RobotArm]) -> None:
 def test_more_than_nine_joints() -> None:
     small = load_arm("two_link")
     arm = replace(small, name="chain", joints=small.joints * 5, links=small.links * 5, dh_table=(), drives=())
-    page = Page(render_html(find(arm, swing(arm, 3))))
-    assert "D1,10" in page.data["figures"]
-    assert "<mn>1,10</mn>" in render_html(find(arm, swing(arm, 3)))
+    findings = find(arm, swing(arm, 3))
+    # Ten joints are more than a second would identify: whole elements, and said so.
+    assert findings.model.level == "element"
+    assert "10 joints, more than 8" in findings.warnings[0]
+    source = render_html(findings)
+    assert "D1,10" in Page(source).data["figures"]
+    assert "<mn>1,10</mn>" in source
 
 
 def test_long_trajectories_are_thinned_and_say_so(arms: dict[str, RobotArm]) -> None:

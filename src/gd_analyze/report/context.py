@@ -341,7 +341,7 @@ def _kept_terms(model: SimplifiedModel) -> str:
 
 def _all_terms(findings: Findings) -> int:
     """Number of terms of the exact model at the level of the simplified one."""
-    if findings.model.level != "energy":
+    if findings.model.level != "energy" or findings.harmonics is None:
         return len(findings.terms.terms)
     drives = findings.arm.drive_inertia if findings.model.drives else None
     return len(energy_terms(findings.harmonics, drives))

@@ -21,10 +21,11 @@ from gd_analyze.models.harmonic import torques_of_energy
 
 def harmonic_data(findings: Findings) -> dict[str, Any] | None:
     """Describe the model for the template; None for a model that keeps parts of elements."""
-    model, basis = findings.model, findings.harmonics.basis
-    if not isinstance(model, HarmonicModel):
+    model, harmonics = findings.model, findings.harmonics
+    if not isinstance(model, HarmonicModel) or harmonics is None:
         return None
-    energy = energy_terms(findings.harmonics, model.arm.drive_inertia if model.drives else None)
+    basis = harmonics.basis
+    energy = energy_terms(harmonics, model.arm.drive_inertia if model.drives else None)
     if model.level == "energy":
         written = [
             {"left": symbol, "groups": [_signed(pieces)]}

@@ -87,6 +87,11 @@ class TermRanking:
     unlisted: int
     unlisted_share: float
 
+    @classmethod
+    def none(cls) -> TermRanking:
+        """No term ranked."""
+        return cls((), None, 0, 0, 0.0)
+
 
 def rank_terms(exact: ExactDynamics, level: HarmonicLevel = "term", digits: int = 3) -> TermRanking:
     """Rank the terms of an arm's dynamics by the torque they make at given states.

@@ -24,8 +24,8 @@ from gd_analyze.vectors import FloatArray
 if TYPE_CHECKING:
     import xarray as xr
 
-# --operations: how close the budget is searched, and how often the last step is tried.
-_CLOSE, _ATTEMPTS = 1.02, 6
+# --operations: the smallest multiple of the budget, how close it is searched, how often it is tightened.
+_LEAST, _CLOSE, _ATTEMPTS = 1e-6, 1.02, 4
 
 
 def simplify(
@@ -187,7 +187,9 @@ def _of_few_operations(
     def quick(factor: float) -> int:
         return operations_of(exact, level, *candidates.whole(elimination.within(factor), one)).total
 
-    few, many = 1e-6, 1.0
+    few, many = _LEAST, 1.0
+    if quick(few) <= operations:  # nothing need be dropped but what is nothing
+        return _within(exact, budget.scaled(few), level, refit, thorough, True, provenance, progress)
     while quick(many) > operations:
         few, many = many, 2.0 * many
     while many / few > _CLOSE:
