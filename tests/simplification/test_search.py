@@ -9,6 +9,7 @@ from hypothesis import given
 
 from gd_analyze.simplification import Budget, ExactDynamics, simplify_exact, states_in_box
 from gd_analyze.simplification.search import search
+from gd_analyze.simplification.states import States
 from strategies import examples
 
 
@@ -93,3 +94,18 @@ def test_a_scaled_budget_is_scaled_for_every_joint(puma):
     ratio = model.budget / budget.allowed(exact.peak_torque)
     # Products in double precision.
     assert np.ptp(ratio) <= 1e-14 * ratio[0]
+
+
+def test_a_long_trajectory_is_held_at_every_state(puma, rng):
+    """Some states stand for all while searching; what was promised is measured on all of them."""
+    count = 12_000
+    q, qd, qdd = (rng.uniform(-2.0, 2.0, (count, 6)) for _ in range(3))
+    q[7777], qd[7777] = 3.0, 9.0  # one that no thinning by the clock would meet
+    states = States(q, qd, qdd, {"box": "drawn", "states": count, "seed": 0})
+    exact = ExactDynamics(puma, states, True)
+    assert len(exact.thinned().states.q) < 6000
+    model = simplify_exact(exact, Budget.parse("2%"), level="energy")
+    error = np.abs(model.torque(*states.arrays) - exact.torque).max(axis=0)
+    assert (error <= 0.02 * exact.peak_torque).all()
+    np.testing.assert_allclose(model.promise.largest, error, rtol=1e-9)
+    assert model.made_for["states"] == count

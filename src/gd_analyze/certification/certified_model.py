@@ -18,7 +18,7 @@ from gd_analyze.errors import UsageError
 from gd_analyze.models import ErrorTable, HarmonicModel
 from gd_analyze.models.harmonic import HarmonicLevel
 from gd_analyze.models.torque_program import torque_programs
-from gd_analyze.simplification import Budget, ExactDynamics, States, simplify_exact
+from gd_analyze.simplification import Budget, ExactDynamics, simplify_exact
 from gd_analyze.vectors import FloatArray
 
 # Rounds at most; of the first the budget shrinks to no less than this share, later by what the bound asks.
@@ -73,7 +73,7 @@ def simplify_certified(
         beyond = certificate.certified > allowed
         if not beyond.any():
             return _finished(model, exact, allowed, str(budget)), certificate
-        known = _with(known, *(states[beyond] for states in certificate.worst_states))
+        known = known.joined_by(*(states[beyond] for states in certificate.worst_states))
         needed = 0.98 * allowed / np.where(beyond, certificate.certified, allowed)
         share = np.where(beyond, np.minimum(share, _SLIGHTLY) if turn < _PATIENT else share * needed, share)
     raise UsageError(
@@ -83,18 +83,6 @@ def simplify_certified(
         found=f"bounds of {', '.join(f'{x:.3g}' for x in certificate.certified)} after {_ROUNDS} rounds",
         next_step="allow a larger error, or a smaller box",
     )
-
-
-def _with(known: ExactDynamics, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> ExactDynamics:
-    """Let more states join."""
-    states = known.states
-    joined = States(
-        np.vstack([states.q, q]),
-        np.vstack([states.qd, qd]),
-        np.vstack([states.qdd, qdd]),
-        states.described,
-    )
-    return known.at(joined)
 
 
 def _finished(model: HarmonicModel, exact: ExactDynamics, allowed: FloatArray, stated: str) -> HarmonicModel:

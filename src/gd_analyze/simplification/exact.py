@@ -34,6 +34,8 @@ from gd_analyze.vectors import FloatArray
 if TYPE_CHECKING:
     import xarray as xr
 
+# States that a search looks at; of a longer trajectory some stand for all, until others turn out to matter.
+MOST_STATES = 5000
 # Terms beyond which what the rows share is not looked for: minutes.
 _MANY = 600
 
@@ -69,6 +71,26 @@ class ExactDynamics:
             if name in self.__dict__:
                 other.__dict__[name] = self.__dict__[name]
         return other
+
+    def joined_by(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> ExactDynamics:
+        """Take the same dynamics at these states and more, shape (M, n)."""
+        mine = self.states
+        return self.at(
+            States(
+                np.vstack([mine.q, q]), np.vstack([mine.qd, qd]), np.vstack([mine.qdd, qdd]), mine.described
+            )
+        )
+
+    def thinned(self, most: int = MOST_STATES) -> ExactDynamics:
+        """Take the same dynamics at so many states at most: evenly chosen ones, and every extreme."""
+        count = len(self.states.q)
+        if count <= most:
+            return self
+        evenly = np.linspace(0, count - 1, most).astype(int)
+        extremes = [np.abs(x).argmax(axis=0) for x in (self.torque, *self.states.arrays)]
+        chosen = np.unique(np.concatenate([evenly, *extremes]))
+        q, qd, qdd = (x[chosen] for x in self.states.arrays)
+        return self.at(States(q, qd, qdd, self.states.described))
 
     @cached_property
     def quantities(self) -> Mapping[Any, Any]:

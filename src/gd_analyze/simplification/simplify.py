@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gd_analyze.errors import UsageError
-from gd_analyze.models.simplified import LEVELS, Level, SimplifiedModel
+from gd_analyze.models.simplified import LEVELS, ErrorTable, Level, SimplifiedModel
 from gd_analyze.robots import RobotArm
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import candidates_of
@@ -140,7 +141,35 @@ def _within(
     provenance: Mapping[str, str] | None,
     progress: Callable[[int], None] | None,
 ) -> SimplifiedModel:
+    """Search on some of the states if there are very many; those that break the budget join them."""
     allowed = exact.allowed(budget)
+    known, margin = exact.thinned(), 1.0  # what is added counts a little more every time, so it ends
+    while True:
+        model = _searched(
+            known, margin * allowed, str(budget), level, refit, thorough, write, provenance, progress
+        )
+        if known is exact:
+            return model
+        promise = ErrorTable.of(exact.torque, model.torque(*exact.states.arrays))
+        if (promise.largest <= allowed).all():
+            return dataclasses.replace(model, budget=allowed, promise=promise)
+        error = np.abs(model.torque(*exact.states.arrays) - exact.torque)
+        worst = np.unique(error.argmax(axis=0))
+        known = known.joined_by(*(x[worst] for x in exact.states.arrays))
+        margin *= 0.98
+
+
+def _searched(
+    exact: ExactDynamics,
+    allowed: FloatArray,
+    budget_stated: str,
+    level: Level,
+    refit: bool,
+    thorough: bool,
+    write: bool,
+    provenance: Mapping[str, str] | None,
+    progress: Callable[[int], None] | None,
+) -> SimplifiedModel:
     candidates = candidates_of(exact, level, allowed)
 
     def count(kept: Kept, scale: FloatArray) -> int:
@@ -159,7 +188,7 @@ def _within(
         level,
         *candidates.whole(found.kept, found.scale),
         allowed=allowed,
-        budget_stated=str(budget),
+        budget_stated=budget_stated,
         thorough=write and thorough,
         provenance={**(provenance or {}), "search": steps + (", solved to the end" if found.solved else "")},
     )
@@ -179,13 +208,13 @@ def _of_few_operations(
 
     Elimination alone tells quickly about where; whole searches then close in from there.
     """
-    allowed = exact.allowed(budget)
-    candidates = candidates_of(exact, level, allowed)
+    some = exact.thinned()
+    candidates = candidates_of(some, level, exact.allowed(budget))
     elimination = eliminate(candidates)
     one = np.ones(len(elimination.order))
 
     def quick(factor: float) -> int:
-        return operations_of(exact, level, *candidates.whole(elimination.within(factor), one)).total
+        return operations_of(some, level, *candidates.whole(elimination.within(factor), one)).total
 
     few, many = _LEAST, 1.0
     if quick(few) <= operations:  # nothing need be dropped but what is nothing

@@ -87,6 +87,7 @@ def trade_off(
     budget = budget or Budget()
     tell = progress or (lambda _: None)
     points: list[TradeOffPoint] = []
+    exact = exact if thorough else exact.thinned()
     allowed = exact.allowed(budget)
     known: dict[Level, Candidates] = {}
     for level, refit in kinds:
