@@ -52,7 +52,13 @@ def part_programs(arm: RobotArm, kept: tuple[str, ...], drives: bool) -> dict[st
     return {name: Program.of(traced.trace, list(array.ravel())) for name, array in expressions.items()}
 
 
+def part_operations(arm: RobotArm, kept: tuple[str, ...], drives: bool) -> OperationCount:
+    """Operations of one torque evaluation with some parts."""
+    traced = trace_parts(arm)
+    torque = traced.keep(frozenset(kept), arm.drive_inertia if drives else None)["torque"]
+    return Program.of(traced.trace, list(torque)).count
+
+
 def operations_of_all_parts(arm: RobotArm, drives: bool) -> OperationCount:
     """Operations of one torque evaluation with every part kept."""
-    every = tuple(part.label for part in parts_of(arm.n_joints))
-    return part_programs(arm, every, drives)["torque"].count
+    return part_operations(arm, tuple(part.label for part in parts_of(arm.n_joints)), drives)

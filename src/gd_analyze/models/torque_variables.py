@@ -27,6 +27,7 @@ class TorqueVariables:
         self._trace = trace
         self._runs = basis.runs
         self._q, qd, qdd = (trace.inputs(name, n)[:, 0] for name in ("q", "qd", "qdd"))
+        self._known: dict[Rate | Literal, Any] = {}
         self._moving = {1: list(qd), 2: list(qdd)}
         for moving in self._moving.values():
             for run in self._runs:
@@ -35,6 +36,11 @@ class TorqueVariables:
 
     def __call__(self, variable: Rate | Literal) -> Any:
         """Expression of a rate or a literal."""
+        if variable not in self._known:
+            self._known[variable] = self._made(variable)
+        return self._known[variable]
+
+    def _made(self, variable: Rate | Literal) -> Any:
         if isinstance(variable, Rate):
             return self._moving[variable.order][variable.joint]
         kind, multiples = variable

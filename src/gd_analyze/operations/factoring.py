@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
 from collections.abc import Callable, Hashable, Mapping
 from typing import Any
@@ -30,11 +31,12 @@ def factored(polynomial: Mapping[Any, float], value: Callable[[Any], Any]) -> An
     The polynomial's value, of the kind that `value` gives; 0.0 for no terms.
     """
     terms = {variables: c for variables, c in polynomial.items() if c != 0.0}
-    counts = Counter(variable for variables in terms for variable in set(variables))
+    counts = Counter(itertools.chain.from_iterable(map(set, terms)))
     if counts:
-        # Of equally frequent variables always the same one: equal polynomials nest alike.
-        common, times = max(counts.items(), key=lambda item: (item[1], repr(item[0])))
+        times = max(counts.values())
         if times > 1:
+            # Of equally frequent variables always the same one: equal polynomials nest alike.
+            common = max((variable for variable, t in counts.items() if t == times), key=repr)
             inside, rest = {}, {}
             for variables, c in terms.items():
                 if common in variables:

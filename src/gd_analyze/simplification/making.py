@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.lagrangian import EnergyTerm, Torques
-from gd_analyze.models.element import ElementModel, part_programs
+from gd_analyze.harmonics.lagrangian import EnergyTerm, Torques, gathered
+from gd_analyze.models.element import ElementModel, part_operations
 from gd_analyze.models.element_level import parts_of
-from gd_analyze.models.harmonic import HarmonicModel, torques_of_energy
+from gd_analyze.models.harmonic import HarmonicModel
 from gd_analyze.models.nested_torque import nested_torque
 from gd_analyze.models.simplified import ErrorTable, Level, ModelFacts, SimplifiedModel
 from gd_analyze.models.torque_program import shared_torque, torque_programs
@@ -36,7 +36,7 @@ def operations_of(
     With `thorough`, and few terms, also what rows share is looked for: some hundredths of a second.
     """
     if level == "element":
-        return part_programs(exact.arm, _labels(exact, kept), exact.drives)["torque"].count
+        return part_operations(exact.arm, _labels(exact, kept), exact.drives)
     _, torques = _harmonic(exact, level, kept, scale)
     basis = exact.harmonics.basis
     if thorough and len(torques) <= _FEW:
@@ -134,9 +134,10 @@ def _harmonic(
     if level == "term":
         weights = zip(exact.torques.items(), kept, scale, strict=True)
         return (), {term: float(factor * weight) for (term, weight), keep, factor in weights if keep}
+    members = np.flatnonzero(kept)
     energy = tuple(
-        dataclasses.replace(term, coefficient=float(factor * term.coefficient))
-        for term, keep, factor in zip(exact.energy, kept, scale, strict=True)
-        if keep
+        dataclasses.replace(exact.energy[k], coefficient=float(scale[k] * exact.energy[k].coefficient))
+        for k in members
     )
-    return energy, torques_of_energy(exact.arm, energy)
+    sources = (exact.sources[k] for k in members)
+    return energy, gathered(zip((term.coefficient for term in energy), sources, strict=True))
