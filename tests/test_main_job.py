@@ -160,14 +160,15 @@ def test_provenance_is_flat(puma_findings):
 
 
 def test_an_arm_of_many_terms_stays_with_elements(puma, rng) -> None:
-    """A PUMA that carries the first two joints of another has thousands of terms."""
+    """A PUMA that carries two more links of its kind has thousands of terms."""
     arm = dataclasses.replace(
         puma,
-        joints=puma.joints + puma.joints[:2],
-        links=puma.links + puma.links[:2],
+        joints=puma.joints + puma.joints[1:3],
+        links=puma.links + puma.links[1:3],
         dh_table=(),
         drives=(),
     )
+    assert arm.n_joints == 8
     states = rng.uniform(-1.0, 1.0, (3, 4, 8))
     findings = find(arm, Trajectory(np.arange(4.0), *states, "drawn"))
     assert findings.model is findings.element_model
