@@ -49,7 +49,7 @@ class Found:
     scale
         Factor of every candidate's own coefficient, shape (K,); 1 without refit.
     steps
-        Operations after every step of the search.
+        What was kept after every step of the search, and the factors then.
     solved
         Whether the integer program ended: of the candidates that matter no selection without refit takes
         fewer operations, as `Candidates.costs` count them.
@@ -57,7 +57,7 @@ class Found:
 
     kept: Kept
     scale: FloatArray
-    steps: dict[str, int]
+    steps: dict[str, tuple[Kept, FloatArray]]
     solved: bool
 
 
@@ -88,16 +88,16 @@ def search(
     tell = progress or (lambda _: None)
     best = eliminate(candidates).within()
     tell(int((~best).sum()))
-    steps = {"elimination": count(best, one)}
+    steps = {"elimination": (best, one)}
     if len(best) > _MOST:
         return Found(best, one, steps, solved=False)
     programmed, solved = _programmed(candidates, thorough)
-    if count(programmed, one) < steps["elimination"]:
+    if count(programmed, one) < count(best, one):
         best = programmed
-    steps["integer program" if thorough else "dive"] = count(best, one)
+    steps["integer program" if thorough else "dive"] = best, one
     if not solved:
         best, _ = _exchanged(candidates, best, one, _unchanged, count)
-        steps["exchange"] = count(best, one)
+        steps["exchange"] = best, one
     if not refit:
         return Found(best, one, steps, solved)
     fit = _refitted(candidates)
@@ -112,12 +112,12 @@ def search(
     # Of equal ones the last: it has been fitted.
     kept, scale = min(reversed(found), key=lambda one: count(*one))
     tell(int(best.sum()) - int(kept.sum()))
-    steps["refit"] = count(kept, scale)
+    steps["refit"] = kept, scale
     tied, scale = share_coefficients(candidates, kept, scale, count)
     if tied is not candidates:
         kept, scale = _exchanged(tied, kept, scale, _refitted(tied), count)
     scale = Refit(tied).best(kept, otherwise=scale)
-    steps["shared coefficients"] = count(kept, scale)
+    steps["shared coefficients"] = kept, scale
     return Found(kept, scale, steps, solved)
 
 

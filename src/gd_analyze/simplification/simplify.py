@@ -179,10 +179,14 @@ def _searched(
         chosen = select(candidates.effects, 1.0, candidates.costs)
         kept = np.array(chosen.kept)
         one = np.ones(len(kept))
-        found = Found(kept, one, {"integer program": count(kept, one)}, chosen.optimal)
+        found = Found(kept, one, {"integer program": (kept, one)}, chosen.optimal)
     else:
         found = search(candidates, count, refit=refit, thorough=thorough, progress=progress)
-    steps = ", ".join(f"{name} {operations}" for name, operations in found.steps.items())
+    steps = ", ".join(
+        # All written the same quick way, so that they compare.
+        f"{name} {operations_of(exact, level, *candidates.whole(*step), thorough=False).total}"
+        for name, step in found.steps.items()
+    )
     return make_model(
         exact,
         level,
