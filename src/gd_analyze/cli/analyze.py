@@ -229,7 +229,8 @@ def _show(findings: Findings, context: Context, files: list[Path], top: int) -> 
         worst = max(certified, key=lambda row: row.certified_share or 0.0)
         sentence(
             "Certified: no state between the extremes of this trajectory errs by more than "
-            f"{percent(worst.certified_share or 0.0)} of a joint's peak torque (joint {worst.joint})."
+            f"{percent(worst.certified_share or 0.0).replace('< ', '')} of a joint's peak torque "
+            f"(joint {worst.joint})."
         )
     if context.text_source:
         agreed, compared = context.text_agreement

@@ -25,9 +25,11 @@ _WIDTH = 80
 
 def sentence(text: str, indent: str = "", bold: bool = False) -> None:
     """Print a sentence, wrapped between words; `indent` goes before its further lines."""
-    for wrapped in textwrap.wrap(
-        text, _width(), subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+    held = text.replace(" %", "\u00a0%")  # a number and its percent sign stay on one line
+    for line_ in textwrap.wrap(
+        held, _width(), subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
     ):
+        wrapped = line_.replace("\u00a0", " ")
         _echo(click.style(wrapped, bold=True) if bold else wrapped)
 
 
