@@ -11,7 +11,8 @@ import pytest
 import gd_analyze as gd
 from gd_analyze import main_job
 from gd_analyze.errors import GdAnalyzeError, OutputError, TrajectoryError, UsageError
-from gd_analyze.main_job import FILES, analyze, default_folder, dominance_csv, find, require_writable
+from gd_analyze.main_job import analyze, find
+from gd_analyze.results import FILES, default_folder, dominance_csv, require_writable
 from gd_analyze.trajectories import Trajectory
 from strategies import names_in
 

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Callable, Collection, Iterable
-from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +12,7 @@ from gd_analyze.authority import cross_check
 from gd_analyze.certification import Box, certify
 from gd_analyze.decomposition import decompose
 from gd_analyze.dominance import peak_magnitude, rank
-from gd_analyze.errors import GdAnalyzeWarning, Location, OutputError, UsageError
-from gd_analyze.files import replacing, write_text
+from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.findings import Beyond, Findings
 from gd_analyze.models import (
     ElementModel,
@@ -25,9 +21,9 @@ from gd_analyze.models import (
     Level,
     SimplifiedModel,
     evaluate,
-    save_model,
 )
 from gd_analyze.provenance import provenance
+from gd_analyze.results import FILES, default_folder, require_writable, write_findings
 from gd_analyze.robots import RobotArm
 from gd_analyze.simplification import (
     Budget,
@@ -40,7 +36,6 @@ from gd_analyze.simplification import (
     trade_off,
 )
 from gd_analyze.simplification.trade_off import KINDS
-from gd_analyze.store import write_results
 from gd_analyze.trajectories import Trajectory
 
 # Torque terms of an exact form up to which terms are worth choosing from: a seven-joint arm of general make
@@ -53,14 +48,6 @@ _FACTORS = (0.5, 1.0, 2.0, 5.0)
 _DRAWN = 1000
 # Of the certificate: close to the truth in a box as small as a trajectory's.
 _EFFORT = 5_000
-
-FILES = {
-    "h5": "analysis.h5",
-    "json": "model.json",
-    "csv": "dominance.csv",
-    "html": "report.html",
-    "pdf": "report.pdf",
-}
 
 
 def find(
@@ -284,70 +271,3 @@ def analyze(
     )
     write_findings(findings, folder, formats)
     return findings
-
-
-def write_findings(findings: Findings, folder: Path, formats: Collection[str]) -> None:
-    """Write the chosen files; reports are made first, so that one that fails leaves no file behind.
-
-    The PDF is typeset beside the others, as that leaves the interpreter free.
-    """
-    with ThreadPoolExecutor(max_workers=1) as beside, ExitStack() as unfinished:
-        pdf: Future[bytes] | None = None
-        if "pdf" in formats:
-            from gd_analyze.report.pdf import prepare_pdf
-
-            pdf = beside.submit(prepare_pdf(findings))
-        html = ""
-        if "html" in formats:
-            from gd_analyze.report.html import render_html
-
-            html = render_html(findings)
-        if "h5" in formats:
-            write_results(findings, unfinished.enter_context(replacing(folder / FILES["h5"])))
-        typeset = pdf.result() if pdf is not None else b""
-    if "json" in formats:
-        save_model(findings.model, folder / FILES["json"])
-    if "csv" in formats:
-        write_text(folder / FILES["csv"], dominance_csv(findings))
-    if html:
-        write_text(folder / FILES["html"], html)
-    if typeset:
-        with replacing(folder / FILES["pdf"]) as temporary:
-            temporary.write_bytes(typeset)
-
-
-def dominance_csv(findings: Findings) -> str:
-    """Render the ranking as CSV, one row per element, one column per part where there are two."""
-    dominance = findings.dominance
-    columns: dict[str, np.ndarray] = {"element": dominance.element.values}
-    for name, array in dominance.data_vars.items():
-        if array.dims == ("element",):
-            columns[str(name)] = array.values
-        else:
-            for e, effect in enumerate(dominance.effect.values):
-                columns[f"{name}_{effect}"] = array.values[:, e]
-    rows = [",".join(columns)]
-    for k in range(dominance.sizes["element"]):
-        values = (column[k] for column in columns.values())
-        rows.append(",".join(repr(float(v)) if isinstance(v, np.floating) else str(v) for v in values))
-    return "\n".join(rows) + "\n"
-
-
-def default_folder(arm: RobotArm, trajectory: Trajectory) -> Path:
-    """Folder the results go to when none is named."""
-    return Path("reports") / f"{arm.name}-{trajectory.name}"
-
-
-def require_writable(folder: Path) -> None:
-    """Fail early, before any computing, when results could not be written."""
-    existing = folder
-    while not existing.exists() and existing != existing.parent:
-        existing = existing.parent
-    if not existing.is_dir() or not os.access(existing, os.W_OK | os.X_OK):
-        raise OutputError(
-            "cannot write the results there",
-            where=Location(folder),
-            expected="a folder that exists or can be made",
-            found=f"{existing} is {'not writable' if existing.is_dir() else 'not a folder'}",
-            next_step="choose another folder with --out",
-        )

@@ -10,7 +10,7 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.cli.analyze import FORMATS
-from gd_analyze.main_job import FILES
+from gd_analyze.results import FILES
 
 
 def test_the_formats_are_those_of_the_library():

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from gd_analyze.findings import Findings
     from gd_analyze.models import Level
     from gd_analyze.report.context import Context
+    from gd_analyze.robots import RobotArm
 
 FORMATS = ("h5", "json", "csv", "html", "pdf")
 _SHORT = {
@@ -120,7 +121,8 @@ def analyze(
     require_coefficients(level, refit)
     with warnings_told(quiet) as told, stages(quiet) as stage:
         stage("reading")
-        from gd_analyze.main_job import FILES, default_folder, find, require_writable, write_findings
+        from gd_analyze.main_job import find
+        from gd_analyze.results import FILES, default_folder, require_writable, write_findings
         from gd_analyze.simplification import Budget
         from gd_analyze.trajectories import read_trajectory
 
@@ -220,7 +222,7 @@ def _show(findings: Findings, context: Context, files: list[Path], top: int) -> 
 
     sentence(f"{context.title} {context.subtitle}", bold=True)
     sentence(context.headline)
-    _show_errors(context)
+    _show_errors(findings.arm, context)
     if top:
         _show_ranking(context, top)
     line()
@@ -252,29 +254,21 @@ def _show(findings: Findings, context: Context, files: list[Path], top: int) -> 
         line(f"wrote       {path}")
 
 
-def _show_errors(context: Context) -> None:
-    from gd_analyze.cli.terminal import table
+def _show_errors(arm: RobotArm, context: Context) -> None:
+    from gd_analyze.cli.joint_table import joint_table
     from gd_analyze.report.context import number, percent
 
-    units = {row.unit for row in context.joint_errors}
-    table(
-        f"Torque error of the simplified model (budget {context.budget}), "
-        f"{' or '.join(sorted(units, reverse=True))} and share of peak torque",
-        [("joint", "left"), ("peak torque", "right"), ("allowed", "right"), ("largest", "right")]
-        + [("share", "right"), ("RMS", "right"), ("share", "right")]
-        + ([("unit", "left")] if len(units) > 1 else []),
+    rows = context.joint_errors
+    joint_table(
+        f"Torque error of the simplified model (budget {context.budget}), {{units}} and share of peak torque",
+        arm,
         [
-            [
-                f"{row.joint} {row.name}" if row.name != row.joint else row.joint,
-                number(row.peak_torque),
-                number(row.allowed),
-                number(row.largest),
-                percent(row.largest_share),
-                number(row.rms),
-                percent(row.rms_share),
-                *([row.unit] if len(units) > 1 else []),
-            ]
-            for row in context.joint_errors
+            ("peak torque", "right", [number(row.peak_torque) for row in rows]),
+            ("allowed", "right", [number(row.allowed) for row in rows]),
+            ("largest", "right", [number(row.largest) for row in rows]),
+            ("share", "right", [percent(row.largest_share) for row in rows]),
+            ("RMS", "right", [number(row.rms) for row in rows]),
+            ("share", "right", [percent(row.rms_share) for row in rows]),
         ],
     )
 

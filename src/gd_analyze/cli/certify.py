@@ -134,7 +134,8 @@ def _document(
 def _show(
     model: HarmonicModel, certificate: Certificate, definiteness: Definiteness | None, where: str
 ) -> None:
-    from gd_analyze.cli.terminal import line, sentence, table
+    from gd_analyze.cli.joint_table import joint_table
+    from gd_analyze.cli.terminal import line, sentence
     from gd_analyze.report.context import number, percent
 
     # A bound is never shown smaller than it is.
@@ -149,24 +150,18 @@ def _show(
         bold=True,
     )
     within = certificate.within(model.budget)
-    units = {joint.effort_unit for joint in arm.joints}
-    rows = [
+    joint_table(
+        "Torque error, {units}",
+        arm,
         [
-            f"{i + 1} {joint.name}" if joint.name != str(i + 1) else joint.name,
-            number(float(model.promise.largest[i])),
-            number(float(certificate.worst_found[i])),
-            number(shown[i]),
-            percent(shares[i]),
-            number(float(model.budget[i])),
-            "proven" if within[i] else "no",
-            *([joint.effort_unit] if len(units) > 1 else []),
-        ]
-        for i, joint in enumerate(arm.joints)
-    ]
-    headings = [("joint", "left"), ("sampled", "right"), ("found", "right"), ("certified", "right")]
-    headings += [("of peak", "right"), ("allowed", "right"), ("within", "left")]
-    headings += [("unit", "left")] if len(units) > 1 else []
-    table(f"Torque error, {' or '.join(sorted(units, reverse=True))}", headings, rows)
+            ("sampled", "right", [number(float(x)) for x in model.promise.largest]),
+            ("found", "right", [number(float(x)) for x in certificate.worst_found]),
+            ("certified", "right", [number(x) for x in shown]),
+            ("of peak", "right", [percent(x) for x in shares]),
+            ("allowed", "right", [number(float(x)) for x in model.budget]),
+            ("within", "left", ["proven" if x else "no" for x in within]),
+        ],
+    )
     line()
     ratio = certificate.ratio[certificate.worst_found > 0.0]
     sentence(
@@ -176,7 +171,7 @@ def _show(
         + _verdict(int(within.sum()), len(within), model.budget_stated)
     )
     if definiteness is not None:
-        sentence(_definite(definiteness, units))
+        sentence(_definite(definiteness, {joint.effort_unit for joint in arm.joints}))
 
 
 def _verdict(proven: int, joints: int, budget: str) -> str:

@@ -84,7 +84,6 @@ def compare(
         stage("reading")
         from gd_analyze.comparison import compare as compare_formulations
         from gd_analyze.comparison.compare import STEPS
-        from gd_analyze.main_job import require_writable
         from gd_analyze.report.comparison import (
             FILES,
             as_document,
@@ -92,6 +91,7 @@ def compare(
             default_folder,
             write_comparison,
         )
+        from gd_analyze.results import require_writable
         from gd_analyze.trajectories import read_trajectory
 
         arm = load_arm_carrying(robot, payload)

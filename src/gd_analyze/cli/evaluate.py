@@ -172,7 +172,8 @@ def _payload(body: Payload | None) -> dict[str, Any] | None:
 
 
 def _show(trial: _Trial) -> None:
-    from gd_analyze.cli.terminal import line, sentence, table
+    from gd_analyze.cli.joint_table import joint_table
+    from gd_analyze.cli.terminal import line, sentence
     from gd_analyze.report.context import number, percent
 
     model, arm = trial.model, trial.arm
@@ -185,27 +186,17 @@ def _show(trial: _Trial) -> None:
         beside, heading = trial.without_payload.table, "unloaded"
     else:
         beside, heading = promised, "promised"
-    units = {joint.effort_unit for joint in arm.joints}
-    headings = [("joint", "left"), ("peak torque", "right"), ("largest", "right"), ("share", "right")]
-    headings += [("RMS", "right"), ("share", "right"), (heading, "right")]
-    headings += [("unit", "left")] if len(units) > 1 else []
-    rows = [
+    joint_table(
+        "Torque error, {units}, and its share of peak torque",
+        arm,
         [
-            f"{i + 1} {joint.name}" if joint.name != str(i + 1) else joint.name,
-            number(float(here.peak_torque[i])),
-            number(float(here.largest[i])),
-            percent(float(here.largest_share[i])),
-            number(float(here.rms[i])),
-            percent(float(here.rms_share[i])),
-            percent(float(beside.largest_share[i])),
-            *([joint.effort_unit] if len(units) > 1 else []),
-        ]
-        for i, joint in enumerate(arm.joints)
-    ]
-    table(
-        f"Torque error, {' or '.join(sorted(units, reverse=True))}, and its share of peak torque",
-        headings,
-        rows,
+            ("peak torque", "right", [number(float(x)) for x in here.peak_torque]),
+            ("largest", "right", [number(float(x)) for x in here.largest]),
+            ("share", "right", [percent(float(x)) for x in here.largest_share]),
+            ("RMS", "right", [number(float(x)) for x in here.rms]),
+            ("share", "right", [percent(float(x)) for x in here.rms_share]),
+            (heading, "right", [percent(float(x)) for x in beside.largest_share]),
+        ],
     )
     line()
     _compare(trial, made_for)

@@ -105,9 +105,6 @@ def simplify(
         arm = load_arm_carrying(robot, payload)
         start = time.perf_counter()
         exact = ExactDynamics(arm, states_given(arm, trajectory, states, seed), drives)
-        if level != "element":
-            stage("identifying")
-            exact.torques  # noqa: B018 - made now, so that the next stage is about dropping alone
         source = provenance(command_line())
         certificate = None
         model: SimplifiedModel
@@ -232,7 +229,8 @@ def _terms(model: SimplifiedModel) -> tuple[int, str]:
 
 
 def _show(model: SimplifiedModel, certificate: Certificate | None, seconds: float, digits: int) -> None:
-    from gd_analyze.cli.terminal import line, sentence, table
+    from gd_analyze.cli.joint_table import joint_table
+    from gd_analyze.cli.terminal import line, sentence
     from gd_analyze.models import ElementModel, HarmonicModel
     from gd_analyze.report.context import number, percent
 
@@ -252,27 +250,17 @@ def _show(model: SimplifiedModel, certificate: Certificate | None, seconds: floa
     where = described(model.made_for)
     sentence(f"{count} {kind}{refitted}, budget {model.budget_stated}, for {where}; in {seconds:.2g} s")
     sentence(f"Operations after each step of the search: {model.provenance['search']}.")
-    units = {joint.effort_unit for joint in arm.joints}
-    headings = [("joint", "left"), ("peak torque", "right"), ("allowed", "right"), ("largest", "right")]
-    headings += [("share", "right"), ("RMS", "right"), ("share", "right")]
-    headings += [("unit", "left")] if len(units) > 1 else []
-    rows = [
+    joint_table(
+        "Torque error, {units}, and its share of peak torque",
+        arm,
         [
-            f"{i + 1} {joint.name}" if joint.name != str(i + 1) else joint.name,
-            number(float(promise.peak_torque[i])),
-            number(float(model.budget[i])),
-            number(float(promise.largest[i])),
-            percent(float(promise.largest_share[i])),
-            number(float(promise.rms[i])),
-            percent(float(promise.rms_share[i])),
-            *([joint.effort_unit] if len(units) > 1 else []),
-        ]
-        for i, joint in enumerate(arm.joints)
-    ]
-    table(
-        f"Torque error, {' or '.join(sorted(units, reverse=True))}, and its share of peak torque",
-        headings,
-        rows,
+            ("peak torque", "right", [number(float(x)) for x in promise.peak_torque]),
+            ("allowed", "right", [number(float(x)) for x in model.budget]),
+            ("largest", "right", [number(float(x)) for x in promise.largest]),
+            ("share", "right", [percent(float(x)) for x in promise.largest_share]),
+            ("RMS", "right", [number(float(x)) for x in promise.rms]),
+            ("share", "right", [percent(float(x)) for x in promise.rms_share]),
+        ],
     )
     line()
     if certificate is not None:

@@ -72,7 +72,7 @@ def trade_off(
     if as_json:
         print_json(_document(exact, allowed, points, told))
     elif not quiet:
-        _show(exact, allowed, points)
+        _show(exact, points)
 
 
 def _document(
@@ -89,7 +89,7 @@ def _document(
             {
                 "level": point.level,
                 "refit": point.refit,
-                "budget": str(budget.scaled(point.factor)),
+                "budget": point.budget,
                 "operations": {**asdict(point.operations), "total": point.operations.total},
                 "largest_share": point.error_share,
             }
@@ -99,20 +99,23 @@ def _document(
     }
 
 
-def _show(exact: ExactDynamics, budget: Budget, points: tuple[TradeOffPoint, ...]) -> None:
+def _show(exact: ExactDynamics, points: tuple[TradeOffPoint, ...]) -> None:
     from gd_analyze.cli.terminal import sentence, table
+    from gd_analyze.simplification import curves
 
     arm = exact.arm
     drives = ", with drives" if exact.drives else ""
     sentence(f"{arm.title or arm.name}{drives}, over {described(exact.states.described)}", bold=True)
-    kinds = list(dict.fromkeys((point.level, point.refit) for point in points))
-    by_place = {(point.level, point.refit, point.factor): point for point in points}
+    by_kind = curves(points)
     table(
         "Multiplications and additions of one torque evaluation, by budget",
-        [("budget", "right"), *((f"{level}{' refit' if refit else ''}", "right") for level, refit in kinds)],
         [
-            [str(budget.scaled(factor)), *(str(by_place[(*kind, factor)].operations.total) for kind in kinds)]
-            for factor in dict.fromkeys(point.factor for point in points)
+            ("budget", "right"),
+            *((f"{level}{' refit' if refit else ''}", "right") for level, refit in by_kind),
+        ],
+        [
+            [row[0].budget, *(str(point.operations.total) for point in row)]
+            for row in zip(*by_kind.values(), strict=True)
         ],
     )
     full = [exact.operations_full(level).total for level in ("element", "term")]

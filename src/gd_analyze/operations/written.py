@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Sequence
-from typing import Any, get_args
+from typing import Any, cast, get_args
 
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Expression, Operation, Trace
@@ -75,7 +75,7 @@ def read_back(
                 raise ValueError(f"step s{k}: there is no input {arguments[0]!r}")
             made.append(trace.record("input", arguments[0]))
         else:
-            made.append(trace.record(operation, *(value(x) for x in arguments)))  # type: ignore[arg-type] # checked above
+            made.append(trace.record(cast("Operation", operation), *(value(x) for x in arguments)))
         if len(trace.expressions) != len(made):
             raise ValueError(f"step s{k} is there twice")
     return Program(tuple(made), tuple(value(output) for output in outputs))

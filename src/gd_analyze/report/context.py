@@ -14,15 +14,13 @@ from gd_analyze.dominance import ROUND_OFF_SHARE, elements, text_verdicts
 from gd_analyze.findings import Findings
 from gd_analyze.formulations.generalized_dalembert import EFFECTS
 from gd_analyze.harmonics.lagrangian import energy_terms
-from gd_analyze.kinematics import solve_kinematics
-from gd_analyze.models import ElementModel, HarmonicModel, Level, SimplifiedModel
+from gd_analyze.models import ElementModel, HarmonicModel, SimplifiedModel
 from gd_analyze.models.element_level import parts_of
 from gd_analyze.operations import OperationCount
 from gd_analyze.report.units import inertia_unit
 from gd_analyze.robots import RobotArm, fingerprint
-from gd_analyze.simplification import Loss, losses
+from gd_analyze.simplification import Loss, curves, losses
 from gd_analyze.simplification.ranking import RankedTerm
-from gd_analyze.vectors import FloatArray, set_points_last
 
 # Rows of the ranking of single terms that a report shows.
 TERMS_SHOWN = 40
@@ -252,7 +250,7 @@ def build_context(findings: Findings) -> Context:
             None if findings.terms.uncertainty is None else findings.terms.not_worth_keeping
         ),
         trade_off=_trade_off(findings),
-        trade_off_kinds=_kinds(findings),
+        trade_off_kinds=tuple(curves(findings.trade_off)),
         beyond=_beyond(findings),
         drawn=findings.beyond.drawn,
         element_operations=_count(elements_kept.operations),
@@ -269,33 +267,6 @@ def build_context(findings: Findings) -> Context:
         provenance=_provenance(findings),
         warnings=findings.warnings,
     )
-
-
-@dataclass(frozen=True, eq=False)
-class Motion:
-    """Where the arm is along the trajectory, for drawing; m.
-
-    Parameters
-    ----------
-    points
-        Base origin, then for every joint its origin and its link frame's origin, shape (N, 2 n + 1, 3).
-    hand
-        Origin of the last link frame, shape (N, 3).
-    """
-
-    points: FloatArray
-    hand: FloatArray
-
-
-def motion(arm: RobotArm, q: FloatArray) -> Motion:
-    """Skeleton of the arm at every set point of q, shape (N, n)."""
-    kinematics = solve_kinematics(arm, set_points_last(q))
-    count = len(q)
-    points = np.zeros((count, 2 * arm.n_joints + 1, 3))
-    for i in range(arm.n_joints):
-        points[:, 2 * i + 1] = kinematics.joint_origins[i].T
-        points[:, 2 * i + 2] = kinematics.link_origins[i].T
-    return Motion(points, points[:, -1])
 
 
 def _zeros(dropped: tuple[Loss, ...]) -> int:
@@ -347,26 +318,17 @@ def _all_terms(findings: Findings) -> int:
     return len(energy_terms(findings.harmonics, drives))
 
 
-def _kinds(findings: Findings) -> tuple[tuple[Level, bool], ...]:
-    return tuple(dict.fromkeys((point.level, point.refit) for point in findings.trade_off))
-
-
 def _trade_off(findings: Findings) -> tuple[TradeOffRow, ...]:
     """Rows by budget, as multiples of the one asked for."""
-    kinds = _kinds(findings)
-    by_place = {(point.level, point.refit, point.factor): point for point in findings.trade_off}
-    rows = []
-    for factor in sorted({point.factor for point in findings.trade_off}):
-        points = [by_place[(*kind, factor)] for kind in kinds]
-        rows.append(
-            TradeOffRow(
-                points[0].budget,
-                factor == 1.0,
-                tuple(point.operations.total for point in points),
-                tuple(point.error_share for point in points),
-            )
+    return tuple(
+        TradeOffRow(
+            points[0].budget,
+            points[0].factor == 1.0,
+            tuple(point.operations.total for point in points),
+            tuple(point.error_share for point in points),
         )
-    return tuple(rows)
+        for points in zip(*curves(findings.trade_off).values(), strict=True)
+    )
 
 
 def _beyond(findings: Findings) -> tuple[BeyondRow, ...]:

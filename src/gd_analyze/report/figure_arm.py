@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gd_analyze.findings import Findings
-from gd_analyze.report.context import Motion, motion
+from gd_analyze.report.motion import Motion, motion
 from gd_analyze.report.panel import (
     GREY,
     MOST_POINTS,

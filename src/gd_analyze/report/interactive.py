@@ -13,7 +13,7 @@ import numpy as np
 from gd_analyze.dominance import elements
 from gd_analyze.findings import Findings
 from gd_analyze.formulations.generalized_dalembert import EFFECTS
-from gd_analyze.report.context import motion
+from gd_analyze.report.motion import motion
 from gd_analyze.report.thinning import thinned
 from gd_analyze.report.units import inertia_unit, pretty
 from gd_analyze.robots import RobotArm

@@ -52,8 +52,6 @@ def render_pdf(findings: Findings) -> bytes:
 
 def prepare_pdf(findings: Findings) -> Callable[[], bytes]:
     """Do all of `render_pdf` but the typesetting, which leaves the interpreter free for other threads."""
-    import typst  # noqa: F401 - imports belong to the thread that prepares
-
     created = datetime.datetime.fromisoformat(findings.provenance["created"])
     data = {"data": json.dumps(document(findings), ensure_ascii=False, allow_nan=False)}
     return partial(typeset, TEMPLATES / "report.typ", data | report_figures(findings), created)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from markupsafe import Markup
 
-from gd_analyze.report.context import motion
+from gd_analyze.report.motion import motion
 from gd_analyze.robots import RobotArm
 from gd_analyze.vectors import Array, FloatArray
 

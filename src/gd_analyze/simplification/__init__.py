@@ -7,7 +7,7 @@ from gd_analyze.simplification.payload_effect import PayloadEffect, payload_effe
 from gd_analyze.simplification.ranking import RankedTerm, TermRanking, rank_terms
 from gd_analyze.simplification.simplify import simplify, simplify_exact
 from gd_analyze.simplification.states import States, states_in_box, states_of
-from gd_analyze.simplification.trade_off import TradeOffPoint, trade_off
+from gd_analyze.simplification.trade_off import TradeOffPoint, curves, trade_off
 from gd_analyze.simplification.uncertainty import torque_uncertainty
 
 __all__ = [
@@ -19,6 +19,7 @@ __all__ = [
     "States",
     "TermRanking",
     "TradeOffPoint",
+    "curves",
     "losses",
     "payload_effect",
     "rank_terms",

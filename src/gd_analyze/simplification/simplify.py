@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -124,56 +125,49 @@ def simplify_exact(
             expected="level term or energy",
             found="level element",
         )
+    how = _How(level, refit, thorough, write, dict(provenance or {}), progress)
     if operations is None:
-        return _within(exact, budget, level, refit, thorough, write, provenance, progress)
+        return _within(exact, budget, how)
     if operations < 0:
         raise UsageError("so few operations do not exist", where="operations", found=str(operations))
-    return _of_few_operations(exact, budget, level, refit, thorough, operations, provenance, progress)
+    return _of_few_operations(exact, budget, how, operations)
 
 
-def _within(
-    exact: ExactDynamics,
-    budget: Budget,
-    level: Level,
-    refit: bool,
-    thorough: bool,
-    write: bool,
-    provenance: Mapping[str, str] | None,
-    progress: Callable[[int], None] | None,
-) -> SimplifiedModel:
+@dataclass(frozen=True)
+class _How:
+    """How to search, and whom to tell; see `simplify_exact`."""
+
+    level: Level
+    refit: bool
+    thorough: bool
+    write: bool
+    provenance: Mapping[str, str]
+    progress: Callable[[int], None] | None
+
+
+def _within(exact: ExactDynamics, budget: Budget, how: _How) -> SimplifiedModel:
     """Search on some of the states if there are very many; those that break the budget join them."""
     allowed = exact.allowed(budget)
     known, margin = exact.thinned(), 1.0  # what is added counts a little more every time, so it ends
     while True:
-        model = _searched(
-            known, margin * allowed, str(budget), level, refit, thorough, write, provenance, progress
-        )
+        model = _searched(known, margin * allowed, str(budget), how)
         if known is exact:
             return model
-        promise = ErrorTable.of(exact.torque, model.torque(*exact.states.arrays))
+        torque = model.torque(*exact.states.arrays)
+        promise = ErrorTable.of(exact.torque, torque)
         if (promise.largest <= allowed).all():
             return dataclasses.replace(model, budget=allowed, promise=promise)
-        error = np.abs(model.torque(*exact.states.arrays) - exact.torque)
-        worst = np.unique(error.argmax(axis=0))
+        worst = np.unique(np.abs(torque - exact.torque).argmax(axis=0))
         known = known.joined_by(*(x[worst] for x in exact.states.arrays))
         margin *= 0.98
 
 
-def _searched(
-    exact: ExactDynamics,
-    allowed: FloatArray,
-    budget_stated: str,
-    level: Level,
-    refit: bool,
-    thorough: bool,
-    write: bool,
-    provenance: Mapping[str, str] | None,
-    progress: Callable[[int], None] | None,
-) -> SimplifiedModel:
+def _searched(exact: ExactDynamics, allowed: FloatArray, budget_stated: str, how: _How) -> SimplifiedModel:
+    level = how.level
     candidates = candidates_of(exact, level, allowed)
 
     def count(kept: Kept, scale: FloatArray) -> int:
-        return operations_of(exact, level, *candidates.whole(kept, scale), thorough=thorough).total
+        return operations_of(exact, level, *candidates.whole(kept, scale), thorough=how.thorough).total
 
     if level == "element":
         chosen = select(candidates.effects, 1.0, candidates.costs)
@@ -181,7 +175,7 @@ def _searched(
         one = np.ones(len(kept))
         found = Found(kept, one, {"integer program": (kept, one)}, chosen.optimal)
     else:
-        found = search(candidates, count, refit=refit, thorough=thorough, progress=progress)
+        found = search(candidates, count, refit=how.refit, thorough=how.thorough, progress=how.progress)
     steps = ", ".join(
         # All written the same quick way, so that they compare.
         f"{name} {operations_of(exact, level, *candidates.whole(*step), thorough=False).total}"
@@ -193,45 +187,36 @@ def _searched(
         *candidates.whole(found.kept, found.scale),
         allowed=allowed,
         budget_stated=budget_stated,
-        thorough=write and thorough,
-        provenance={**(provenance or {}), "search": steps + (", solved to the end" if found.solved else "")},
+        thorough=how.write and how.thorough,
+        provenance={**how.provenance, "search": steps + (", solved to the end" if found.solved else "")},
     )
 
 
-def _of_few_operations(
-    exact: ExactDynamics,
-    budget: Budget,
-    level: Level,
-    refit: bool,
-    thorough: bool,
-    operations: int,
-    provenance: Mapping[str, str] | None,
-    progress: Callable[[int], None] | None,
-) -> SimplifiedModel:
+def _of_few_operations(exact: ExactDynamics, budget: Budget, how: _How, operations: int) -> SimplifiedModel:
     """Scale the budget until the model takes no more operations than asked for.
 
     Elimination alone tells quickly about where; whole searches then close in from there.
     """
     some = exact.thinned()
-    candidates = candidates_of(some, level, exact.allowed(budget))
+    candidates = candidates_of(some, how.level, exact.allowed(budget))
     elimination = eliminate(candidates)
     one = np.ones(len(elimination.order))
 
     def quick(factor: float) -> int:
-        return operations_of(some, level, *candidates.whole(elimination.within(factor), one)).total
+        return operations_of(some, how.level, *candidates.whole(elimination.within(factor), one)).total
 
     few, many = _LEAST, 1.0
     if quick(few) <= operations:  # nothing need be dropped but what is nothing
-        return _within(exact, budget.scaled(few), level, refit, thorough, True, provenance, progress)
+        return _within(exact, budget.scaled(few), how)
     while quick(many) > operations:
         few, many = many, 2.0 * many
     while many / few > _CLOSE:
         middle = (few * many) ** 0.5
         few, many = (middle, many) if quick(middle) > operations else (few, middle)
-    best = _within(exact, budget.scaled(many), level, refit, thorough, True, provenance, progress)
-    step = 0.8
+    best = _within(exact, budget.scaled(many), how)
+    step, quietly = 0.8, dataclasses.replace(how, progress=None)
     for _ in range(_ATTEMPTS):
-        trial = _within(exact, budget.scaled(many * step), level, refit, thorough, True, provenance, None)
+        trial = _within(exact, budget.scaled(many * step), quietly)
         if trial.operations.total <= operations:
             best, many = trial, many * step
         else:

@@ -52,6 +52,15 @@ class TradeOffPoint:
     error_share: float
 
 
+def curves(points: Sequence[TradeOffPoint]) -> dict[tuple[Level, bool], tuple[TradeOffPoint, ...]]:
+    """Points by level and refit, each with growing budget."""
+    kinds = dict.fromkeys((point.level, point.refit) for point in points)
+    return {
+        kind: tuple(sorted((p for p in points if (p.level, p.refit) == kind), key=lambda point: point.factor))
+        for kind in kinds
+    }
+
+
 def trade_off(
     exact: ExactDynamics,
     budget: Budget | None = None,

@@ -1,0 +1,94 @@
+"""The folder of results: what is in it, and how it is written whole or not at all."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Collection
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+
+from gd_analyze.errors import Location, OutputError
+from gd_analyze.files import replacing, write_text
+from gd_analyze.findings import Findings
+from gd_analyze.models import save_model
+from gd_analyze.robots import RobotArm
+from gd_analyze.store import write_results
+from gd_analyze.trajectories import Trajectory
+
+FILES = {
+    "h5": "analysis.h5",
+    "json": "model.json",
+    "csv": "dominance.csv",
+    "html": "report.html",
+    "pdf": "report.pdf",
+}
+
+
+def write_findings(findings: Findings, folder: Path, formats: Collection[str]) -> None:
+    """Write the chosen files; reports are made first, so that one that fails leaves no file behind.
+
+    The PDF is typeset beside the others, as that leaves the interpreter free.
+    """
+    with ThreadPoolExecutor(max_workers=1) as beside, ExitStack() as unfinished:
+        pdf: Future[bytes] | None = None
+        if "pdf" in formats:
+            from gd_analyze.report.pdf import prepare_pdf
+
+            pdf = beside.submit(prepare_pdf(findings))
+        html = ""
+        if "html" in formats:
+            from gd_analyze.report.html import render_html
+
+            html = render_html(findings)
+        if "h5" in formats:
+            write_results(findings, unfinished.enter_context(replacing(folder / FILES["h5"])))
+        typeset = pdf.result() if pdf is not None else b""
+    if "json" in formats:
+        save_model(findings.model, folder / FILES["json"])
+    if "csv" in formats:
+        write_text(folder / FILES["csv"], dominance_csv(findings))
+    if html:
+        write_text(folder / FILES["html"], html)
+    if typeset:
+        with replacing(folder / FILES["pdf"]) as temporary:
+            temporary.write_bytes(typeset)
+
+
+def dominance_csv(findings: Findings) -> str:
+    """Render the ranking as CSV, one row per element, one column per part where there are two."""
+    dominance = findings.dominance
+    columns: dict[str, np.ndarray] = {"element": dominance.element.values}
+    for name, array in dominance.data_vars.items():
+        if array.dims == ("element",):
+            columns[str(name)] = array.values
+        else:
+            for e, effect in enumerate(dominance.effect.values):
+                columns[f"{name}_{effect}"] = array.values[:, e]
+    rows = [",".join(columns)]
+    for k in range(dominance.sizes["element"]):
+        values = (column[k] for column in columns.values())
+        rows.append(",".join(repr(float(v)) if isinstance(v, np.floating) else str(v) for v in values))
+    return "\n".join(rows) + "\n"
+
+
+def default_folder(arm: RobotArm, trajectory: Trajectory) -> Path:
+    """Folder the results go to when none is named."""
+    return Path("reports") / f"{arm.name}-{trajectory.name}"
+
+
+def require_writable(folder: Path) -> None:
+    """Fail early, before any computing, when results could not be written."""
+    existing = folder
+    while not existing.exists() and existing != existing.parent:
+        existing = existing.parent
+    if not existing.is_dir() or not os.access(existing, os.W_OK | os.X_OK):
+        raise OutputError(
+            "cannot write the results there",
+            where=Location(folder),
+            expected="a folder that exists or can be made",
+            found=f"{existing} is {'not writable' if existing.is_dir() else 'not a folder'}",
+            next_step="choose another folder with --out",
+        )
