@@ -17,7 +17,8 @@ from hypothesis import strategies as st
 
 from gd_analyze.errors import OutputError, StoreError
 from gd_analyze.schema import DECOMPOSITION
-from gd_analyze.store import GROUPS, as_tree, load_results, save_results
+from gd_analyze.store import GROUPS, load_results, save_results
+from gd_analyze.tables import as_tree
 from strategies import examples, names_in
 
 
