@@ -17,7 +17,7 @@ import numpy as np
 
 import gd_analyze as gd
 from gd_analyze.certification import Box, certify, simplify_certified
-from gd_analyze.harmonics.lagrangian import TorqueTerm
+from gd_analyze.harmonics.terms import Torques, TorqueTerm
 from gd_analyze.models import ErrorTable, HarmonicModel, Level
 from gd_analyze.models.torque_program import torque_programs
 from gd_analyze.simplification import Budget, ExactDynamics, simplify_exact, states_in_box
@@ -34,7 +34,7 @@ def exact_dynamics(drives: bool = True) -> ExactDynamics:
     return ExactDynamics(arm, states_in_box(arm, STATES), drives)
 
 
-def one_percent_rule(torques: dict[TorqueTerm, float]) -> dict[TorqueTerm, float]:
+def one_percent_rule(torques: Torques) -> dict[TorqueTerm, float]:
     """Apply the rule of 1986 to torque terms.
 
     An equation is the bracket behind one row's acceleration or product of rates (or the row's gravity); a
@@ -53,9 +53,7 @@ def one_percent_rule(torques: dict[TorqueTerm, float]) -> dict[TorqueTerm, float
     }
 
 
-def model_of(
-    exact: ExactDynamics, torques: dict[TorqueTerm, float], rewritten: bool = False
-) -> HarmonicModel:
+def model_of(exact: ExactDynamics, torques: Torques, rewritten: bool = False) -> HarmonicModel:
     """Make a model of these terms, nested as one would by hand, or rewritten; it promises nothing."""
     n = exact.arm.n_joints
     program = torque_programs(exact.harmonics.basis, torques)["torque"] if rewritten else None

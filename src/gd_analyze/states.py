@@ -63,8 +63,8 @@ class States:
 
     def joined_by(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> States:
         """Add more, shape (M, n)."""
-        pairs = zip(self.arrays, (q, qd, qdd), strict=True)
-        return States(*(np.vstack(pair) for pair in pairs), self.described)
+        more = (np.vstack([self.q, q]), np.vstack([self.qd, qd]), np.vstack([self.qdd, qdd]))
+        return States(*more, self.described)
 
     def evenly(self, most: int) -> States:
         """Take all, or `most` evenly spaced ones."""

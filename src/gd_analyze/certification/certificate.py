@@ -27,8 +27,8 @@ from gd_analyze.certification.waves import Expansion, Waves
 from gd_analyze.certification.worst_case import WorstState, worst_state
 from gd_analyze.errors import UsageError
 from gd_analyze.harmonics import Harmonics, identify
-from gd_analyze.harmonics.lagrangian import Torques, energy_terms
-from gd_analyze.models.harmonic import HarmonicModel, torques_of_energy
+from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
+from gd_analyze.models.harmonic import HarmonicModel
 from gd_analyze.vectors import FloatArray
 
 # Positions per joint: about 22 per angle for an arm like the PUMA 560, whose error knows four of its angles.
@@ -113,7 +113,7 @@ def certify(
     require_box(box, arm.n_joints, effort)
     harmonics = harmonics or identify(arm)
     drives = arm.drive_inertia if model.drives else None
-    exact: Torques = torques_of_energy(arm, energy_terms(harmonics, drives))
+    exact = torques_of_energies(energy_terms(harmonics, drives), harmonics.basis)
     expansion = Expansion([not turns for turns in arm.is_revolute])
     found = [
         _bounded(ErrorField.of(row, box, expansion), box, effort) if row else (0.0, WorstState.none(box))

@@ -12,7 +12,7 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.motion import Motion, RateFactor
 from gd_analyze.certification.waves import Expansion, Polynomial, Waves
 from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.lagrangian import Monomial, TorqueTerm
+from gd_analyze.harmonics.terms import Monomial, TorqueTerm
 from gd_analyze.vectors import FloatArray
 
 ErrorRow = dict[RateFactor, dict[Monomial, float]]

@@ -24,7 +24,7 @@ from gd_analyze.certification.grid import Grid, shared_out
 from gd_analyze.certification.waves import Expansion, Waves
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.lagrangian import Monomial
+from gd_analyze.harmonics.terms import Monomial
 from gd_analyze.models.harmonic import HarmonicModel
 from gd_analyze.vectors import FloatArray
 

@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.harmonics.lagrangian import Monomial
+from gd_analyze.harmonics.terms import Monomial
 from gd_analyze.vectors import Array, FloatArray
 
 Polynomial = Mapping[Monomial, float]

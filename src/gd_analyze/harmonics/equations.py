@@ -12,8 +12,9 @@ from gd_analyze.errors import UsageError
 from gd_analyze.formulations.generalized_dalembert import EFFECTS
 from gd_analyze.harmonics.basis import DEGREE
 from gd_analyze.harmonics.identification import Harmonics, identify
-from gd_analyze.harmonics.reading import Product, Weights, read
+from gd_analyze.harmonics.reading import Weights, read
 from gd_analyze.harmonics.series import Series
+from gd_analyze.harmonics.terms import Monomial
 from gd_analyze.robots import RobotArm
 
 Indices = tuple[int, ...]
@@ -41,7 +42,7 @@ class Term:
     """
 
     coefficient: float
-    factors: Product
+    factors: Monomial
     effect: str
     translation: float
     rotation: float
@@ -179,7 +180,7 @@ def _equation(harmonics: Harmonics, kind: str, indices: Indices, min_share: floa
     )
 
 
-def _term(factors: Product, row: Weights, links: tuple[int, ...], noise: float, share: float) -> Term:
+def _term(factors: Monomial, row: Weights, links: tuple[int, ...], noise: float, share: float) -> Term:
     coefficient, translation, rotation = (float(value) for value in row[:3])
     acts = (abs(translation) > noise, abs(rotation) > noise)
     effect = "both" if all(acts) else EFFECTS[acts[1]]
@@ -187,13 +188,13 @@ def _term(factors: Product, row: Weights, links: tuple[int, ...], noise: float, 
     return Term(coefficient, factors, effect, translation, rotation, acting, share)
 
 
-def _largest_value(arm: RobotArm, factors: Product) -> float:
+def _largest_value(arm: RobotArm, factors: Monomial) -> float:
     size = 1.0
     for factor in factors:
         if factor.kind == "power":
             joint = arm.joints[factor.joints[0]]
             farthest = max(abs(joint.lower or 0.0), abs(joint.upper or 0.0)) or 1.0
-            size *= farthest**factor.exponent
+            size *= farthest
     return size
 
 

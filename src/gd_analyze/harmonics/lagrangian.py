@@ -16,64 +16,19 @@ acceleration.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Iterable
 
 import numpy as np
 
-from gd_analyze.harmonics.basis import Basis, FactorKind
+from gd_analyze.harmonics.basis import Basis
 from gd_analyze.harmonics.identification import Harmonics
-from gd_analyze.harmonics.reading import Factor, Product, read
+from gd_analyze.harmonics.reading import read
 from gd_analyze.harmonics.series import Series
+from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, Rate, Torques, TorqueTerm
 from gd_analyze.vectors import FloatArray
 
 # Sums of a few products: what is left of their sizes when they cancel.
 _CANCELLED = 1e-13
-
-# One factor without exponent: kind and multiples of the joints.
-Literal = tuple[FactorKind, tuple[int, ...]]
-Monomial = tuple[Literal, ...]
-
-
-class Rate(NamedTuple):
-    """One factor of a torque term beside its sines and cosines: order 1 is p_joint, order 2 pd_joint."""
-
-    order: int
-    joint: int
-
-
-class TorqueTerm(NamedTuple):
-    """Row of tau', rates or acceleration, and monomial; joints count from 0."""
-
-    row: int
-    rates: tuple[Rate, ...]
-    monomial: Monomial
-
-    @property
-    def quantity(self) -> str:
-        """Whether this belongs to D, to h or to c."""
-        if not self.rates:
-            return "gravity_loading"
-        return "inertia" if self.rates[0].order == 2 else "coriolis_centrifugal"
-
-
-Torques = dict[TorqueTerm, float]
-
-
-@dataclass(frozen=True)
-class EnergyTerm:
-    """c f(q) in D'_ij (i <= j), or g(q) in the potential, where i and j are -1."""
-
-    i: int
-    j: int
-    product: Product
-    coefficient: float
-
-    @property
-    def is_potential(self) -> bool:
-        """Whether this is a term of the potential energy."""
-        return self.i < 0
 
 
 def absolute_rates(basis: Basis) -> FloatArray:
@@ -85,8 +40,8 @@ def absolute_rates(basis: Basis) -> FloatArray:
     return matrix
 
 
-def energy_terms(harmonics: Harmonics, drive_inertia: FloatArray | None = None) -> tuple[EnergyTerm, ...]:
-    """Terms of the kinetic energy in absolute rates and of the potential, exact.
+def energy_terms(harmonics: Harmonics, drive_inertia: FloatArray | None = None) -> dict[EnergyTerm, float]:
+    """Terms of the kinetic energy in absolute rates and of the potential with their coefficients, exact.
 
     Parameters
     ----------
@@ -101,7 +56,7 @@ def energy_terms(harmonics: Harmonics, drive_inertia: FloatArray | None = None) 
     if drive_inertia is not None:
         for i in range(n):
             whole[i, i] = whole[i, i] + Series(basis, np.zeros(1, dtype=np.int64), drive_inertia[i : i + 1])
-    out = []
+    out: dict[EnergyTerm, float] = {}
     for i in range(n):
         for j in range(i, n):
             parts = [
@@ -110,27 +65,28 @@ def energy_terms(harmonics: Harmonics, drive_inertia: FloatArray | None = None) 
                 for m in np.flatnonzero(a[:, j]).tolist()
             ]
             total = sum(parts[1:], start=parts[0])
-            out += _written(basis, i, j, total, len(parts) * harmonics.noise[0])
+            out |= _written(basis, i, j, total, len(parts) * harmonics.noise[0])
     # A constant potential makes no torque.
-    out += [term for term in _written(basis, -1, -1, harmonics.potential, harmonics.noise[1]) if term.product]
-    return tuple(out)
+    out |= _written(basis, -1, -1, harmonics.potential, harmonics.noise[1])
+    out.pop(EnergyTerm(-1, -1, ()), None)
+    return out
 
 
-def _written(basis: Basis, i: int, j: int, series: Series, noise: float) -> list[EnergyTerm]:
+def _written(basis: Basis, i: int, j: int, series: Series, noise: float) -> dict[EnergyTerm, float]:
     """Write a series in products; what rewriting leaves of cancelled terms is noise."""
     products = read(basis, series.ids, series.coefficients[:, None], noise)
-    return [
-        EnergyTerm(i, j, product, float(weight[0]))
-        for product, weight in products.items()
+    return {
+        EnergyTerm(i, j, monomial): float(weight[0])
+        for monomial, weight in products.items()
         if abs(weight[0]) > noise
-    ]
+    }
 
 
-def torques_of(term: EnergyTerm, rates: FloatArray) -> Torques:
+def torques_of(term: EnergyTerm, rates: FloatArray) -> dict[TorqueTerm, float]:
     """Torque terms of one energy term with unit coefficient; `rates` is `absolute_rates`."""
-    monomial = literals(term.product)
+    monomial = term.monomial
     slopes = [slope_of(monomial, rates[:, m]) for m in range(len(rates))]
-    out: Torques = defaultdict(float)
+    out: dict[TorqueTerm, float] = defaultdict(float)
     if term.is_potential:
         for m, slope in enumerate(slopes):
             for inner, weight in slope.items():
@@ -149,15 +105,16 @@ def torques_of(term: EnergyTerm, rates: FloatArray) -> Torques:
     return {key: weight for key, weight in out.items() if weight != 0.0}
 
 
-def sum_of_torques(terms: Mapping[EnergyTerm, float], rates: FloatArray) -> Torques:
-    """Torque terms of several energy terms, each with its coefficient; those that cancel are left out."""
-    return gathered((coefficient, torques_of(term, rates)) for term, coefficient in terms.items())
+def torques_of_energies(energies: Energies, basis: Basis) -> dict[TorqueTerm, float]:
+    """Torque terms of energy terms, each with its coefficient; those that cancel are left out."""
+    rates = absolute_rates(basis)
+    return gathered((coefficient, torques_of(term, rates)) for term, coefficient in energies.items())
 
 
-def gathered(sources: Iterable[tuple[float, Torques]]) -> Torques:
+def gathered(sources: Iterable[tuple[float, Torques]]) -> dict[TorqueTerm, float]:
     """Sum of torque terms, each source with its factor; those that cancel are left out."""
-    out: Torques = defaultdict(float)
-    size: Torques = defaultdict(float)
+    out: dict[TorqueTerm, float] = defaultdict(float)
+    size: dict[TorqueTerm, float] = defaultdict(float)
     for factor, torques in sources:
         for key, weight in torques.items():
             out[key] += factor * weight
@@ -165,23 +122,12 @@ def gathered(sources: Iterable[tuple[float, Torques]]) -> Torques:
     return {key: weight for key, weight in out.items() if abs(weight) > _CANCELLED * size[key]}
 
 
-def literals(product: Product) -> Monomial:
-    """A product with its exponents written out."""
-    return tuple(sorted((f.kind, f.multiples) for f in product for _ in range(f.exponent)))
-
-
-def as_product(monomial: Monomial) -> Product:
-    """A monomial with equal factors gathered."""
-    distinct = dict.fromkeys(monomial)
-    return tuple(Factor(*literal, exponent=monomial.count(literal)) for literal in distinct)
-
-
 def _pair(j: int, k: int) -> tuple[Rate, Rate]:
     return Rate(1, min(j, k)), Rate(1, max(j, k))
 
 
 def slope_of(monomial: Monomial, direction: FloatArray) -> dict[Monomial, float]:
-    """Derivative along a direction of q: product rule over the literals."""
+    """Derivative along a direction of q: product rule over the factors."""
     out: dict[Monomial, float] = defaultdict(float)
     for place, (kind, multiples) in enumerate(monomial):
         weight = float(np.dot(multiples, direction))
@@ -189,9 +135,9 @@ def slope_of(monomial: Monomial, direction: FloatArray) -> dict[Monomial, float]
             continue
         rest = monomial[:place] + monomial[place + 1 :]
         if kind == "cos":
-            out[tuple(sorted((*rest, ("sin", multiples))))] -= weight
+            out[tuple(sorted((*rest, Factor("sin", multiples))))] -= weight
         elif kind == "sin":
-            out[tuple(sorted((*rest, ("cos", multiples))))] += weight
+            out[tuple(sorted((*rest, Factor("cos", multiples))))] += weight
         else:
             out[rest] += weight
     return {inner: weight for inner, weight in out.items() if weight != 0.0}

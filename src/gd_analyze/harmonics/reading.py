@@ -8,54 +8,20 @@ from __future__ import annotations
 
 import itertools
 from collections import defaultdict
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.harmonics.basis import Basis, FactorKind, Ids, Mode, Run
+from gd_analyze.harmonics.terms import Factor, Monomial, is_plain
 
 # Beyond it, trying every choice of squares would take longer than it helps; no arm known comes near.
 _MOST_CHOICES = 2**10
 
-Angles = tuple[int, ...]
-
-
-@dataclass(frozen=True, order=True)
-class Factor:
-    """cos or sin of a sum of angles, or a sliding joint's variable, to a power.
-
-    Parameters
-    ----------
-    kind
-        "cos", "sin" or "power".
-    multiples
-        How often every joint of the arm goes into the argument; of a sliding joint 1.
-    exponent
-        1 or 2.
-    """
-
-    kind: FactorKind
-    multiples: Angles
-    exponent: int = 1
-
-    @property
-    def joints(self) -> tuple[int, ...]:
-        """Joints in the argument, from 0."""
-        return tuple(j for j, multiple in enumerate(self.multiples) if multiple)
-
-    @property
-    def is_plain(self) -> bool:
-        """Whether the argument is a sum of neighbouring angles, each once: what C23 and S234 can name."""
-        return _is_plain(np.array(self.multiples))
-
-
-Product = tuple[Factor, ...]
 Weights = NDArray[np.float64]
 
 
-def read(basis: Basis, ids: Ids, weights: Weights, noise: float = 0.0) -> dict[Product, Weights]:
+def read(basis: Basis, ids: Ids, weights: Weights, noise: float = 0.0) -> dict[Monomial, Weights]:
     """Rewrite a sum of basis functions; exact, and the same for every column of weights.
 
     Parameters
@@ -72,9 +38,9 @@ def read(basis: Basis, ids: Ids, weights: Weights, noise: float = 0.0) -> dict[P
     Returns
     -------
     dict
-        Weights of shape (K,) by product of factors, largest sum first.
+        Weights of shape (K,) by monomial, largest sum first.
     """
-    table: dict[tuple[Product, ...], Weights] = {}
+    table: dict[tuple[Monomial, ...], Weights] = {}
     for column, row in zip(basis.digits(ids).T, weights, strict=True):
         key = tuple(
             _factors(basis, run, run.modes[number]) for run, number in zip(basis.runs, column, strict=True)
@@ -83,11 +49,11 @@ def read(basis: Basis, ids: Ids, weights: Weights, noise: float = 0.0) -> dict[P
     for r, run in enumerate(basis.runs):
         if not run.sliding:
             table = _rewritten(table, r, 2 * noise)
-    joined = {tuple(f for factors in key for f in factors): value for key, value in table.items()}
+    joined = {tuple(sorted(f for factors in key for f in factors)): value for key, value in table.items()}
     return dict(sorted(joined.items(), key=lambda item: -abs(item[1][0])))
 
 
-def _factors(basis: Basis, run: Run, mode: Mode) -> Product:
+def _factors(basis: Basis, run: Run, mode: Mode) -> Monomial:
     if mode.is_one:
         return ()
     multiples = [0] * basis.n_joints
@@ -95,25 +61,26 @@ def _factors(basis: Basis, run: Run, mode: Mode) -> Product:
         multiples[joint] = multiple
     if run.sliding:
         place = run.joints[0]
-        return (Factor("power", tuple(int(j == place) for j in range(basis.n_joints)), mode.multiples[0]),)
+        variable = Factor("power", tuple(int(j == place) for j in range(basis.n_joints)))
+        return (variable,) * mode.multiples[0]
     return (Factor(mode.kind, tuple(multiples)),)
 
 
 def _rewritten(
-    table: dict[tuple[Product, ...], Weights], r: int, close: float
-) -> dict[tuple[Product, ...], Weights]:
+    table: dict[tuple[Monomial, ...], Weights], r: int, close: float
+) -> dict[tuple[Monomial, ...], Weights]:
     """Rewrite one run's modes, for every combination of the other runs' factors apart."""
-    groups: dict[tuple[Product, ...], dict[Product, Weights]] = defaultdict(dict)
+    groups: dict[tuple[Monomial, ...], dict[Monomial, Weights]] = defaultdict(dict)
     for key, value in table.items():
         groups[(*key[:r], *key[r + 1 :])][key[r]] = value
-    out: dict[tuple[Product, ...], Weights] = {}
+    out: dict[tuple[Monomial, ...], Weights] = {}
     for others, group in groups.items():
         for product, value in _squared(_paired(group, close), close).items():
             out[(*others[:r], product, *others[r:])] = value
     return out
 
 
-def _paired(group: dict[Product, Weights], close: float) -> dict[Product, Weights]:
+def _paired(group: dict[Monomial, Weights], close: float) -> dict[Monomial, Weights]:
     """Turn two modes of equal weight, of a sum and a difference of two angles, into one product."""
     out = dict(group)
     for one, other in itertools.combinations(list(group), 2):
@@ -126,7 +93,7 @@ def _paired(group: dict[Product, Weights], close: float) -> dict[Product, Weight
         for (u, v), sign in itertools.product(((f, g), (g, f)), (1, -1)):
             total, difference = np.array(u.multiples), sign * np.array(v.multiples)
             alpha, beta = (total + difference) / 2, (total - difference) / 2
-            if _is_plain(alpha) and _is_plain(beta) and not np.array_equal(alpha, beta):
+            if is_plain(alpha) and is_plain(beta) and not np.array_equal(alpha, beta):
                 a, b = tuple(int(x) for x in alpha), tuple(int(x) for x in beta)
                 # kind(a + b) and kind(a - b); an odd function takes the sign out of its argument.
                 same_sign = ratio * (sign if u.kind == "sin" else 1) > 0
@@ -151,12 +118,7 @@ def _product_kinds(kind: FactorKind, same_sign: bool) -> tuple[tuple[FactorKind,
     return (("sin", "cos"), 2.0) if same_sign else (("cos", "sin"), 2.0)
 
 
-def _is_plain(multiples: NDArray[Any]) -> bool:
-    used = np.flatnonzero(multiples)
-    return len(used) > 0 and bool((multiples[used] == 1).all()) and used[-1] - used[0] + 1 == len(used)
-
-
-def _squared(group: dict[Product, Weights], close: float) -> dict[Product, Weights]:
+def _squared(group: dict[Monomial, Weights], close: float) -> dict[Monomial, Weights]:
     """Turn double angles into squares and products where that needs no further term."""
     out = dict(group)
     doubles = []
@@ -180,7 +142,7 @@ def _squared(group: dict[Product, Weights], close: float) -> dict[Product, Weigh
     choices = itertools.islice(itertools.product((1, -1), repeat=len(doubles)), _MOST_CHOICES)
     best = min(choices, key=lambda signs: (float(np.abs(left(signs)).max()) > close, -sum(signs)))
     for (_, half), weight, sign in zip(doubles, weights, best, strict=True):
-        out[Factor("cos" if sign > 0 else "sin", half, 2),] = 2.0 * sign * weight
+        out[(Factor("cos" if sign > 0 else "sin", half),) * 2] = 2.0 * sign * weight
     if float(np.abs(left(best)).max()) > close:
         out[()] = left(best)
     return out

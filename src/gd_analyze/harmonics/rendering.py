@@ -8,7 +8,7 @@ from xml.sax.saxutils import escape
 
 from gd_analyze.errors import UsageError
 from gd_analyze.harmonics.equations import Equation, Term
-from gd_analyze.harmonics.reading import Factor, Product
+from gd_analyze.harmonics.terms import Factor, Monomial
 
 if TYPE_CHECKING:
     import sympy
@@ -50,7 +50,7 @@ def to_latex(equation: Equation, digits: int = 3) -> str:
     def one(term: Term) -> str:
         mantissa, exponent = rounded(abs(term.coefficient), digits)
         number = rf"{mantissa} \cdot 10^{{{exponent}}}" if exponent else mantissa
-        return _times(number, map(_latex_factor, term.factors), r" \, ")
+        return _times(number, (_latex_factor(*power) for power in powers(term.factors)), r" \, ")
 
     return f"{equation.symbol[0]}_{{{equation.symbol[1:]}}} = {' '.join(_signed(equation, one))}"
 
@@ -69,7 +69,7 @@ def to_mathml(equation: Equation, digits: int = 3) -> str:
             number += f"<mo>·</mo><msup><mn>10</mn>{mathml_number(exponent)}</msup>"
         elif mantissa == "1" and term.factors:
             number = ""
-        parts += [number, *map(mathml_factor, term.factors)]
+        parts += [number, *(mathml_factor(*power) for power in powers(term.factors))]
     return f"<math><mrow>{''.join(parts)}</mrow></math>"
 
 
@@ -94,14 +94,20 @@ def to_sympy(equation: Equation) -> sympy.Expr:
         product: Any = sympy.Float(term.coefficient, 17)
         for factor in term.factors:
             argument = sum(factor.multiples[j] * sympy.Symbol(f"q{j + 1}", real=True) for j in factor.joints)
-            product *= functions[factor.kind](argument) ** factor.exponent
+            product *= functions[factor.kind](argument)
         summands.append(product)
     return sympy.Add(*summands)
 
 
-def factors_text(factors: Product) -> str:
+def powers(monomial: Monomial) -> list[tuple[Factor, int]]:
+    """Distinct factors with their exponents, in the order of their joints."""
+    distinct = sorted(set(monomial), key=lambda factor: (factor.joints, factor.kind))
+    return [(factor, monomial.count(factor)) for factor in distinct]
+
+
+def factors_text(factors: Monomial) -> str:
     """Write the factors of a term: C2 S23²; 1 where there is none."""
-    return " ".join(map(_text_factor, factors)) or "1"
+    return " ".join(_text_factor(*power) for power in powers(factors)) or "1"
 
 
 def legend(equations: Iterable[Equation]) -> tuple[str, ...]:
@@ -166,7 +172,9 @@ def _times(shown: str, factors: Iterable[str], sign: str) -> str:
 
 
 def _plain_term(term: Term, digits: int) -> str:
-    return _times(number(abs(term.coefficient), digits), map(_text_factor, term.factors), " ")
+    return _times(
+        number(abs(term.coefficient), digits), (_text_factor(*power) for power in powers(term.factors)), " "
+    )
 
 
 def _index(factor: Factor) -> str:
@@ -185,23 +193,23 @@ def _argument(factor: Factor, one: Callable[[int], str]) -> str:
     return " ".join(pieces[1:] if pieces[0] == "+" else pieces)
 
 
-def _text_factor(factor: Factor) -> str:
-    square = "²" if factor.exponent == 2 else ""
+def _text_factor(factor: Factor, exponent: int) -> str:
+    square = "²" if exponent == 2 else ""
     if factor.is_plain:
         return f"{_LETTERS[factor.kind]}{_index(factor)}{square}"
     return f"{factor.kind}{square}({_argument(factor, lambda j: f'q{j + 1}')})"
 
 
-def _latex_factor(factor: Factor) -> str:
-    square = "^{2}" if factor.exponent == 2 else ""
+def _latex_factor(factor: Factor, exponent: int) -> str:
+    square = "^{2}" if exponent == 2 else ""
     if factor.is_plain:
         return f"{_LETTERS[factor.kind]}_{{{_index(factor)}}}{square}"
     return rf"\{factor.kind}{square}({_argument(factor, lambda j: f'q_{{{j + 1}}}')})"
 
 
-def mathml_factor(factor: Factor) -> str:
+def mathml_factor(factor: Factor, exponent: int) -> str:
     """Write one factor as MathML."""
-    square = "<mn>2</mn>" if factor.exponent == 2 else ""
+    square = "<mn>2</mn>" if exponent == 2 else ""
     if factor.is_plain:
         body = f"<mi>{_LETTERS[factor.kind]}</mi><mn>{escape(_index(factor))}</mn>"
         return f"<msubsup>{body}{square}</msubsup>" if square else f"<msub>{body}</msub>"

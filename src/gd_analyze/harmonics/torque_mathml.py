@@ -8,11 +8,10 @@ from itertools import groupby
 
 from gd_analyze.harmonics.basis import Basis
 from gd_analyze.harmonics.equations import Equation
-from gd_analyze.harmonics.lagrangian import EnergyTerm, Monomial, Rate, TorqueTerm, as_product, literals
-from gd_analyze.harmonics.reading import Product
 from gd_analyze.harmonics.rendering import mathml_factor as factor_mathml
 from gd_analyze.harmonics.rendering import mathml_number as exponent_mathml
-from gd_analyze.harmonics.rendering import rounded
+from gd_analyze.harmonics.rendering import powers, rounded
+from gd_analyze.harmonics.terms import EnergyTerm, Monomial, Rate, TorqueTerm
 from gd_analyze.harmonics.torque_rendering import Bracket, brackets, carries_next
 
 # Browsers set factors without any space between them.
@@ -64,13 +63,12 @@ def torques_to_mathml(
 
 def torque_term_mathml(term: TorqueTerm, weight: float, digits: int = 3) -> str:
     """Write one torque term: -3.2 C2 S2 p1 p2."""
-    return _math(_sign(weight, first=True) + _product(_ordered(term.monomial), weight, digits, term.rates))
+    return _math(_sign(weight, first=True) + _product(term.monomial, weight, digits, term.rates))
 
 
-def energy_term_mathml(term: EnergyTerm, digits: int = 3) -> str:
+def energy_term_mathml(term: EnergyTerm, weight: float, digits: int = 3) -> str:
     """Write one term of D in absolute rates, or of the potential energy: 0.687 S2."""
-    sign = _sign(term.coefficient, first=True)
-    return _math(sign + _product(_ordered(literals(term.product)), term.coefficient, digits))
+    return _math(_sign(weight, first=True) + _product(term.monomial, weight, digits))
 
 
 def element_mathml(equation: Equation, digits: int = 3) -> tuple[str, tuple[str, ...]]:
@@ -151,27 +149,23 @@ def _bracket(
     terms = sorted(polynomial.items(), key=lambda item: -abs(item[1]))
     if not rates or len(terms) == 1:
         return [
-            _math(_sign(weight, first and place == 0) + _product(_ordered(monomial), weight, digits, rates))
+            _math(_sign(weight, first and place == 0) + _product(monomial, weight, digits, rates))
             for place, (monomial, weight) in enumerate(terms)
         ]
     outer = terms[0][1]
     pieces = [
         (_sign(weight, first) + _OPEN if place == 0 else _sign(weight * outer, False))
-        + _product(_ordered(monomial), weight, digits)
+        + _product(monomial, weight, digits)
         for place, (monomial, weight) in enumerate(terms)
     ]
     pieces[-1] += _CLOSE + _THIN + _rates(rates)
     return [_math(piece) for piece in pieces]
 
 
-def _ordered(monomial: Monomial) -> Product:
-    return tuple(sorted(as_product(monomial), key=lambda factor: (factor.joints, factor.kind)))
-
-
-def _product(factors: Product, weight: float, digits: int, rates: tuple[Rate, ...] = ()) -> str:
+def _product(factors: Monomial, weight: float, digits: int, rates: tuple[Rate, ...] = ()) -> str:
     """Magnitude of a term; its sign stands before it."""
     mantissa, exponent = rounded(abs(weight), digits)
-    parts = [factor_mathml(factor) for factor in factors]
+    parts = [factor_mathml(*power) for power in powers(factors)]
     if rates:
         parts.append(_rates(rates))
     if exponent:

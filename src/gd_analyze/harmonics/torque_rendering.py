@@ -6,9 +6,8 @@ from collections import defaultdict
 from collections.abc import Mapping
 
 from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.lagrangian import EnergyTerm, Monomial, Rate, TorqueTerm, as_product, literals
-from gd_analyze.harmonics.reading import Factor
 from gd_analyze.harmonics.rendering import factors_text, meanings, number
+from gd_analyze.harmonics.terms import EnergyTerm, Factor, Monomial, Rate, TorqueTerm
 
 _ORDER = ("inertia", "coriolis_centrifugal", "gravity_loading")
 
@@ -71,9 +70,9 @@ def torque_term_text(term: TorqueTerm, weight: float, digits: int = 3) -> str:
     return _signed(weight) + _term(term.monomial, weight, digits, behind)
 
 
-def energy_term_text(term: EnergyTerm, digits: int = 3) -> str:
+def energy_term_text(term: EnergyTerm, weight: float, digits: int = 3) -> str:
     """Write one term of D in absolute rates, or of the potential energy: 0.687 S2."""
-    return _signed(term.coefficient) + _term(literals(term.product), term.coefficient, digits)
+    return _signed(weight) + _term(term.monomial, weight, digits)
 
 
 def torque_legend(basis: Basis, torques: Mapping[TorqueTerm, float]) -> tuple[str, ...]:
@@ -88,7 +87,7 @@ def torque_legend(basis: Basis, torques: Mapping[TorqueTerm, float]) -> tuple[st
     first = {run.joints[0] for run in basis.runs}
     plain = [rate for rate in used if rate.joint in first]
     out += [f"{'any other ' if out else ''}{name}" for name in _plain(plain)]
-    factors: set[Factor] = {factor for term in torques for factor in as_product(term.monomial)}
+    factors: set[Factor] = {factor for term in torques for factor in term.monomial}
     return (*out, *meanings(factors))
 
 
@@ -125,8 +124,7 @@ def _sign(weight: float) -> str:
 
 def _term(monomial: Monomial, weight: float, digits: int, behind: str = "") -> str:
     shown = number(abs(weight), digits)
-    product = sorted(as_product(monomial), key=lambda factor: (factor.joints, factor.kind))
-    factors = f" {factors_text(tuple(product))}" if product else ""
+    factors = f" {factors_text(monomial)}" if monomial else ""
     written = factors + behind
     return written.strip() if shown == "1" and written else shown + written
 

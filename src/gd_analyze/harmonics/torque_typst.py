@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.lagrangian import EnergyTerm, TorqueTerm
+from gd_analyze.harmonics.terms import Energies, TorqueTerm
 from gd_analyze.harmonics.torque_rendering import energy_term_text, torque_legend, torques_to_text
 
 _NAMES = {
@@ -77,7 +77,7 @@ def torques_to_typst(
     return tuple(_quantified(_split(text)) for text in rows)
 
 
-def energy_to_typst(terms: Iterable[EnergyTerm], digits: int = 3) -> dict[str, tuple[Piece, ...]]:
+def energy_to_typst(energies: Energies, digits: int = 3) -> dict[str, tuple[Piece, ...]]:
     """Write D' in absolute rates and the potential U by element, each one's largest term first.
 
     Parameters
@@ -92,13 +92,13 @@ def energy_to_typst(terms: Iterable[EnergyTerm], digits: int = 3) -> dict[str, t
     dict
         Pieces by the element's symbol in Typst's mathematics, elements row by row, U last.
     """
-    ordered = sorted(terms, key=lambda term: (term.is_potential, term.i, term.j, -abs(term.coefficient)))
+    ordered = sorted(energies, key=lambda term: (term.is_potential, term.i, term.j, -abs(energies[term])))
     out: dict[str, tuple[Piece, ...]] = {}
     for term in ordered:
         comma = "," if max(term.i, term.j) >= 9 else ""
         symbol = "U" if term.is_potential else f"D'_({term.i + 1}{comma}{term.j + 1})"
         quantity = "gravity_loading" if term.is_potential else "inertia"
-        (cut,) = _split(energy_term_text(term, digits))
+        (cut,) = _split(energy_term_text(term, energies[term], digits))
         out[symbol] = (*out.get(symbol, ()), Piece(cut.sign, to_typst(cut.body), quantity))
     return out
 

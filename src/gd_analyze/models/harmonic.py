@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
 from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.lagrangian import EnergyTerm, TorqueTerm, absolute_rates, sum_of_torques
+from gd_analyze.harmonics.terms import Energies, TorqueTerm
 from gd_analyze.models.simplified import SimplifiedModel
 from gd_analyze.models.torque_program import torque_programs
 from gd_analyze.operations import Program
-from gd_analyze.robots import RobotArm
 
 HarmonicLevel = Literal["term", "energy"]
 
@@ -32,7 +31,7 @@ class HarmonicModel(SimplifiedModel):
     """
 
     level: HarmonicLevel
-    energy: tuple[EnergyTerm, ...] = ()
+    energy: Energies = field(default_factory=dict)
     torques: Mapping[TorqueTerm, float]
     written_program: Program | None = None
 
@@ -41,9 +40,3 @@ class HarmonicModel(SimplifiedModel):
         """Factored programs of the kept terms."""
         quick = torque_programs(Basis.of(self.arm), self.torques, thorough=False)
         return quick if self.written_program is None else quick | {"torque": self.written_program}
-
-
-def torques_of_energy(arm: RobotArm, energy: tuple[EnergyTerm, ...]) -> dict[TorqueTerm, float]:
-    """Torque terms that follow from energy terms, each with its own coefficient."""
-    rates = absolute_rates(Basis.of(arm))
-    return sum_of_torques({term: term.coefficient for term in energy}, rates)

@@ -10,10 +10,10 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.basis import DEGREE, Basis
-from gd_analyze.harmonics.lagrangian import EnergyTerm, Rate, Torques, TorqueTerm, as_product, literals
-from gd_analyze.harmonics.reading import Factor, Product
+from gd_analyze.harmonics.lagrangian import torques_of_energies
+from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, Rate, Torques, TorqueTerm
 from gd_analyze.models.element import ElementModel
-from gd_analyze.models.harmonic import HarmonicModel, torques_of_energy
+from gd_analyze.models.harmonic import HarmonicModel
 from gd_analyze.models.nested_torque import nested_torque
 from gd_analyze.models.simplified import ErrorTable, ModelFacts, SimplifiedModel
 from gd_analyze.operations import OperationCount, Program
@@ -150,8 +150,8 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
         return _EnergyFile(
             **common,
             energy=[
-                _EnergyEntry(i=t.i, j=t.j, factors=_entries(t.product), coefficient=t.coefficient)
-                for t in model.energy
+                _EnergyEntry(i=t.i, j=t.j, factors=_entries(t.monomial), coefficient=coefficient)
+                for t, coefficient in model.energy.items()
             ],
         )
     return _TermFile(
@@ -160,7 +160,7 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
             _TorqueEntry(
                 row=term.row,
                 rates=[(rate.order, rate.joint) for rate in term.rates],
-                factors=_entries(as_product(term.monomial)),
+                factors=_entries(term.monomial),
                 weight=weight,
             )
             for term, weight in model.torques.items()
@@ -188,22 +188,23 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
     if isinstance(document, _ElementFile):
         return ElementModel(level=document.level, kept=tuple(document.kept), **facts)
     assert isinstance(document, _EnergyFile | _TermFile)  # there is no other schema
-    energy: tuple[EnergyTerm, ...] = ()
+    energy: Energies = {}
     torques: Torques
     if isinstance(document, _EnergyFile):
-        energy = tuple(
-            EnergyTerm(entry.i, entry.j, _product(arm, entry.factors), entry.coefficient)
+        stated = [
+            (EnergyTerm(entry.i, entry.j, _monomial(arm, entry.factors)), entry.coefficient)
             for entry in document.energy
-        )
-        _require(energy, lambda term: _fits(term, arm.n_joints), lambda term: (term.i, term.j, term.product))
-        torques = torques_of_energy(arm, energy)
+        ]
+        _require([term for term, _ in stated], lambda term: _fits(term, arm.n_joints), lambda term: term)
+        energy = dict(stated)
+        torques = torques_of_energies(energy, Basis.of(arm))
     else:
         entries = [
             (
                 TorqueTerm(
                     entry.row,
                     tuple(Rate(*rate) for rate in entry.rates),
-                    literals(_product(arm, entry.factors)),
+                    _monomial(arm, entry.factors),
                 ),
                 entry.weight,
             )
@@ -247,14 +248,14 @@ def _count(operations: OperationCount) -> _Operations:
     )
 
 
-def _entries(product: Product) -> list[_FactorEntry]:
-    return [(f.kind, list(f.multiples), f.exponent) for f in product]
+def _entries(monomial: Monomial) -> list[_FactorEntry]:
+    return [(f.kind, list(f.multiples), monomial.count(f)) for f in dict.fromkeys(monomial)]
 
 
-def _product(arm: RobotArm, entries: list[_FactorEntry]) -> Product:
+def _monomial(arm: RobotArm, entries: list[_FactorEntry]) -> Monomial:
     """Factors that an arm of this make can have."""
-    product = tuple(Factor(kind, tuple(multiples), exponent) for kind, multiples, exponent in entries)
-    for factor in product:
+    monomial = tuple(sorted(Factor(kind, tuple(m)) for kind, m, exponent in entries for _ in range(exponent)))
+    for factor in monomial:
         revolute = [arm.is_revolute[j] for j in factor.joints[: arm.n_joints]]
         # Beyond the degree of D no multiple of an angle and no further power occurs.
         known = len(factor.multiples) == arm.n_joints and all(abs(m) <= DEGREE for m in factor.multiples)
@@ -264,7 +265,7 @@ def _product(arm: RobotArm, entries: list[_FactorEntry]) -> Product:
             fitting = bool(revolute) and all(revolute)
         if not (known and fitting):
             raise ModelError(f"{factor.kind} of {list(factor.multiples)} is no factor of the arm's equations")
-    return product
+    return monomial
 
 
 def _fits(term: EnergyTerm, n: int) -> bool:

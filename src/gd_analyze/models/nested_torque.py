@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.lagrangian import Monomial, Rate, TorqueTerm, absolute_rates
+from gd_analyze.harmonics.lagrangian import absolute_rates
+from gd_analyze.harmonics.terms import Monomial, Rate, TorqueTerm
 from gd_analyze.models.torque_variables import TorqueVariables
 from gd_analyze.operations import Program, Trace
 from gd_analyze.operations.factoring import factored

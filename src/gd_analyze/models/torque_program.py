@@ -6,7 +6,7 @@ from collections.abc import Hashable, Iterator, Mapping
 from typing import Any
 
 from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.lagrangian import TorqueTerm
+from gd_analyze.harmonics.terms import TorqueTerm
 from gd_analyze.models.nested_torque import nested_programs
 from gd_analyze.models.torque_variables import TorqueVariables
 from gd_analyze.operations import Program, Trace

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.lagrangian import Literal, Rate
+from gd_analyze.harmonics.terms import Factor, Rate
 from gd_analyze.operations import Trace
 
 
@@ -27,20 +27,20 @@ class TorqueVariables:
         self._trace = trace
         self._runs = basis.runs
         self._q, qd, qdd = (trace.inputs(name, n)[:, 0] for name in ("q", "qd", "qdd"))
-        self._known: dict[Rate | Literal, Any] = {}
+        self._known: dict[Rate | Factor, Any] = {}
         self._moving = {1: list(qd), 2: list(qdd)}
         for moving in self._moving.values():
             for run in self._runs:
                 for inner, outer in zip(run.joints[:-1], run.joints[1:], strict=True):
                     moving[outer] = moving[inner] + moving[outer]
 
-    def __call__(self, variable: Rate | Literal) -> Any:
-        """Expression of a rate or a literal."""
+    def __call__(self, variable: Rate | Factor) -> Any:
+        """Expression of a rate or a factor."""
         if variable not in self._known:
             self._known[variable] = self._made(variable)
         return self._known[variable]
 
-    def _made(self, variable: Rate | Literal) -> Any:
+    def _made(self, variable: Rate | Factor) -> Any:
         if isinstance(variable, Rate):
             return self._moving[variable.order][variable.joint]
         kind, multiples = variable

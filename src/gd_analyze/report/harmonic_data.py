@@ -7,16 +7,10 @@ from collections.abc import Hashable, Iterable
 from typing import Any
 
 from gd_analyze.findings import Findings
-from gd_analyze.harmonics.lagrangian import (
-    EnergyTerm,
-    Rate,
-    TorqueTerm,
-    energy_terms,
-    literals,
-)
+from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
+from gd_analyze.harmonics.terms import EnergyTerm, Rate, TorqueTerm
 from gd_analyze.harmonics.torque_typst import Piece, energy_to_typst, legend_to_typst, torques_to_typst
 from gd_analyze.models import HarmonicModel
-from gd_analyze.models.harmonic import torques_of_energy
 
 
 def harmonic_data(findings: Findings) -> dict[str, Any] | None:
@@ -42,7 +36,7 @@ def harmonic_data(findings: Findings) -> dict[str, Any] | None:
             for i, pieces in enumerate(torques_to_typst(basis, model.torques))
         ],
         "legend": legend_to_typst(basis, model.torques),
-        "kept": _torques_kept(torques_of_energy(model.arm, energy), model.torques, basis.n_joints),
+        "kept": _torques_kept(torques_of_energies(energy, basis), model.torques, basis.n_joints),
         "carried": [{"joint": joint + 1, "by": joint + 2} for run in basis.runs for joint in run.joints[:-1]],
     }
 
@@ -50,7 +44,7 @@ def harmonic_data(findings: Findings) -> dict[str, Any] | None:
 def _with_rates(term: EnergyTerm) -> TorqueTerm:
     """Put an energy term as a torque term, whose names the legend explains."""
     rates = () if term.is_potential else (Rate(1, term.i), Rate(1, term.j))
-    return TorqueTerm(0, rates, literals(term.product))
+    return TorqueTerm(0, rates, term.monomial)
 
 
 def _grouped(pieces: Iterable[Piece]) -> list[list[dict[str, str]]]:

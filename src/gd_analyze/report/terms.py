@@ -10,7 +10,7 @@ from markupsafe import Markup
 from gd_analyze.findings import Findings
 from gd_analyze.harmonics.basis import Basis
 from gd_analyze.harmonics.equations import equations
-from gd_analyze.harmonics.lagrangian import Rate, Torques, TorqueTerm
+from gd_analyze.harmonics.terms import Rate, Torques, TorqueTerm
 from gd_analyze.harmonics.torque_mathml import (
     element_mathml,
     torque_legend_mathml,

@@ -12,14 +12,8 @@ from numpy.typing import NDArray
 
 from gd_analyze.errors import UsageError
 from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.lagrangian import (
-    EnergyTerm,
-    Monomial,
-    Rate,
-    Torques,
-    TorqueTerm,
-    absolute_rates,
-)
+from gd_analyze.harmonics.lagrangian import absolute_rates
+from gd_analyze.harmonics.terms import Energies, Monomial, Rate, Torques, TorqueTerm
 from gd_analyze.models.element_level import parts_of, torque_by_part, trace_parts
 from gd_analyze.models.simplified import Level
 from gd_analyze.simplification.element_costs import part_costs
@@ -162,13 +156,13 @@ def _every(exact: ExactDynamics, level: Level) -> list[_Term]:
     number = _tied(exact.energy)
     if level == "energy":
         return [
-            _Term({t: energy.coefficient * w for t, w in source.items()}, k, abs(energy.coefficient))
-            for energy, source, k in zip(exact.energy, sources, number, strict=True)
+            _Term({t: coefficient * w for t, w in source.items()}, k, abs(coefficient))
+            for coefficient, source, k in zip(exact.energy.values(), sources, number, strict=True)
         ]
     made_by: dict[TorqueTerm, dict[int, float]] = defaultdict(dict)
-    for k, energy, source in zip(number, exact.energy, sources, strict=True):
+    for k, coefficient, source in zip(number, exact.energy.values(), sources, strict=True):
         for term in source:
-            made_by[term][k] = abs(energy.coefficient)
+            made_by[term][k] = abs(coefficient)
     fresh = len(exact.energy)
     out = []
     for i, (term, weight) in enumerate(exact.torques.items()):
@@ -218,9 +212,9 @@ def _swept(
     return np.sort(order[gone:]), share
 
 
-def _tied(energy: tuple[EnergyTerm, ...]) -> list[int]:
+def _tied(energy: Energies) -> list[int]:
     """Number every coefficient, those alike but for their sign and powers of two the same."""
-    mantissas = np.array([math.frexp(abs(term.coefficient))[0] for term in energy])
+    mantissas = np.array([math.frexp(abs(coefficient))[0] for coefficient in energy.values()])
     order = np.argsort(mantissas, kind="stable")
     # Of neighbours in size the ones a round-off apart are one; 1/2 and 1 are neighbours, too.
     steps = np.diff(mantissas[order]) > _EQUAL

@@ -12,14 +12,8 @@ import numpy as np
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.dominance import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.harmonics import Harmonics, identify
-from gd_analyze.harmonics.lagrangian import (
-    EnergyTerm,
-    Torques,
-    absolute_rates,
-    energy_terms,
-    gathered,
-    torques_of,
-)
+from gd_analyze.harmonics.lagrangian import absolute_rates, energy_terms, gathered, torques_of
+from gd_analyze.harmonics.terms import Energies, Torques
 from gd_analyze.models.element import operations_of_all_parts
 from gd_analyze.models.nested_torque import nested_torque
 from gd_analyze.models.simplified import Level
@@ -123,7 +117,7 @@ class ExactDynamics:
         return identify(self.arm)
 
     @cached_property
-    def energy(self) -> tuple[EnergyTerm, ...]:
+    def energy(self) -> Energies:
         """Every term of the energies."""
         return energy_terms(self.harmonics, self.arm.drive_inertia if self.drives else None)
 
@@ -136,8 +130,7 @@ class ExactDynamics:
     @cached_property
     def torques(self) -> Torques:
         """Every torque term and its weight."""
-        coefficients = (term.coefficient for term in self.energy)
-        return gathered(zip(coefficients, self.sources, strict=True))
+        return gathered(zip(self.energy.values(), self.sources, strict=True))
 
     def operations_full(self, level: Level, *, thorough: bool = True) -> OperationCount:
         """Operations of the exact torque in the form that models of a level have.

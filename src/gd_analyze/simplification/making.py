@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.lagrangian import EnergyTerm, Torques, gathered
+from gd_analyze.harmonics.lagrangian import gathered
+from gd_analyze.harmonics.terms import Energies, Torques
 from gd_analyze.models.element import ElementModel, part_operations
 from gd_analyze.models.element_level import parts_of
 from gd_analyze.models.harmonic import HarmonicModel
@@ -127,17 +128,13 @@ def _labels(exact: ExactDynamics, kept: Kept) -> tuple[str, ...]:
     return tuple(part.label for part, keep in zip(parts, kept, strict=True) if keep)
 
 
-def _harmonic(
-    exact: ExactDynamics, level: Level, kept: Kept, scale: FloatArray
-) -> tuple[tuple[EnergyTerm, ...], Torques]:
+def _harmonic(exact: ExactDynamics, level: Level, kept: Kept, scale: FloatArray) -> tuple[Energies, Torques]:
     """Energy terms, at that level, and torque terms that are kept."""
     if level == "term":
         weights = zip(exact.torques.items(), kept, scale, strict=True)
-        return (), {term: float(factor * weight) for (term, weight), keep, factor in weights if keep}
+        return {}, {term: float(factor * weight) for (term, weight), keep, factor in weights if keep}
     members = np.flatnonzero(kept)
-    energy = tuple(
-        dataclasses.replace(exact.energy[k], coefficient=float(scale[k] * exact.energy[k].coefficient))
-        for k in members
-    )
+    every = list(exact.energy.items())
+    energy = {every[k][0]: float(scale[k] * every[k][1]) for k in members}
     sources = (exact.sources[k] for k in members)
-    return energy, gathered(zip((term.coefficient for term in energy), sources, strict=True))
+    return energy, gathered(zip(energy.values(), sources, strict=True))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from gd_analyze.harmonics.lagrangian import EnergyTerm, TorqueTerm
+from gd_analyze.harmonics.terms import EnergyTerm, TorqueTerm
 from gd_analyze.harmonics.torque_rendering import energy_term_text, torque_term_text
 from gd_analyze.models.harmonic import HarmonicLevel
 from gd_analyze.simplification.budget import Budget
@@ -168,9 +168,9 @@ def _texts(
         (
             "U" if term.is_potential else f"D'{term.i + 1}{term.j + 1}",
             "potential" if term.is_potential else "kinetic",
-            energy_term_text(term, digits),
+            energy_term_text(term, coefficient, digits),
             term,
-            term.coefficient,
+            coefficient,
         )
-        for term in exact.energy
+        for term, coefficient in exact.energy.items()
     ]

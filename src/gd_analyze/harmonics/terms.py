@@ -1,0 +1,94 @@
+"""Terms of an arm's torques and energies: the form that is kept, written and stored.
+
+A term is a number times a monomial in sines and cosines of sums of angles and in sliding joints' variables;
+in a torque also times at most two rates or one acceleration. The number stands beside the term: torques and
+energies are mappings from terms to numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from gd_analyze.harmonics.basis import FactorKind
+
+
+class Factor(NamedTuple):
+    """cos or sin of a sum of angles, or a sliding joint's variable.
+
+    Parameters
+    ----------
+    kind
+        "cos", "sin" or "power".
+    multiples
+        How often every joint of the arm goes into the argument; of a sliding joint 1.
+    """
+
+    kind: FactorKind
+    multiples: tuple[int, ...]
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Joints in the argument, from 0."""
+        return tuple(j for j, multiple in enumerate(self.multiples) if multiple)
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether the argument is a sum of neighbouring angles, each once: what C23 and S234 can name."""
+        return is_plain(np.array(self.multiples))
+
+
+def is_plain(multiples: np.ndarray) -> bool:
+    """Whether multiples are a sum of neighbouring angles, each once."""
+    used = np.flatnonzero(multiples)
+    return len(used) > 0 and bool((multiples[used] == 1).all()) and int(used[-1] - used[0]) + 1 == len(used)
+
+
+# Factors in ascending order, each as often as its power.
+Monomial = tuple[Factor, ...]
+
+
+class Rate(NamedTuple):
+    """One factor of a torque term beside its monomial: order 1 is p_joint, order 2 pd_joint."""
+
+    order: int
+    joint: int
+
+
+class TorqueTerm(NamedTuple):
+    """Row of tau', rates or acceleration, and monomial; joints count from 0."""
+
+    row: int
+    rates: tuple[Rate, ...]
+    monomial: Monomial
+
+    @property
+    def quantity(self) -> str:
+        """Whether this belongs to D, to h or to c."""
+        return quantity_of(self.rates)
+
+
+class EnergyTerm(NamedTuple):
+    """A monomial in D'_ij (i <= j), or in the potential, where i and j are -1."""
+
+    i: int
+    j: int
+    monomial: Monomial
+
+    @property
+    def is_potential(self) -> bool:
+        """Whether this is a term of the potential energy."""
+        return self.i < 0
+
+
+Torques = Mapping[TorqueTerm, float]
+Energies = Mapping[EnergyTerm, float]
+
+
+def quantity_of(rates: tuple[Rate, ...]) -> str:
+    """Whether torque terms with these rates belong to D, to h or to c."""
+    if not rates:
+        return "gravity_loading"
+    return "inertia" if rates[0].order == 2 else "coriolis_centrifugal"
