@@ -23,27 +23,20 @@ if TYPE_CHECKING:
     from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
     from gd_analyze.harmonics import identify as identify_harmonics
     from gd_analyze.harmonics.equations import equations
-    from gd_analyze.main_job import analyze, find
-    from gd_analyze.models import (
-        ElementModel,
-        HarmonicModel,
-        SimplifiedModel,
-        evaluate,
-        load_model,
-        save_model,
-    )
-    from gd_analyze.robots import RobotArm, builtin_arms, load_arm
-    from gd_analyze.simplification import (
+    from gd_analyze.levels import (
         Budget,
         ExactDynamics,
+        SimplifiedModel,
+        evaluate,
+        evaluate_states,
+        load_model,
         payload_effect,
-        rank_terms,
-        simplify,
-        states_in_box,
-        states_of,
-        torque_uncertainty,
-        trade_off,
+        save_model,
     )
+    from gd_analyze.main_job import analyze, find
+    from gd_analyze.robots import RobotArm, builtin_arms, load_arm
+    from gd_analyze.search import rank_terms, simplify, torque_uncertainty, trade_off
+    from gd_analyze.states import States, states_in_box, states_of
     from gd_analyze.store import load_results, save_results
     from gd_analyze.trajectories import Trajectory, plan, read_trajectory, write_trajectory
 
@@ -56,27 +49,19 @@ _HOMES = {
     "harmonics.equations": ("equations",),
     "harmonics.identification": ("identify_harmonics",),
     "main_job": ("analyze", "find"),
-    "models": (
-        "ElementModel",
-        "HarmonicModel",
+    "levels": (
+        "Budget",
+        "ExactDynamics",
         "SimplifiedModel",
         "evaluate",
         "evaluate_states",
         "load_model",
+        "payload_effect",
         "save_model",
     ),
     "robots": ("RobotArm", "builtin_arms", "load_arm"),
-    "simplification": (
-        "Budget",
-        "ExactDynamics",
-        "payload_effect",
-        "rank_terms",
-        "simplify",
-        "states_in_box",
-        "states_of",
-        "torque_uncertainty",
-        "trade_off",
-    ),
+    "search": ("rank_terms", "simplify", "torque_uncertainty", "trade_off"),
+    "states": ("States", "states_in_box", "states_of"),
     "store": ("load_results", "save_results"),
     "trajectories": ("Trajectory", "plan", "read_trajectory", "write_trajectory"),
 }
@@ -86,13 +71,12 @@ _CALLED_AT_HOME = {"identify_harmonics": "identify"}
 __all__ = [
     "Box",
     "Budget",
-    "ElementModel",
     "ExactDynamics",
     "GdAnalyzeError",
     "GdAnalyzeWarning",
-    "HarmonicModel",
     "RobotArm",
     "SimplifiedModel",
+    "States",
     "Trajectory",
     "__version__",
     "analyze",

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 from gd_analyze.authority import Residual
 from gd_analyze.certification import Certificate
 from gd_analyze.harmonics import Harmonics
-from gd_analyze.models import ElementModel, ErrorTable, Evaluation, SimplifiedModel
+from gd_analyze.levels import ErrorTable, Evaluation, PayloadEffect, SimplifiedModel
 from gd_analyze.robots import RobotArm
-from gd_analyze.simplification import PayloadEffect, TermRanking, TradeOffPoint
+from gd_analyze.search import TermRanking, TradeOffPoint
 from gd_analyze.trajectories import Trajectory
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ class Findings:
     harmonics: Harmonics | None
     model: SimplifiedModel
     evaluation: Evaluation
-    element_model: ElementModel
+    element_model: SimplifiedModel
     terms: TermRanking
     trade_off: tuple[TradeOffPoint, ...]
     beyond: Beyond

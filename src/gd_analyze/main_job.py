@@ -14,28 +14,24 @@ from gd_analyze.decomposition import decompose
 from gd_analyze.dominance import peak_magnitude, rank
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.findings import Beyond, Findings
-from gd_analyze.models import (
-    ElementModel,
+from gd_analyze.levels import (
+    ELEMENT,
+    TERM,
+    Budget,
     ErrorTable,
-    HarmonicModel,
+    ExactDynamics,
     Level,
     SimplifiedModel,
     evaluate,
+    level_named,
+    payload_effect,
 )
 from gd_analyze.provenance import provenance
 from gd_analyze.results import FILES, default_folder, require_writable, write_findings
 from gd_analyze.robots import RobotArm
-from gd_analyze.simplification import (
-    Budget,
-    ExactDynamics,
-    TermRanking,
-    payload_effect,
-    rank_terms,
-    simplify_exact,
-    states_in_box,
-    trade_off,
-)
-from gd_analyze.simplification.trade_off import KINDS
+from gd_analyze.search import How, TermRanking, rank_terms, simplify_exact, trade_off
+from gd_analyze.search.trade_off import KINDS
+from gd_analyze.states import states_in_box
 from gd_analyze.trajectories import Trajectory
 
 # Torque terms of an exact form up to which terms are worth choosing from: a seven-joint arm of general make
@@ -55,7 +51,7 @@ def find(
     trajectory: Trajectory,
     *,
     budget: Budget | None = None,
-    level: Level | None = None,
+    level: str | Level | None = None,
     refit: bool = False,
     operations: int | None = None,
     drives: bool = False,
@@ -117,36 +113,26 @@ def find(
         allowed = budget.allowed(peak_magnitude(dataset.torque.values))
         dominance = rank(dataset, budget=allowed)
         exact = ExactDynamics.of(arm, dataset)
-        elements = simplify_exact(exact, budget, level="element", provenance=source)
-        assert isinstance(elements, ElementModel)  # as the level says
+        elements = simplify_exact(exact, budget, How(ELEMENT), provenance=source)
         if level is None:
             many = _told_to_stay_with_elements(exact)
         else:
-            many = level == "element" and _is_large(exact)
-        level = level or ("element" if many else "term")
-        model: SimplifiedModel = elements
-        if level != "element":
-            model = simplify_exact(
-                exact,
-                budget,
-                level=level,
-                refit=refit,
-                operations=operations,
-                thorough=False,
-                provenance=source,
-            )
-        elif operations is not None:
-            model = simplify_exact(exact, budget, level=level, operations=operations, provenance=source)
+            many = level_named(level) is ELEMENT and _is_large(exact)
+        chosen = level_named(level) if level is not None else ELEMENT if many else TERM
+        model = elements
+        if chosen is not ELEMENT or operations is not None:
+            how = How(chosen, refit, operations, thorough=chosen is ELEMENT)
+            model = simplify_exact(exact, budget, how, provenance=source)
     return Findings(
         arm=arm,
         trajectory=trajectory,
         decomposition=dataset,
         dominance=dominance,
-        harmonics=None if many else exact.harmonics,
+        harmonics=None if many else exact.form.harmonics,
         model=model,
         evaluation=evaluate(model, trajectory, dataset),
         element_model=elements,
-        terms=TermRanking.none() if many else rank_terms(exact),
+        terms=TermRanking() if many else rank_terms(exact),
         trade_off=trade_off(
             exact, budget, factors=_FACTORS, kinds=KINDS[:1] if many else KINDS, thorough=False
         ),
@@ -159,7 +145,7 @@ def find(
 
 def _is_large(exact: ExactDynamics) -> bool:
     """Whether an arm has too many joints, or its exact equations too many terms, to choose from."""
-    return exact.arm.n_joints > _MOST_JOINTS or len(exact.torques) > _MOST_TERMS
+    return exact.arm.n_joints > _MOST_JOINTS or len(exact.form.torques) > _MOST_TERMS
 
 
 def _told_to_stay_with_elements(exact: ExactDynamics) -> bool:
@@ -168,7 +154,7 @@ def _told_to_stay_with_elements(exact: ExactDynamics) -> bool:
     if exact.arm.n_joints > _MOST_JOINTS:
         what = f"{exact.arm.n_joints} joints, more than {_MOST_JOINTS}"
     else:
-        what = f"exact equations of {len(exact.torques)} terms, more than {_MOST_TERMS}"
+        what = f"exact equations of {len(exact.form.torques)} terms, more than {_MOST_TERMS}"
     warnings.warn(
         f"{exact.arm.name} has {what}: simplified by elements, and single terms are not ranked here",
         GdAnalyzeWarning,
@@ -181,17 +167,17 @@ def _beyond(exact: ExactDynamics, model: SimplifiedModel) -> Beyond:
     """Hold a model against states it was not made for."""
     arm, states = exact.arm, exact.states
     certificate = None
-    if isinstance(model, HarmonicModel):
+    if model.level.has_torque_terms:
         certificate = certify(
             model,
-            Box.around(states.q, states.qd, states.qdd),
+            Box.around(*states.arrays),
             effort=_EFFORT,
-            harmonics=exact.harmonics,
+            harmonics=exact.form.harmonics,
         )
     table = None
     if arm.has_all_limits:
-        drawn = ExactDynamics(arm, states_in_box(arm, _DRAWN), model.drives)
-        torque = model.torque(drawn.states.q, drawn.states.qd, drawn.states.qdd)
+        drawn = exact.at(states_in_box(arm, _DRAWN))
+        torque = model.torque(*drawn.states.arrays)
         table = ErrorTable.of(drawn.torque, torque)
     return Beyond(certificate, table, _DRAWN if table else 0, payload_effect(model, states))
 
@@ -211,7 +197,7 @@ def analyze(
     *,
     formats: Collection[str] = tuple(FILES),
     budget: Budget | None = None,
-    level: Level | None = None,
+    level: str | Level | None = None,
     refit: bool = False,
     operations: int | None = None,
     drives: bool = False,

@@ -13,7 +13,7 @@ import numpy as np
 from gd_analyze.errors import Location, OutputError
 from gd_analyze.files import replacing, write_text
 from gd_analyze.findings import Findings
-from gd_analyze.models import save_model
+from gd_analyze.levels import save_model
 from gd_analyze.robots import RobotArm
 from gd_analyze.store import write_results
 from gd_analyze.trajectories import Trajectory

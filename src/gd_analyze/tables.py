@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gd_analyze.findings import Findings
+from gd_analyze.levels import parts_of
 from gd_analyze.schema import SCHEMA_VERSION
-from gd_analyze.simplification import curves
+from gd_analyze.search import RankedTerm, curves
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,10 +59,10 @@ def _model(findings: Findings) -> xr.Dataset:
     import xarray as xr
 
     model, evaluation = findings.model, findings.evaluation
-    promise = model.promise
+    promise = model.promise.errors
     joints = findings.decomposition.joint.values
     per_joint = {
-        "allowed_error": (model.budget, "largest torque error the budget allows"),
+        "allowed_error": (model.promise.allowed, "largest torque error the budget allows"),
         "peak_torque": (promise.peak_torque, "largest magnitude of the exact torque"),
         "largest_error": (promise.largest, "largest torque error at the set points"),
         "rms_error": (promise.rms, "root mean square torque error over the set points"),
@@ -84,7 +85,7 @@ def _model(findings: Findings) -> xr.Dataset:
             ),
             "kept": (
                 "part",
-                np.isin(_labels(findings), findings.element_model.kept),
+                np.isin(_labels(findings), [part.label for part in findings.element_model.terms]),
                 {"long_name": "whether the text's own method keeps the part"},
             ),
         },
@@ -94,11 +95,11 @@ def _model(findings: Findings) -> xr.Dataset:
             "part": _labels(findings),
         },
         attrs={
-            "level": model.level,
+            "level": model.level.name,
             "refitted": int(model.refitted),
-            "budget": model.budget_stated,
+            "budget": model.promise.budget,
             "errors_are": "sampled at the set points",
-            "search": model.provenance["search"],
+            "search": model.promise.search,
             "multiplications": model.operations.multiplications,
             "additions": model.operations.additions,
             "sines_cosines": model.operations.sines_cosines,
@@ -110,7 +111,8 @@ def _model(findings: Findings) -> xr.Dataset:
 
 
 def _labels(findings: Findings) -> list[str]:
-    return [*findings.element_model.kept, *findings.element_model.dropped]
+    kept = [part.label for part in findings.element_model.terms]
+    return [*kept, *(part.label for part in parts_of(findings.arm.n_joints) if part.label not in kept)]
 
 
 def _terms(findings: Findings) -> xr.Dataset:
@@ -131,7 +133,7 @@ def _terms(findings: Findings) -> xr.Dataset:
         {
             name: (
                 "rank",
-                np.array([getattr(term, name) for term in ranking.terms]),
+                np.array([_term(term)[name] for term in ranking.terms]),
                 {"long_name": meaning, **({"units": unit} if unit else {})},
             )
             for name, (unit, meaning) in meanings.items()
@@ -140,6 +142,22 @@ def _terms(findings: Findings) -> xr.Dataset:
         attrs={"not_worth_keeping": ranking.not_worth_keeping}
         | ({} if ranking.uncertainty is None else {"torque_uncertainty": ranking.uncertainty}),
     )
+
+
+def _term(ranked: RankedTerm) -> dict[str, object]:
+    from dataclasses import asdict
+
+    from gd_analyze.harmonics.terms import TorqueTerm
+    from gd_analyze.harmonics.torque_rendering import energy_term_text, torque_term_text
+
+    term, weight = ranked.term, ranked.weight
+    plain = {name: value for name, value in asdict(ranked).items() if name not in ("term",)}
+    if isinstance(term, TorqueTerm):
+        label, text = f"tau{term.row + 1}", torque_term_text(term, weight)
+    else:
+        label = "U" if term.is_potential else f"D'{term.i + 1}{term.j + 1}"
+        text = energy_term_text(term, weight)
+    return {"rank": ranked.rank, "label": label, "quantity": term.quantity, "text": text, **plain}
 
 
 def _trade_off(findings: Findings) -> xr.Dataset:
@@ -162,7 +180,7 @@ def _trade_off(findings: Findings) -> xr.Dataset:
             ),
         },
         coords={
-            "kind": [f"{level} refit" if refit else level for level, refit in by_kind],
+            "kind": [f"{level} refit" if refit else level.name for level, refit in by_kind],
             "factor": ("factor", factors, {"long_name": "multiple of the budget"}),
         },
     )

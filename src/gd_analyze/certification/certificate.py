@@ -28,7 +28,7 @@ from gd_analyze.certification.worst_case import WorstState, worst_state
 from gd_analyze.errors import UsageError
 from gd_analyze.harmonics import Harmonics, identify
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
-from gd_analyze.models.harmonic import HarmonicModel
+from gd_analyze.levels import SimplifiedModel
 from gd_analyze.vectors import FloatArray
 
 # Positions per joint: about 22 per angle for an arm like the PUMA 560, whose error knows four of its angles.
@@ -75,7 +75,7 @@ class Certificate:
 
 
 def certify(
-    model: HarmonicModel,
+    model: SimplifiedModel,
     box: Box | None = None,
     *,
     effort: int = EFFORT,
@@ -88,7 +88,7 @@ def certify(
     Parameters
     ----------
     model
-        A model of harmonic terms.
+        A model of a level of harmonic terms.
     box
         The states; the arm's own limits by default.
     effort
@@ -104,6 +104,8 @@ def certify(
 
     Raises
     ------
+    ModelError
+        If the model has no harmonic terms.
     UsageError
         If the box is of another number of joints, `effort` is not positive, or no box is given and the arm
         does not state all its limits.

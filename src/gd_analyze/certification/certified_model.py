@@ -15,10 +15,10 @@ import numpy as np
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import Certificate, certify
 from gd_analyze.errors import UsageError
-from gd_analyze.models import ErrorTable, HarmonicModel
-from gd_analyze.models.harmonic import HarmonicLevel
-from gd_analyze.models.torque_program import torque_programs
-from gd_analyze.simplification import Budget, ExactDynamics, simplify_exact
+from gd_analyze.levels import TERM, Budget, ErrorTable, ExactDynamics, Level, SimplifiedModel
+from gd_analyze.levels.level import FULL, THOROUGH
+from gd_analyze.search import How, simplify_exact
+from gd_analyze.search.simplify import with_promise
 from gd_analyze.vectors import FloatArray
 
 # Rounds at most; of the first the budget shrinks to no less than this share, later by what the bound asks.
@@ -30,10 +30,10 @@ def simplify_certified(
     budget: Budget,
     box: Box,
     *,
-    level: HarmonicLevel = "term",
+    level: Level = TERM,
     provenance: Mapping[str, str] | None = None,
     progress: Callable[[int], None] | None = None,
-) -> tuple[HarmonicModel, Certificate]:
+) -> tuple[SimplifiedModel, Certificate]:
     """Leave out what a budget allows at every state of a box.
 
     Parameters
@@ -65,15 +65,14 @@ def simplify_certified(
     known = exact
     for turn in range(_ROUNDS):
         within = Budget(tuple((share * allowed).tolist()), (False,) * len(allowed))
-        model = simplify_exact(known, within, level=level, write=False, provenance=provenance)
-        assert isinstance(model, HarmonicModel)  # as the level says
-        certificate = certify(model, box, harmonics=exact.harmonics)
+        model = simplify_exact(known, within, How(level, write=False), provenance=provenance)
+        certificate = certify(model, box, harmonics=exact.form.harmonics)
         if progress is not None:
             progress(1)
         beyond = certificate.certified > allowed
         if not beyond.any():
             return _finished(model, exact, allowed, str(budget)), certificate
-        known = known.joined_by(*(states[beyond] for states in certificate.worst_states))
+        known = known.at(known.states.joined_by(*(states[beyond] for states in certificate.worst_states)))
         needed = 0.98 * allowed / np.where(beyond, certificate.certified, allowed)
         share = np.where(beyond, np.minimum(share, _SLIGHTLY) if turn < _PATIENT else share * needed, share)
     raise UsageError(
@@ -85,15 +84,14 @@ def simplify_certified(
     )
 
 
-def _finished(model: HarmonicModel, exact: ExactDynamics, allowed: FloatArray, stated: str) -> HarmonicModel:
+def _finished(
+    model: SimplifiedModel, exact: ExactDynamics, allowed: FloatArray, stated: str
+) -> SimplifiedModel:
     """Say what the model was asked for, and write its program with few operations."""
-    program = torque_programs(exact.harmonics.basis, model.torques)["torque"]
-    written = dataclasses.replace(model, written_program=program)
-    promise = ErrorTable.of(exact.torque, written.torque(*exact.states.arrays))
-    return dataclasses.replace(
-        written,
-        budget=allowed,
-        budget_stated=f"{stated}, certified",
-        promise=promise,
-        operations_full=exact.operations_full(model.level),
+    written = dataclasses.replace(
+        model,
+        program=model.level.write(model.form, model.terms, THOROUGH),
+        operations_full=model.level.exact_operations(model.form, FULL),
     )
+    errors = ErrorTable.of(exact.torque, written.torque(*exact.states.arrays))
+    return with_promise(written, allowed=allowed, budget=f"{stated}, certified", errors=errors)

@@ -25,7 +25,7 @@ from gd_analyze.certification.waves import Expansion, Waves
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.basis import Basis
 from gd_analyze.harmonics.terms import Monomial
-from gd_analyze.models.harmonic import HarmonicModel
+from gd_analyze.levels import SimplifiedModel
 from gd_analyze.vectors import FloatArray
 
 # Positions: about 9 per angle for an arm like the PUMA 560, whose D knows four of its angles.
@@ -62,14 +62,14 @@ class Definiteness:
 
 
 def certify_positive_definite(
-    model: HarmonicModel, box: Box | None = None, *, effort: int = EFFORT
+    model: SimplifiedModel, box: Box | None = None, *, effort: int = EFFORT
 ) -> Definiteness:
     """Bound the smallest eigenvalue of a model's D from below over a box of positions.
 
     Parameters
     ----------
     model
-        A model of harmonic terms of level "energy", whose D is symmetric.
+        A mechanical system, such as a model of level "energy", whose D is symmetric.
     box
         The positions; the arm's own ranges by default. Rates and accelerations do not matter.
     effort
@@ -83,12 +83,12 @@ def certify_positive_definite(
     Raises
     ------
     ModelError
-        If the model is not of level "energy".
+        If the model is no mechanical system.
     UsageError
         If the box is of another number of joints, `effort` is not positive, or no box is given and the arm
         does not state all its limits.
     """
-    if model.level != "energy":
+    if not model.level.is_mechanical:
         raise ModelError(
             "only a model of the energies has a symmetric D",
             expected="a model of level energy",
@@ -120,7 +120,7 @@ class _GriddedInertia:
     left_out: FloatArray
 
     @classmethod
-    def of(cls, model: HarmonicModel, box: Box, effort: int) -> _GriddedInertia:
+    def of(cls, model: SimplifiedModel, box: Box, effort: int) -> _GriddedInertia:
         n = model.arm.n_joints
         elements = _elements(model)
         every = Waves.of(elements, Expansion([not turns for turns in model.arm.is_revolute]))
@@ -181,7 +181,7 @@ class _GriddedInertia:
         return float(np.linalg.norm(np.abs(k) @ sizes @ np.abs(k).T, 2))
 
 
-def _elements(model: HarmonicModel) -> list[dict[Monomial, float]]:
+def _elements(model: SimplifiedModel) -> list[dict[Monomial, float]]:
     """D_ij of the model in the joints' own rates, row by row."""
     n = model.arm.n_joints
     rows = error_rows(Basis.of(model.arm), {}, model.torques)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -21,7 +21,6 @@ from gd_analyze.cli.payload import load_arm_carrying, payload_option
 
 if TYPE_CHECKING:
     from gd_analyze.findings import Findings
-    from gd_analyze.models import Level
     from gd_analyze.report.context import Context
     from gd_analyze.robots import RobotArm
 
@@ -121,9 +120,9 @@ def analyze(
     require_coefficients(level, refit)
     with warnings_told(quiet) as told, stages(quiet) as stage:
         stage("reading")
+        from gd_analyze.levels import Budget
         from gd_analyze.main_job import find
         from gd_analyze.results import FILES, default_folder, require_writable, write_findings
-        from gd_analyze.simplification import Budget
         from gd_analyze.trajectories import read_trajectory
 
         allowed = Budget.parse(budget)
@@ -145,7 +144,7 @@ def analyze(
             arm,
             motion,
             budget=allowed,
-            level=cast("Level | None", level),
+            level=level,
             refit=refit,
             operations=operations,
             drives=drives,
@@ -173,7 +172,8 @@ def analyze(
 def _document(findings: Findings, context: Context, files: list[Path]) -> dict[str, Any]:
     from dataclasses import asdict
 
-    from gd_analyze.cli.simplify import model_equations
+    from gd_analyze.cli.simplify import _labels, model_equations
+    from gd_analyze.tables import _term
 
     return {
         "arm": findings.arm.name,
@@ -184,21 +184,21 @@ def _document(findings: Findings, context: Context, files: list[Path]) -> dict[s
         "joints": [asdict(row) for row in context.joint_errors],
         "operations": dict(zip(_COUNTS, context.operations, strict=True)),
         "operations_full": dict(zip(_COUNTS, context.operations_full, strict=True)),
-        "level": findings.model.level,
+        "level": findings.model.level.name,
         "refitted": findings.model.refitted,
         "search": context.search,
         "equations": list(model_equations(findings.model)),
         "elements": {
-            "kept": list(findings.element_model.kept),
+            "kept": _labels(findings.element_model),
             "dropped": [asdict(row) for row in context.dropped],
             "operations": dict(zip(_COUNTS, context.element_operations, strict=True)),
             "operations_full": dict(zip(_COUNTS, context.element_operations_full, strict=True)),
         },
-        "terms": [term.plain for term in findings.terms.terms],
+        "terms": [_term(term) for term in findings.terms.terms],
         "terms_not_worth_keeping": context.terms_not_worth_keeping,
         "trade_off": [
             {
-                "level": point.level,
+                "level": point.level.name,
                 "refit": point.refit,
                 "budget": point.budget,
                 "operations": point.operations.total,

@@ -14,7 +14,7 @@ from gd_analyze.errors import UsageError
 if TYPE_CHECKING:
     from gd_analyze.certification.certificate import Certificate
     from gd_analyze.certification.positive_definite import Definiteness
-    from gd_analyze.models import HarmonicModel
+    from gd_analyze.levels import SimplifiedModel
 
 # Shares of peak torque below this are printed as "< 0.01 %".
 _LEAST_SHARE = 1e-4
@@ -57,11 +57,11 @@ def certify(model: Path, along: str | None, effort: int, as_json: bool, quiet: b
         from gd_analyze.certification.box import Box
         from gd_analyze.certification.certificate import certify as run
         from gd_analyze.certification.positive_definite import certify_positive_definite
-        from gd_analyze.models import HarmonicModel, load_model
+        from gd_analyze.levels import load_model
         from gd_analyze.trajectories import read_trajectory
 
         loaded = load_model(model)
-        if not isinstance(loaded, HarmonicModel):
+        if not loaded.level.has_torque_terms:
             raise UsageError(
                 "an element-level model has no harmonic terms to bound",
                 where=str(model),
@@ -76,7 +76,7 @@ def certify(model: Path, along: str | None, effort: int, as_json: bool, quiet: b
             box, where = Box.around(motion.q, motion.qd, motion.qdd), f"the extremes of {motion.name}"
         stage("certifying")
         certificate = run(loaded, box, effort=effort)
-        definiteness = certify_positive_definite(loaded, box) if loaded.level == "energy" else None
+        definiteness = certify_positive_definite(loaded, box) if loaded.level.is_mechanical else None
     if as_json:
         print_json(_document(loaded, certificate, definiteness, where, effort))
     elif not quiet:
@@ -84,17 +84,17 @@ def certify(model: Path, along: str | None, effort: int, as_json: bool, quiet: b
 
 
 def _document(
-    model: HarmonicModel,
+    model: SimplifiedModel,
     certificate: Certificate,
     definiteness: Definiteness | None,
     where: str,
     effort: int,
 ) -> dict[str, object]:
-    within = certificate.within(model.budget)
+    within = certificate.within(model.promise.allowed)
     return {
         "arm": model.arm.name,
-        "level": model.level,
-        "budget": model.budget_stated,
+        "level": model.level.name,
+        "budget": model.promise.budget,
         "effort": effort,
         "box": {
             "from": where,
@@ -108,8 +108,8 @@ def _document(
                 "joint": i + 1,
                 "name": joint.name,
                 "unit": joint.effort_unit,
-                "allowed": float(model.budget[i]),
-                "sampled": float(model.promise.largest[i]),
+                "allowed": float(model.promise.allowed[i]),
+                "sampled": float(model.promise.errors.largest[i]),
                 "worst_found": float(certificate.worst_found[i]),
                 "worst_state": {
                     name: values[i].tolist()
@@ -132,7 +132,7 @@ def _document(
 
 
 def _show(
-    model: HarmonicModel, certificate: Certificate, definiteness: Definiteness | None, where: str
+    model: SimplifiedModel, certificate: Certificate, definiteness: Definiteness | None, where: str
 ) -> None:
     from gd_analyze.cli.joint_table import joint_table
     from gd_analyze.cli.terminal import line, sentence
@@ -140,7 +140,7 @@ def _show(
 
     # A bound is never shown smaller than it is.
     shown = [_rounded_up(float(bound)) for bound in certificate.certified]
-    arm, peak = model.arm, model.promise.peak_torque
+    arm, peak = model.arm, model.promise.errors.peak_torque
     pairs = zip(certificate.certified, peak, strict=True)
     shares = [_rounded_up(float(bound / p), 2) if p > 0.0 else 0.0 for bound, p in pairs]
     worst = max(range(len(shares)), key=shares.__getitem__)
@@ -149,16 +149,16 @@ def _show(
         f"{percent(max(shares[worst], _LEAST_SHARE))} of peak torque (joint {worst + 1}).",
         bold=True,
     )
-    within = certificate.within(model.budget)
+    within = certificate.within(model.promise.allowed)
     joint_table(
         "Torque error, {units}",
         arm,
         [
-            ("sampled", "right", [number(float(x)) for x in model.promise.largest]),
+            ("sampled", "right", [number(float(x)) for x in model.promise.errors.largest]),
             ("found", "right", [number(float(x)) for x in certificate.worst_found]),
             ("certified", "right", [number(x) for x in shown]),
             ("of peak", "right", [percent(x) for x in shares]),
-            ("allowed", "right", [number(float(x)) for x in model.budget]),
+            ("allowed", "right", [number(float(x)) for x in model.promise.allowed]),
             ("within", "left", ["proven" if x else "no" for x in within]),
         ],
     )
@@ -168,7 +168,7 @@ def _show(
         "Sampled: over the states the model was made for. Found: by a search over the whole box. Certified: "
         "no state of the box exceeds it"
         + (f"; at most {_rounded_up(float(ratio.max())):.2f} times what was found. " if ratio.size else ". ")
-        + _verdict(int(within.sum()), len(within), model.budget_stated)
+        + _verdict(int(within.sum()), len(within), model.promise.budget)
     )
     if definiteness is not None:
         sentence(_definite(definiteness, {joint.effort_unit for joint in arm.joints}))

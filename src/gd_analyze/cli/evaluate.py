@@ -13,10 +13,10 @@ from gd_analyze.cli.payload import carrying, payload_option
 from gd_analyze.cli.states import states_options, trajectory_argument
 
 if TYPE_CHECKING:
-    from gd_analyze.models import Evaluation, SimplifiedModel
+    from gd_analyze.levels import Evaluation, Loss, SimplifiedModel
+    from gd_analyze.levels.payload_effect import PayloadEffect
     from gd_analyze.robots import Payload, RobotArm
-    from gd_analyze.simplification import Loss, States
-    from gd_analyze.simplification.payload_effect import PayloadEffect
+    from gd_analyze.states import States
 
 # Shares of peak torque below this are printed as "< 0.01 %".
 _WORTH_A_LINE = 1e-4
@@ -78,12 +78,12 @@ def evaluate(
         stage("reading")
         from gd_analyze.decomposition import decompose
         from gd_analyze.files import write_text
-        from gd_analyze.models import ElementModel, load_model, torque_csv
-        from gd_analyze.models import evaluate as along
-        from gd_analyze.models.evaluation import evaluate_states
+        from gd_analyze.levels import evaluate as along
+        from gd_analyze.levels import load_model, losses, torque_csv
+        from gd_analyze.levels.evaluation import evaluate_states
+        from gd_analyze.levels.payload_effect import payload_effect
         from gd_analyze.robots import parse_payload
-        from gd_analyze.simplification import losses, states_in_box, states_of
-        from gd_analyze.simplification.payload_effect import payload_effect
+        from gd_analyze.states import states_in_box, states_of
         from gd_analyze.trajectories import read_trajectory
 
         body = None if payload is None else parse_payload(payload)
@@ -99,12 +99,12 @@ def evaluate(
             stage("decomposing", motion.n_set_points)
             dataset = decompose(held, motion, coupling=False, drives=loaded.drives, progress=stage.advance)
             # Of the arm without the payload, whose decomposition is at hand where there is none.
-            given = states_of(dataset if body is None else motion)
+            given = states_of(motion)
             stage("evaluating")
             evaluation = along(loaded, motion, dataset, arm=held)
             # At the other levels what is dropped is no part that the decomposition knows, and with a payload
             # it is not what the error comes from.
-            if isinstance(loaded, ElementModel) and body is None:
+            if not loaded.level.has_torque_terms and body is None:
                 lost = losses(loaded, dataset)
             if out is not None:
                 stage(f"writing {out.name}")
@@ -123,14 +123,14 @@ def _document(trial: _Trial, told: list[str], out: Path | None) -> dict[str, Any
     from dataclasses import asdict
 
     model, effect = trial.model, trial.effect
-    here, promised = trial.evaluation.table, model.promise
+    here, promised = trial.evaluation.table, model.promise.errors
     bare = trial.without_payload.table if trial.without_payload is not None else None
     where = trial.states.described
     return {
         "arm": model.arm.name,
-        "level": model.level,
-        "made_for": dict(model.made_for),
-        "budget": model.budget_stated,
+        "level": model.level.name,
+        "made_for": dict(model.promise.made_for),
+        "budget": model.promise.budget,
         "held_against": {
             "arm": trial.arm.name,
             "drives": model.drives,
@@ -143,7 +143,7 @@ def _document(trial: _Trial, told: list[str], out: Path | None) -> dict[str, Any
                 "name": joint.name,
                 "unit": joint.effort_unit,
                 "peak_torque": float(here.peak_torque[i]),
-                "allowed_error": float(model.budget[i]),
+                "allowed_error": float(model.promise.allowed[i]),
                 "largest_error": float(here.largest[i]),
                 "largest_share": float(here.largest_share[i]),
                 "rms_error": float(here.rms[i]),
@@ -177,11 +177,11 @@ def _show(trial: _Trial) -> None:
     from gd_analyze.report.context import number, percent
 
     model, arm = trial.model, trial.arm
-    here, promised = trial.evaluation.table, model.promise
-    made_for = str(model.made_for.get("trajectory", "the arm's box"))
+    here, promised = trial.evaluation.table, model.promise.errors
+    made_for = str(model.promise.made_for.get("trajectory", "the arm's box"))
     sentence(f"{arm.title or arm.name} {_where(trial.states)}", bold=True)
     unaware = "without this payload, " if trial.payload is not None else ""
-    sentence(f"by a model made {unaware}for {made_for} with a budget of {model.budget_stated}.")
+    sentence(f"by a model made {unaware}for {made_for} with a budget of {model.promise.budget}.")
     if trial.without_payload is not None:
         beside, heading = trial.without_payload.table, "unloaded"
     else:
@@ -215,7 +215,7 @@ def _compare(trial: _Trial, made_for: str) -> None:
     from gd_analyze.cli.terminal import line, sentence
     from gd_analyze.report.context import number, percent
 
-    here, promised = trial.evaluation.table, trial.model.promise
+    here, promised = trial.evaluation.table, trial.model.promise.errors
     if trial.without_payload is not None:
         unloaded = trial.without_payload.table
         growth = [
@@ -230,7 +230,7 @@ def _compare(trial: _Trial, made_for: str) -> None:
         )
         return
     worst = int(here.largest_share.argmax())
-    there = f"{'on' if 'trajectory' in trial.model.made_for else 'over'} {made_for}"
+    there = f"{'on' if 'trajectory' in trial.model.promise.made_for else 'over'} {made_for}"
     if (here.largest_share <= promised.largest_share.max()).all():
         sentence(f"The model errs no more here than {there}.")
         return
@@ -253,7 +253,10 @@ def _say_what_may_be_carried(trial: _Trial) -> None:
 
     effect = trial.effect
     unloaded = trial.evaluation if trial.without_payload is None else trial.without_payload
-    beyond = [str(i) for i, within in enumerate(unloaded.within(trial.model.budget), start=1) if not within]
+    within = unloaded.within(trial.model.promise.allowed)
+    beyond = [
+        str(i) for i, within in enumerate(unloaded.within(trial.model.promise.allowed), start=1) if not within
+    ]
     if beyond:
         sentence(f"Beyond the budget here even without any payload: joint {', '.join(beyond)}.")
     elif effect.limiting_joint is not None:

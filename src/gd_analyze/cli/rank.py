@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -11,9 +11,8 @@ from gd_analyze.cli.payload import load_arm_carrying, payload_option
 from gd_analyze.cli.states import described, states_given, states_options, trajectory_argument
 
 if TYPE_CHECKING:
-    from gd_analyze.models.harmonic import HarmonicLevel
-    from gd_analyze.simplification import ExactDynamics
-    from gd_analyze.simplification.ranking import TermRanking
+    from gd_analyze.levels import ExactDynamics
+    from gd_analyze.search.ranking import TermRanking
 
 _SHORT = {
     "inertia": "D",
@@ -73,14 +72,14 @@ def rank(
     from gd_analyze.cli.terminal import print_json, stages, warnings_told
 
     with warnings_told(quiet) as told, stages(quiet) as stage:
-        from gd_analyze.simplification import ExactDynamics
-        from gd_analyze.simplification.ranking import rank_terms
+        from gd_analyze.levels import ExactDynamics, level_named
+        from gd_analyze.search.ranking import rank_terms
 
         stage("reading")
         arm = load_arm_carrying(robot, payload)
-        exact = ExactDynamics(arm, states_given(arm, trajectory, states, seed), drives)
+        exact = ExactDynamics.of(arm, states_given(arm, trajectory, states, seed), drives)
         stage("ranking")
-        ranking = rank_terms(exact, cast("HarmonicLevel", level))
+        ranking = rank_terms(exact, level_named(level))
     if as_json:
         print_json(_document(exact, ranking, level, told))
     elif not quiet:
@@ -88,12 +87,14 @@ def rank(
 
 
 def _document(exact: ExactDynamics, ranking: TermRanking, level: str, told: list[str]) -> dict[str, Any]:
+    from gd_analyze.tables import _term
+
     return {
         "arm": exact.arm.name,
         "level": level,
-        "drives": exact.drives,
+        "drives": exact.form.drives,
         "states": dict(exact.states.described),
-        "terms": [term.plain for term in ranking.terms],
+        "terms": [_term(term) for term in ranking.terms],
         "torque_uncertainty": ranking.uncertainty,
         "not_worth_keeping": ranking.not_worth_keeping,
         "unlisted": ranking.unlisted,
@@ -105,9 +106,10 @@ def _document(exact: ExactDynamics, ranking: TermRanking, level: str, told: list
 def _show(exact: ExactDynamics, ranking: TermRanking, level: str, top: int) -> None:
     from gd_analyze.cli.terminal import line, sentence, table
     from gd_analyze.report.context import number, percent
+    from gd_analyze.tables import _term
 
     arm, terms = exact.arm, ranking.terms
-    drives = ", with drives" if exact.drives else ""
+    drives = ", with drives" if exact.form.drives else ""
     kind = "energy" if level == "energy" else "torque"
     sentence(
         f"{arm.title or arm.name}{drives}: {len(terms)} {kind} terms, ranked over "
@@ -127,9 +129,9 @@ def _show(exact: ExactDynamics, ranking: TermRanking, level: str, top: int) -> N
             [
                 [
                     str(term.rank),
-                    _SHORT[term.quantity],
-                    term.label,
-                    term.text,
+                    _SHORT[term.term.quantity],
+                    str(_term(term)["label"]),
+                    str(_term(term)["text"]),
                     number(term.alone_torque),
                     str(term.alone_joint),
                     percent(term.alone_share),

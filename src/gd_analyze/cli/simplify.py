@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -14,8 +14,7 @@ from gd_analyze.cli.states import described, states_given, states_options, traje
 
 if TYPE_CHECKING:
     from gd_analyze.certification import Certificate
-    from gd_analyze.models import Level, SimplifiedModel
-    from gd_analyze.models.harmonic import HarmonicLevel
+    from gd_analyze.levels import SimplifiedModel
     from gd_analyze.operations import OperationCount
 
 # What every terminal shows, and a file or a mail as well.
@@ -97,14 +96,14 @@ def simplify(
     with warnings_told(quiet) as told, stages(quiet) as stage:
         import time
 
-        from gd_analyze.models import save_model
+        from gd_analyze.levels import Budget, ExactDynamics, level_named, save_model
         from gd_analyze.provenance import provenance
-        from gd_analyze.simplification import Budget, ExactDynamics, simplify_exact
+        from gd_analyze.search import How, simplify_exact
 
         allowed = Budget.parse(budget)
         arm = load_arm_carrying(robot, payload)
         start = time.perf_counter()
-        exact = ExactDynamics(arm, states_given(arm, trajectory, states, seed), drives)
+        exact = ExactDynamics.of(arm, states_given(arm, trajectory, states, seed), drives)
         source = provenance(command_line())
         certificate = None
         model: SimplifiedModel
@@ -116,7 +115,7 @@ def simplify(
                 exact,
                 allowed,
                 Box.of(arm) if trajectory is None else Box.around(*exact.states.arrays),
-                level=cast("HarmonicLevel", level),
+                level=level_named(level),
                 provenance=source,
                 progress=stage.advance,
             )
@@ -125,9 +124,7 @@ def simplify(
             model = simplify_exact(
                 exact,
                 allowed,
-                level=cast("Level", level),
-                refit=refit,
-                operations=operations,
+                How(level_named(level), refit, operations),
                 provenance=source,
                 progress=stage.advance,
             )
@@ -151,26 +148,25 @@ def _document(
     told: list[str],
     out: Path | None,
 ) -> dict[str, Any]:
-    from gd_analyze.models import ElementModel, HarmonicModel
 
-    promise = model.promise
+    promise = model.promise.errors
     document: dict[str, Any] = {
         "arm": model.arm.name,
-        "level": model.level,
+        "level": model.level.name,
         "refitted": model.refitted,
         "drives": model.drives,
-        "budget": model.budget_stated,
-        "made_for": dict(model.made_for),
+        "budget": model.promise.budget,
+        "made_for": dict(model.promise.made_for),
         "operations": _counts(model.operations),
         "operations_full": _counts(model.operations_full),
-        "search": model.provenance["search"],
+        "search": model.promise.search,
         "joints": [
             {
                 "joint": i + 1,
                 "name": joint.name,
                 "unit": joint.effort_unit,
                 "peak_torque": float(promise.peak_torque[i]),
-                "allowed_error": float(model.budget[i]),
+                "allowed_error": float(model.promise.allowed[i]),
                 "largest_error": float(promise.largest[i]),
                 "largest_share": float(promise.largest_share[i]),
                 "rms_error": float(promise.rms[i]),
@@ -180,9 +176,9 @@ def _document(
             for i, joint in enumerate(model.arm.joints)
         ],
     }
-    if isinstance(model, ElementModel):
-        document |= {"kept": list(model.kept), "dropped": list(model.dropped)}
-    if isinstance(model, HarmonicModel):
+    if not model.level.has_torque_terms:
+        document |= {"kept": _labels(model), "dropped": _labels(model, dropped=True)}
+    if model.level.has_torque_terms:
         from gd_analyze.harmonics import Basis
         from gd_analyze.harmonics.torque_rendering import torque_legend
 
@@ -203,9 +199,8 @@ def model_equations(model: SimplifiedModel, digits: int = 3, width: int | None =
     """A harmonic model as equations, one per joint; nothing for a model of parts."""
     from gd_analyze.harmonics import Basis
     from gd_analyze.harmonics.torque_rendering import torques_to_text
-    from gd_analyze.models import HarmonicModel
 
-    if not isinstance(model, HarmonicModel):
+    if not model.level.has_torque_terms:
         return ()
     return torques_to_text(Basis.of(model.arm), model.torques, digits, width)
 
@@ -218,23 +213,21 @@ def _counts(operations: OperationCount) -> dict[str, int]:
 
 def _terms(model: SimplifiedModel) -> tuple[int, str]:
     """How many of what the model keeps."""
-    from gd_analyze.models import ElementModel, HarmonicModel
+    return len(model.terms), model.level.keeps
 
-    if isinstance(model, ElementModel):
-        return len(model.kept), "parts"
-    assert isinstance(model, HarmonicModel)  # there is no other kind
-    if model.level == "energy":
-        return len(model.energy), "energy terms"
-    return len(model.torques), "torque terms"
+
+def _labels(model: SimplifiedModel, dropped: bool = False) -> list[str]:
+    from gd_analyze.levels import parts_of
+
+    return [p.label for p in parts_of(model.arm.n_joints) if (p in model.terms) != dropped]
 
 
 def _show(model: SimplifiedModel, certificate: Certificate | None, seconds: float, digits: int) -> None:
     from gd_analyze.cli.joint_table import joint_table
     from gd_analyze.cli.terminal import line, sentence
-    from gd_analyze.models import ElementModel, HarmonicModel
     from gd_analyze.report.context import number, percent
 
-    promise, arm = model.promise, model.arm
+    promise, arm = model.promise.errors, model.arm
     full, left = model.operations_full, model.operations
     worst = int(promise.largest_share.argmax())
     drives = ", with drives" if model.drives else ""
@@ -247,15 +240,15 @@ def _show(model: SimplifiedModel, certificate: Certificate | None, seconds: floa
     line(f"         -> {left}")
     count, kind = _terms(model)
     refitted = ", refitted" if model.refitted else ""
-    where = described(model.made_for)
-    sentence(f"{count} {kind}{refitted}, budget {model.budget_stated}, for {where}; in {seconds:.2g} s")
-    sentence(f"Operations after each step of the search: {model.provenance['search']}.")
+    where = described(model.promise.made_for)
+    sentence(f"{count} {kind}{refitted}, budget {model.promise.budget}, for {where}; in {seconds:.2g} s")
+    sentence(f"Operations after each step of the search: {model.promise.search}.")
     joint_table(
         "Torque error, {units}, and its share of peak torque",
         arm,
         [
             ("peak torque", "right", [number(float(x)) for x in promise.peak_torque]),
-            ("allowed", "right", [number(float(x)) for x in model.budget]),
+            ("allowed", "right", [number(float(x)) for x in model.promise.allowed]),
             ("largest", "right", [number(float(x)) for x in promise.largest]),
             ("share", "right", [percent(float(x)) for x in promise.largest_share]),
             ("RMS", "right", [number(float(x)) for x in promise.rms]),
@@ -264,16 +257,16 @@ def _show(model: SimplifiedModel, certificate: Certificate | None, seconds: floa
     )
     line()
     if certificate is not None:
-        where = "the arm's limits" if "box" in model.made_for else "the extremes of the trajectory"
+        where = "the arm's limits" if "box" in model.promise.made_for else "the extremes of the trajectory"
         bounds = ", ".join(f"{number(float(bound))}" for bound in certificate.certified)
         sentence(f"Certified: no state within {where} has an error above {bounds} at the joints.")
         line()
-    if isinstance(model, ElementModel):
+    if not model.level.has_torque_terms:
         sentence("Kept", bold=True)
-        sentence(", ".join(model.kept) or "nothing")
+        sentence(", ".join(_labels(model)) or "nothing")
         sentence("Dropped", bold=True)
-        sentence(", ".join(model.dropped) or "nothing")
-    if isinstance(model, HarmonicModel):
+        sentence(", ".join(_labels(model, dropped=True)) or "nothing")
+    if model.level.has_torque_terms:
         from gd_analyze.harmonics import Basis
         from gd_analyze.harmonics.torque_rendering import torque_legend
 

@@ -11,7 +11,7 @@ from gd_analyze.cli.options import TRAJECTORY, TRAJECTORY_HELP, F
 
 if TYPE_CHECKING:
     from gd_analyze.robots import RobotArm
-    from gd_analyze.simplification import States
+    from gd_analyze.states import States
 
 
 def states_options(function: F) -> F:
@@ -48,7 +48,7 @@ trajectory_argument = click.argument(
 
 def states_given(arm: RobotArm, trajectory: str | None, states: int, seed: int) -> States:
     """Read or draw them."""
-    from gd_analyze.simplification import states_in_box, states_of
+    from gd_analyze.states import states_in_box, states_of
     from gd_analyze.trajectories import read_trajectory
 
     if trajectory is None:

@@ -11,8 +11,8 @@ from gd_analyze.cli.payload import load_arm_carrying, payload_option
 from gd_analyze.cli.states import described, states_given, states_options, trajectory_argument
 
 if TYPE_CHECKING:
-    from gd_analyze.simplification import Budget, ExactDynamics
-    from gd_analyze.simplification.trade_off import TradeOffPoint
+    from gd_analyze.levels import Budget, ExactDynamics
+    from gd_analyze.search.trade_off import TradeOffPoint
 
 
 @click.command("trade-off", short_help="Operations against torque error, for all levels.")
@@ -59,14 +59,14 @@ def trade_off(
     from gd_analyze.cli.terminal import print_json, stages, warnings_told
 
     with warnings_told(quiet) as told, stages(quiet) as stage:
-        from gd_analyze.simplification import Budget, ExactDynamics
-        from gd_analyze.simplification.trade_off import FACTORS, KINDS
-        from gd_analyze.simplification.trade_off import trade_off as run
+        from gd_analyze.levels import Budget, ExactDynamics
+        from gd_analyze.search.trade_off import FACTORS, KINDS
+        from gd_analyze.search.trade_off import trade_off as run
 
         stage("reading")
         allowed = Budget.parse(budget)
         arm = load_arm_carrying(robot, payload)
-        exact = ExactDynamics(arm, states_given(arm, trajectory, states, seed), drives)
+        exact = ExactDynamics.of(arm, states_given(arm, trajectory, states, seed), drives)
         stage("simplifying", len(KINDS) * len(FACTORS))
         points = run(exact, allowed, thorough=not quick, progress=stage.advance)
     if as_json:
@@ -82,12 +82,12 @@ def _document(
 
     return {
         "arm": exact.arm.name,
-        "drives": exact.drives,
+        "drives": exact.form.drives,
         "states": dict(exact.states.described),
         "budget": str(budget),
         "points": [
             {
-                "level": point.level,
+                "level": point.level.name,
                 "refit": point.refit,
                 "budget": point.budget,
                 "operations": {**asdict(point.operations), "total": point.operations.total},
@@ -101,10 +101,11 @@ def _document(
 
 def _show(exact: ExactDynamics, points: tuple[TradeOffPoint, ...]) -> None:
     from gd_analyze.cli.terminal import sentence, table
-    from gd_analyze.simplification import curves
+    from gd_analyze.levels import ELEMENT, TERM
+    from gd_analyze.search import curves
 
     arm = exact.arm
-    drives = ", with drives" if exact.drives else ""
+    drives = ", with drives" if exact.form.drives else ""
     sentence(f"{arm.title or arm.name}{drives}, over {described(exact.states.described)}", bold=True)
     by_kind = curves(points)
     table(
@@ -118,5 +119,5 @@ def _show(exact: ExactDynamics, points: tuple[TradeOffPoint, ...]) -> None:
             for row in zip(*by_kind.values(), strict=True)
         ],
     )
-    full = [exact.operations_full(level).total for level in ("element", "term")]
+    full = [level.exact_operations(exact.form).total for level in (ELEMENT, TERM)]
     sentence(f"Exact: {full[0]} by elements, {full[1]} by harmonic terms.")

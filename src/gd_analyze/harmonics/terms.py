@@ -29,6 +29,9 @@ class Factor(NamedTuple):
     kind: FactorKind
     multiples: tuple[int, ...]
 
+    def __repr__(self) -> str:
+        return repr(tuple(self))
+
     @property
     def joints(self) -> tuple[int, ...]:
         """Joints in the argument, from 0."""
@@ -76,6 +79,11 @@ class EnergyTerm(NamedTuple):
     i: int
     j: int
     monomial: Monomial
+
+    @property
+    def quantity(self) -> str:
+        """Whether this belongs to the kinetic or to the potential energy."""
+        return "potential" if self.is_potential else "kinetic"
 
     @property
     def is_potential(self) -> bool:

@@ -73,6 +73,22 @@ class Program:
             kinds["multiply"], kinds["add"] + kinds["subtract"], kinds["cos"] + kinds["sin"]
         )
 
+    def with_values(self, values: Mapping[str, float]) -> Program:
+        """Give some inputs a number, and fold what follows from it."""
+        trace = Trace()
+        known: dict[int, Any] = {}
+
+        def of(x: Any) -> Any:
+            return known[x.order] if isinstance(x, Expression) else x
+
+        for step in self.steps:
+            if step.operation == "input":
+                name = step.arguments[0]
+                known[step.order] = values[name] if name in values else trace.record("input", name)
+            else:
+                known[step.order] = trace.apply(step.operation, *map(of, step.arguments))
+        return Program.of(trace, [of(output) for output in self.outputs])
+
     def run(self, inputs: Mapping[str, FloatArray]) -> FloatArray:
         """Evaluate on many set points at once.
 

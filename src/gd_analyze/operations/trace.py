@@ -16,7 +16,6 @@ import numpy as np
 from gd_analyze.vectors import Array
 
 Operation = Literal["input", "add", "subtract", "multiply", "negative", "cos", "sin"]
-Operand = "Expression | float"
 
 
 class Expression:
@@ -68,11 +67,11 @@ class Trace:
 
     def cos(self, values: Array) -> Array:
         """Take the cosine of every entry."""
-        return self._elementwise("cos", math.cos, values)
+        return self._elementwise("cos", values)
 
     def sin(self, values: Array) -> Array:
         """Take the sine of every entry."""
-        return self._elementwise("sin", math.sin, values)
+        return self._elementwise("sin", values)
 
     def add(self, a: Any, b: Any) -> Any:
         """Sum with zeros left out and a sign turned into a difference."""
@@ -120,6 +119,20 @@ class Trace:
             return self._node("subtract", a.arguments[1], a.arguments[0])
         return self._node("negative", a)
 
+    def apply(self, operation: Operation, *arguments: Any) -> Any:
+        """Carry an operation out, folding what can be folded."""
+        if operation in ("cos", "sin"):
+            (x,) = arguments
+            constant = math.cos if operation == "cos" else math.sin
+            return self._node(operation, x) if isinstance(x, Expression) else constant(x)
+        fold: dict[str, Any] = {
+            "add": self.add,
+            "subtract": self.subtract,
+            "multiply": self.multiply,
+            "negative": self.negative,
+        }
+        return fold[operation](*arguments)
+
     def record(self, operation: Operation, *arguments: Any) -> Expression:
         """Take an operation down as it is, nothing folded: how a program that was written out comes back."""
         return self._node(operation, *arguments)
@@ -131,11 +144,8 @@ class Trace:
             return self.negative(self.add(a.arguments[0], b))
         return self._node("subtract", a, b)
 
-    def _elementwise(self, operation: Operation, constant: Any, values: Array) -> Array:
-        def one(value: Any) -> Any:
-            return self._node(operation, value) if isinstance(value, Expression) else constant(value)
-
-        result: Array = np.frompyfunc(one, 1, 1)(values)
+    def _elementwise(self, operation: Operation, values: Array) -> Array:
+        result: Array = np.frompyfunc(lambda value: self.apply(operation, value), 1, 1)(values)
         return result
 
     def _node(self, operation: Operation, *arguments: Any) -> Expression:

@@ -14,8 +14,6 @@ from typing import Any, cast, get_args
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Expression, Operation, Trace
 
-WrittenStep = tuple[str, ...] | tuple[str | float, ...]
-
 _ARGUMENTS: dict[str, int] = {"input": 1, "negative": 1, "cos": 1, "sin": 1} | dict.fromkeys(
     ("add", "subtract", "multiply"), 2
 )

@@ -9,7 +9,7 @@ import numpy as np
 
 from gd_analyze.dominance import Element, text_verdicts
 from gd_analyze.findings import Findings
-from gd_analyze.models.element_level import Part, parts_of
+from gd_analyze.levels.parts import Part, parts_of
 from gd_analyze.report.arm_data import arm_data
 from gd_analyze.report.beyond_data import beyond_data, term_data, trade_off_data
 from gd_analyze.report.context import Context, DominanceRow, build_context, percent
@@ -61,7 +61,7 @@ def document(findings: Findings) -> dict[str, Any]:
         "text": _text(findings, context),
         "elements": {
             "equations": _equations(findings, context),
-            "budget": findings.element_model.budget_stated,
+            "budget": findings.element_model.promise.budget,
             "operations": _operations(context.element_operations_full, context.element_operations),
             **_dropped(findings, context),
         },
@@ -253,7 +253,7 @@ def _dropped(findings: Findings, context: Context) -> dict[str, Any]:
     rows = []
     for row, torque, share in zip(costly, torques, shares, strict=True):
         joint = row.torque_joint - 1
-        within = row.torque_peak <= findings.element_model.budget[joint]
+        within = row.torque_peak <= findings.element_model.promise.allowed[joint]
         rows.append(
             {
                 **_symbol(parts[row.part]),
@@ -270,7 +270,7 @@ def _dropped(findings: Findings, context: Context) -> dict[str, Any]:
 
 def _share(findings: Findings, share: float, joint: int) -> str:
     """Percent of a joint's peak torque; a dash where that torque is round-off (joints count from 1)."""
-    peak = float(findings.model.promise.peak_torque[joint - 1])
+    peak = float(findings.model.promise.errors.peak_torque[joint - 1])
     return hundredths(share) if share == 0 or peak > round_off(findings) else "–"
 
 

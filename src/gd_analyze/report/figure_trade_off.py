@@ -76,12 +76,12 @@ def trade_off_figure(findings: Findings) -> Figure:
     """Operations against largest error, one line per level and refit, and the report's own model."""
     model, points = findings.model, findings.trade_off
     kinds = list(dict.fromkeys((point.level, point.refit) for point in points))
-    own = (100 * float(model.promise.largest_share.max(initial=0.0)), float(model.operations.total))
+    own = (100 * float(model.promise.errors.largest_share.max(initial=0.0)), float(model.operations.total))
     exact = {
         "exact, by elements": findings.element_model.operations_full.total,
         "exact": model.operations_full.total,
     }
-    if model.level == "element":
+    if model is findings.element_model:
         del exact["exact"]
     across = _Axis.around([own[0], *(100 * point.error_share for point in points)], _DECADES)
     upward = _Axis.around([own[1], *(float(p.operations.total) for p in points), *map(float, exact.values())])
@@ -97,7 +97,7 @@ def trade_off_figure(findings: Findings) -> Figure:
         mine = [point for point in points if (point.level, point.refit) == kind]
         x = [across.place(100 * point.error_share) for point in mine]
         y = [upward.place(point.operations.total) for point in mine]
-        colour = _COLOURS[kind[0]]
+        colour = _COLOURS[kind[0].name]
         style = {"markerfacecolor": colour} | (_REFITTED if kind[1] else {})
         add_line(
             figure,
@@ -110,11 +110,11 @@ def trade_off_figure(findings: Findings) -> Figure:
             markersize=3.6,
             markeredgecolor=colour,
             markeredgewidth=0.9,
-            label=kind[0] + (" refitted" if kind[1] else ""),
+            label=kind[0].name + (" refitted" if kind[1] else ""),
             zorder=3,
             **style,
         )
-        names.append((y[-1], kind[0] + (", refitted" if kind[1] else ""), colour))
+        names.append((y[-1], kind[0].name + (", refitted" if kind[1] else ""), colour))
     add_line(
         figure,
         panel,

@@ -89,7 +89,7 @@ def torque_figure(findings: Findings) -> Figure:
     for i, joint in enumerate(arm.joints):
         bottom = foot + (n - 1 - i) * row
         exact, simplified = evaluation.exact[:, i], evaluation.simplified[:, i]
-        error, allowed = simplified - exact, float(findings.model.budget[i])
+        error, allowed = simplified - exact, float(findings.model.promise.allowed[i])
         spans = (
             value_range(exact, simplified, floor=noise),
             value_range(error, np.array([-allowed, allowed]), floor=noise),

@@ -7,28 +7,25 @@ from collections.abc import Hashable, Iterable
 from typing import Any
 
 from gd_analyze.findings import Findings
-from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import EnergyTerm, Rate, TorqueTerm
 from gd_analyze.harmonics.torque_typst import Piece, energy_to_typst, legend_to_typst, torques_to_typst
-from gd_analyze.models import HarmonicModel
 
 
 def harmonic_data(findings: Findings) -> dict[str, Any] | None:
     """Describe the model for the template; None for a model that keeps parts of elements."""
     model, harmonics = findings.model, findings.harmonics
-    if not isinstance(model, HarmonicModel) or harmonics is None:
+    if not model.level.has_torque_terms or harmonics is None:
         return None
     basis = harmonics.basis
-    energy = energy_terms(harmonics, model.arm.drive_inertia if model.drives else None)
-    if model.level == "energy":
+    if model.level.is_mechanical:
         written = [
             {"left": symbol, "groups": [_signed(pieces)]}
-            for symbol, pieces in energy_to_typst(model.energy).items()
+            for symbol, pieces in energy_to_typst(model.terms).items()
         ]
         return {
             "equations": written,
-            "legend": legend_to_typst(basis, dict.fromkeys(map(_with_rates, model.energy), 1.0)),
-            "kept": _energy_kept(energy, model.energy, basis.n_joints),
+            "legend": legend_to_typst(basis, dict.fromkeys(map(_with_rates, model.terms), 1.0)),
+            "kept": _energy_kept(model.form.energies, model.terms, basis.n_joints),
         }
     return {
         "equations": [
@@ -36,7 +33,7 @@ def harmonic_data(findings: Findings) -> dict[str, Any] | None:
             for i, pieces in enumerate(torques_to_typst(basis, model.torques))
         ],
         "legend": legend_to_typst(basis, model.torques),
-        "kept": _torques_kept(torques_of_energies(energy, basis), model.torques, basis.n_joints),
+        "kept": _torques_kept(model.form.torques, model.torques, basis.n_joints),
         "carried": [{"joint": joint + 1, "by": joint + 2} for run in basis.runs for joint in run.joints[:-1]],
     }
 

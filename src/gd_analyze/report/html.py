@@ -15,7 +15,7 @@ from markupsafe import Markup, escape
 
 from gd_analyze.dominance import Element, elements, text_verdicts
 from gd_analyze.findings import Findings
-from gd_analyze.models import parts_of
+from gd_analyze.levels import parts_of
 from gd_analyze.report import mathml
 from gd_analyze.report.beyond_chart import beyond_chart
 from gd_analyze.report.context import Context, DominanceRow, build_context, number, percent

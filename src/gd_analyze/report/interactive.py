@@ -118,7 +118,7 @@ def _add_torques(drawing: _Drawing, findings: Findings) -> None:
             f"error-{i + 1}",
             joint.effort_unit,
             {"error": simplified[:, i] - exact[:, i]},
-            band=float(findings.model.budget[i]),
+            band=float(findings.model.promise.allowed[i]),
             zero=True,
         )
 
@@ -127,8 +127,8 @@ def _trade_off(findings: Findings) -> dict[str, Any]:
     """Operations against error in percent: a curve for every kind, this report's model, the exact ones."""
     model, elements_only = findings.model, findings.element_model
     traces = []
-    for level, refit in dict.fromkeys((point.level, point.refit) for point in findings.trade_off):
-        points = [point for point in findings.trade_off if (point.level, point.refit) == (level, refit)]
+    for level, refit in dict.fromkeys((point.level.name, point.refit) for point in findings.trade_off):
+        points = [point for point in findings.trade_off if (point.level.name, point.refit) == (level, refit)]
         traces.append(
             {
                 "role": f"{level}-refit" if refit else level,
@@ -138,7 +138,7 @@ def _trade_off(findings: Findings) -> dict[str, Any]:
                 "budget": [point.budget for point in points],
             }
         )
-    shares = model.promise.largest_share
+    shares = model.promise.errors.largest_share
     exact = [{"label": "exact, by elements", "y": elements_only.operations_full.total}]
     if model is not elements_only:
         exact.append({"label": "exact, in harmonic terms", "y": model.operations_full.total})
@@ -152,7 +152,7 @@ def _trade_off(findings: Findings) -> dict[str, Any]:
             # A joint that needs no torque at all has no peak to take a share of.
             "x": max(_rounded(100 * shares[np.isfinite(shares)]), default=0.0),
             "y": model.operations.total,
-            "budget": model.budget_stated,
+            "budget": model.promise.budget,
         },
     }
 

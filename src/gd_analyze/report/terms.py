@@ -17,9 +17,8 @@ from gd_analyze.harmonics.torque_mathml import (
     torque_term_mathml,
     torques_to_mathml,
 )
-from gd_analyze.models import HarmonicModel
 from gd_analyze.report.context import Context
-from gd_analyze.simplification import RankedTerm
+from gd_analyze.search import RankedTerm
 
 # A page that writes out more exact terms than this would be for no one to read.
 MOST_EXACT_TERMS = 2000
@@ -90,7 +89,7 @@ def exact_torques(findings: Findings) -> Torques:
 def torque_views(findings: Findings) -> tuple[TorqueView, ...]:
     """Equations of a model of harmonic terms; none for another."""
     model = findings.model
-    if not isinstance(model, HarmonicModel):
+    if not model.level.has_torque_terms:
         return ()
     return tuple(
         TorqueView(
@@ -104,7 +103,7 @@ def torque_views(findings: Findings) -> tuple[TorqueView, ...]:
 def torque_legend(findings: Findings, exact: Torques) -> tuple[Markup, ...]:
     """Meaning of the names in the model's equations, or of those in the ranking where it has none."""
     model = findings.model
-    used = model.torques if isinstance(model, HarmonicModel) else exact
+    used = model.torques if model.level.has_torque_terms else exact
     return tuple(map(Markup, torque_legend_mathml(Basis.of(findings.arm), used)))
 
 
@@ -119,7 +118,7 @@ def shared_accelerations(findings: Findings) -> tuple[Markup, ...]:
 def tallies(findings: Findings, exact: Torques) -> tuple[tuple[Tally, ...], ...]:
     """Terms kept and terms there are, by row: one entry per acceleration, then h, then c."""
     model = findings.model
-    if not isinstance(model, HarmonicModel):
+    if not model.level.has_torque_terms:
         return ()
     n = findings.arm.n_joints
     kept, total = (Counter(map(_place, torques)) for torques in (model.torques, exact))
@@ -142,7 +141,7 @@ def _place(term: TorqueTerm) -> tuple[int, str, int]:
 def term_rows(findings: Findings, context: Context) -> tuple[TermRow, ...]:
     """Rows of the ranking with their formulas."""
     model = findings.model
-    kept = model.torques if isinstance(model, HarmonicModel) else None
+    kept = model.torques if model.level.has_torque_terms else None
     return tuple(
         TermRow(
             ranked,

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gd_analyze.dominance import peak_magnitude
-from gd_analyze.models import ElementModel, parts_of
-from gd_analyze.models.element_level import torque_by_part
+from gd_analyze.levels.model import SimplifiedModel
+from gd_analyze.levels.parts import parts_of, torque_by_part
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,10 +35,9 @@ class Loss:
     torque_share: float
 
 
-def losses(model: ElementModel, dataset: xr.Dataset) -> tuple[Loss, ...]:
-    """Rank what a model left out by its torque along a decomposed trajectory, largest share first."""
-    dropped = set(model.dropped)
-    parts = tuple(part for part in parts_of(model.arm.n_joints) if part.label in dropped)
+def losses(model: SimplifiedModel, dataset: xr.Dataset) -> tuple[Loss, ...]:
+    """Rank the parts a model of parts left out by their torque along a decomposed trajectory."""
+    parts = tuple(part for part in parts_of(model.arm.n_joints) if part not in model.terms)
     largest = np.abs(torque_by_part(dataset, dataset.qdd.values, parts)).max(axis=2)
     peak_torque = peak_magnitude(dataset.torque.values)
     with np.errstate(divide="ignore", invalid="ignore"):

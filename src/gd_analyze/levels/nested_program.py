@@ -6,12 +6,9 @@ from collections import defaultdict
 from collections.abc import Hashable, Mapping
 from typing import Any
 
-import numpy as np
-
 from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.lagrangian import absolute_rates
-from gd_analyze.harmonics.terms import Monomial, Rate, TorqueTerm
-from gd_analyze.models.torque_variables import TorqueVariables
+from gd_analyze.harmonics.terms import Monomial, Rate, Torques
+from gd_analyze.levels.torque_variables import TorqueVariables
 from gd_analyze.operations import Program, Trace
 from gd_analyze.operations.factoring import factored
 
@@ -23,10 +20,8 @@ _Polynomials = dict[_Key, dict[Monomial, float]]
 _Brackets = dict[_Key, tuple[int, float]]
 
 
-def nested_programs(
-    basis: Basis, terms: Mapping[TorqueTerm, float], *, in_line: bool = False
-) -> dict[str, Program]:
-    """Programs of torque, D, h and c in nested form.
+def nested_program(basis: Basis, terms: Torques, *, in_line: bool = False) -> Program:
+    """Write torques in nested form: a few milliseconds for some hundred terms.
 
     Parameters
     ----------
@@ -37,40 +32,12 @@ def nested_programs(
     in_line
         Whether a bracket of a single term is multiplied out, so that sums of rates are taken out of it.
     """
-    n = basis.n_joints
-    nest, polynomials, brackets = _nested(basis, terms, in_line)
-    outputs = {"torque": _rows(n, polynomials, brackets, nest)}
-    for quantity in ("coriolis_centrifugal", "gravity_loading"):
-        chosen = {key: p for key, p in polynomials.items() if _quantity(key[1]) == quantity}
-        outputs[quantity] = _rows(n, chosen, brackets, nest)
-    absolute = np.full((n, n), 0.0, dtype=object)
-    for key, (number, ratio) in brackets.items():
-        if _quantity(key[1]) == "inertia":
-            absolute[key[0], key[1][0].joint] = nest.brackets[number] * ratio
-    back = np.linalg.inv(absolute_rates(basis))
-    outputs["inertia"] = list(np.einsum("ki,kl,lj->ij", back, absolute, back).ravel())
-    return {name: Program.of(nest.trace, rows) for name, rows in outputs.items()}
-
-
-def nested_torque(basis: Basis, terms: Mapping[TorqueTerm, float]) -> Program:
-    """Write the torque alone in nested form: a few milliseconds for some hundred terms."""
-    nest, polynomials, brackets = _nested(basis, terms, in_line=False)
-    return Program.of(nest.trace, _rows(basis.n_joints, polynomials, brackets, nest))
-
-
-def _nested(
-    basis: Basis, terms: Mapping[TorqueTerm, float], in_line: bool
-) -> tuple[_Nest, _Polynomials, _Brackets]:
     nest = _Nest(basis, in_line)
     polynomials: _Polynomials = defaultdict(dict)
     for term, weight in terms.items():
         if weight != 0.0:
             polynomials[term.row, term.rates][term.monomial] = weight
-    return nest, polynomials, _brackets(polynomials, nest)
-
-
-def _quantity(rates: tuple[Rate, ...]) -> str:
-    return TorqueTerm(0, rates, ()).quantity
+    return Program.of(nest.trace, _rows(basis.n_joints, polynomials, _brackets(polynomials, nest), nest))
 
 
 class _Nest:

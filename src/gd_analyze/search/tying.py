@@ -13,8 +13,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.simplification.candidates import Candidates
-from gd_analyze.simplification.refit import Refit
+from gd_analyze.search.candidates import Candidates
+from gd_analyze.search.refit import Refit
 from gd_analyze.vectors import FloatArray
 
 # Pairs tried in all, and how far apart the coefficients of a pair may be, as a factor.

@@ -1,4 +1,4 @@
-"""The arm's torque as a sum of parts that can each be kept or dropped: the text's own simplification.
+"""The arm's torque as a sum of parts that can each be kept or dropped: the founding text's simplification.
 
 The parts are D_ij^tran and D_ij^rot (i <= j), h_i^tran and h_i^rot, and c_i. Their arithmetic is traced once
 from the formulation's own code; what a selection of parts needs is then known to the last multiplication.
@@ -89,13 +89,13 @@ class TracedParts:
             return self.coriolis_centrifugal[effect, element.i]
         return self.inertia[effect, element.i, element.j]
 
-    def keep(self, labels: Collection[str], drive_inertia: Array | None) -> dict[str, Array]:
-        """Expressions of D, h, c and torque from the kept parts alone.
+    def torque(self, parts: Collection[Part], drive_inertia: Array | None) -> Array:
+        """Expressions of the torques from some parts alone, shape (n,).
 
         Parameters
         ----------
-        labels
-            Labels of the kept parts.
+        parts
+            The kept ones.
         drive_inertia
             Added to the diagonal of D, kg m^2, shape (n,); None without drives.
         """
@@ -104,7 +104,7 @@ class TracedParts:
         h = np.full(n, 0.0, dtype=object)
         c = np.full(n, 0.0, dtype=object)
         for part in parts_of(n):
-            if part.label not in labels:
+            if part not in parts:
                 continue
             i, j = part.element.i, part.element.j
             if part.element.quantity == "gravity_loading":
@@ -117,13 +117,7 @@ class TracedParts:
         if drive_inertia is not None:
             for i in range(n):
                 inertia[i, i] = inertia[i, i] + float(drive_inertia[i])
-        torque = np.einsum("ij,j->i", inertia, self.qdd) + h + c
-        return {
-            "inertia": inertia,
-            "coriolis_centrifugal": h,
-            "gravity_loading": c,
-            "torque": torque,
-        }
+        return np.einsum("ij,j->i", inertia, self.qdd) + h + c
 
 
 @lru_cache(maxsize=8)

@@ -7,23 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.models.simplified import Level
+from gd_analyze.levels import LEVELS, Budget, ExactDynamics, Level
+from gd_analyze.levels.level import ROUGH
 from gd_analyze.operations import OperationCount
-from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.candidates import SWEEP, Candidates, candidates_of
-from gd_analyze.simplification.elimination import Elimination, eliminate
-from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.making import operations_of
-from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.search.candidates import SWEEP, Candidates, candidates_of
+from gd_analyze.search.elimination import Elimination, eliminate
+from gd_analyze.search.simplify import How, simplify_exact
 from gd_analyze.vectors import FloatArray
 
-# Parts of elements have no coefficients to refit.
-KINDS: tuple[tuple[Level, bool], ...] = (
-    ("element", False),
-    ("term", False),
-    ("term", True),
-    ("energy", False),
-    ("energy", True),
+# Every level, and every level once more with a refit that can have one.
+KINDS: tuple[tuple[Level, bool], ...] = tuple(
+    (level, refit)
+    for level in LEVELS.values()
+    for refit in ((False, True) if level.can_be_refitted else (False,))
 )
 FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 
@@ -108,8 +104,8 @@ def trade_off(
             tell(len(factors))
             continue
         for factor in factors:
-            model = simplify_exact(exact, budget.scaled(factor), level=level, refit=refit)
-            error = float(model.promise.largest_share.max())
+            model = simplify_exact(exact, budget.scaled(factor), How(level, refit))
+            error = float(model.promise.errors.largest_share.max())
             stated = str(budget.scaled(factor))
             points.append(TradeOffPoint(level, refit, factor, stated, model.operations, error))
             tell(1)
@@ -140,7 +136,7 @@ def _eliminated(
                 refit,
                 factor,
                 str(budget.scaled(factor)),
-                operations_of(exact, level, *elimination.candidates.whole(kept, scale), thorough=False),
+                elimination.candidates.count(kept, scale, ROUGH),
                 _error_share(exact, elimination.candidates, kept * scale - 1.0, allowed),
             )
         )

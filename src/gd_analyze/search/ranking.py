@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
 from gd_analyze.harmonics.terms import EnergyTerm, TorqueTerm
-from gd_analyze.harmonics.torque_rendering import energy_term_text, torque_term_text
-from gd_analyze.models.harmonic import HarmonicLevel
-from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.candidates import candidates_of
-from gd_analyze.simplification.elimination import eliminate
-from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.uncertainty import torque_uncertainty
+from gd_analyze.levels import TERM, Budget, ExactDynamics, Level
+from gd_analyze.search.candidates import candidates_of
+from gd_analyze.search.elimination import eliminate
+from gd_analyze.search.uncertainty import torque_uncertainty
 from gd_analyze.vectors import FloatArray
 
 _WHOLE = Budget((1.0,), (True,))
@@ -27,14 +24,8 @@ class RankedTerm:
     ----------
     rank
         1 is what is missed most.
-    label
-        Where it stands: "tau2" or, at level energy, "D'12" and "U".
-    quantity
-        "inertia", "coriolis_centrifugal", "gravity_loading"; "kinetic" or "potential" at level energy.
-    text
-        The term as a person would write it.
     term, weight
-        The term itself and its coefficient.
+        The term and its coefficient.
     alone_torque, alone_joint, alone_share
         Its own largest torque, N m, at the joint where that is most of the peak torque.
     without_share, without_joint
@@ -45,9 +36,6 @@ class RankedTerm:
     """
 
     rank: int
-    label: str
-    quantity: str
-    text: str
     term: TorqueTerm | EnergyTerm
     weight: float
     alone_torque: float
@@ -56,12 +44,6 @@ class RankedTerm:
     without_share: float
     without_joint: int
     below_uncertainty: bool | None
-
-    @property
-    def plain(self) -> dict[str, str | int | float | bool | None]:
-        """All of it but the term itself, as plain values."""
-        names = (field.name for field in fields(self))
-        return {name: getattr(self, name) for name in names if name != "term"}
 
 
 @dataclass(frozen=True)
@@ -81,19 +63,19 @@ class TermRanking:
         make together, over the joint's peak torque.
     """
 
-    terms: tuple[RankedTerm, ...]
-    uncertainty: tuple[float, ...] | None
-    not_worth_keeping: int
-    unlisted: int
-    unlisted_share: float
+    terms: tuple[RankedTerm, ...] = ()
+    uncertainty: tuple[float, ...] | None = None
+    not_worth_keeping: int = 0
+    unlisted: int = 0
+    unlisted_share: float = 0.0
 
-    @classmethod
-    def none(cls) -> TermRanking:
-        """No term ranked."""
-        return cls((), None, 0, 0, 0.0)
+    @property
+    def total(self) -> int:
+        """Number of terms there are."""
+        return len(self.terms) + self.unlisted
 
 
-def rank_terms(exact: ExactDynamics, level: HarmonicLevel = "term", digits: int = 3) -> TermRanking:
+def rank_terms(exact: ExactDynamics, level: Level = TERM) -> TermRanking:
     """Rank the terms of an arm's dynamics by the torque they make at given states.
 
     Of very many states some thousand stand for all. Terms go one by one, each time the one whose loss adds
@@ -105,9 +87,7 @@ def rank_terms(exact: ExactDynamics, level: HarmonicLevel = "term", digits: int 
     exact
         Exact dynamics at the states that count.
     level
-        Terms of the torques or of the energies.
-    digits
-        Significant digits in the terms' texts.
+        A level of harmonic terms: of the torques or of the energies.
     """
     exact = exact.thinned()
     whole = exact.allowed(_WHOLE)
@@ -116,22 +96,17 @@ def rank_terms(exact: ExactDynamics, level: HarmonicLevel = "term", digits: int 
     listed = 1.0 - candidates.swept
     errors = listed * elimination.errors() + candidates.swept
     alone = listed * np.abs(candidates.effects).max(axis=2, initial=0.0)
-    spread = torque_uncertainty(exact.arm, exact.states, exact.drives)
+    spread = torque_uncertainty(exact.arm, exact.states, exact.form.drives)
     limit = None if spread is None else np.abs(spread).max(axis=0)
-    labels = _texts(exact, level, digits)
+    terms = list(candidates.terms.items())
     rows = []
     went = zip(reversed(elimination.order), errors[:0:-1], strict=True)
     for rank, (k, without) in enumerate(went, start=1):
         joint, worst = int(alone[k].argmax()), int(without.argmax())
-        label, quantity, text, term, weight = labels[candidates.members[k]]
         rows.append(
             RankedTerm(
-                rank=rank,
-                label=label,
-                quantity=quantity,
-                text=text,
-                term=term,
-                weight=weight,
+                rank,
+                *terms[k],
                 alone_torque=float(alone[k, joint] * whole[joint]),
                 alone_joint=joint + 1,
                 alone_share=float(alone[k, joint]),
@@ -153,24 +128,3 @@ def _first_beyond(errors: FloatArray, limit: FloatArray) -> int:
     """How many terms may go before any joint's error exceeds its limit for the first time."""
     beyond = (errors > limit).any(axis=1)
     return int(beyond.argmax()) - 1 if beyond.any() else len(errors) - 1
-
-
-def _texts(
-    exact: ExactDynamics, level: HarmonicLevel, digits: int
-) -> list[tuple[str, str, str, TorqueTerm | EnergyTerm, float]]:
-    """Label, quantity, text, term and weight of every candidate."""
-    if level == "term":
-        return [
-            (f"tau{term.row + 1}", term.quantity, torque_term_text(term, weight, digits), term, weight)
-            for term, weight in exact.torques.items()
-        ]
-    return [
-        (
-            "U" if term.is_potential else f"D'{term.i + 1}{term.j + 1}",
-            "potential" if term.is_potential else "kinetic",
-            energy_term_text(term, coefficient, digits),
-            term,
-            coefficient,
-        )
-        for term, coefficient in exact.energy.items()
-    ]

@@ -9,10 +9,10 @@ import numpy as np
 
 from gd_analyze.dominance import ROUND_OFF_SHARE
 from gd_analyze.formulations import newton_euler_link
-from gd_analyze.models.simplified import SimplifiedModel
+from gd_analyze.levels.exact import ExactDynamics
+from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.robots import RobotArm
-from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.states import States
+from gd_analyze.states import States
 from gd_analyze.vectors import FloatArray, set_points_last
 
 
@@ -57,17 +57,17 @@ def payload_effect(model: SimplifiedModel, states: States) -> PayloadEffect:
     states
         The states in question; the result says nothing of others.
     """
-    exact = ExactDynamics(model.arm, states, model.drives).torque
-    error = model.torque(states.q, states.qd, states.qdd) - exact
+    exact = ExactDynamics(model.form, states).torque
+    error = model.torque(*states.arrays) - exact
     of_a_kilogram = _torque_of_a_kilogram(model.arm, states)
     # Cancelled terms leave round-off behind, where there is neither an error nor an effect.
     error[np.abs(error) <= ROUND_OFF_SHARE * np.abs(exact).max()] = 0.0
     size = np.abs(of_a_kilogram)
     acts = size > ROUND_OFF_SHARE * size.max()
-    left = model.budget + np.sign(of_a_kilogram) * error
+    left = model.promise.allowed + np.sign(of_a_kilogram) * error
     mass = np.full(error.shape, np.inf)
     np.divide(left, size, out=mass, where=acts)
-    mass[np.abs(error) > model.budget] = 0.0
+    mass[np.abs(error) > model.promise.allowed] = 0.0
     return PayloadEffect(np.where(acts, size, 0.0).max(axis=0), mass.min(axis=0))
 
 

@@ -11,8 +11,10 @@ from pydantic import ValidationError
 
 from gd_analyze.errors import GdAnalyzeError, Location, ModelError
 from gd_analyze.files import write_text
-from gd_analyze.models.model_schema import FORMAT, SCHEMAS, VERSION, document_of, model_of
-from gd_analyze.models.simplified import SimplifiedModel
+from gd_analyze.levels.levels import LEVELS
+from gd_analyze.levels.model import SimplifiedModel
+from gd_analyze.levels.model_schema import FORMAT, VERSION, ModelDocument, document_of, model_of
+from gd_analyze.levels.old_files import from_version_1
 
 _WRITE_AGAIN = "write the model again with `gd-analyze ROBOT TRAJECTORY` or `gd-analyze simplify ROBOT -o`"
 
@@ -39,6 +41,55 @@ def load_model(path: str | Path) -> SimplifiedModel:
         If the file cannot be read, is not such a model, or was changed so that it no longer fits itself.
     """
     path = Path(path)
+    raw = _read(path)
+    if raw.get("version") not in (1, VERSION):
+        raise ModelError(
+            "the model file is of another version",
+            where=Location(path),
+            expected=f"version {VERSION} or 1",
+            found=f"version {raw.get('version')}",
+            next_step="use the gd-analyze that wrote it, or write the model again",
+        )
+    if raw.get("level") not in list(LEVELS):
+        raise ModelError(
+            "the model file is of a level that is not known",
+            where=f"{path}: level",
+            expected=f"one of {', '.join(LEVELS)}",
+            found=repr(raw.get("level"))[:120],
+            next_step=_WRITE_AGAIN,
+        )
+    try:
+        content = from_version_1(raw) if raw["version"] == 1 else raw
+        model = model_of(ModelDocument.model_validate(content))
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise ModelError(
+            "the model file is damaged",
+            where=f"{path}: {'.'.join(str(key) for key in first['loc'])}",
+            expected=first["msg"],
+            found=repr(first.get("input"))[:120],
+            next_step=_WRITE_AGAIN,
+        ) from None
+    except (GdAnalyzeError, KeyError, TypeError, ValueError, AttributeError) as error:
+        raise ModelError(
+            "the model file is damaged: its arm or its terms cannot be rebuilt",
+            where=Location(path),
+            found=(str(error) or type(error).__name__).splitlines()[0],
+            next_step=_WRITE_AGAIN,
+        ) from None
+    if raw["digest"] != _digest(raw):
+        raise ModelError(
+            "the model file was changed after it was written: its stated errors no longer hold",
+            where=Location(path),
+            expected=f"digest {_digest(raw)[:16]}... of its content",
+            found=f"digest {str(raw['digest'])[:16]}...",
+            next_step="write the model again for the arm and the parts you mean",
+        )
+    return model
+
+
+def _read(path: Path) -> dict[str, Any]:
+    """Read the JSON of a model file, of any version and whatever it says."""
     try:
         raw = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -61,51 +112,7 @@ def load_model(path: str | Path) -> SimplifiedModel:
         raise _foreign(path, "brackets nested beyond any model") from None
     if not isinstance(raw, dict) or raw.get("format") != FORMAT:
         raise _foreign(path, "other JSON")
-    if raw.get("version") != VERSION:
-        raise ModelError(
-            "the model file is of another version",
-            where=Location(path),
-            expected=f"version {VERSION}",
-            found=f"version {raw.get('version')}",
-            next_step="use the gd-analyze that wrote it, or write the model again",
-        )
-    schema = SCHEMAS.get(str(raw.get("level")))
-    if schema is None:
-        raise ModelError(
-            "the model file is of a level that is not known",
-            where=f"{path}: level",
-            expected=f"one of {', '.join(SCHEMAS)}",
-            found=repr(raw.get("level"))[:120],
-            next_step=_WRITE_AGAIN,
-        )
-    try:
-        document = schema.model_validate(raw)
-        model = model_of(document)
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise ModelError(
-            "the model file is damaged",
-            where=f"{path}: {'.'.join(str(key) for key in first['loc'])}",
-            expected=first["msg"],
-            found=repr(first.get("input"))[:120],
-            next_step=_WRITE_AGAIN,
-        ) from None
-    except (GdAnalyzeError, KeyError, TypeError, ValueError, AttributeError) as error:
-        raise ModelError(
-            "the model file is damaged: its arm or its terms cannot be rebuilt",
-            where=Location(path),
-            found=(str(error) or type(error).__name__).splitlines()[0],
-            next_step=_WRITE_AGAIN,
-        ) from None
-    if document.digest != _digest(raw):
-        raise ModelError(
-            "the model file was changed after it was written: its stated errors no longer hold",
-            where=Location(path),
-            expected=f"digest {_digest(raw)[:16]}... of its content",
-            found=f"digest {document.digest[:16]}...",
-            next_step="write the model again for the arm and the parts you mean",
-        )
-    return model
+    return raw
 
 
 def _digest(document: dict[str, Any]) -> str:

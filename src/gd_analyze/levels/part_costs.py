@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections import defaultdict
 
 from gd_analyze.dominance import Element
-from gd_analyze.models.element_level import Part, TracedParts, parts_of
+from gd_analyze.levels.parts import Part, TracedParts
 from gd_analyze.operations import Expression, Trace
 
 
-def part_costs(traced: TracedParts, drives: bool) -> dict[frozenset[int], int]:
+def part_costs(traced: TracedParts, parts: tuple[Part, ...], drives: bool) -> dict[frozenset[int], int]:
     """Operations by the set of parts that need them, those that put parts into torques included."""
-    parts = parts_of(len(traced.qdd))
     costs = blocks(traced.trace, [[traced.expression(part)] for part in parts])
     for needing, operations in assembly(traced, parts, drives).items():
         costs[needing] = costs.get(needing, 0) + operations

@@ -12,16 +12,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gd_analyze.simplification.candidates import Candidates
-from gd_analyze.simplification.elimination import Elimination, eliminate
-from gd_analyze.simplification.refit import Refit
-from gd_analyze.simplification.selection import select
-from gd_analyze.simplification.sharing import share_coefficients
+from gd_analyze.search.candidates import Candidates, Kept
+from gd_analyze.search.elimination import Elimination, eliminate
+from gd_analyze.search.refit import Refit
+from gd_analyze.search.selection import select
+from gd_analyze.search.tying import share_coefficients
 from gd_analyze.vectors import FloatArray
 
-Kept = NDArray[np.bool_]
 # Operations of a selection with given factors of its coefficients.
 Count = Callable[[Kept, FloatArray], int]
 # Factors with which a selection is within the budget, None if there are none; given the selection and the
@@ -84,8 +82,12 @@ def search(
     progress
         Called with the number of candidates dropped since the last call.
     """
-    one = np.ones(len(candidates.effects))
+    one = np.ones(len(candidates))
     tell = progress or (lambda _: None)
+    if candidates.level.is_priced_exactly:
+        selection = select(candidates.effects, 1.0, candidates.costs)
+        kept = np.array(selection.kept)
+        return Found(kept, one, {"integer program": (kept, one)}, selection.optimal)
     best = eliminate(candidates).within()
     tell(int((~best).sum()))
     steps = {"elimination": (best, one)}

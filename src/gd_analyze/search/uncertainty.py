@@ -9,7 +9,7 @@ import numpy as np
 from gd_analyze.decomposition import CHUNK
 from gd_analyze.kinematics import Kinematics, solve_kinematics
 from gd_analyze.robots import Link, RobotArm
-from gd_analyze.simplification.states import States
+from gd_analyze.states import States
 from gd_analyze.vectors import Array, FloatArray, apply, cross, outer, set_points_last
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.simplification.candidates import Candidates
+from gd_analyze.search.candidates import Candidates
 from gd_analyze.vectors import FloatArray
 
 # What a candidate counts as saving that saves nothing while those it shares its arithmetic with remain.

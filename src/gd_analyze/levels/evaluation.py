@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gd_analyze.decomposition import decompose, decompose_states
 from gd_analyze.errors import ModelError
-from gd_analyze.models.simplified import ErrorTable, SimplifiedModel
+from gd_analyze.levels.model import SimplifiedModel
+from gd_analyze.levels.promise import ErrorTable
 from gd_analyze.robots import RobotArm, fingerprint
+from gd_analyze.states import States, states_of
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray
 
@@ -29,22 +31,6 @@ class Evaluation:
     def within(self, allowed: FloatArray) -> FloatArray:
         """Whether each joint's largest error is within `allowed` (n,)."""
         return np.asarray(self.table.largest <= allowed)
-
-
-class AtStates(Protocol):
-    """Anything with joint variables, rates and accelerations, shape (N, n)."""
-
-    @property
-    def q(self) -> FloatArray:
-        """Joint variables, rad (m)."""
-
-    @property
-    def qd(self) -> FloatArray:
-        """Rates, per s."""
-
-    @property
-    def qdd(self) -> FloatArray:
-        """Accelerations, per s^2."""
 
 
 def evaluate(
@@ -88,10 +74,10 @@ def evaluate(
         _require_same(model, held, trajectory, dataset)
     else:
         dataset = decompose(held, trajectory, coupling=False, drives=model.drives)
-    return _compare(model, trajectory, dataset.torque.values)
+    return _compare(model, states_of(trajectory), dataset.torque.values)
 
 
-def evaluate_states(model: SimplifiedModel, states: AtStates, arm: RobotArm | None = None) -> Evaluation:
+def evaluate_states(model: SimplifiedModel, states: States, arm: RobotArm | None = None) -> Evaluation:
     """Evaluate a model at states that need not belong to any motion, such as those of a box.
 
     Parameters
@@ -99,7 +85,7 @@ def evaluate_states(model: SimplifiedModel, states: AtStates, arm: RobotArm | No
     model
         The simplified model.
     states
-        Joint variables, rates and accelerations, see `gd_analyze.simplification.states_in_box`.
+        Joint variables, rates and accelerations, see `gd_analyze.states.states_in_box`.
     arm
         As for `evaluate`.
 
@@ -118,7 +104,7 @@ def evaluate_states(model: SimplifiedModel, states: AtStates, arm: RobotArm | No
         If the model includes drives and the arm describes none.
     """
     held = _held_against(model, arm)
-    exact = decompose_states(held, states.q, states.qd, states.qdd, coupling=False, drives=model.drives)
+    exact = decompose_states(held, *states.arrays, coupling=False, drives=model.drives)
     return _compare(model, states, exact["torque"])
 
 
@@ -135,8 +121,8 @@ def _held_against(model: SimplifiedModel, arm: RobotArm | None) -> RobotArm:
     return arm
 
 
-def _compare(model: SimplifiedModel, states: AtStates, exact: FloatArray) -> Evaluation:
-    simplified = model.torque(states.q, states.qd, states.qdd)
+def _compare(model: SimplifiedModel, states: States, exact: FloatArray) -> Evaluation:
+    simplified = model.torque(*states.arrays)
     return Evaluation(exact, simplified, ErrorTable.of(exact, simplified))
 
 

@@ -1,0 +1,172 @@
+"""What simplifications are measured against: an arm's exact dynamics, as a form and at given states."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gd_analyze.decomposition import decompose_states
+from gd_analyze.dominance import ROUND_OFF_SHARE, peak_magnitude
+from gd_analyze.harmonics import Basis, Harmonics, identify
+from gd_analyze.harmonics.lagrangian import absolute_rates, energy_terms, gathered, torques_of
+from gd_analyze.harmonics.terms import Energies, EnergyTerm, Torques
+from gd_analyze.levels.budget import Budget
+from gd_analyze.levels.level import Effort, Level
+from gd_analyze.operations import OperationCount
+from gd_analyze.robots import RobotArm
+from gd_analyze.states import States, states_of
+from gd_analyze.trajectories import Trajectory
+from gd_analyze.vectors import FloatArray
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# States that a search looks at; of a longer trajectory some stand for all, until others turn out to matter.
+MOST_STATES = 5000
+
+
+@dataclass(frozen=True, eq=False)
+class ExactForm:
+    """An arm's exact dynamics as sums of terms; each is made once, when it is first asked for.
+
+    Parameters
+    ----------
+    arm, drives
+        The arm, and whether drive inertia acts.
+    """
+
+    arm: RobotArm
+    drives: bool = False
+
+    @property
+    def drive_inertia(self) -> FloatArray | None:
+        """Drive inertia at the joints, shape (n,); None where it does not act."""
+        return self.arm.drive_inertia if self.drives else None
+
+    @cached_property
+    def basis(self) -> Basis:
+        """The arm's basis functions."""
+        return Basis.of(self.arm)
+
+    @cached_property
+    def harmonics(self) -> Harmonics:
+        """The dynamics as sums of basis functions, by effect and link."""
+        return identify(self.arm)
+
+    @cached_property
+    def energies(self) -> Energies:
+        """Every term of the energies and its coefficient."""
+        return energy_terms(self.harmonics, self.drive_inertia)
+
+    @cached_property
+    def torques(self) -> Torques:
+        """Every torque term and its weight."""
+        return self.torques_of(self.energies)
+
+    def torques_of(self, energies: Energies) -> Torques:
+        """Torque terms that some energy terms make."""
+        return gathered((coefficient, self.source(term)) for term, coefficient in energies.items())
+
+    def source(self, term: EnergyTerm) -> Torques:
+        """Torque terms that an energy term makes with a coefficient of 1."""
+        if term not in self._sources:
+            self._sources[term] = torques_of(term, self._absolute_rates)
+        return self._sources[term]
+
+    @cached_property
+    def _sources(self) -> dict[EnergyTerm, Torques]:
+        return {}
+
+    @cached_property
+    def _absolute_rates(self) -> FloatArray:
+        return absolute_rates(self.basis)
+
+    def operations(self, level: Level, effort: Effort) -> OperationCount:
+        """Operations of the exact torque, written as models of a level are."""
+        if (level, effort) not in self._counted:
+            program = level.write(self, level.terms(self), effort)
+            self._counted[level, effort] = program.count
+        return self._counted[level, effort]
+
+    @cached_property
+    def _counted(self) -> dict[tuple[Level, Effort], OperationCount]:
+        return {}
+
+
+@dataclass(frozen=True, eq=False)
+class ExactDynamics:
+    """An arm's exact dynamics at given states.
+
+    Parameters
+    ----------
+    form, states
+        The dynamics, and where.
+    decomposed
+        What `decompose` gave for these states where it is at hand.
+    """
+
+    form: ExactForm
+    states: States
+    decomposed: Mapping[Any, Any] | None = None
+
+    @classmethod
+    def of(
+        cls, arm: RobotArm, given: States | Trajectory | xr.Dataset, drives: bool = False
+    ) -> ExactDynamics:
+        """Take states, a trajectory's set points, or a decomposition, which knows whether drives act."""
+        if isinstance(given, States):
+            return cls(ExactForm(arm, drives), given)
+        if isinstance(given, Trajectory):
+            return cls(ExactForm(arm, drives), states_of(given))
+        described = {
+            "trajectory": given.attrs["trajectory"],
+            "trajectory_fingerprint": given.attrs["trajectory_fingerprint"],
+            "set_points": given.sizes["time"],
+        }
+        states = States(given["q"].values, given["qd"].values, given["qdd"].values, described)
+        return cls(ExactForm(arm, "drive_torque" in given), states, given)
+
+    @property
+    def arm(self) -> RobotArm:
+        """The arm."""
+        return self.form.arm
+
+    def at(self, states: States) -> ExactDynamics:
+        """Take the same dynamics at other states."""
+        return replace(self, states=states, decomposed=None)
+
+    def thinned(self, most: int = MOST_STATES) -> ExactDynamics:
+        """Take the same at so many states at most: evenly chosen ones, and every extreme."""
+        count = len(self.states)
+        if count <= most:
+            return self
+        evenly = np.linspace(0, count - 1, most).astype(int)
+        extremes = [np.abs(x).argmax(axis=0) for x in (self.torque, *self.states.arrays)]
+        return self.at(self.states.at(np.unique(np.concatenate([evenly, *extremes]))))
+
+    @cached_property
+    def quantities(self) -> Mapping[Any, Any]:
+        """D, h and c by effect, drive torque and torque at the states, see `decompose_states`."""
+        if self.decomposed is not None:
+            return self.decomposed
+        return decompose_states(self.arm, *self.states.arrays, coupling=False, drives=self.form.drives)
+
+    @cached_property
+    def torque(self) -> FloatArray:
+        """Torque, N m, shape (N, n)."""
+        return np.asarray(self.quantities["torque"])
+
+    @cached_property
+    def peak_torque(self) -> FloatArray:
+        """Largest magnitude of every joint's torque, shape (n,)."""
+        return peak_magnitude(self.torque)
+
+    def allowed(self, budget: Budget) -> FloatArray:
+        """Allowed error per joint, N m, shape (n,), and never less than round-off."""
+        # Without any torque anywhere nothing is worth keeping, and any positive budget says so.
+        floor = ROUND_OFF_SHARE * (float(self.peak_torque.max()) or 1.0)
+        return np.maximum(budget.allowed(self.peak_torque), floor)

@@ -1,0 +1,160 @@
+"""What a level of simplification is: how far the dynamics are cut up before something is left out.
+
+A level says by itself what may be dropped, what each candidate makes of torque and costs, how a program is
+written from what is kept, how that is stored and shown, and whether it can be refitted and certified. Search,
+models, certificates and reports ask the level and know none by name. A level whose models are no list of
+terms, but programs that were pruned, keeps no terms and gives its program as it is.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict
+
+from gd_analyze.errors import ModelError
+from gd_analyze.harmonics.terms import Torques
+from gd_analyze.operations import OperationCount, Program
+from gd_analyze.vectors import FloatArray
+
+if TYPE_CHECKING:
+    from gd_analyze.levels.exact import ExactDynamics, ExactForm
+
+# What a model keeps: a number by term, of whatever kind the level's terms are.
+Terms = Mapping[Any, float]
+# Operations by the set of candidates, numbered in their order, that need them.
+Costs = Mapping[frozenset[int], int]
+
+
+class Effort(NamedTuple):
+    """How much time goes into a program of few operations.
+
+    Parameters
+    ----------
+    shared
+        Number of torque terms up to which what the rows share is looked for.
+    thorough
+        Whether that is rearranged, too, and other ways are tried: about a second.
+    alone
+        Whether, where it is looked for, no other way is held against it.
+    """
+
+    shared: int
+    thorough: bool = False
+    alone: bool = False
+
+
+# Milliseconds; hundredths of a second, many times in a search; tenths; for the exact form; for good.
+ROUGH = Effort(0)
+COUNTING = Effort(80, alone=True)
+QUICK = Effort(250)
+FULL = Effort(600)
+THOROUGH = Effort(600, thorough=True)
+
+
+class Numbers(NamedTuple):
+    """The free numbers of a refit.
+
+    Parameters
+    ----------
+    parameter
+        Which free number scales each term, shape (K,). Terms whose coefficients are equal, opposite or a
+        power of two apart share one, so that what they share in arithmetic stays shared.
+    magnitude
+        Magnitude of the coefficient behind each term, shape (K,).
+    """
+
+    parameter: np.ndarray
+    magnitude: FloatArray
+
+
+class Entry(BaseModel):
+    """One term in a model file."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+
+class Level(ABC):
+    """A level of simplification; there is one value of each.
+
+    Parameters
+    ----------
+    name
+        As users call it.
+    summary
+        What it does, for help and documents.
+    keeps
+        What its models keep, in the plural.
+    can_be_refitted
+        Whether kept terms have coefficients that may change.
+    has_torque_terms
+        Whether its models are sums of harmonic terms, whose error can be certified.
+    is_mechanical
+        Whether its models are mechanical systems, with a symmetric D.
+    is_priced_exactly
+        Whether `costs` are what a program takes, so that an integer program's optimum is the end.
+    entry
+        Schema of one term in a model file.
+    """
+
+    name: ClassVar[str]
+    summary: ClassVar[str]
+    keeps: ClassVar[str]
+    can_be_refitted: ClassVar[bool] = False
+    has_torque_terms: ClassVar[bool] = False
+    is_mechanical: ClassVar[bool] = False
+    is_priced_exactly: ClassVar[bool] = False
+    entry: ClassVar[type[Entry]]
+
+    def __str__(self) -> str:
+        return self.name
+
+    @abstractmethod
+    def terms(self, form: ExactForm) -> Terms:
+        """All terms of the exact dynamics: what a model may keep."""
+
+    @abstractmethod
+    def effects(self, exact: ExactDynamics, terms: Terms) -> FloatArray:
+        """Torque that each term makes at each state, N m, shape (K, n, N)."""
+
+    @abstractmethod
+    def costs(self, form: ExactForm, terms: Sequence[Any]) -> Costs:
+        """Operations by the set of terms that need them."""
+
+    @abstractmethod
+    def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
+        """Write the torque that terms make as a program."""
+
+    @abstractmethod
+    def to_entry(self, term: Any, weight: float) -> Entry:
+        """Write a term for a model file."""
+
+    @abstractmethod
+    def from_entry(self, form: ExactForm, entry: Any) -> tuple[Any, float]:
+        """Read a term back; a ModelError if no arm of this make has it."""
+
+    def numbers(self, form: ExactForm, terms: Sequence[Any]) -> Numbers:
+        """Free numbers of a refit: by default every term has its own."""
+        return Numbers(np.arange(len(terms)), np.ones(len(terms)))
+
+    def torques(self, form: ExactForm, terms: Terms) -> Torques:
+        """Harmonic terms of the torques that terms make.
+
+        Raises
+        ------
+        ModelError
+            If models of this level are no sums of such terms.
+        """
+        raise ModelError(
+            f"a model of level {self.name} has no harmonic terms",
+            expected="a model of a level that has, such as term or energy",
+            found=f"level {self.name}",
+            next_step="make one with `gd-analyze simplify`",
+        )
+
+    def exact_operations(self, form: ExactForm, effort: Effort = FULL) -> OperationCount:
+        """Operations of the exact torque in the form that models of this level have."""
+        return form.operations(self, effort)

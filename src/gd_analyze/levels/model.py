@@ -1,0 +1,141 @@
+"""What a user takes away: a simplified model that evaluates torque, D, h and c, and what it promises."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from gd_analyze.errors import ModelError
+from gd_analyze.harmonics.terms import Torques
+from gd_analyze.levels.exact import ExactForm
+from gd_analyze.levels.level import Level, Terms
+from gd_analyze.levels.promise import Promise
+from gd_analyze.operations import OperationCount, Program
+from gd_analyze.operations.derivative import derivative
+from gd_analyze.robots import RobotArm
+from gd_analyze.vectors import FloatArray, set_points_last
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SimplifiedModel:
+    """An arm's torque model with something left out, and the error it states.
+
+    Parameters
+    ----------
+    level
+        How far the dynamics were cut up, see `gd_analyze.levels.LEVELS`.
+    form
+        The exact dynamics it stands for.
+    terms
+        What is kept: numbers by term, of the kind the level has; nothing where the model is a program alone.
+    program
+        The torques as a straight-line program, from which D, h and c follow.
+    refitted
+        Whether kept coefficients were refitted to absorb what was dropped.
+    operations_full
+        Operations of the exact model in the same form.
+    promise
+        Budget, errors, and where they were measured.
+    provenance
+        Versions, time, command.
+    """
+
+    level: Level
+    form: ExactForm
+    terms: Terms
+    program: Program
+    refitted: bool = False
+    operations_full: OperationCount
+    promise: Promise
+    provenance: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def arm(self) -> RobotArm:
+        """The arm it stands for."""
+        return self.form.arm
+
+    @property
+    def drives(self) -> bool:
+        """Whether drive inertia is part of it."""
+        return self.form.drives
+
+    @cached_property
+    def torques(self) -> Torques:
+        """Its torques as harmonic terms; a ModelError where its level has none."""
+        return self.level.torques(self.form, self.terms)
+
+    @cached_property
+    def operations(self) -> OperationCount:
+        """Operations of one evaluation of all torques."""
+        return self.program.count
+
+    def torque(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
+        """Generalized torque of the simplified model.
+
+        Parameters
+        ----------
+        q, qd, qdd
+            Joint variables, rates and accelerations, rad (m) and per s, s^2, shape (..., n).
+
+        Returns
+        -------
+        numpy.ndarray
+            N m (N), shape (..., n).
+
+        Raises
+        ------
+        ModelError
+            If a last axis is not n long.
+        """
+        return self._evaluated(self.program, q, qd, qdd)
+
+    def inertia(self, q: FloatArray) -> FloatArray:
+        """Simplified D, kg m^2, shape (..., n, n); with drives, theirs is on the diagonal."""
+        columns = [self._evaluated(program, q) for program in self._inertia_columns]
+        return np.stack(columns, axis=-1)
+
+    def coriolis_centrifugal(self, q: FloatArray, qd: FloatArray) -> FloatArray:
+        """Simplified h, N m, shape (..., n)."""
+        return 0.5 * self._evaluated(self._twice_coriolis_centrifugal, q, qd)
+
+    def gravity_loading(self, q: FloatArray) -> FloatArray:
+        """Simplified c, N m, shape (..., n)."""
+        return self._evaluated(self._gravity_loading, q)
+
+    @cached_property
+    def _inertia_columns(self) -> tuple[Program, ...]:
+        """Torque is linear in the accelerations: column j of D is its derivative by that of joint j."""
+        still = self._zeros("qd", "qdd")
+        return tuple(derivative(self.program, {f"qdd{j + 1}": 1.0}, still) for j in range(self.arm.n_joints))
+
+    @cached_property
+    def _twice_coriolis_centrifugal(self) -> Program:
+        """H is homogeneous of degree 2 in the rates: its derivative along them is twice h (Euler)."""
+        along: dict[str, float | str] = {f"qd{j + 1}": f"qd{j + 1}" for j in range(self.arm.n_joints)}
+        return derivative(self.program, along, self._zeros("qdd"))
+
+    @cached_property
+    def _gravity_loading(self) -> Program:
+        return self.program.with_values(self._zeros("qd", "qdd"))
+
+    def _zeros(self, *names: str) -> dict[str, float]:
+        return {f"{name}{j + 1}": 0.0 for name in names for j in range(self.arm.n_joints)}
+
+    def _evaluated(self, program: Program, *states: FloatArray) -> FloatArray:
+        n = self.arm.n_joints
+        arrays = np.broadcast_arrays(*(np.asarray(x, dtype=float) for x in states))
+        leading = arrays[0].shape[:-1]
+        inputs: dict[str, FloatArray] = {}
+        for name, array in zip(("q", "qd", "qdd"), arrays, strict=False):
+            if array.shape[-1:] != (n,):
+                raise ModelError(
+                    f"{name} does not fit the model of {self.arm.name}",
+                    expected=f"shape (..., {n})",
+                    found=str(array.shape),
+                )
+            inputs |= {f"{name}{i + 1}": row for i, row in enumerate(set_points_last(array))}
+        values = program.run(inputs)
+        return np.ascontiguousarray(values.T).reshape(*leading, n)

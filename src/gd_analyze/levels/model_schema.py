@@ -1,0 +1,168 @@
+"""What a model file holds, and the way from a model to it and back."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, TypeAdapter
+
+from gd_analyze.errors import ModelError
+from gd_analyze.levels.exact import ExactForm
+from gd_analyze.levels.level import ROUGH, Level
+from gd_analyze.levels.levels import level_named
+from gd_analyze.levels.model import SimplifiedModel
+from gd_analyze.levels.promise import ErrorTable, Promise, SearchStep
+from gd_analyze.operations import OperationCount, Program
+from gd_analyze.operations.written import read_back, written
+from gd_analyze.robots import arm_from_description, describe, fingerprint
+from gd_analyze.vectors import FloatArray
+
+FORMAT = "gd-analyze simplified model"
+VERSION = 2
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+
+class _Operations(_Strict):
+    multiplications: int
+    additions: int
+    sines_cosines: int
+
+
+class _JointError(_Strict):
+    joint: str
+    unit: str
+    peak_torque: float
+    allowed_error: float
+    largest_error: float
+    rms_error: float
+
+
+class _Step(_Strict):
+    step: str
+    operations: int
+
+
+class ModelDocument(_Strict):
+    """The whole file; `terms` are as the level's own entry says."""
+
+    format: Literal["gd-analyze simplified model"]
+    version: Literal[2]
+    level: str
+    drives: bool
+    refitted: bool
+    budget: str
+    errors_are: Literal["sampled at the states of made_for"]
+    errors: list[_JointError]
+    made_for: dict[str, str | int]
+    search: list[_Step]
+    solved: bool
+    operations: _Operations
+    operations_full: _Operations
+    arm_fingerprint: str
+    arm: dict[str, Any]
+    terms: list[dict[str, Any]]
+    steps: list[list[str | float]]
+    outputs: list[str | float]
+    provenance: dict[str, str]
+    digest: str
+
+
+def document_of(model: SimplifiedModel) -> ModelDocument:
+    """Write a model into its schema; the digest is left empty."""
+    promise, errors = model.promise, model.promise.errors
+    steps, outputs = written(model.program)
+    return ModelDocument(
+        format=FORMAT,
+        version=VERSION,
+        level=model.level.name,
+        drives=model.drives,
+        refitted=model.refitted,
+        budget=promise.budget,
+        errors_are="sampled at the states of made_for",
+        errors=[
+            _JointError(
+                joint=joint.name,
+                unit=joint.effort_unit,
+                peak_torque=errors.peak_torque[i],
+                allowed_error=promise.allowed[i],
+                largest_error=errors.largest[i],
+                rms_error=errors.rms[i],
+            )
+            for i, joint in enumerate(model.arm.joints)
+        ],
+        made_for=dict(promise.made_for),
+        search=[_Step(step=step.name, operations=step.operations) for step in promise.steps],
+        solved=promise.solved,
+        operations=_count(model.operations),
+        operations_full=_count(model.operations_full),
+        arm_fingerprint=fingerprint(model.arm, model.drives),
+        arm=describe(model.arm),
+        terms=[model.level.to_entry(*item).model_dump() for item in model.terms.items()],
+        steps=steps,
+        outputs=outputs,
+        provenance=dict(model.provenance),
+        digest="",
+    )
+
+
+def model_of(document: ModelDocument) -> SimplifiedModel:
+    """Rebuild the model; a ValueError or an error of this project's where the parts do not fit the arm."""
+    level = level_named(document.level)
+    form = ExactForm(arm_from_description(document.arm), document.drives)
+    n = form.arm.n_joints
+    entries = TypeAdapter(list[level.entry]).validate_python(document.terms)  # type: ignore[name-defined]
+    stated = [level.from_entry(form, entry) for entry in entries]
+    terms = dict(stated)
+    if len(terms) < len(stated):
+        raise ModelError("a term is stated twice")
+    inputs = {f"{name}{i + 1}" for name in ("q", "qd", "qdd") for i in range(n)}
+    program = read_back(document.steps, document.outputs, inputs)
+    _require_same(level, form, terms, program)
+
+    def column(name: str) -> FloatArray:
+        return np.array([getattr(row, name) for row in document.errors])
+
+    full = document.operations_full
+    return SimplifiedModel(
+        level=level,
+        form=form,
+        terms=terms,
+        program=program,
+        refitted=document.refitted,
+        operations_full=OperationCount(full.multiplications, full.additions, full.sines_cosines),
+        promise=Promise(
+            column("allowed_error"),
+            document.budget,
+            ErrorTable(column("peak_torque"), column("largest_error"), column("rms_error")),
+            document.made_for,
+            tuple(SearchStep(step.step, step.operations) for step in document.search),
+            document.solved,
+        ),
+        provenance=document.provenance,
+    )
+
+
+def _require_same(level: Level, form: ExactForm, terms: dict[Any, float], program: Program) -> None:
+    """Hold the written program against the terms at some states: one of them must not be out of step."""
+    n = form.arm.n_joints
+    if len(program.outputs) != n:
+        raise ValueError(f"the program has {len(program.outputs)} outputs, not {n}")
+    again = level.write(form, terms, ROUGH)
+    states = np.random.default_rng(0).uniform(-1.0, 1.0, (3, n, 5))
+    inputs = {f"{name}{i + 1}": states[k, i] for k, name in enumerate(("q", "qd", "qdd")) for i in range(n)}
+    one, other = again.run(inputs), program.run(inputs)
+    # Two ways to sum some hundred products: far below any term that a change could touch and matter.
+    if not np.abs(one - other).max(initial=0.0) <= 1e-9 * np.abs(one).max(initial=1e-300):
+        raise ValueError("the program does not compute the terms")
+
+
+def _count(operations: OperationCount) -> _Operations:
+    return _Operations(
+        multiplications=operations.multiplications,
+        additions=operations.additions,
+        sines_cosines=operations.sines_cosines,
+    )

@@ -1,0 +1,94 @@
+"""What a model promises: how far its torques may be off, measured where, and how it was found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from gd_analyze.dominance import ROUND_OFF_SHARE, peak_magnitude
+from gd_analyze.vectors import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorTable:
+    """Torque error of a model over given states, per joint; N m (N for a sliding joint), shape (n,).
+
+    Parameters
+    ----------
+    peak_torque
+        Largest magnitude of the exact torque.
+    largest, rms
+        Largest and root mean square error.
+    """
+
+    peak_torque: FloatArray
+    largest: FloatArray
+    rms: FloatArray
+
+    @classmethod
+    def of(cls, exact: FloatArray, simplified: FloatArray) -> ErrorTable:
+        """Compare torques of shape (N, n); what is only round-off counts as no error."""
+        error = simplified - exact
+        error[np.abs(error) <= ROUND_OFF_SHARE * np.abs(exact).max()] = 0.0
+        return cls(peak_magnitude(exact), np.abs(error).max(axis=0), np.sqrt(np.mean(error**2, axis=0)))
+
+    @property
+    def largest_share(self) -> FloatArray:
+        """Largest error over peak torque; 0 where there is neither, infinite where only an error is."""
+        return _share(self.largest, self.peak_torque)
+
+    @property
+    def rms_share(self) -> FloatArray:
+        """RMS error over peak torque."""
+        return _share(self.rms, self.peak_torque)
+
+    @property
+    def worst(self) -> int:
+        """The joint, from 0, whose largest error is the largest share of its peak torque."""
+        return int(self.largest_share.argmax())
+
+
+def _share(error: FloatArray, peak: FloatArray) -> FloatArray:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(error == 0.0, 0.0, error / peak)
+
+
+class SearchStep(NamedTuple):
+    """One step of a search, and the operations of what was kept after it, all written the same quick way."""
+
+    name: str
+    operations: int
+
+
+@dataclass(frozen=True, eq=False)
+class Promise:
+    """What a model states of itself.
+
+    Parameters
+    ----------
+    allowed, budget
+        Allowed torque error per joint, N m, shape (n,), and how the user put it.
+    errors
+        Error over the states it was made for: sampled, not a bound elsewhere.
+    made_for
+        Those states, see `States.described`.
+    steps, solved
+        What every step of the search led to, and whether its integer program ended: then no selection without
+        refit takes fewer operations.
+    """
+
+    allowed: FloatArray
+    budget: str
+    errors: ErrorTable
+    made_for: Mapping[str, str | int]
+    steps: tuple[SearchStep, ...] = ()
+    solved: bool = False
+
+    @property
+    def search(self) -> str:
+        """The steps in words."""
+        steps = ", ".join(f"{step.name} {step.operations}" for step in self.steps)
+        return steps + (", solved to the end" if self.solved else "")

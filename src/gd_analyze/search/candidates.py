@@ -1,0 +1,156 @@
+"""What a simplification may drop: the terms of a level, what each makes of torque, and what it costs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.errors import UsageError
+from gd_analyze.levels import ExactDynamics, ExactForm, Level
+from gd_analyze.levels.level import Costs, Effort, Terms
+from gd_analyze.operations import OperationCount
+from gd_analyze.vectors import FloatArray
+
+Kept = NDArray[np.bool_]
+
+# Above so many terms the smallest go first: no search could weigh them all.
+MANY = 1000
+# What those may make of the budget together, and how many may then be left at most.
+SWEEP, _MOST = 0.3, 4000
+# Numbers held at a time while looking for them.
+_AT_ONCE = 10_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """What may be dropped.
+
+    Parameters
+    ----------
+    level, form
+        The level, and the exact dynamics whose terms these are.
+    terms
+        The candidates, with their numbers in the exact dynamics.
+    effects
+        Torque of every candidate over the allowed error, shape (K, n, N); their sum is the exact torque.
+    costs
+        Operations by the set of candidates that need them.
+    parameter, magnitude
+        Free numbers of a refit, see `gd_analyze.levels.level.Numbers`.
+    ratio
+        Factor of every candidate's coefficient where its free number is 1, shape (K,); 1 at first.
+    total
+        How many terms there are. Those of an arm with very many that are no candidates are dropped
+        beforehand; `effects` are over what they leave of the budget.
+    swept
+        Share of the budget that those others take together, 0 where there are none.
+    """
+
+    level: Level
+    form: ExactForm
+    terms: Terms
+    effects: FloatArray
+    costs: Costs
+    parameter: NDArray[np.int64]
+    magnitude: FloatArray
+    ratio: FloatArray
+    total: int
+    swept: float = 0.0
+
+    def __len__(self) -> int:
+        return len(self.effects)
+
+    def keep(self, kept: Kept, scale: FloatArray) -> dict[Any, float]:
+        """Terms of a selection, shape (K,), their coefficients times their factors, shape (K,)."""
+        chosen = zip(self.terms.items(), kept, scale, strict=True)
+        return {term: float(factor * weight) for (term, weight), keep, factor in chosen if keep}
+
+    def count(self, kept: Kept, scale: FloatArray, effort: Effort) -> OperationCount:
+        """Operations of a selection, as a program takes them that is written with so much effort."""
+        return self.level.write(self.form, self.keep(kept, scale), effort).count
+
+    @property
+    def flat(self) -> FloatArray:
+        """Effects with joints and states in one row, shape (K, n N)."""
+        return self.effects.reshape(len(self.effects), math.prod(self.effects.shape[1:]))
+
+
+def candidates_of(
+    exact: ExactDynamics, level: Level, allowed: FloatArray, sweep: float = SWEEP
+) -> Candidates:
+    """Make the candidates of a level.
+
+    Parameters
+    ----------
+    exact
+        Exact dynamics at the states that count.
+    level
+        The level.
+    allowed
+        Allowed error per joint, N m, shape (n,).
+    sweep
+        Share of the budget that terms may take which are dropped beforehand, the smallest first, until no
+        more than `MANY` are left.
+
+    Raises
+    ------
+    UsageError
+        If far too many terms would be left.
+    """
+    every = level.terms(exact.form)
+    terms, swept = every, 0.0
+    if len(every) > MANY:
+        terms, swept = _swept(exact, level, every, allowed, sweep)
+    if len(terms) > _MOST:
+        raise UsageError(
+            f"too many of the {len(every)} terms of {exact.arm.name} matter within that budget",
+            where="budget",
+            expected=f"at most {_MOST}",
+            found=str(len(terms)),
+            next_step="allow a larger error, or use --level element",
+        )
+    effects = level.effects(exact, terms)
+    effects /= ((1.0 - swept) * allowed)[:, None]
+    listed = list(terms)
+    numbers = level.numbers(exact.form, listed)
+    return Candidates(
+        level=level,
+        form=exact.form,
+        terms=terms,
+        effects=effects,
+        costs=level.costs(exact.form, listed),
+        parameter=numbers.parameter,
+        magnitude=numbers.magnitude,
+        ratio=np.ones(len(listed)),
+        total=len(every),
+        swept=swept,
+    )
+
+
+def _swept(
+    exact: ExactDynamics, level: Level, every: Terms, allowed: FloatArray, sweep: float
+) -> tuple[Terms, float]:
+    """Terms left when the smallest have gone, and the largest error over allowed that these make together."""
+    items, n, states = list(every.items()), exact.arm.n_joints, exact.states
+    peaks = np.zeros((len(items), n))
+    step = max(_AT_ONCE // (len(items) * n), 1)
+    for start in range(0, len(states), step):
+        some = exact.at(states.at(slice(start, start + step)))
+        np.maximum(peaks, np.abs(level.effects(some, every)).max(axis=2), out=peaks)
+    order = np.argsort((peaks / allowed).max(axis=1), kind="stable")
+    lost = np.zeros((n, len(states)))
+    gone, share = 0, 0.0
+    step = max(_AT_ONCE // lost.size, 1)
+    for start in range(0, len(items) - MANY, step):
+        some_terms = order[start : min(start + step, len(items) - MANY)]
+        sums = lost + np.cumsum(level.effects(exact, dict(items[k] for k in some_terms)), axis=0)
+        errors = (np.abs(sums).max(axis=2) / allowed).max(axis=1)
+        within = np.flatnonzero(errors <= sweep)
+        if within.size:
+            gone, share = start + int(within[-1]) + 1, float(errors[within[-1]])
+        lost = sums[-1]
+    return dict(items[k] for k in np.sort(order[gone:])), share

@@ -1,0 +1,265 @@
+"""The smallest model within a torque error budget, or the best one of so many operations, at any level."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gd_analyze.errors import GdAnalyzeError, UsageError
+from gd_analyze.levels import (
+    TERM,
+    Budget,
+    ErrorTable,
+    ExactDynamics,
+    Level,
+    Promise,
+    SearchStep,
+    SimplifiedModel,
+    level_named,
+)
+from gd_analyze.levels.level import COUNTING, FULL, QUICK, ROUGH, THOROUGH
+from gd_analyze.robots import RobotArm
+from gd_analyze.search.candidates import Candidates, Kept, candidates_of
+from gd_analyze.search.elimination import eliminate
+from gd_analyze.search.search import Found, search
+from gd_analyze.states import States
+from gd_analyze.trajectories import Trajectory
+from gd_analyze.vectors import FloatArray
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# --operations: the smallest multiple of the budget, how close it is searched, how often it is tightened.
+_LEAST, _CLOSE, _ATTEMPTS = 1e-6, 1.02, 4
+
+
+@dataclass(frozen=True)
+class How:
+    """How to simplify.
+
+    Parameters
+    ----------
+    level
+        "term", "energy" or "element", or the level itself.
+    refit
+        Change kept coefficients to absorb what is dropped.
+    operations
+        Multiplications and additions the model may take: the budget is then scaled, for all joints alike, to
+        the smallest that so many allow.
+    thorough
+        Search the integer program; dive into it only otherwise: tenths of a second instead of seconds.
+    write
+        Spend a second on a program of few operations.
+
+    Raises
+    ------
+    UsageError
+        If there is no such level, it has no coefficients to refit, or so few operations do not exist.
+    """
+
+    level: Level = TERM
+    refit: bool = False
+    operations: int | None = None
+    thorough: bool = True
+    write: bool = True
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "level", level_named(self.level))
+        if self.refit and not self.level.can_be_refitted:
+            raise UsageError(
+                f"{self.level.keeps} have no coefficients to refit",
+                where="refit",
+                expected="level term or energy",
+                found=f"level {self.level}",
+            )
+        if self.operations is not None and self.operations < 0:
+            raise UsageError("so few operations do not exist", where="operations", found=str(self.operations))
+
+
+def simplify(
+    arm: RobotArm,
+    states: States | Trajectory | xr.Dataset,
+    budget: Budget | None = None,
+    *,
+    level: str | Level = TERM,
+    refit: bool = False,
+    operations: int | None = None,
+    drives: bool = False,
+) -> SimplifiedModel:
+    """Leave out what a torque error budget allows, so that few operations remain.
+
+    Parameters
+    ----------
+    arm
+        The arm.
+    states
+        States over which the budget holds: a trajectory's set points, their decomposition where it is at
+        hand, or drawn ones, see `states_in_box`.
+    budget
+        Allowed torque error per joint; 1 % of each joint's peak torque over the states by default.
+    level, refit, operations
+        See `How`: "term" drops torque terms one by one, the fewest operations; "energy" drops terms of the
+        energies, so that the model stays a mechanical system; "element" drops the effects of D_ij and h_i
+        and c_i, the founding text's method.
+    drives
+        Include drive inertia.
+
+    Returns
+    -------
+    SimplifiedModel
+        Its largest error over the states is within the budget, measured on its own program.
+
+    Raises
+    ------
+    UsageError
+        If the budget does not fit the number of joints, or level and refit do not go together.
+    ArmError
+        If drives are asked for and the arm describes none.
+
+    Examples
+    --------
+    >>> import gd_analyze as gd
+    >>> arm = gd.load_arm("two_link")
+    >>> model = gd.simplify(arm, gd.read_trajectory("two-link-swing", arm), gd.Budget.parse("1%"))
+    >>> bool((model.promise.errors.largest_share <= 0.01).all())
+    True
+    """
+    how = How(level_named(level), refit, operations)
+    return simplify_exact(ExactDynamics.of(arm, states, drives), budget or Budget(), how)
+
+
+def simplify_exact(
+    exact: ExactDynamics,
+    budget: Budget,
+    how: How = How(),
+    *,
+    provenance: Mapping[str, str] | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> SimplifiedModel:
+    """Do what `simplify` does, against exact dynamics that are at hand.
+
+    Parameters
+    ----------
+    exact, budget, how
+        What to simplify, how far, and how.
+    provenance
+        Stored with the model.
+    progress
+        Called with the number of candidates dropped since the last call.
+    """
+    task = _Task(how, dict(provenance or {}), progress)
+    if how.operations is None:
+        return _within(exact, budget, task)
+    return _of_few_operations(exact, budget, task, how.operations)
+
+
+@dataclass(frozen=True)
+class _Task:
+    """How to simplify, what to store with the model, and whom to tell."""
+
+    how: How
+    provenance: Mapping[str, str]
+    progress: Callable[[int], None] | None
+
+
+def _within(exact: ExactDynamics, budget: Budget, task: _Task) -> SimplifiedModel:
+    """Search on some of the states if there are very many; those that break the budget join them."""
+    allowed = exact.allowed(budget)
+    known, margin = exact.thinned(), 1.0  # what is added counts a little more every time, so it ends
+    while True:
+        model = _searched(known, margin * allowed, str(budget), task)
+        if known is exact:
+            return model
+        torque = model.torque(*exact.states.arrays)
+        errors = ErrorTable.of(exact.torque, torque)
+        if (errors.largest <= allowed).all():
+            return with_promise(model, allowed=allowed, errors=errors)
+        worst = np.unique(np.abs(torque - exact.torque).argmax(axis=0))
+        known = known.at(known.states.joined_by(*(x[worst] for x in exact.states.arrays)))
+        margin *= 0.98
+
+
+def _searched(exact: ExactDynamics, allowed: FloatArray, budget: str, task: _Task) -> SimplifiedModel:
+    how = task.how
+    candidates = candidates_of(exact, how.level, allowed)
+    effort = COUNTING if how.thorough else ROUGH
+
+    def count(kept: Kept, scale: FloatArray) -> int:
+        return candidates.count(kept, scale, effort).total
+
+    found = search(candidates, count, refit=how.refit, thorough=how.thorough, progress=task.progress)
+    model = _made(exact, candidates, found, task)
+    # All steps are written the same quick way, so that they compare.
+    steps = tuple(
+        SearchStep(name, candidates.count(*step, ROUGH).total) for name, step in found.steps.items()
+    )
+    errors = ErrorTable.of(exact.torque, model.torque(*exact.states.arrays))
+    if not (errors.largest <= allowed).all():
+        raise GdAnalyzeError(
+            "the simplified model misses its budget",
+            expected=str(allowed.tolist()),
+            found=str(errors.largest.tolist()),
+            next_step="please report this with the arm file and the states",
+        )
+    return with_promise(
+        model, allowed=allowed, budget=budget, errors=errors, steps=steps, solved=found.solved
+    )
+
+
+def _made(exact: ExactDynamics, candidates: Candidates, found: Found, task: _Task) -> SimplifiedModel:
+    """The model of a selection, before it is measured."""
+    how, level = task.how, candidates.level
+    terms = candidates.keep(found.kept, found.scale)
+    nothing = np.zeros(exact.arm.n_joints)
+    thorough = how.thorough and how.write
+    return SimplifiedModel(
+        level=level,
+        form=exact.form,
+        terms=terms,
+        program=level.write(exact.form, terms, THOROUGH if thorough else QUICK),
+        refitted=bool((found.scale[found.kept] != 1.0).any()),
+        operations_full=level.exact_operations(exact.form, FULL if thorough else ROUGH),
+        promise=Promise(nothing, "", ErrorTable(nothing, nothing, nothing), exact.states.described),
+        provenance=task.provenance,
+    )
+
+
+def with_promise(model: SimplifiedModel, **stated: object) -> SimplifiedModel:
+    """Let a model state something else: what is not named remains."""
+    return dataclasses.replace(model, promise=dataclasses.replace(model.promise, **stated))  # type: ignore[arg-type]
+
+
+def _of_few_operations(exact: ExactDynamics, budget: Budget, task: _Task, operations: int) -> SimplifiedModel:
+    """Scale the budget until the model takes no more operations than asked for.
+
+    Elimination alone tells quickly about where; whole searches then close in from there.
+    """
+    some = exact.thinned()
+    candidates = candidates_of(some, task.how.level, exact.allowed(budget))
+    elimination = eliminate(candidates)
+    one = np.ones(len(candidates))
+
+    def quick(factor: float) -> int:
+        return candidates.count(elimination.within(factor), one, COUNTING).total
+
+    few, many = _LEAST, 1.0
+    if quick(few) <= operations:  # nothing need be dropped but what is nothing
+        return _within(exact, budget.scaled(few), task)
+    while quick(many) > operations:
+        few, many = many, 2.0 * many
+    while many / few > _CLOSE:
+        middle = (few * many) ** 0.5
+        few, many = (middle, many) if quick(middle) > operations else (few, middle)
+    best = _within(exact, budget.scaled(many), task)
+    step, quietly = 0.8, dataclasses.replace(task, progress=None)
+    for _ in range(_ATTEMPTS):
+        trial = _within(exact, budget.scaled(many * step), quietly)
+        if trial.operations.total <= operations:
+            best, many = trial, many * step
+        else:
+            step **= 0.5
+    return best
