@@ -33,11 +33,11 @@ if TYPE_CHECKING:
         payload_effect,
         save_model,
     )
-    from gd_analyze.main_job import analyze, find
+    from gd_analyze.main_job import Settings, analyze, find
     from gd_analyze.robots import RobotArm, builtin_arms, load_arm
     from gd_analyze.search import rank_terms, simplify, torque_uncertainty, trade_off
     from gd_analyze.states import States, states_in_box, states_of
-    from gd_analyze.store import load_results, save_results
+    from gd_analyze.results import load_findings, load_results, save_results
     from gd_analyze.trajectories import Trajectory, plan, read_trajectory, write_trajectory
 
 _HOMES = {
@@ -48,7 +48,7 @@ _HOMES = {
     "errors": ("GdAnalyzeError", "GdAnalyzeWarning"),
     "harmonics.equations": ("equations",),
     "harmonics.identification": ("identify_harmonics",),
-    "main_job": ("analyze", "find"),
+    "main_job": ("Settings", "analyze", "find"),
     "levels": (
         "Budget",
         "ExactDynamics",
@@ -62,7 +62,7 @@ _HOMES = {
     "robots": ("RobotArm", "builtin_arms", "load_arm"),
     "search": ("rank_terms", "simplify", "torque_uncertainty", "trade_off"),
     "states": ("States", "states_in_box", "states_of"),
-    "store": ("load_results", "save_results"),
+    "results": ("load_findings", "load_results", "save_results"),
     "trajectories": ("Trajectory", "plan", "read_trajectory", "write_trajectory"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
@@ -75,6 +75,7 @@ __all__ = [
     "GdAnalyzeError",
     "GdAnalyzeWarning",
     "RobotArm",
+    "Settings",
     "SimplifiedModel",
     "States",
     "Trajectory",
@@ -92,6 +93,7 @@ __all__ = [
     "find",
     "identify_harmonics",
     "load_arm",
+    "load_findings",
     "load_model",
     "load_results",
     "payload_effect",

@@ -13,7 +13,7 @@ from gd_analyze.formulations import composite_moments as composite
 from gd_analyze.formulations import generalized_dalembert as dalembert
 from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.robots import RobotArm, fingerprint
-from gd_analyze.schema import DECOMPOSITION, SCHEMA_VERSION, validate
+from gd_analyze.schema import SCHEMA_VERSION, table
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import Array, FloatArray, set_points_last
 
@@ -56,7 +56,7 @@ def decompose(
     Returns
     -------
     xarray.Dataset
-        The variables declared in `gd_analyze.schema.DECOMPOSITION`; the parts along `effect` sum to
+        The variables declared in `gd_analyze.schema.GROUPS`; the parts along `effect` sum to
         the whole.
 
     Raises
@@ -74,8 +74,6 @@ def decompose(
     >>> dataset.inertia.dims
     ('time', 'effect', 'joint', 'joint_j')
     """
-    import xarray as xr
-
     if trajectory.n_joints != arm.n_joints:
         raise TrajectoryError(
             "the trajectory is of another arm",
@@ -94,42 +92,29 @@ def decompose(
         drives=drives,
         progress=progress,
     )
-    joints = np.arange(1, arm.n_joints + 1)
     coords: dict[str, Any] = {
         "time": ("time", trajectory.time, {"units": "s"}),
         "effect": list(EFFECTS),
-        "joint": joints,
-        "joint_j": joints,
         "joint_name": ("joint", [joint.name for joint in arm.joints]),
+        "joint_kind": ("joint", [joint.kind for joint in arm.joints]),
     }
-    if coupling:
-        coords["joint_k"] = joints
     if by_link:
-        coords["link"] = joints
+        coords["link"] = np.arange(1, arm.n_joints + 1)
     if terms:
         coords["term"] = [term.name for term in dalembert.terms_of(arm)]
         coords["term_effect"] = ("term", [term.effect for term in dalembert.terms_of(arm)])
-    mixed = not all(arm.is_revolute)
-    dataset = xr.Dataset(
-        {
-            name: (DECOMPOSITION[name].dims, values, DECOMPOSITION[name].attributes(mixed))
-            for name, values in arrays.items()
-        },
-        coords=coords,
-        attrs={
-            "schema": SCHEMA_VERSION,
-            "arm": arm.name,
-            "arm_title": arm.title or arm.name,
-            "arm_fingerprint": fingerprint(arm),
-            "trajectory": trajectory.name,
-            "trajectory_origin": trajectory.origin,
-            "trajectory_rates": trajectory.rates_from,
-            "trajectory_fingerprint": trajectory.fingerprint,
-            "drives": int(drives),
-        },
-    )
-    validate(dataset)
-    return dataset
+    attrs = {
+        "schema": SCHEMA_VERSION,
+        "arm": arm.name,
+        "arm_title": arm.title or arm.name,
+        "arm_fingerprint": fingerprint(arm),
+        "trajectory": trajectory.name,
+        "trajectory_origin": trajectory.origin,
+        "trajectory_rates": trajectory.rates_from,
+        "trajectory_fingerprint": trajectory.fingerprint,
+        "drives": int(drives),
+    }
+    return table("decomposition", arrays, arm.is_revolute, coords, attrs)
 
 
 def decompose_states(
@@ -158,7 +143,7 @@ def decompose_states(
     Returns
     -------
     dict
-        Arrays by the names of `gd_analyze.schema.DECOMPOSITION`, of shape (..., effect, n, n) and so on;
+        Arrays by the names of `gd_analyze.schema.GROUPS`, of shape (..., effect, n, n) and so on;
         in memory the set points are contiguous.
 
     Raises

@@ -15,7 +15,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gd_analyze.elements import Element, elements
 from gd_analyze.resources import data_folder
+from gd_analyze.round_off import peak_magnitude
+from gd_analyze.schema import GROUPS, table, unit_of
 from gd_analyze.vectors import Array, FloatArray
 
 if TYPE_CHECKING:
@@ -23,55 +26,6 @@ if TYPE_CHECKING:
 
 DOMINANCE_THRESHOLD = 0.10
 DEFAULT_BUDGET = 0.01
-
-# Torques of every joint come from the same forces. Below this share of the arm's largest torque a number is
-# what cancellation leaves: thousands of roundings (eps = 2e-16), yet far below any joint's real torque.
-ROUND_OFF_SHARE = 1e-12
-
-
-@dataclass(frozen=True)
-class Element:
-    """One element of D (i <= j), h or c; joints count from 0 here, from 1 in its label."""
-
-    quantity: str
-    i: int
-    j: int | None = None
-
-    @property
-    def label(self) -> str:
-        """D12, h3, c2; with a separator where two digits would run together."""
-        symbol = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c"}[self.quantity]
-        if self.j is None:
-            return f"{symbol}{self.i + 1}"
-        separator = "," if max(self.i, self.j) >= 9 else ""
-        return f"{symbol}{self.i + 1}{separator}{self.j + 1}"
-
-    def parts(self, quantities: Mapping[Any, Any]) -> FloatArray:
-        """Translational and rotational part at every state, shape (2, N); gravity is translation.
-
-        `quantities` is what `decompose` gave, or `decompose_states` for states of shape (N, n).
-        """
-        if self.quantity == "gravity_loading":
-            values = np.asarray(quantities["gravity_loading"])[:, self.i]
-            return np.stack([values, np.zeros_like(values)])
-        index: Any = (self.i,) if self.j is None else (self.i, self.j)
-        array: Array = np.asarray(quantities[self.quantity])[(slice(None), slice(None), *index)]
-        return array.T
-
-    def torque_factors(self, qdd: FloatArray) -> dict[int, FloatArray | float]:
-        """Factors that turn the element into its torque at each joint it acts on."""
-        if self.j is None:
-            return {self.i: 1.0}
-        return {self.i: qdd[:, self.j], self.j: qdd[:, self.i]}
-
-
-def elements(n_joints: int) -> tuple[Element, ...]:
-    """Upper triangle of D, then h, then c."""
-    pairs = [Element("inertia", i, j) for i in range(n_joints) for j in range(i, n_joints)]
-    vectors = [
-        Element(name, i) for name in ("coriolis_centrifugal", "gravity_loading") for i in range(n_joints)
-    ]
-    return (*pairs, *vectors)
 
 
 def rank(
@@ -104,8 +58,6 @@ def rank(
         `dominant` ("translation", "rotation", "both"; "neither" for an element
         that is zero) and `verdict` (the same, or "negligible").
     """
-    import xarray as xr
-
     n = dataset.sizes["joint"]
     peak_torque = peak_magnitude(dataset.torque.values)
     allowed = budget * peak_torque if np.ndim(budget) == 0 else np.asarray(budget, dtype=float)
@@ -120,15 +72,21 @@ def rank(
     # An infinite share, torque at a joint where all torques cancel, ranks like the whole of a joint's torque.
     order = sorted(range(len(rows)), key=lambda k: -min(rows[k]["torque_share"], _most(rows)))
     columns = {key: np.array([rows[k][key] for k in order]) for key in rows[0]}
-    per_part = {"part_peak", "part_rms", "part_share", "change_without"}
-    return xr.Dataset(
+    turning = (dataset.joint_kind.values == "revolute").tolist()
+    return table(
+        "dominance",
+        {name: columns[name] for name in GROUPS["dominance"]},
+        turning,
         {
-            key: (("element", "effect") if key in per_part else ("element",), values, _ATTRIBUTES[key])
-            for key, values in columns.items()
-            if key != "label"
+            "element": columns["label"],
+            "effect": dataset.effect.values,
+            "unit": (
+                "element",
+                [_unit(i, j, turning) for i, j in zip(columns["i"], columns["j"], strict=True)],
+            ),
+            "torque_unit": ("element", [unit_of("effort", turning[k - 1]) for k in columns["torque_joint"]]),
         },
-        coords={"element": columns["label"], "effect": dataset.effect.values},
-        attrs={
+        {
             "threshold": threshold,
             "floor": floor.tolist(),
             "ranked_by": "torque_share",
@@ -138,35 +96,13 @@ def rank(
     )
 
 
-def peak_magnitude(torque: FloatArray) -> FloatArray:
-    """Largest magnitude of torques (N, n) per joint, shape (n,); exactly 0 where it is round-off."""
-    peak = np.abs(torque).max(axis=0)
-    return np.where(peak > ROUND_OFF_SHARE * peak.max(), peak, 0.0)
+def _unit(i: int, j: int, turning: list[bool]) -> str:
+    """Unit of D_ij, or of h_i and c_i where j is 0."""
+    return unit_of("inertia", turning[i - 1], turning[j - 1]) if j else unit_of("effort", turning[i - 1])
 
 
 def _most(rows: list[dict[str, Any]]) -> float:
     return max([1.0, *(row["torque_share"] for row in rows if np.isfinite(row["torque_share"]))])
-
-
-_ATTRIBUTES: dict[str, dict[str, str]] = {
-    "quantity": {"long_name": "inertia (D), coriolis_centrifugal (h) or gravity_loading (c)"},
-    "i": {"long_name": "row, from 1"},
-    "j": {"long_name": "column, from 1; 0 for h and c"},
-    "peak": {"units": "SI", "long_name": "largest magnitude of the element"},
-    "rms": {"units": "SI", "long_name": "root mean square of the element"},
-    "part_peak": {"units": "SI", "long_name": "largest magnitude of the part"},
-    "part_rms": {"units": "SI", "long_name": "root mean square of the part"},
-    "part_share": {"units": "1", "long_name": "RMS of the part over the sum of both parts' RMS"},
-    "change_without": {
-        "units": "1",
-        "long_name": "largest change of the element when this part is left out, over the element's peak",
-    },
-    "torque_peak": {"units": "N m", "long_name": "largest torque of the element at torque_joint"},
-    "torque_joint": {"long_name": "joint where the element's torque has the largest share, from 1"},
-    "torque_share": {"units": "1", "long_name": "torque_peak over that joint's peak torque"},
-    "dominant": {"long_name": "effect that alone represents the element, both, or neither where it is zero"},
-    "verdict": {"long_name": "as dominant, or negligible"},
-}
 
 
 def _noise(values: Array) -> float:

@@ -1,25 +1,68 @@
-"""Every variable a result may hold: name, dimensions, unit, equation and meaning, said once.
+"""Every variable a result may hold: name, dimensions, unit, equation and meaning, said once in schema.csv.
 
-The same declaration validates a Dataset, documents it and is stored with it as attributes.
+The same declaration makes a table, validates it, documents it and is stored with it as attributes. A unit
+that depends on whether joints turn or slide is given row by row, as a coordinate, where an arm has joints of
+both kinds; a unit that depends on what a row is about always is.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import csv
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from gd_analyze.errors import StoreError
 
 if TYPE_CHECKING:
     import xarray as xr
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
+
+# Units of quantities of joints, by the number of turning joints among those they are about.
+UNITS: dict[str, tuple[str, ...]] = {
+    "position": ("m", "rad"),
+    "rate": ("m/s", "rad/s"),
+    "acceleration": ("m/s^2", "rad/s^2"),
+    "effort": ("N", "N m"),
+    "effort per mass": ("N/kg", "N m/kg"),
+    "inertia": ("kg", "kg m", "kg m^2"),
+    "coupling": ("kg/m", "kg", "kg m", "kg m^2"),
+}
+
+
+def unit_of(kind: str, *turning: bool) -> str:
+    """Unit of a quantity of joints, given whether each of them turns.
+
+    Examples
+    --------
+    >>> unit_of("inertia", True, False)
+    'kg m'
+    """
+    return UNITS[kind][sum(turning)]
 
 
 @dataclass(frozen=True)
 class Variable:
-    """Declaration of one variable; `unit` is that of an arm of revolute joints."""
+    """Declaration of one variable.
+
+    Parameters
+    ----------
+    name, dims
+        As stored.
+    unit
+        A unit; a kind of `UNITS`; the name of a coordinate that holds one per row, with "@" before it; or ""
+        for what has none.
+    equation
+        Where it is defined, or how.
+    meaning
+        In words.
+    symbol
+        In formulas.
+    """
 
     name: str
     dims: tuple[str, ...]
@@ -28,159 +71,135 @@ class Variable:
     equation: str
     meaning: str
 
-    def attributes(self, mixed_units: bool = False) -> dict[str, str]:
-        """Attributes stored with the variable; a sliding joint's rows are in N, m and kg instead."""
-        mixed = mixed_units and any(dim.startswith("joint") for dim in self.dims)
-        return {
-            "units": f"{self.unit} (m, N for rows of sliding joints)" if mixed else self.unit,
-            "symbol": self.symbol,
-            "equation": self.equation,
-            "long_name": self.meaning,
-        }
+    def attributes(self, turning: Sequence[bool]) -> dict[str, str]:
+        """Attributes stored with the variable of an arm, given whether its joints turn."""
+        out = {"long_name": self.meaning, "equation": self.equation}
+        if self.symbol:
+            out["symbol"] = self.symbol
+        if self.unit.startswith("@"):
+            out["units_in"] = self.unit[1:]
+        elif self.unit in UNITS and not _uniform(turning):
+            out["units_in"] = coordinate_of(self.unit)
+        elif self.unit:
+            joints = [turning[0]] * self._n_joint_dims
+            out["units"] = unit_of(self.unit, *joints) if self.unit in UNITS else self.unit
+        return out
+
+    @property
+    def _n_joint_dims(self) -> int:
+        return sum(dim.startswith("joint") for dim in self.dims)
 
 
-def _declare(*rows: tuple[str, str, str, str, str, str]) -> dict[str, Variable]:
-    return {
-        name: Variable(name, tuple(dims.split()), unit, symbol, equation, meaning)
-        for name, dims, unit, symbol, equation, meaning in rows
-    }
+def coordinate_of(kind: str) -> str:
+    """Name of the coordinate that holds the units of a kind, joint by joint."""
+    return f"{kind.replace(' ', '_')}_unit"
 
 
-DECOMPOSITION = _declare(
-    ("q", "time joint", "rad", "q_i", "[FGL87] 3.4", "joint variables"),
-    ("qd", "time joint", "rad/s", "qd_i", "[FGL87] 3.4", "joint rates"),
-    ("qdd", "time joint", "rad/s^2", "qdd_i", "[FGL87] 3.4", "joint accelerations"),
-    (
-        "inertia",
-        "time effect joint joint_j",
-        "kg m^2",
-        "D_ij",
-        "[FGL87] Eq. (3.4-25)",
-        "acceleration-related (inertia) matrix, by effect",
-    ),
-    (
-        "coriolis_centrifugal",
-        "time effect joint",
-        "N m",
-        "h_i",
-        "[FGL87] Eqs. (3.4-26), (3.4-27)",
-        "Coriolis and centrifugal vector, by effect",
-    ),
-    (
-        "centrifugal",
-        "time effect joint",
-        "N m",
-        "sum_j h_ijj qd_j^2",
-        "[FGL87] Eqs. (3.4-26), (3.4-27)",
-        "centrifugal share of h, by effect",
-    ),
-    (
-        "coriolis",
-        "time effect joint",
-        "N m",
-        "sum_{j != k} h_ijk qd_j qd_k",
-        "[FGL87] Eqs. (3.4-26), (3.4-27)",
-        "Coriolis share of h, by effect",
-    ),
-    (
-        "coupling",
-        "time effect joint joint_j joint_k",
-        "kg m^2",
-        "h_ijk",
-        "[FGL87] Eqs. (3.4-26), (3.4-27)",
-        "coefficients of h, symmetric in j and k, by effect",
-    ),
-    ("gravity_loading", "time joint", "N m", "c_i", "[FGL87] Eq. (3.4-28)", "gravity loading vector"),
-    (
-        "torque",
-        "time joint",
-        "N m",
-        "tau_i",
-        "[FGL87] Eq. (3.4-24)",
-        "generalized torque, drive_torque included where it is given",
-    ),
-    (
-        "drive_torque",
-        "time joint",
-        "N m",
-        "J_i qdd_i",
-        "outside the text's D",
-        "torque that accelerates the drives, a separate contribution",
-    ),
-    (
-        "inertia_by_link",
-        "time effect link joint joint_j",
-        "kg m^2",
-        "D_ij of link s",
-        "[FGL87] Eq. (3.4-25), one s",
-        "what each link adds to D, by effect",
-    ),
-    (
-        "coriolis_centrifugal_by_link",
-        "time effect link joint",
-        "N m",
-        "h_i of link s",
-        "[FGL87] Eqs. (3.4-26), (3.4-27), one s",
-        "what each link adds to h, by effect",
-    ),
-    (
-        "gravity_loading_by_link",
-        "time link joint",
-        "N m",
-        "c_i of link s",
-        "[FGL87] Eq. (3.4-28), one s",
-        "what each link adds to c",
-    ),
-    (
-        "coriolis_centrifugal_terms",
-        "time term joint",
-        "N m",
-        "T1..T4, R1, R2",
-        "[FGL87] Eqs. (3.4-26), (3.4-27)",
-        "the text's terms of h, kept apart",
-    ),
-)
-
-REQUIRED = (
-    "q",
-    "qd",
-    "qdd",
-    "inertia",
-    "coriolis_centrifugal",
-    "centrifugal",
-    "coriolis",
-    "gravity_loading",
-    "torque",
-)
+def _uniform(turning: Sequence[bool]) -> bool:
+    return all(turning) or not any(turning)
 
 
-def validate(
-    dataset: xr.Dataset,
-    declared: Mapping[str, Variable] = DECOMPOSITION,
-    required: tuple[str, ...] = REQUIRED,
-) -> None:
-    """Check that a Dataset holds what is declared.
+def _declared() -> dict[str, dict[str, Variable]]:
+    """Read the declarations: one line each of schema.csv."""
+    groups: dict[str, dict[str, Variable]] = {}
+    lines = (Path(__file__).parent / "schema.csv").read_text(encoding="utf-8").splitlines()
+    for row in csv.DictReader(lines):
+        group, dims = row.pop("group"), tuple(row.pop("dims").split())
+        groups.setdefault(group, {})[row["name"]] = Variable(dims=dims, **row)
+    return groups
+
+
+GROUPS = _declared()
+
+# Variables that a group may lack.
+OPTIONAL = {
+    "coupling",
+    "drive_torque",
+    "inertia_by_link",
+    "coriolis_centrifugal_by_link",
+    "gravity_loading_by_link",
+    "coriolis_centrifugal_terms",
+    "element_model",
+}
+
+
+def table(
+    group: str,
+    values: Mapping[str, Any],
+    turning: Sequence[bool],
+    coords: Mapping[str, Any] | None = None,
+    attrs: Mapping[str, Any] | None = None,
+) -> xr.Dataset:
+    """Make the table of a group.
+
+    Parameters
+    ----------
+    group
+        One of `GROUPS`.
+    values
+        Arrays by the names declared.
+    turning
+        Whether each joint of the arm turns.
+    coords, attrs
+        Coordinates beside those of the joints, and attributes.
 
     Raises
     ------
     StoreError
-        If a required variable is missing, or a variable is unknown or has other dimensions.
+        If a variable is not declared, has other dimensions or is missing.
     """
-    for name in required:
-        if name not in dataset:
-            raise StoreError(f"the dataset lacks {name}", expected=", ".join(required), found=_names(dataset))
+    import xarray as xr
+
+    declared = GROUPS[group]
+    unknown = sorted(set(values) - set(declared))
+    if unknown:
+        raise StoreError(f"{unknown[0]} is not a variable of {group}", expected=", ".join(declared))
+    variables = {
+        name: (declared[name].dims, array, declared[name].attributes(turning))
+        for name, array in values.items()
+    }
+    dims = {dim for name in values for dim in declared[name].dims}
+    joints = np.arange(1, len(turning) + 1)
+    given = {dim: joints for dim in sorted(dims) if dim.startswith("joint")} | dict(coords or {})
+    if not _uniform(turning):
+        given |= _unit_coordinates({declared[name].unit: declared[name].dims for name in values}, turning)
+    dataset = xr.Dataset(variables, coords=given, attrs=dict(attrs or {}))
+    validate(dataset, group)
+    return dataset
+
+
+def _unit_coordinates(kinds: Mapping[str, tuple[str, ...]], turning: Sequence[bool]) -> dict[str, Any]:
+    """Units row by row, of the kinds in use."""
+    out: dict[str, Any] = {}
+    flags = np.array(turning, dtype=int)
+    for kind, dims in kinds.items():
+        if kind in UNITS:
+            over = tuple(dim for dim in dims if dim.startswith("joint"))
+            count = sum(np.meshgrid(*[flags] * len(over), indexing="ij")) if len(over) > 1 else flags
+            out[coordinate_of(kind)] = (over, np.array(UNITS[kind])[count])
+    return out
+
+
+def validate(dataset: xr.Dataset, group: str) -> None:
+    """Check that a table holds what is declared of its group.
+
+    Raises
+    ------
+    StoreError
+        If a variable is missing or unknown, or has other dimensions.
+    """
+    declared = GROUPS[group]
+    for name in declared:
+        if name not in dataset and name not in OPTIONAL:
+            found = ", ".join(str(known) for known in dataset.data_vars) or "no variables"
+            raise StoreError(f"{group} lacks {name}", expected=", ".join(declared), found=found)
     for key, array in dataset.data_vars.items():
         name = str(key)
-        variable = declared.get(name)
-        if variable is None:
-            raise StoreError(f"{name} is not a variable of this schema", expected=", ".join(declared))
-        if tuple(array.dims) != variable.dims:
+        if name not in declared:
+            raise StoreError(f"{name} is not a variable of {group}", expected=", ".join(declared))
+        if tuple(array.dims) != declared[name].dims:
             raise StoreError(
-                f"{name} has other dimensions than declared",
-                expected=str(variable.dims),
+                f"{name} of {group} has other dimensions than declared",
+                expected=str(declared[name].dims),
                 found=str(tuple(array.dims)),
             )
-
-
-def _names(dataset: Any) -> str:
-    return ", ".join(str(name) for name in dataset.data_vars) or "no variables"

@@ -50,19 +50,9 @@ def _summary(arm: RobotArm) -> dict[str, Any]:
 
 
 def _document(arm: RobotArm) -> dict[str, Any]:
-    from dataclasses import asdict
+    from gd_analyze.robots import describe_in_full, fingerprint
 
-    from gd_analyze.robots import describe, fingerprint
-
-    return {
-        **describe(arm),
-        "fingerprint": fingerprint(arm),
-        "drives": [asdict(drive) for drive in arm.drives],
-        "dh_table": [asdict(row) for row in arm.dh_table],
-        "convention": arm.convention,
-        "sources": list(arm.sources),
-        "assumptions": list(arm.assumptions),
-    }
+    return {**describe_in_full(arm), "fingerprint": fingerprint(arm)}
 
 
 def _list(catalogue: list[RobotArm]) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.decomposition import decompose_states
-from gd_analyze.dominance import ROUND_OFF_SHARE, peak_magnitude
+from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.harmonics import Basis, Harmonics, identify
 from gd_analyze.harmonics.lagrangian import absolute_rates, energy_terms, gathered, torques_of
 from gd_analyze.harmonics.terms import Energies, EnergyTerm, Torques

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gd_analyze.dominance import peak_magnitude
+from gd_analyze.round_off import peak_magnitude
 from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.levels.parts import parts_of, torque_by_part
 

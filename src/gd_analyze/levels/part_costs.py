@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 
-from gd_analyze.dominance import Element
+from gd_analyze.elements import Element
 from gd_analyze.levels.parts import Part, TracedParts
 from gd_analyze.operations import Expression, Trace
 

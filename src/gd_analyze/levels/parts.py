@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.dominance import Element, elements
+from gd_analyze.elements import Element, elements
 from gd_analyze.formulations import composite_moments as composite
 from gd_analyze.formulations.generalized_dalembert import EFFECTS
 from gd_analyze.kinematics import solve_kinematics

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.dominance import ROUND_OFF_SHARE
+from gd_analyze.round_off import ROUND_OFF_SHARE
 from gd_analyze.formulations import newton_euler_link
 from gd_analyze.levels.exact import ExactDynamics
 from gd_analyze.levels.model import SimplifiedModel

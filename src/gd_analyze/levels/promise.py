@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gd_analyze.dominance import ROUND_OFF_SHARE, peak_magnitude
+from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.vectors import FloatArray
 
 

@@ -10,7 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.dominance import ROUND_OFF_SHARE, elements, text_verdicts
+from gd_analyze.dominance import text_verdicts
+from gd_analyze.elements import elements
+from gd_analyze.round_off import ROUND_OFF_SHARE
 from gd_analyze.findings import Findings
 from gd_analyze.formulations.generalized_dalembert import EFFECTS
 from gd_analyze.levels import Loss, SimplifiedModel, losses

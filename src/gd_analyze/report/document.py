@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.dominance import Element, text_verdicts
+from gd_analyze.dominance import text_verdicts
+from gd_analyze.elements import Element
 from gd_analyze.findings import Findings
 from gd_analyze.levels.parts import Part, parts_of
 from gd_analyze.report.arm_data import arm_data

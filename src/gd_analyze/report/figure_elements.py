@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gd_analyze.dominance import Element, elements
+from gd_analyze.elements import Element, elements
 from gd_analyze.findings import Findings
 from gd_analyze.formulations.generalized_dalembert import EFFECTS
 from gd_analyze.report.panel import (

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from markupsafe import Markup, escape
 
-from gd_analyze.dominance import Element, elements, text_verdicts
+from gd_analyze.dominance import text_verdicts
+from gd_analyze.elements import Element, elements
 from gd_analyze.findings import Findings
 from gd_analyze.levels import parts_of
 from gd_analyze.report import mathml

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.dominance import elements
+from gd_analyze.elements import elements
 from gd_analyze.findings import Findings
 from gd_analyze.formulations.generalized_dalembert import EFFECTS
 from gd_analyze.report.motion import motion

@@ -3,7 +3,7 @@
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm
 from gd_analyze.robots.catalogue import builtin_arms, load_arm
-from gd_analyze.robots.description import arm_from_description, describe, fingerprint
+from gd_analyze.robots.description import arm_from_description, describe, describe_in_full, fingerprint
 from gd_analyze.robots.link_uncertainty import LinkUncertainty
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
 from gd_analyze.robots.payload import Payload, parse_payload, with_payload
@@ -20,6 +20,7 @@ __all__ = [
     "arm_from_description",
     "builtin_arms",
     "describe",
+    "describe_in_full",
     "fingerprint",
     "load_arm",
     "parse_payload",

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import json
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.link_uncertainty import LinkUncertainty
-from gd_analyze.robots.parts import Drive, Joint, Link, Placement
+from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
 
 
 def describe(arm: RobotArm) -> dict[str, Any]:
@@ -50,8 +51,20 @@ def describe(arm: RobotArm) -> dict[str, Any]:
     }
 
 
+def describe_in_full(arm: RobotArm) -> dict[str, Any]:
+    """Everything `describe` gives, and what else there is to show: friction, table, sources, assumptions."""
+    return {
+        **describe(arm),
+        "drives": [asdict(drive) for drive in arm.drives],
+        "dh_table": [asdict(row) for row in arm.dh_table],
+        "convention": arm.convention,
+        "sources": list(arm.sources),
+        "assumptions": list(arm.assumptions),
+    }
+
+
 def arm_from_description(description: dict[str, Any]) -> RobotArm:
-    """Rebuild an arm from what `describe` gave; sources and drive friction are not in it.
+    """Rebuild an arm from what `describe` or `describe_in_full` gave.
 
     Descriptions written before uncertainties were part of them state none.
 
@@ -85,7 +98,15 @@ def arm_from_description(description: dict[str, Any]) -> RobotArm:
             )
             for link in description["links"]
         ),
-        drives=tuple(Drive(*pair) for pair in zip(inertias, uncertainties, strict=True)),
+        drives=(
+            tuple(Drive(**{**drive, "coulomb": tuple(drive["coulomb"])}) for drive in description["drives"])
+            if "drives" in description
+            else tuple(Drive(*pair) for pair in zip(inertias, uncertainties, strict=True))
+        ),
+        dh_table=tuple(DHRow(**row) for row in description.get("dh_table", [])),
+        convention=description.get("convention", ""),
+        sources=tuple(description.get("sources", [])),
+        assumptions=tuple(description.get("assumptions", [])),
     )
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from gd_analyze.harmonics.terms import EnergyTerm, TorqueTerm
 from gd_analyze.levels import TERM, Budget, ExactDynamics, Level
 from gd_analyze.search.candidates import candidates_of
 from gd_analyze.search.elimination import eliminate
@@ -25,7 +25,7 @@ class RankedTerm:
     rank
         1 is what is missed most.
     term, weight
-        The term and its coefficient.
+        The term, of the kind its level has, and its coefficient.
     alone_torque, alone_joint, alone_share
         Its own largest torque, N m, at the joint where that is most of the peak torque.
     without_share, without_joint
@@ -36,7 +36,7 @@ class RankedTerm:
     """
 
     rank: int
-    term: TorqueTerm | EnergyTerm
+    term: Any
     weight: float
     alone_torque: float
     alone_joint: int

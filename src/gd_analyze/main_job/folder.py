@@ -8,14 +8,13 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
 
-import numpy as np
-
-from gd_analyze.errors import Location, OutputError
+from gd_analyze.errors import Location, OutputError, UsageError
 from gd_analyze.files import replacing, write_text
-from gd_analyze.findings import Findings
 from gd_analyze.levels import save_model
+from gd_analyze.results.findings import Findings
+from gd_analyze.results.frames import frame_of
+from gd_analyze.results.store import write_results
 from gd_analyze.robots import RobotArm
-from gd_analyze.store import write_results
 from gd_analyze.trajectories import Trajectory
 
 FILES = {
@@ -49,7 +48,8 @@ def write_findings(findings: Findings, folder: Path, formats: Collection[str]) -
     if "json" in formats:
         save_model(findings.model, folder / FILES["json"])
     if "csv" in formats:
-        write_text(folder / FILES["csv"], dominance_csv(findings))
+        ranking = frame_of(findings.dominance, "element")
+        write_text(folder / FILES["csv"], ranking.to_csv(index=False, lineterminator="\n"))
     if html:
         write_text(folder / FILES["html"], html)
     if typeset:
@@ -57,21 +57,13 @@ def write_findings(findings: Findings, folder: Path, formats: Collection[str]) -
             temporary.write_bytes(typeset)
 
 
-def dominance_csv(findings: Findings) -> str:
-    """Render the ranking as CSV, one row per element, one column per part where there are two."""
-    dominance = findings.dominance
-    columns: dict[str, np.ndarray] = {"element": dominance.element.values}
-    for name, array in dominance.data_vars.items():
-        if array.dims == ("element",):
-            columns[str(name)] = array.values
-        else:
-            for e, effect in enumerate(dominance.effect.values):
-                columns[f"{name}_{effect}"] = array.values[:, e]
-    rows = [",".join(columns)]
-    for k in range(dominance.sizes["element"]):
-        values = (column[k] for column in columns.values())
-        rows.append(",".join(repr(float(v)) if isinstance(v, np.floating) else str(v) for v in values))
-    return "\n".join(rows) + "\n"
+def require_formats(formats: Collection[str]) -> None:
+    """Raise a UsageError where there is no such format."""
+    unknown = sorted(set(formats) - set(FILES))
+    if unknown:
+        raise UsageError(
+            f"there is no format {unknown[0]!r}", where="formats", expected=", ".join(FILES), found=unknown[0]
+        )
 
 
 def default_folder(arm: RobotArm, trajectory: Trajectory) -> Path:

@@ -1,0 +1,64 @@
+"""The main job in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from pathlib import Path
+
+from gd_analyze.main_job.find import find
+from gd_analyze.main_job.folder import (
+    FILES,
+    default_folder,
+    require_formats,
+    require_writable,
+    write_findings,
+)
+from gd_analyze.main_job.how import Origin, Progress, Settings
+from gd_analyze.results.findings import Findings
+from gd_analyze.robots import RobotArm
+from gd_analyze.trajectories import Trajectory
+
+
+def analyze(
+    arm: RobotArm,
+    trajectory: Trajectory,
+    out: str | Path | None = None,
+    settings: Settings | None = None,
+    *,
+    formats: Collection[str] = tuple(FILES),
+    origin: Origin | None = None,
+    progress: Progress | None = None,
+) -> Findings:
+    """Do the main job: find everything and write it down.
+
+    Parameters
+    ----------
+    arm, trajectory
+        What to analyse.
+    out
+        Folder for the results; `reports/<arm>-<trajectory>` by default.
+    settings, origin, progress
+        As for `find`.
+    formats
+        Which files to write, of `gd_analyze.main_job.folder.FILES`.
+
+    Returns
+    -------
+    Findings
+        What was found; the files hold the same.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be written to; nothing is computed or written then.
+    GdAnalyzeError
+        As for `find`.
+    """
+    folder = default_folder(arm, trajectory) if out is None else Path(out)
+    require_formats(formats)
+    require_writable(folder)
+    findings = find(arm, trajectory, settings, origin=origin, progress=progress)
+    if progress is not None:
+        progress(f"writing {', '.join(formats)}")
+    write_findings(findings, folder, formats)
+    return findings

@@ -1,0 +1,177 @@
+"""The main job's computing: arm and trajectory in; decomposition, ranking, model, curve and bounds out."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gd_analyze.authority import cross_check
+from gd_analyze.certification import Box, Certificate, certify
+from gd_analyze.decomposition import decompose
+from gd_analyze.dominance import rank
+from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.levels import (
+    ELEMENT,
+    TERM,
+    ErrorTable,
+    ExactDynamics,
+    SimplifiedModel,
+    level_named,
+    payload_effect,
+)
+from gd_analyze.main_job.how import Origin, Progress, Settings
+from gd_analyze.provenance import provenance
+from gd_analyze.results import tables
+from gd_analyze.results.findings import Findings
+from gd_analyze.robots import RobotArm
+from gd_analyze.round_off import peak_magnitude
+from gd_analyze.search import How, TermRanking, rank_terms, simplify_exact, trade_off
+from gd_analyze.search.trade_off import KINDS
+from gd_analyze.states import states_in_box
+from gd_analyze.trajectories import Trajectory
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Torque terms of an exact form up to which terms are worth choosing from: a seven-joint arm of general make
+# has tens of thousands, and any model of them more operations than one of whole elements.
+_MOST_TERMS = 2000
+# Joints up to which identifying the exact form takes no more than a second.
+_MOST_JOINTS = 8
+# Multiples of the budget that the report's curve shows, and states drawn to try a model beyond its own.
+_FACTORS = (0.5, 1.0, 2.0, 5.0)
+_DRAWN = 1000
+# Of the certificate: close to the truth in a box as small as a trajectory's.
+_EFFORT = 5_000
+
+
+def find(
+    arm: RobotArm,
+    trajectory: Trajectory,
+    settings: Settings | None = None,
+    *,
+    origin: Origin | None = None,
+    progress: Progress | None = None,
+) -> Findings:
+    """Decompose, check, rank and simplify; nothing is written.
+
+    Parameters
+    ----------
+    arm, trajectory
+        What to analyse.
+    settings
+        How; see `Settings` for what is done by default.
+    origin
+        The command, for provenance, and warnings given before; those given here are added.
+    progress
+        Told the stages of the work.
+
+    Returns
+    -------
+    Findings
+        Everything found.
+
+    Raises
+    ------
+    GdAnalyzeError
+        If the input does not fit together, or a result disagrees with Pinocchio.
+    """
+    how = settings or Settings()
+    how.budget.allowed(np.ones(arm.n_joints))  # one of a wrong length shall fail before any computing
+    before, stage = origin or Origin(), progress or Progress()
+    source = provenance(before.command)
+    stage("decomposing", trajectory.n_set_points)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", GdAnalyzeWarning)
+        dataset = decompose(
+            arm,
+            trajectory,
+            coupling=how.coupling,
+            by_link=how.by_link,
+            terms=how.terms,
+            drives=how.drives,
+            progress=stage.advance,
+        )
+        stage("checking, ranking, simplifying")
+        dataset.attrs |= source
+        residuals = cross_check(arm, dataset)
+        dominance = rank(dataset, budget=how.budget.allowed(peak_magnitude(dataset.torque.values)))
+        exact = ExactDynamics.of(arm, dataset)
+        elements = simplify_exact(exact, how.budget, How(ELEMENT), provenance=source)
+        wanted = None if how.level is None else level_named(how.level)
+        many = wanted in (None, ELEMENT) and _is_large(exact)
+        if many and wanted is None:
+            _tell_to_stay_with_elements(exact)
+        level = wanted or (ELEMENT if many else TERM)
+        model = elements
+        if level is not ELEMENT or how.operations is not None:
+            search = How(level, how.refit, how.operations, thorough=level is ELEMENT)
+            model = simplify_exact(exact, how.budget, search, provenance=source)
+    ranking = TermRanking() if many else rank_terms(exact)
+    kinds = [kind for kind in KINDS if not (many and kind[0].has_torque_terms)]
+    points = trade_off(exact, how.budget, factors=_FACTORS, kinds=kinds, thorough=False)
+    return Findings(
+        arm=arm,
+        trajectory=trajectory,
+        tables={
+            "trajectory": tables.trajectory_table(arm, trajectory),
+            "decomposition": dataset,
+            "cross_check": tables.cross_check_table(residuals, arm),
+            "dominance": dominance,
+            "simplified_model": tables.model_table(model, dataset, model.torque(*exact.states.arrays)),
+            "parts": tables.parts_table(elements, dataset, dominance),
+            "terms": tables.terms_table(ranking, arm, not many),
+            "trade_off": tables.trade_off_table(points, arm),
+            "beyond": _beyond(exact, model, ranking),
+        },
+        model=model,
+        element_model=elements,
+        ranked_terms={ranked.term: ranked.weight for ranked in ranking.terms},
+        warnings=(*before.warnings, *_told(caught)),
+        provenance=source,
+    )
+
+
+def _is_large(exact: ExactDynamics) -> bool:
+    """Whether an arm has too many joints, or its exact equations too many terms, to choose from."""
+    return exact.arm.n_joints > _MOST_JOINTS or len(exact.form.torques) > _MOST_TERMS
+
+
+def _tell_to_stay_with_elements(exact: ExactDynamics) -> None:
+    if exact.arm.n_joints > _MOST_JOINTS:
+        what = f"{exact.arm.n_joints} joints, more than {_MOST_JOINTS}"
+    else:
+        what = f"exact equations of {len(exact.form.torques)} terms, more than {_MOST_TERMS}"
+    warnings.warn(
+        f"{exact.arm.name} has {what}: simplified by elements, and single terms are not ranked here",
+        GdAnalyzeWarning,
+        stacklevel=3,
+    )
+
+
+def _beyond(exact: ExactDynamics, model: SimplifiedModel, ranking: TermRanking) -> xr.Dataset:
+    """Hold a model against states it was not made for."""
+    arm, states = exact.arm, exact.states
+    certificate: Certificate | None = None
+    if model.level.has_torque_terms:
+        box = Box.around(*states.arrays)
+        certificate = certify(model, box, effort=_EFFORT, harmonics=exact.form.harmonics)
+    errors = None
+    if arm.has_all_limits:
+        drawn = exact.at(states_in_box(arm, _DRAWN))
+        errors = ErrorTable.of(drawn.torque, model.torque(*drawn.states.arrays))
+    table = tables.beyond_table(
+        model, certificate, errors, payload_effect(model, states), ranking.uncertainty
+    )
+    table.attrs["states_drawn"] = _DRAWN if errors else 0
+    return table
+
+
+def _told(caught: list[warnings.WarningMessage]) -> list[str]:
+    """Our own warnings as sentences; those of other libraries go on to whoever listens."""
+    for item in caught:
+        if not issubclass(item.category, GdAnalyzeWarning):
+            warnings.warn_explicit(item.message, item.category, item.filename, item.lineno)
+    return [str(item.message) for item in caught if issubclass(item.category, GdAnalyzeWarning)]

@@ -1,0 +1,71 @@
+"""How to analyse, what came before, and whom to tell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from gd_analyze.levels import Budget, Level
+from gd_analyze.levels.levels import level_named
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """How the main job analyses an arm along a trajectory.
+
+    Parameters
+    ----------
+    budget
+        Allowed torque error; 1 % of each joint's peak torque by default.
+    level, refit, operations
+        How to simplify, see `gd_analyze.search.How`; by default level "term", and "element", the founding
+        text's own method, for an arm whose exact equations have so many terms that fewer would not be fewer
+        operations.
+    drives
+        Include drive inertia as a separate contribution.
+    coupling, by_link, terms
+        What else to keep of the decomposition, see `decompose`.
+
+    Raises
+    ------
+    UsageError
+        If there is no such level.
+    """
+
+    budget: Budget = field(default_factory=Budget)
+    level: str | Level | None = None
+    refit: bool = False
+    operations: int | None = None
+    drives: bool = False
+    coupling: bool = True
+    by_link: bool = False
+    terms: bool = False
+
+    def __post_init__(self) -> None:
+        if self.level is not None:
+            object.__setattr__(self, "level", level_named(self.level))
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What came before the main job.
+
+    Parameters
+    ----------
+    command
+        What the user typed.
+    warnings
+        Warnings given while the input was read.
+    """
+
+    command: str = ""
+    warnings: tuple[str, ...] = ()
+
+
+class Progress:
+    """Whom to tell how far the work is; this one keeps it to itself."""
+
+    def __call__(self, label: str, total: int | None = None) -> None:
+        """Begin a stage of `total` steps, or of an unknown number."""
+
+    def advance(self, steps: int) -> None:
+        """Note that some steps are done."""

@@ -1,0 +1,83 @@
+"""Everything one run of the main job found; files, reports and terminal are views of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gd_analyze.harmonics.terms import Torques
+from gd_analyze.levels import SimplifiedModel
+from gd_analyze.robots import RobotArm
+from gd_analyze.trajectories import Trajectory
+from gd_analyze.vectors import FloatArray
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """One arm along one trajectory.
+
+    Parameters
+    ----------
+    arm, trajectory
+        What was analysed.
+    tables
+        All numbers found, labelled, by the groups of `gd_analyze.schema.GROUPS`.
+    model
+        The simplified model.
+    element_model
+        The model by the founding text's own method, keeping or dropping effects of elements; the same as
+        `model` where that is its level.
+    ranked_terms
+        The exact torque terms and their weights, in the order of the table "terms"; none for an arm whose
+        equations are too many to write out.
+    warnings
+        What is suspicious about the input, in sentences.
+    provenance
+        Versions, time, command.
+    """
+
+    arm: RobotArm
+    trajectory: Trajectory
+    tables: Mapping[str, xr.Dataset]
+    model: SimplifiedModel
+    element_model: SimplifiedModel
+    ranked_terms: Torques
+    warnings: tuple[str, ...]
+    provenance: Mapping[str, str]
+
+    @property
+    def decomposition(self) -> xr.Dataset:
+        """Dataset of `decompose`."""
+        return self.tables["decomposition"]
+
+    @property
+    def dominance(self) -> xr.Dataset:
+        """Dataset of `rank`."""
+        return self.tables["dominance"]
+
+    @cached_property
+    def exact_torque(self) -> FloatArray:
+        """Exact torque at the set points, N m, shape (N, n)."""
+        return np.asarray(self.decomposition.torque.values)
+
+    @cached_property
+    def simplified_torque(self) -> FloatArray:
+        """Torque of the model at the set points, N m, shape (N, n)."""
+        return np.asarray(self.tables["simplified_model"].torque.values)
+
+    @property
+    def is_written_out(self) -> bool:
+        """Whether the exact equations are few enough to be ranked and shown term by term."""
+        return bool(self.tables["terms"].attrs["written_out"])
+
+    @property
+    def round_off(self) -> float:
+        """Torque that round-off alone may explain, N m: the bound of the cross-check."""
+        return float(self.tables["cross_check"].round_off_bound.sel(quantity="torque"))

@@ -1,0 +1,224 @@
+"""What was found as labelled tables, one per group of the schema."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gd_analyze.authority import Residual
+from gd_analyze.certification import Certificate
+from gd_analyze.harmonics.torque_rendering import torque_term_text
+from gd_analyze.levels import ErrorTable, PayloadEffect, SimplifiedModel, losses, parts_of
+from gd_analyze.robots import RobotArm
+from gd_analyze.round_off import ROUND_OFF_SHARE
+from gd_analyze.schema import table
+from gd_analyze.search import TermRanking, TradeOffPoint, curves
+from gd_analyze.trajectories import Trajectory
+from gd_analyze.vectors import FloatArray
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def trajectory_table(arm: RobotArm, trajectory: Trajectory) -> xr.Dataset:
+    """Tabulate the motion."""
+    return table(
+        "trajectory",
+        {"q": trajectory.q, "qd": trajectory.qd, "qdd": trajectory.qdd},
+        arm.is_revolute,
+        {"time": ("time", trajectory.time, {"units": "s"})},
+        {
+            "name": trajectory.name,
+            "origin": trajectory.origin,
+            "rates": trajectory.rates_from,
+            "fingerprint": trajectory.fingerprint,
+        },
+    )
+
+
+def cross_check_table(residuals: Sequence[Residual], arm: RobotArm) -> xr.Dataset:
+    """Tabulate the differences from Pinocchio."""
+    return table(
+        "cross_check",
+        {
+            "largest_difference": [residual.largest for residual in residuals],
+            "round_off_bound": [residual.bound for residual in residuals],
+        },
+        arm.is_revolute,
+        {
+            "quantity": [residual.quantity for residual in residuals],
+            "unit": ("quantity", [residual.unit for residual in residuals]),
+        },
+    )
+
+
+def model_table(model: SimplifiedModel, dataset: xr.Dataset, torque: FloatArray) -> xr.Dataset:
+    """Tabulate budget and errors, and the model's torque along the trajectory, shape (N, n)."""
+    promise, errors = model.promise, model.promise.errors
+    return table(
+        "simplified_model",
+        {
+            "allowed_error": promise.allowed,
+            "peak_torque": errors.peak_torque,
+            "largest_error": errors.largest,
+            "rms_error": errors.rms,
+            "largest_share": errors.largest_share,
+            "rms_share": errors.rms_share,
+            "torque": torque,
+            "torque_error": torque - dataset.torque.values,
+        },
+        model.arm.is_revolute,
+        {
+            "time": dataset.time,
+            "joint_name": ("joint", [joint.name for joint in model.arm.joints]),
+        },
+        {
+            "level": model.level.name,
+            "refitted": int(model.refitted),
+            "drives": int(model.drives),
+            "budget": promise.budget,
+            "errors_are": "sampled at the set points",
+            "search": promise.search,
+            **_counts(model),
+        },
+    )
+
+
+def parts_table(model: SimplifiedModel, dataset: xr.Dataset, dominance: xr.Dataset) -> xr.Dataset:
+    """Tabulate what the founding text's own method keeps, and what is lost with the rest.
+
+    A part is zero where the ranking of elements says so, and its torque where it is round-off.
+    """
+    lost = {loss.part: loss for loss in losses(model, dataset)}
+    parts = parts_of(model.arm.n_joints)
+    labels = [part.label for part in parts]
+    of_elements = dominance.sel(element=[part.element.label for part in parts])
+    effects = [list(dominance.effect.values).index(part.effect) for part in parts]
+    peak = of_elements.part_peak.values[np.arange(len(parts)), effects]
+    torque, share = (
+        np.array([getattr(lost[label], name) if label in lost else np.nan for label in labels])
+        for name in ("torque_peak", "torque_share")
+    )
+    nothing = (peak == 0.0) | (share <= ROUND_OFF_SHARE)
+    kept = [part in model.terms for part in parts]
+    joints = np.array([lost[label].torque_joint if label in lost else 0 for label in labels])
+    return table(
+        "parts",
+        {
+            "kept": kept,
+            "peak": peak,
+            "torque_peak": np.where(nothing & ~np.array(kept), 0.0, torque),
+            "torque_joint": joints,
+            "torque_share": np.where(nothing & ~np.array(kept), 0.0, share),
+        },
+        model.arm.is_revolute,
+        {
+            "part": labels,
+            "unit": ("part", of_elements.unit.values),
+            "torque_unit": ("part", _efforts(model.arm, joints)),
+        },
+        {"budget": model.promise.budget, **_counts(model)},
+    )
+
+
+def terms_table(ranking: TermRanking, arm: RobotArm, written_out: bool) -> xr.Dataset:
+    """Tabulate the ranking of single terms."""
+    terms = ranking.terms
+
+    def column(name: str) -> np.ndarray:
+        return np.array([getattr(term, name) for term in terms])
+
+    below = [-1 if term.below_uncertainty is None else int(term.below_uncertainty) for term in terms]
+    attrs: dict[str, Any] = {
+        "written_out": int(written_out),
+        "total": ranking.total,
+        "not_worth_keeping": ranking.not_worth_keeping,
+    }
+    names = ("weight", "alone_torque", "alone_joint", "alone_share", "without_share", "without_joint")
+    return table(
+        "terms",
+        {
+            "label": np.array([f"tau{term.term.row + 1}" for term in terms], dtype=str),
+            "quantity": np.array([term.term.quantity for term in terms], dtype=str),
+            "text": np.array([torque_term_text(term.term, term.weight) for term in terms], dtype=str),
+            **{name: column(name) for name in names},
+            "below_uncertainty": np.array(below, dtype=int),
+        },
+        arm.is_revolute,
+        {
+            "rank": np.arange(1, len(terms) + 1),
+            "alone_unit": ("rank", _efforts(arm, [term.alone_joint for term in terms])),
+        },
+        attrs,
+    )
+
+
+def trade_off_table(points: Sequence[TradeOffPoint], arm: RobotArm) -> xr.Dataset:
+    """Tabulate operations against error."""
+    by_kind = curves(points)
+    rows = list(by_kind.values())
+    counts = ("multiplications", "additions")
+    return table(
+        "trade_off",
+        {
+            "budget": [point.budget for point in rows[0]],
+            "operations": [[point.operations.total for point in row] for row in rows],
+            **{name: [[getattr(point.operations, name) for point in row] for row in rows] for name in counts},
+            "largest_share": [[point.error_share for point in row] for row in rows],
+        },
+        arm.is_revolute,
+        {
+            "kind": [f"{level} refit" if refit else level.name for level, refit in by_kind],
+            "level": ("kind", [level.name for level, _ in by_kind]),
+            "refit": ("kind", [refit for _, refit in by_kind]),
+            "factor": (
+                "factor",
+                [point.factor for point in rows[0]],
+                {"long_name": "multiple of the budget"},
+            ),
+        },
+    )
+
+
+def beyond_table(
+    model: SimplifiedModel,
+    certificate: Certificate | None,
+    within_limits: ErrorTable | None,
+    payload: PayloadEffect,
+    uncertainty: Sequence[float] | None,
+) -> xr.Dataset:
+    """Tabulate what the model does away from the set points; what is not known is not a number."""
+    unknown = np.full(model.arm.n_joints, np.nan)
+    peak = model.promise.errors.peak_torque
+    certified = unknown if certificate is None else certificate.certified
+    return table(
+        "beyond",
+        {
+            "certified": certified,
+            "certified_share": np.divide(certified, peak, out=unknown.copy(), where=peak > 0.0),
+            "worst_found": unknown if certificate is None else certificate.worst_found,
+            "within_limits": unknown if within_limits is None else within_limits.largest,
+            "within_limits_share": unknown if within_limits is None else within_limits.largest_share,
+            "torque_per_kg": payload.torque_per_kg,
+            "mass_within_budget": payload.mass_within_budget,
+            "uncertainty": unknown if uncertainty is None else np.array(uncertainty),
+        },
+        model.arm.is_revolute,
+        {"joint_name": ("joint", [joint.name for joint in model.arm.joints])},
+    )
+
+
+def _efforts(arm: RobotArm, joints: Sequence[int] | np.ndarray) -> np.ndarray:
+    """Unit of each joint's torque, joints from 1; "" for none."""
+    return np.array([arm.joints[joint - 1].effort_unit if joint else "" for joint in joints], dtype=str)
+
+
+def _counts(model: SimplifiedModel) -> dict[str, int]:
+    """Operations of a model, and of the exact dynamics in the same form."""
+    return {
+        f"{kind}{suffix}": getattr(count, kind)
+        for suffix, count in (("", model.operations), ("_full", model.operations_full))
+        for kind in ("multiplications", "additions", "sines_cosines")
+    }

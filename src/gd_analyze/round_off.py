@@ -1,0 +1,17 @@
+"""What counts as round-off of a torque; docs/decisions/0006."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gd_analyze.vectors import FloatArray
+
+# Torques of every joint come from the same forces. Below this share of the arm's largest torque a number is
+# what cancellation leaves: thousands of roundings (eps = 2e-16), yet far below any joint's real torque.
+ROUND_OFF_SHARE = 1e-12
+
+
+def peak_magnitude(torque: FloatArray) -> FloatArray:
+    """Largest magnitude of torques (N, n) per joint, shape (n,); exactly 0 where it is round-off."""
+    peak = np.abs(torque).max(axis=0)
+    return np.where(peak > ROUND_OFF_SHARE * peak.max(), peak, 0.0)
