@@ -28,16 +28,15 @@ if TYPE_CHECKING:
         ExactDynamics,
         SimplifiedModel,
         evaluate,
-        evaluate_states,
         load_model,
         payload_effect,
         save_model,
     )
     from gd_analyze.main_job import Settings, analyze, find
+    from gd_analyze.results import load_findings, load_results, save_results
     from gd_analyze.robots import RobotArm, builtin_arms, load_arm
     from gd_analyze.search import rank_terms, simplify, torque_uncertainty, trade_off
     from gd_analyze.states import States, states_in_box, states_of
-    from gd_analyze.results import load_findings, load_results, save_results
     from gd_analyze.trajectories import Trajectory, plan, read_trajectory, write_trajectory
 
 _HOMES = {
@@ -54,7 +53,6 @@ _HOMES = {
         "ExactDynamics",
         "SimplifiedModel",
         "evaluate",
-        "evaluate_states",
         "load_model",
         "payload_effect",
         "save_model",
@@ -89,7 +87,6 @@ __all__ = [
     "decompose_states",
     "equations",
     "evaluate",
-    "evaluate_states",
     "find",
     "identify_harmonics",
     "load_arm",

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.decomposition import decompose_states
-from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.harmonics import Basis, Harmonics, identify
 from gd_analyze.harmonics.lagrangian import absolute_rates, energy_terms, gathered, torques_of
 from gd_analyze.harmonics.terms import Energies, EnergyTerm, Torques
@@ -18,6 +17,7 @@ from gd_analyze.levels.budget import Budget
 from gd_analyze.levels.level import Effort, Level
 from gd_analyze.operations import OperationCount
 from gd_analyze.robots import RobotArm
+from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.states import States, states_of
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray

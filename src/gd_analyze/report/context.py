@@ -12,7 +12,6 @@ import numpy as np
 
 from gd_analyze.dominance import text_verdicts
 from gd_analyze.elements import elements
-from gd_analyze.round_off import ROUND_OFF_SHARE
 from gd_analyze.findings import Findings
 from gd_analyze.formulations.generalized_dalembert import EFFECTS
 from gd_analyze.levels import Loss, SimplifiedModel, losses
@@ -20,6 +19,7 @@ from gd_analyze.levels.parts import parts_of
 from gd_analyze.operations import OperationCount
 from gd_analyze.report.units import inertia_unit
 from gd_analyze.robots import RobotArm, fingerprint
+from gd_analyze.round_off import ROUND_OFF_SHARE
 from gd_analyze.search import curves
 from gd_analyze.search.ranking import RankedTerm
 

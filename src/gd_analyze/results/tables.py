@@ -10,7 +10,7 @@ import numpy as np
 from gd_analyze.authority import Residual
 from gd_analyze.certification import Certificate
 from gd_analyze.harmonics.torque_rendering import torque_term_text
-from gd_analyze.levels import ErrorTable, PayloadEffect, SimplifiedModel, losses, parts_of
+from gd_analyze.levels import ErrorTable, ExactDynamics, PayloadEffect, SimplifiedModel, losses, parts_of
 from gd_analyze.robots import RobotArm
 from gd_analyze.round_off import ROUND_OFF_SHARE
 from gd_analyze.schema import table
@@ -86,12 +86,12 @@ def model_table(model: SimplifiedModel, dataset: xr.Dataset, torque: FloatArray)
     )
 
 
-def parts_table(model: SimplifiedModel, dataset: xr.Dataset, dominance: xr.Dataset) -> xr.Dataset:
+def parts_table(model: SimplifiedModel, exact: ExactDynamics, dominance: xr.Dataset) -> xr.Dataset:
     """Tabulate what the founding text's own method keeps, and what is lost with the rest.
 
     A part is zero where the ranking of elements says so, and its torque where it is round-off.
     """
-    lost = {loss.part: loss for loss in losses(model, dataset)}
+    lost = {loss.part: loss for loss in losses(model, exact)}
     parts = parts_of(model.arm.n_joints)
     labels = [part.label for part in parts]
     of_elements = dominance.sel(element=[part.element.label for part in parts])
