@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.cli.levels import level_option, require_coefficients, simplify_options
+from gd_analyze.cli.given import load_arm_carrying, payload_option
+from gd_analyze.cli.levels import level_option, simplify_options
 from gd_analyze.cli.options import (
     ROBOT,
     ROBOT_HELP,
@@ -15,9 +16,9 @@ from gd_analyze.cli.options import (
     TRAJECTORY_HELP,
     NameList,
     command_line,
-    reporting,
 )
-from gd_analyze.cli.payload import load_arm_carrying, payload_option
+from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.terminal import print_json
 
 if TYPE_CHECKING:
     from gd_analyze.findings import Findings
@@ -110,15 +111,10 @@ def analyze(
     by_link: bool,
     terms: bool,
     top: int,
-    as_json: bool,
-    quiet: bool,
-    debug: bool,
+    output: Output,
 ) -> None:
     """Decompose, rank, simplify, store and report: the main job."""
-    from gd_analyze.cli.terminal import print_json, stages, warnings_told
-
-    require_coefficients(level, refit)
-    with warnings_told(quiet) as told, stages(quiet) as stage:
+    with output.working() as stage:
         stage("reading")
         from gd_analyze.levels import Budget
         from gd_analyze.main_job import find
@@ -152,20 +148,20 @@ def analyze(
             by_link=by_link,
             terms=terms,
             command=command_line(),
-            warned=told,
+            warned=output.warnings,
             progress=progress,
         )
-        told.extend(warning for warning in findings.warnings if warning not in told)
+        output.warnings.extend(warning for warning in findings.warnings if warning not in output.warnings)
         stage(f"writing {', '.join(formats)}")
         write_findings(findings, folder, formats)
         files = [folder / FILES[name] for name in formats]
-        if not quiet or as_json:
+        if not output.quiet or output.as_json:
             from gd_analyze.report.context import build_context
 
             context = build_context(findings)
-    if as_json:
+    if output.as_json:
         print_json(_document(findings, context, files))
-    elif not quiet:
+    elif not output.quiet:
         _show(findings, context, files, top)
 
 

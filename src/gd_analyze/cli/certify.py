@@ -115,7 +115,7 @@ def _show(
 ) -> None:
     from gd_analyze.cli.joint_table import joint_table, numbers, percents
     from gd_analyze.cli.terminal import line, sentence
-    from gd_analyze.report.context import percent
+    from gd_analyze.formatting import percent
 
     # A bound is never shown smaller than it is.
     shown = [_rounded_up(float(bound)) for bound in certificate.certified]

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.cli.options import ROBOT, ROBOT_HELP, reporting
+from gd_analyze.cli.options import ROBOT, ROBOT_HELP
+from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.terminal import print_json
 
 if TYPE_CHECKING:
     from gd_analyze.harmonics import Harmonics
@@ -84,9 +86,7 @@ def equations(
     terms: bool,
     digits: int,
     out: Path | None,
-    as_json: bool,
-    quiet: bool,
-    debug: bool,
+    output: Output,
 ) -> None:
     r"""Print the exact equations of motion: every term of D, h and c.
 
@@ -98,11 +98,11 @@ def equations(
       gd-analyze equations puma560 --element D11 --element h1 --terms
       gd-analyze equations my_arm.toml --format latex -o my_arm.tex
     """
-    from gd_analyze.cli.terminal import line, print_json, stages, warnings_told
+    from gd_analyze.cli.terminal import line
 
     if terms and (form != "text" or out is not None):
         raise click.UsageError("--terms is a table for the terminal: it goes without --format and --out")
-    with warnings_told(quiet) as told, stages(quiet) as stage:
+    with output.working() as stage:
         import time
 
         from gd_analyze.files import write_text
@@ -122,15 +122,15 @@ def equations(
         if out is not None:
             stage(f"writing {out.name}")
             write_text(out, _with_header(about, written, form))
-    if as_json:
-        print_json(_document(harmonics, found, seconds, form, written, told, out))
+    if output.as_json:
+        print_json(_document(harmonics, found, seconds, form, written, output.warnings, out))
     elif terms:
-        if not quiet:
+        if not output.quiet:
             click.echo(_with_header(about, "", form).rstrip())
         _show_tables(found, digits)
     elif out is None:
-        click.echo(written if quiet else _with_header(about, written, form), nl=False)
-    elif not quiet:
+        click.echo(written if output.quiet else _with_header(about, written, form), nl=False)
+    elif not output.quiet:
         line(f"wrote {out}")
 
 

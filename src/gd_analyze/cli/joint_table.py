@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from gd_analyze.cli.terminal import table
-from gd_analyze.report.context import number, percent
+from gd_analyze.formatting import number, percent
 
 if TYPE_CHECKING:
     from gd_analyze.levels import ErrorTable

@@ -96,7 +96,7 @@ def _rows(ranking: TermRanking) -> list[dict[str, Any]]:
 
 def _show(exact: ExactDynamics, ranking: TermRanking, kept: str, shown: list[dict[str, Any]]) -> None:
     from gd_analyze.cli.terminal import line, sentence, table
-    from gd_analyze.report.context import number, percent
+    from gd_analyze.formatting import number, percent
 
     arm, terms = exact.arm, ranking.terms
     drives = ", with drives" if exact.form.drives else ""

@@ -166,7 +166,7 @@ def _labels(model: SimplifiedModel, dropped: bool = False) -> list[str]:
 def _show(model: SimplifiedModel, certificate: Certificate | None, seconds: float, digits: int) -> None:
     from gd_analyze.cli.joint_table import error_columns, joint_table, numbers
     from gd_analyze.cli.terminal import line, sentence
-    from gd_analyze.report.context import percent
+    from gd_analyze.formatting import percent
     from gd_analyze.states import in_words
 
     promise, errors, arm = model.promise, model.promise.errors, model.arm
