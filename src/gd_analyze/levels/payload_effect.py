@@ -13,7 +13,7 @@ from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.robots import RobotArm
 from gd_analyze.round_off import ROUND_OFF_SHARE
 from gd_analyze.states import States
-from gd_analyze.vectors import FloatArray, set_points_last
+from gd_analyze.vectors import FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,5 +76,4 @@ def _torque_of_a_kilogram(arm: RobotArm, states: States) -> FloatArray:
     bare = [dataclasses.replace(link, mass=0.0, inertia_com=np.zeros((3, 3))) for link in arm.links]
     bare[-1] = dataclasses.replace(bare[-1], mass=1.0, com=np.zeros(3))
     carrying = dataclasses.replace(arm, links=tuple(bare))
-    last = (set_points_last(np.asarray(x, dtype=float)) for x in (states.q, states.qd, states.qdd))
-    return newton_euler_link.torque(carrying, *last).T
+    return newton_euler_link.torque(carrying, *states.last).T

@@ -10,7 +10,7 @@ from gd_analyze.decomposition import CHUNK
 from gd_analyze.kinematics import Kinematics, solve_kinematics
 from gd_analyze.robots import Link, RobotArm
 from gd_analyze.states import States
-from gd_analyze.vectors import Array, FloatArray, apply, cross, outer, set_points_last
+from gd_analyze.vectors import Array, FloatArray, apply, cross, outer
 
 
 def torque_uncertainty(arm: RobotArm, states: States, drives: bool = False) -> FloatArray | None:
@@ -36,7 +36,7 @@ def torque_uncertainty(arm: RobotArm, states: States, drives: bool = False) -> F
     Examples
     --------
     >>> import gd_analyze as gd
-    >>> from gd_analyze.simplification import states_in_box
+    >>> from gd_analyze.states import states_in_box
     >>> puma = gd.load_arm("puma560")
     >>> torque_uncertainty(puma, states_in_box(puma, 10)).shape
     (10, 6)
@@ -45,7 +45,7 @@ def torque_uncertainty(arm: RobotArm, states: States, drives: bool = False) -> F
     of_drives = [drive.inertia_uncertainty for drive in arm.drives if drives]
     if all(change is None for change in changes) and all(u is None for u in of_drives):
         return None
-    q, qd, qdd = (set_points_last(np.asarray(x, dtype=float)) for x in (states.q, states.qd, states.qdd))
+    q, qd, qdd = states.last
     squares = np.zeros(q.shape)
     for start in range(0, q.shape[1], CHUNK):
         chunk = slice(start, start + CHUNK)

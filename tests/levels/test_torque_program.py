@@ -8,14 +8,15 @@ import sys
 
 import numpy as np
 import pytest
-from harmonic_models import exact_model
 from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.lagrangian import Rate, TorqueTerm, absolute_rates
-from gd_analyze.models.harmonic import torques_of_energy
-from gd_analyze.models.torque_program import shared_torque, torque_programs
+from gd_analyze.harmonics.lagrangian import absolute_rates
+from gd_analyze.harmonics.terms import Factor, Rate, TorqueTerm
+from gd_analyze.levels import ExactForm
+from gd_analyze.levels.level import COUNTING, FULL, QUICK, ROUGH, THOROUGH
+from gd_analyze.levels.torque_program import torque_program
 from gd_analyze.robots import load_arm
 from strategies import examples, random_states
 
@@ -25,6 +26,7 @@ ROUND_OFF = 1e-11
 
 ARMS = ("puma560", "stanford", "two_link")
 FUNCTIONS = {"cos": np.cos, "sin": np.sin, "power": lambda x: x}
+EFFORTS = (ROUGH, COUNTING, QUICK, FULL, THOROUGH)
 WEIGHTS = (1.0, -1.0, 2.0, 0.5, 0.7, -0.7, 1.4, 1e-3)
 
 
@@ -33,8 +35,8 @@ def term_sets(draw):
     """An arm's basis, and some torque terms of random rates and products: many alike, as in an arm."""
     basis = Basis.of(load_arm(draw(st.sampled_from(ARMS))))
     n = basis.n_joints
-    literals = [
-        (kind, tuple(m.multiples[run.joints.index(j)] if j in run.joints else 0 for j in range(n)))
+    factors = [
+        Factor(kind, tuple(m.multiples[run.joints.index(j)] if j in run.joints else 0 for j in range(n)))
         for run in basis.runs
         for m in run.modes
         if not m.is_one
@@ -47,7 +49,7 @@ def term_sets(draw):
         joints.map(lambda j: (Rate(2, j),)),
         st.tuples(joints, joints).map(lambda pair: tuple(Rate(1, j) for j in sorted(pair))),
     )
-    monomials = st.lists(st.sampled_from(literals), max_size=3).map(lambda factors: tuple(sorted(factors)))
+    monomials = st.lists(st.sampled_from(factors), max_size=3).map(lambda chosen: tuple(sorted(chosen)))
     terms = draw(
         st.dictionaries(
             st.builds(TorqueTerm, joints, rates, monomials), st.sampled_from(WEIGHTS), max_size=12
@@ -80,15 +82,13 @@ def run(program, states) -> np.ndarray:
 def assert_ways_agree(basis: Basis, terms) -> None:
     states = random_states(basis.n_joints, 20, 5)
     wanted, scale = evaluated(basis, terms, states)
-    quick, thorough = (torque_programs(basis, terms, thorough=t) for t in (False, True))
-    once = shared_torque(basis, terms)
-    for program in (quick["torque"], once, thorough["torque"]):
+    programs = {effort: torque_program(basis, terms, effort) for effort in EFFORTS}
+    for program in programs.values():
         assert (np.abs(run(program, states) - wanted) <= ROUND_OFF * scale).all()
-    for name in ("coriolis_centrifugal", "gravity_loading"):
-        chosen = {term: weight for term, weight in terms.items() if term.quantity == name}
-        wanted, scale = evaluated(basis, chosen, states)
-        assert (np.abs(run(thorough[name], states) - wanted) <= ROUND_OFF * scale).all()
-    assert thorough["torque"].count.total <= min(quick["torque"].count.total, once.count.total)
+    # More effort holds what less effort finds against something else.
+    fewest = min(programs[effort].count.total for effort in (ROUGH, COUNTING))
+    assert programs[QUICK].count.total == fewest
+    assert programs[THOROUGH].count.total <= fewest
 
 
 @examples(40)
@@ -98,8 +98,13 @@ def test_every_way_has_the_value_of_the_terms(case):
 
 
 def test_so_it_is_for_a_whole_arm():
-    arm = load_arm("puma560")
-    assert_ways_agree(Basis.of(arm), exact_model(arm).torques)
+    form = ExactForm(load_arm("puma560"))
+    states = random_states(6, 20, 5)
+    wanted, scale = evaluated(form.basis, form.torques, states)
+    programs = {effort: torque_program(form.basis, form.torques, effort) for effort in (ROUGH, THOROUGH)}
+    for program in programs.values():
+        assert (np.abs(run(program, states) - wanted) <= ROUND_OFF * scale).all()
+    assert programs[THOROUGH].count.total < programs[ROUGH].count.total
 
 
 def test_rows_of_parallel_joints_are_passed_on():
@@ -107,7 +112,7 @@ def test_rows_of_parallel_joints_are_passed_on():
     arm = load_arm("two_link")
     outer = TorqueTerm(1, (Rate(2, 0),), ())
     states = random_states(2, 3, 1)
-    torque = run(torque_programs(Basis.of(arm), {outer: 2.0})["torque"], states)
+    torque = run(torque_program(Basis.of(arm), {outer: 2.0}, QUICK), states)
     np.testing.assert_array_equal(torque[:, 0], torque[:, 1])
     np.testing.assert_array_equal(torque[:, 1], 2.0 * states.qdd[:, 0])
 
@@ -118,36 +123,34 @@ def test_rows_of_parallel_joints_are_passed_on():
 )
 def test_all_terms_of_an_arm_take_few_operations(name, fewest):
     """Extracted once, with a margin of some 5 %; nested, the PUMA takes 639 and the Stanford arm 583."""
-    arm = load_arm(name)
-    assert shared_torque(Basis.of(arm), exact_model(arm).torques).count.total <= fewest
+    form = ExactForm(load_arm(name))
+    assert torque_program(form.basis, form.torques, FULL).count.total <= fewest
 
 
 def test_no_terms_are_no_torque():
     basis = Basis.of(load_arm("two_link"))
-    program = torque_programs(basis, {})["torque"]
-    assert program.count.total == 0
-    np.testing.assert_array_equal(run(program, random_states(2, 3, 1)), np.zeros((3, 2)))
+    for effort in EFFORTS:
+        program = torque_program(basis, {}, effort)
+        assert program.count.total == 0
+        np.testing.assert_array_equal(run(program, random_states(2, 3, 1)), np.zeros((3, 2)))
 
 
 def test_the_order_of_the_terms_does_not_matter():
-    arm = load_arm("two_link")
-    basis, terms = Basis.of(arm), torques_of_energy(arm, exact_model(arm).energy)
-    backwards = dict(reversed(terms.items()))
-    one, other = (repr(torque_programs(basis, t)["torque"].outputs) for t in (terms, backwards))
-    assert one == other
+    form = ExactForm(load_arm("two_link"))
+    backwards = dict(reversed(form.torques.items()))
+    for effort in EFFORTS:
+        one, other = (repr(torque_program(form.basis, t, effort).outputs) for t in (form.torques, backwards))
+        assert one == other
 
 
 PRINT = """
-from gd_analyze.harmonics import identify
-from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.lagrangian import energy_terms
-from gd_analyze.models.harmonic import torques_of_energy
-from gd_analyze.models.torque_program import torque_programs
+from gd_analyze.levels import ExactForm
+from gd_analyze.levels.level import THOROUGH
+from gd_analyze.levels.torque_program import torque_program
 from gd_analyze.robots import load_arm
 
-arm = load_arm("two_link")
-terms = torques_of_energy(arm, energy_terms(identify(arm)))
-print(torque_programs(Basis.of(arm), terms)["torque"].outputs)
+form = ExactForm(load_arm("two_link"))
+print(torque_program(form.basis, form.torques, THOROUGH).outputs)
 """
 
 
