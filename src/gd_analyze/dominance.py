@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gd_analyze.labels import joined
 from gd_analyze.resources import data_folder
 from gd_analyze.vectors import Array, FloatArray
 
@@ -39,12 +40,9 @@ class Element:
 
     @property
     def label(self) -> str:
-        """D12, h3, c2; with a separator where two digits would run together."""
+        """D12, h3, c2."""
         symbol = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c"}[self.quantity]
-        if self.j is None:
-            return f"{symbol}{self.i + 1}"
-        separator = "," if max(self.i, self.j) >= 9 else ""
-        return f"{symbol}{self.i + 1}{separator}{self.j + 1}"
+        return symbol + joined((self.i,) if self.j is None else (self.i, self.j))
 
     def parts(self, quantities: Mapping[Any, Any]) -> FloatArray:
         """Translational and rotational part at every state, shape (2, N); gravity is translation.
@@ -54,8 +52,8 @@ class Element:
         if self.quantity == "gravity_loading":
             values = np.asarray(quantities["gravity_loading"])[:, self.i]
             return np.stack([values, np.zeros_like(values)])
-        index: Any = (self.i,) if self.j is None else (self.i, self.j)
-        array: Array = np.asarray(quantities[self.quantity])[(slice(None), slice(None), *index)]
+        place: Any = (self.i,) if self.j is None else (self.i, self.j)
+        array: Array = np.asarray(quantities[self.quantity])[(slice(None), slice(None), *place)]
         return array.T
 
     def torque_factors(self, qdd: FloatArray) -> dict[int, FloatArray | float]:

@@ -183,14 +183,14 @@ def _document(
     if isinstance(model, ElementModel):
         document |= {"kept": list(model.kept), "dropped": list(model.dropped)}
     if isinstance(model, HarmonicModel):
+        from gd_analyze.formulas import Plain, torque_legend
         from gd_analyze.harmonics import Basis
-        from gd_analyze.harmonics.torque_rendering import torque_legend
 
         basis = Basis.of(model.arm)
         document |= {
             "terms": _terms(model)[0],
             "equations": list(model_equations(model, digits)),
-            "legend": list(torque_legend(basis, model.torques)),
+            "legend": list(Plain().legend(torque_legend(basis, model.torques))),
         }
     return document | {
         "seconds": seconds,
@@ -201,13 +201,17 @@ def _document(
 
 def model_equations(model: SimplifiedModel, digits: int = 3, width: int | None = None) -> tuple[str, ...]:
     """A harmonic model as equations, one per joint; nothing for a model of parts."""
+    from gd_analyze.formulas import Plain, torque_formulas
     from gd_analyze.harmonics import Basis
-    from gd_analyze.harmonics.torque_rendering import torques_to_text
     from gd_analyze.models import HarmonicModel
 
     if not isinstance(model, HarmonicModel):
         return ()
-    return torques_to_text(Basis.of(model.arm), model.torques, digits, width)
+    plain = Plain(digits)
+    return tuple(
+        plain.line(formula) if width is None else plain.wrapped(formula, width)
+        for formula in torque_formulas(Basis.of(model.arm), model.torques)
+    )
 
 
 def _counts(operations: OperationCount) -> dict[str, int]:
@@ -274,14 +278,14 @@ def _show(model: SimplifiedModel, certificate: Certificate | None, seconds: floa
         sentence("Dropped", bold=True)
         sentence(", ".join(model.dropped) or "nothing")
     if isinstance(model, HarmonicModel):
+        from gd_analyze.formulas import Plain, torque_legend
         from gd_analyze.harmonics import Basis
-        from gd_analyze.harmonics.torque_rendering import torque_legend
 
         basis = Basis.of(arm)
         sentence("The model, in kg, m, s, rad", bold=True)
         for text in model_equations(model, digits, _WIDTH):
             line(text)
-        meanings = torque_legend(basis, model.torques)
+        meanings = Plain().legend(torque_legend(basis, model.torques))
         if meanings:
             line()
             sentence("; ".join(meanings) + ".")

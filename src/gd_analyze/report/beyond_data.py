@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.findings import Findings
-from gd_analyze.harmonics.torque_typst import to_typst
+from gd_analyze.formulas import Typst, term_formula
 from gd_analyze.report.context import Context, percent
 from gd_analyze.report.units import aligned, figures, hundredths, pretty
 
@@ -53,6 +53,7 @@ def term_data(findings: Findings, context: Context, noise: float) -> dict[str, A
         hundredths(row.alone_share) if peaks[row.alone_joint - 1] > noise else "–" for row in rows
     )
     without = aligned(hundredths(row.without_share) for row in rows)
+    typst, formulas = Typst(), [term_formula(row.term, row.weight) for row in rows]
     symbols = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c"}
     return {
         "total": context.terms_total,
@@ -61,9 +62,9 @@ def term_data(findings: Findings, context: Context, noise: float) -> dict[str, A
             {
                 "rank": row.rank,
                 "symbol": symbols[row.quantity],
-                "row": to_typst(row.label),
-                "math": to_typst(row.text.removeprefix("-")),
-                "negative": row.text.startswith("-"),
+                "row": typst.symbol(formulas[k].left),
+                "math": typst.body(formulas[k].pieces[0]),
+                "negative": row.weight < 0,
                 "torque": torques[k],
                 "unit": pretty(findings.arm.joints[row.alone_joint - 1].effort_unit),
                 "joint": row.alone_joint,

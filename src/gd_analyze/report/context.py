@@ -14,6 +14,7 @@ from gd_analyze.dominance import ROUND_OFF_SHARE, elements, text_verdicts
 from gd_analyze.findings import Findings
 from gd_analyze.formulations.generalized_dalembert import EFFECTS
 from gd_analyze.harmonics.lagrangian import energy_terms
+from gd_analyze.labels import inertia_label
 from gd_analyze.models import ElementModel, HarmonicModel, SimplifiedModel
 from gd_analyze.models.element_level import parts_of
 from gd_analyze.operations import OperationCount
@@ -255,9 +256,7 @@ def build_context(findings: Findings) -> Context:
         drawn=findings.beyond.drawn,
         element_operations=_count(elements_kept.operations),
         element_operations_full=_count(elements_kept.operations_full),
-        inertia_kept=tuple(
-            tuple(kept[_label("D", min(i, j), max(i, j))] for j in range(n)) for i in range(n)
-        ),
+        inertia_kept=tuple(tuple(kept[inertia_label(i, j)] for j in range(n)) for i in range(n)),
         coriolis_kept=tuple(kept[f"h{i + 1}"] for i in range(n)),
         gravity_kept=tuple(kept[f"c{i + 1}"] for i in range(n)),
         text_source=reference.source if reference else "",
@@ -385,10 +384,6 @@ def _kept(labels: tuple[str, ...], n_joints: int) -> dict[str, str]:
 def _unit(arm: RobotArm, i: int, j: int) -> str:
     """Unit of D_ij, or of h_i and c_i where j is -1."""
     return arm.joints[i].effort_unit if j < 0 else inertia_unit(arm, i, j)
-
-
-def _label(symbol: str, i: int, j: int) -> str:
-    return f"{symbol}{i + 1}{',' if max(i, j) >= 9 else ''}{j + 1}"
 
 
 def _dominance_rows(findings: Findings, kept: dict[str, str]) -> tuple[DominanceRow, ...]:

@@ -7,10 +7,12 @@ from collections.abc import Hashable, Iterable
 from typing import Any
 
 from gd_analyze.findings import Findings
+from gd_analyze.formulas import Formula, Typst, energy_formulas, torque_formulas, torque_legend
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import EnergyTerm, Rate, TorqueTerm
-from gd_analyze.harmonics.torque_typst import Piece, energy_to_typst, legend_to_typst, torques_to_typst
 from gd_analyze.models import HarmonicModel
+
+TYPST = Typst()
 
 
 def harmonic_data(findings: Findings) -> dict[str, Any] | None:
@@ -21,21 +23,14 @@ def harmonic_data(findings: Findings) -> dict[str, Any] | None:
     basis = harmonics.basis
     energy = energy_terms(harmonics, model.arm.drive_inertia if model.drives else None)
     if model.level == "energy":
-        written = [
-            {"left": symbol, "groups": [_signed(pieces)]}
-            for symbol, pieces in energy_to_typst(model.energy).items()
-        ]
         return {
-            "equations": written,
-            "legend": legend_to_typst(basis, dict.fromkeys(map(_with_rates, model.energy), 1.0)),
+            "equations": [equation_data(formula) for formula in energy_formulas(model.energy)],
+            "legend": TYPST.legend(torque_legend(basis, map(_with_rates, model.energy))),
             "kept": _energy_kept(energy, model.energy, basis.n_joints),
         }
     return {
-        "equations": [
-            {"left": f"tau_({i + 1})", "groups": _grouped(pieces)}
-            for i, pieces in enumerate(torques_to_typst(basis, model.torques))
-        ],
-        "legend": legend_to_typst(basis, model.torques),
+        "equations": [equation_data(formula) for formula in torque_formulas(basis, model.torques)],
+        "legend": TYPST.legend(torque_legend(basis, model.torques)),
         "kept": _torques_kept(torques_of_energies(energy, basis), model.torques, basis.n_joints),
         "carried": [{"joint": joint + 1, "by": joint + 2} for run in basis.runs for joint in run.joints[:-1]],
     }
@@ -47,15 +42,13 @@ def _with_rates(term: EnergyTerm) -> TorqueTerm:
     return TorqueTerm(0, rates, term.monomial)
 
 
-def _grouped(pieces: Iterable[Piece]) -> list[list[dict[str, str]]]:
-    """One group each for what a joint carries and D, for h and for c, where there are any."""
-    kinds = (("", "inertia"), ("coriolis_centrifugal",), ("gravity_loading",))
-    groups = [[piece for piece in pieces if piece.quantity in kind] for kind in kinds]
-    return [_signed(group) for group in groups if group]
-
-
-def _signed(pieces: Iterable[Piece]) -> list[dict[str, str]]:
-    return [{"sign": piece.sign.replace("-", "−"), "math": piece.math} for piece in pieces]
+def equation_data(formula: Formula) -> dict[str, Any]:
+    """Left-hand side and pieces; one group each for what a joint carries and D, for h and for c."""
+    groups: dict[str, list[dict[str, str]]] = {}
+    for piece in formula.pieces:
+        group = groups.setdefault("inertia" if piece.quantity == "carried" else piece.quantity, [])
+        group.append({"sign": "−" if piece.negative else "+", "math": TYPST.body(piece)})
+    return {"left": TYPST.symbol(formula.left), "groups": [*groups.values()]}
 
 
 def _torques_kept(exact: Iterable[TorqueTerm], kept: Iterable[TorqueTerm], n: int) -> dict[str, Any]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
+from gd_analyze.formulas import Plain, term_formula
 from gd_analyze.harmonics.terms import EnergyTerm, TorqueTerm
-from gd_analyze.harmonics.torque_rendering import energy_term_text, torque_term_text
 from gd_analyze.models.harmonic import HarmonicLevel
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import candidates_of
@@ -118,7 +120,7 @@ def rank_terms(exact: ExactDynamics, level: HarmonicLevel = "term", digits: int 
     alone = listed * np.abs(candidates.effects).max(axis=2, initial=0.0)
     spread = torque_uncertainty(exact.arm, exact.states, exact.drives)
     limit = None if spread is None else np.abs(spread).max(axis=0)
-    labels = _texts(exact, level, digits)
+    labels = _written(exact, level, digits)
     rows = []
     went = zip(reversed(elimination.order), errors[:0:-1], strict=True)
     for rank, (k, without) in enumerate(went, start=1):
@@ -155,22 +157,18 @@ def _first_beyond(errors: FloatArray, limit: FloatArray) -> int:
     return int(beyond.argmax()) - 1 if beyond.any() else len(errors) - 1
 
 
-def _texts(
+def _written(
     exact: ExactDynamics, level: HarmonicLevel, digits: int
 ) -> list[tuple[str, str, str, TorqueTerm | EnergyTerm, float]]:
     """Label, quantity, text, term and weight of every candidate."""
-    if level == "term":
-        return [
-            (f"tau{term.row + 1}", term.quantity, torque_term_text(term, weight, digits), term, weight)
-            for term, weight in exact.torques.items()
-        ]
-    return [
-        (
-            "U" if term.is_potential else f"D'{term.i + 1}{term.j + 1}",
-            "potential" if term.is_potential else "kinetic",
-            energy_term_text(term, coefficient, digits),
-            term,
-            coefficient,
-        )
-        for term, coefficient in exact.energy.items()
-    ]
+    plain = Plain(digits)
+    out = []
+    terms: Mapping[Any, float] = exact.torques if level == "term" else exact.energy
+    for term, weight in terms.items():
+        formula = term_formula(term, weight)
+        if isinstance(term, TorqueTerm):
+            quantity = term.quantity
+        else:
+            quantity = "potential" if term.is_potential else "kinetic"
+        out.append((plain.symbol(formula.left), quantity, plain.right(formula), term, weight))
+    return out
