@@ -138,7 +138,8 @@ def _about(
     harmonics: Harmonics, found: tuple[Equation, ...], *, whole: bool, min_share: float, seconds: float
 ) -> tuple[str, ...]:
     """Say what is shown and how to read it, one sentence per entry."""
-    from gd_analyze.formulas import Plain, element_legend
+    from gd_analyze.formulas.legend import element_legend
+    from gd_analyze.formulas.plain import Plain
 
     arm = harmonics.arm
     count = sum(len(equation.terms) for equation in found)
@@ -154,7 +155,11 @@ def _about(
 
 
 def _written(found: tuple[Equation, ...], form: str, digits: int, n_joints: int) -> str:
-    from gd_analyze.formulas import Latex, MathML, Plain, element_formula, to_sympy
+    from gd_analyze.formulas.latex import Latex
+    from gd_analyze.formulas.mathml import MathML
+    from gd_analyze.formulas.plain import Plain
+    from gd_analyze.formulas.sympy import to_sympy
+    from gd_analyze.formulas.writing import element_formula
 
     formulas = [element_formula(equation) for equation in found]
     if form == "sympy":
@@ -192,7 +197,10 @@ def _with_header(about: tuple[str, ...], written: str, form: str) -> str:
 
 def _show_tables(found: tuple[Equation, ...], digits: int) -> None:
     from gd_analyze.cli.terminal import table
-    from gd_analyze.formulas import Plain, Product, number, powers
+    from gd_analyze.formulas.formula import Product
+    from gd_analyze.formulas.numbers import number
+    from gd_analyze.formulas.plain import Plain
+    from gd_analyze.formulas.writing import powers
 
     columns = [("term", "left"), ("coefficient", "right"), ("effect", "left"), ("links", "left")]
     for equation in found:
@@ -236,7 +244,7 @@ def _document(
 ) -> dict[str, Any]:
     from dataclasses import asdict
 
-    from gd_analyze.formulas import exponents
+    from gd_analyze.formulas.writing import exponents
 
     def factors(term: Term) -> list[dict[str, Any]]:
         return [factor._asdict() | {"exponent": exponent} for factor, exponent in exponents(term.factors)]

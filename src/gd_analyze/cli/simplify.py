@@ -183,7 +183,8 @@ def _document(
     if isinstance(model, ElementModel):
         document |= {"kept": list(model.kept), "dropped": list(model.dropped)}
     if isinstance(model, HarmonicModel):
-        from gd_analyze.formulas import Plain, torque_legend
+        from gd_analyze.formulas.legend import torque_legend
+        from gd_analyze.formulas.plain import Plain
         from gd_analyze.harmonics import Basis
 
         basis = Basis.of(model.arm)
@@ -201,7 +202,8 @@ def _document(
 
 def model_equations(model: SimplifiedModel, digits: int = 3, width: int | None = None) -> tuple[str, ...]:
     """A harmonic model as equations, one per joint; nothing for a model of parts."""
-    from gd_analyze.formulas import Plain, torque_formulas
+    from gd_analyze.formulas.plain import Plain
+    from gd_analyze.formulas.writing import torque_formulas
     from gd_analyze.harmonics import Basis
     from gd_analyze.models import HarmonicModel
 
@@ -278,7 +280,8 @@ def _show(model: SimplifiedModel, certificate: Certificate | None, seconds: floa
         sentence("Dropped", bold=True)
         sentence(", ".join(model.dropped) or "nothing")
     if isinstance(model, HarmonicModel):
-        from gd_analyze.formulas import Plain, torque_legend
+        from gd_analyze.formulas.legend import torque_legend
+        from gd_analyze.formulas.plain import Plain
         from gd_analyze.harmonics import Basis
 
         basis = Basis.of(arm)

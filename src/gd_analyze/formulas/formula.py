@@ -28,14 +28,6 @@ class Symbol:
     word: str = ""
 
 
-@dataclass(frozen=True)
-class Function:
-    """cos or sin of a sum; the weights of its argument are whole numbers."""
-
-    name: str
-    argument: tuple[Product, ...]
-
-
 class Power(NamedTuple):
     """A symbol or function, and its exponent."""
 
@@ -50,94 +42,64 @@ class Product(NamedTuple):
     powers: tuple[Power, ...] = ()
 
 
-class Piece(NamedTuple):
-    """What stands between two places where a line may break.
+@dataclass(frozen=True)
+class Function:
+    """cos or sin of a sum; the weights of its argument are whole numbers."""
 
-    Parameters
-    ----------
-    quantity
-        As in `Summand`.
-    negative
-        Sign before it.
-    product
-        Its weight counts by magnitude.
-    opens
-        Whether a bracket opens before the product.
-    behind
-        What the bracket that closes behind the product is multiplied with; () where none closes.
-    """
-
-    quantity: str
-    negative: bool
-    product: Product
-    opens: bool = False
-    behind: tuple[Power, ...] = ()
+    name: str
+    argument: tuple[Product, ...]
 
 
 @dataclass(frozen=True)
-class Summand:
-    """Products times what they have in common; several stand in brackets.
+class Piece:
+    """A summand, or one of those in a bracket: what stands between two places where a line may break.
 
     Parameters
     ----------
+    product
+        Its sign is the one before it, and before a bracket that opens with it.
     quantity
         "inertia", "coriolis_centrifugal" or "gravity_loading"; "carried" for the torque of the next joint.
-    terms
-        At least one.
+    opens
+        Whether a bracket opens before it.
     behind
-        Common factors; needed where there are several terms.
+        What the bracket that closes behind it is multiplied with; () where none closes.
     """
 
-    quantity: str
-    terms: tuple[Product, ...]
+    product: Product
+    quantity: str = ""
+    opens: bool = False
     behind: tuple[Power, ...] = ()
 
     @property
-    def pieces(self) -> tuple[Piece, ...]:
-        """One per term; the first term's sign stands before the bracket."""
-        (outer, powers), *others = self.terms
-        if not others:
-            return (Piece(self.quantity, outer < 0, Product(outer, powers + self.behind)),)
-        last = len(others)
-        return tuple(
-            Piece(
-                self.quantity,
-                (term.weight if place == 0 else term.weight * outer) < 0,
-                term,
-                opens=place == 0,
-                behind=self.behind if place == last else (),
-            )
-            for place, term in enumerate(self.terms)
-        )
+    def negative(self) -> bool:
+        """Sign before it."""
+        return self.product.weight < 0
 
 
 @dataclass(frozen=True)
 class Formula:
-    """An equation; its right-hand side is 0 without summands.
+    """An equation.
 
     Parameters
     ----------
     left
         What it gives.
-    summands
-        In the order they are read, those of one quantity together.
+    pieces
+        In the order they are read, those of one quantity together; `NOTHING` where there is none.
     unit
         Said behind the equation where it is not evident.
     """
 
     left: Symbol
-    summands: tuple[Summand, ...]
+    pieces: tuple[Piece, ...]
     unit: str = ""
 
-    @property
-    def pieces(self) -> tuple[Piece, ...]:
-        """The right-hand side between the places where a line may break."""
-        pieces = tuple(piece for summand in self.summands for piece in summand.pieces)
-        return pieces or (Piece("carried", negative=False, product=Product(0.0)),)
+
+NOTHING = (Piece(Product(0.0), "carried"),)
 
 
-@dataclass(frozen=True)
-class Legend:
+class Legend(NamedTuple):
     """Meaning of the names in formulas.
 
     Parameters
@@ -153,3 +115,21 @@ class Legend:
     shared: tuple[Formula, ...]
     others: tuple[Formula, ...]
     factors: tuple[Formula, ...]
+
+
+def one(base: Symbol | Function) -> Product:
+    """A symbol or function by itself."""
+    return Product(1.0, (Power(base),))
+
+
+def bracketed(quantity: str, terms: tuple[Product, ...], common: tuple[Power, ...]) -> tuple[Piece, ...]:
+    """Products times what they have in common, in brackets if there are several and anything is."""
+    if not common or len(terms) < 2:
+        return tuple(Piece(Product(weight, powers + common), quantity) for weight, powers in terms)
+    # The first one's sign goes before the bracket.
+    outer = 1.0 if terms[0].weight > 0 else -1.0
+    last = len(terms) - 1
+    return tuple(
+        Piece(Product(outer * weight if k else weight, powers), quantity, k == 0, common if k == last else ())
+        for k, (weight, powers) in enumerate(terms)
+    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from gd_analyze.formulas.formula import Formula, Function, Legend, Power, Product, Summand, Symbol
+from gd_analyze.formulas.formula import Formula, Function, Legend, Piece, Symbol, one
 from gd_analyze.formulas.writing import abbreviation, rate_symbol, written_out
 from gd_analyze.harmonics.basis import Basis
 from gd_analyze.harmonics.equations import Equation
@@ -57,4 +57,4 @@ def _factors(factors: set[Factor]) -> tuple[Formula, ...]:
 
 
 def _equal(left: Symbol, *right: Symbol | Function, unit: str = "") -> Formula:
-    return Formula(left, tuple(Summand("", (Product(1.0, (Power(base),)),)) for base in right), unit)
+    return Formula(left, tuple(Piece(one(base)) for base in right), unit)

@@ -15,7 +15,7 @@ class MathML(Printer):
     """Writes a formula as one element."""
 
     apart = close = between = ""
-    brackets = ('<mo stretchy="false">(</mo>', '<mo stretchy="false">)</mo>')
+    brackets = ("<mo>(</mo>", "<mo>)</mo>")
 
     def sign(self, negative: bool, first: bool) -> str:
         """Write the sign of a summand; the first one's only where it is negative."""
@@ -39,7 +39,7 @@ class MathML(Printer):
         head = f"<mi>{name}</mi>"
         if exponent != 1:
             head = f"<msup>{head}{_exponent(exponent)}</msup>"
-        return f"{head}<mo>&#x2061;</mo><mrow><mo>(</mo>{argument}<mo>)</mo></mrow>"
+        return f"{head}<mo>&#x2061;</mo><mrow>{argument.join(self.brackets)}</mrow>"
 
     def scientific(self, mantissa: str, exponent: int) -> str:
         """Write a mantissa times a power of ten."""
@@ -75,8 +75,9 @@ class MathML(Printer):
 class PageMathML(MathML):
     """Writes a formula as several elements, between which a browser may break a line."""
 
-    # Browsers set factors without any space between them.
+    # Browsers set factors without any space between them, and brackets larger than what is in them.
     apart = _THIN
+    brackets = ('<mo stretchy="false">(</mo>', '<mo stretchy="false">)</mo>')
 
     def left(self, formula: Formula) -> str:
         """Write the left-hand side and the sign of equality."""

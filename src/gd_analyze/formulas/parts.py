@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from gd_analyze.formulas.formula import Formula, Power, Product, Summand, Symbol
+from gd_analyze.formulas.formula import NOTHING, Formula, Piece, Power, Symbol, bracketed, one
 from gd_analyze.labels import inertia_label, joined
 
 _WORDS = {"translation": "tran", "rotation": "rot"}
@@ -33,18 +33,15 @@ def parts_formulas(kept: Mapping[str, str], n_joints: int, drives: bool) -> tupl
     out = []
     for i in range(n_joints):
         own = joined((i,))
-        summands = []
+        pieces: list[Piece] = []
         for j in range(n_joints):
             label = inertia_label(i, j)
             symbols = [] if kept[label] == "neither" else [part_symbol(label, kept[label])]
             symbols += [Symbol("J", own)] if drives and i == j else []
-            terms = tuple(Product(1.0, (Power(symbol),)) for symbol in symbols)
-            if terms:
-                summands.append(Summand("inertia", terms, (Power(Symbol("q", joined((j,)), dots=2)),)))
-        for letter, quantity in (("h", "coriolis_centrifugal"), ("c", "gravity_loading")):
-            effect = kept[letter + own]
-            if effect != "neither":
-                product = Product(1.0, (Power(part_symbol(letter + own, effect)),))
-                summands.append(Summand(quantity, (product,)))
-        out.append(Formula(Symbol("tau", own), tuple(summands)))
+            acceleration = (Power(Symbol("q", joined((j,)), dots=2)),)
+            pieces += bracketed("inertia", tuple(map(one, symbols)), acceleration)
+        for label, quantity in ((f"h{own}", "coriolis_centrifugal"), (f"c{own}", "gravity_loading")):
+            if kept[label] != "neither":
+                pieces.append(Piece(one(part_symbol(label, kept[label])), quantity))
+        out.append(Formula(Symbol("tau", own), tuple(pieces) or NOTHING))
     return tuple(out)

@@ -81,8 +81,7 @@ class Printer(ABC):
     def pieces(self, formula: Formula) -> tuple[str, ...]:
         """Write the right-hand side, in pieces that a line may break between."""
         return tuple(
-            self.sign(piece.negative, place == 0) + self.body(piece)
-            for place, piece in enumerate(formula.pieces)
+            self.sign(piece.negative, k == 0) + self.body(piece) for k, piece in enumerate(formula.pieces)
         )
 
     def right(self, formula: Formula) -> str:

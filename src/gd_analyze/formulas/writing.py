@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable
 from itertools import groupby
 
-from gd_analyze.formulas.formula import Formula, Function, Power, Product, Summand, Symbol
+from gd_analyze.formulas.formula import (
+    NOTHING,
+    Formula,
+    Function,
+    Piece,
+    Power,
+    Product,
+    Symbol,
+    bracketed,
+    one,
+)
 from gd_analyze.harmonics.basis import Basis
 from gd_analyze.harmonics.equations import Equation
 from gd_analyze.harmonics.terms import (
@@ -28,13 +37,10 @@ _ORDER = tuple(_QUANTITIES.values())
 
 def element_formula(equation: Equation) -> Formula:
     """Formula of an exact element, its terms in the order they have: D12 = 0.687 S2 - 0.138 C23."""
-    letter = equation.symbol[0]
+    letter, number = equation.symbol[0], equation.symbol[1:]
+    terms = (Product(term.coefficient, powers(term.factors)) for term in equation.terms)
     return Formula(
-        Symbol(letter, equation.symbol[1:]),
-        tuple(
-            Summand(_QUANTITIES[letter], (Product(term.coefficient, powers(term.factors)),))
-            for term in equation.terms
-        ),
+        Symbol(letter, number), tuple(Piece(term, _QUANTITIES[letter]) for term in terms) or NOTHING
     )
 
 
@@ -50,37 +56,38 @@ def torque_formulas(basis: Basis, torques: Torques) -> tuple[Formula, ...]:
     torques
         Weights of the terms, in absolute rates.
     """
-    rows: list[dict[tuple[Rate, ...], dict[Monomial, float]]] = [
-        defaultdict(dict) for _ in range(basis.n_joints)
-    ]
-    for term, weight in torques.items():
-        rows[term.row][term.rates][term.monomial] = weight
+    rows: list[dict[tuple[Rate, ...], list[Product]]] = [defaultdict(list) for _ in range(basis.n_joints)]
+    for term, weight in sorted(torques.items(), key=lambda item: -abs(item[1])):
+        rows[term.row][term.rates].append(Product(weight, powers(term.monomial)))
     # Within a run a joint carries what the next one carries, in absolute rates.
     carried = {joint for run in basis.runs for joint in run.joints[:-1]}
     out = []
     for joint, row in enumerate(rows):
-        summands: list[Summand] = []
-        if joint in carried:
-            summands.append(Summand("carried", (Product(1.0, (Power(_torque(joint + 1)),)),)))
-        largest = {rates: max(map(abs, weights.values())) for rates, weights in row.items()}
-        for rates in sorted(row, key=lambda rates: (_ORDER.index(quantity_of(rates)), -largest[rates])):
-            summands += _summands(rates, row[rates])
-        out.append(Formula(_torque(joint), tuple(summands)))
+        pieces = [Piece(one(_torque(joint + 1)), "carried")] if joint in carried else []
+        for rates in sorted(row, key=lambda rates: _ORDER.index(quantity_of(rates))):
+            pieces += bracketed(quantity_of(rates), tuple(row[rates]), _rates(rates))
+        out.append(Formula(_torque(joint), tuple(pieces) or NOTHING))
     return tuple(out)
 
 
 def energy_formulas(energies: Energies) -> tuple[Formula, ...]:
     """Formulas of the elements of D' (inertia in absolute rates), row by row, and of the potential U."""
     ordered = sorted(energies, key=lambda term: (term.is_potential, term.i, term.j, -abs(energies[term])))
+    single = (term_formula(term, energies[term]) for term in ordered)
     return tuple(
-        Formula(left, tuple(_summand(term, energies[term]) for term in terms))
-        for left, terms in groupby(ordered, key=_owner)
+        Formula(left, tuple(piece for formula in formulas for piece in formula.pieces))
+        for left, formulas in groupby(single, key=lambda formula: formula.left)
     )
 
 
 def term_formula(term: TorqueTerm | EnergyTerm, weight: float) -> Formula:
     """Formula of a single term; the left-hand side says where it stands."""
-    return Formula(_owner(term), (_summand(term, weight),))
+    product = Product(weight, powers(term.monomial))
+    if isinstance(term, TorqueTerm):
+        return Formula(_torque(term.row), bracketed(term.quantity, (product,), _rates(term.rates)))
+    if term.is_potential:
+        return Formula(Symbol("U"), (Piece(product, "gravity_loading"),))
+    return Formula(Symbol("D'", joined((term.i, term.j))), (Piece(product, "inertia"),))
 
 
 def powers(monomial: Monomial) -> tuple[Power, ...]:
@@ -118,28 +125,6 @@ def _base(factor: Factor) -> Symbol | Function:
 
 def _torque(joint: int) -> Symbol:
     return Symbol("tau", joined((joint,)))
-
-
-def _owner(term: TorqueTerm | EnergyTerm) -> Symbol:
-    """Torque, element of D' or potential that a term belongs to."""
-    if isinstance(term, TorqueTerm):
-        return _torque(term.row)
-    return Symbol("U") if term.is_potential else Symbol("D'", joined((term.i, term.j)))
-
-
-def _summand(term: TorqueTerm | EnergyTerm, weight: float) -> Summand:
-    if isinstance(term, TorqueTerm):
-        return Summand(term.quantity, (Product(weight, powers(term.monomial)),), _rates(term.rates))
-    quantity = "gravity_loading" if term.is_potential else "inertia"
-    return Summand(quantity, (Product(weight, powers(term.monomial)),))
-
-
-def _summands(rates: tuple[Rate, ...], weights: dict[Monomial, float]) -> Iterable[Summand]:
-    """Products of these rates: one summand, or one each where nothing is common to them."""
-    ordered = sorted(weights.items(), key=lambda item: -abs(item[1]))
-    terms = tuple(Product(weight, powers(monomial)) for monomial, weight in ordered)
-    quantity, behind = quantity_of(rates), _rates(rates)
-    return [Summand(quantity, terms, behind)] if behind else [Summand(quantity, (term,)) for term in terms]
 
 
 def _rates(rates: tuple[Rate, ...]) -> tuple[Power, ...]:

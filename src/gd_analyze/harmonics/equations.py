@@ -91,7 +91,8 @@ def equations(
     Examples
     --------
     >>> import gd_analyze as gd
-    >>> from gd_analyze.formulas import Plain, element_formula
+    >>> from gd_analyze.formulas.plain import Plain
+    >>> from gd_analyze.formulas.writing import element_formula
     >>> for equation in gd.equations(gd.load_arm("two_link"), ["D12", "h1", "c1"]):
     ...     print(Plain().line(element_formula(equation)))
     D12 = 0.5 C2 + 0.333

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.findings import Findings
-from gd_analyze.formulas import Typst, term_formula
+from gd_analyze.formulas.typst import Typst
+from gd_analyze.formulas.writing import term_formula
 from gd_analyze.report.context import Context, percent
 from gd_analyze.report.units import aligned, figures, hundredths, pretty
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from gd_analyze.dominance import text_verdicts
 from gd_analyze.findings import Findings
-from gd_analyze.formulas import Typst, part_symbol, parts_formulas
+from gd_analyze.formulas.parts import part_symbol, parts_formulas
+from gd_analyze.formulas.typst import Typst
 from gd_analyze.models.element_level import Part, parts_of
 from gd_analyze.report.arm_data import arm_data
 from gd_analyze.report.beyond_data import beyond_data, term_data, trade_off_data

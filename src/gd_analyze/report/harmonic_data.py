@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Hashable, Iterable
+from collections.abc import Iterable
 from typing import Any
 
 from gd_analyze.findings import Findings
-from gd_analyze.formulas import Formula, Typst, energy_formulas, torque_formulas, torque_legend
+from gd_analyze.formulas.formula import Formula
+from gd_analyze.formulas.legend import torque_legend
+from gd_analyze.formulas.typst import Typst
+from gd_analyze.formulas.writing import energy_formulas, torque_formulas
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import EnergyTerm, Rate, TorqueTerm
 from gd_analyze.models import HarmonicModel
+from gd_analyze.report.terms import tallies
 
 TYPST = Typst()
 
@@ -53,29 +57,21 @@ def equation_data(formula: Formula) -> dict[str, Any]:
 
 def _torques_kept(exact: Iterable[TorqueTerm], kept: Iterable[TorqueTerm], n: int) -> dict[str, Any]:
     """Terms of every joint's torque by what they are multiplied with: accelerations, rates, nothing."""
-
-    def place(term: TorqueTerm) -> tuple[int, int]:
-        column = {"coriolis_centrifugal": n, "gravity_loading": n + 1}
-        return term.row, column.get(term.quantity, term.rates[0].joint if term.rates else n + 1)
-
-    rows = _counted(map(place, exact), map(place, kept), [[(i, j) for j in range(n + 2)] for i in range(n)])
+    rows = [
+        [{"kept": tally.kept, "of": max(tally.total, tally.kept)} for tally in row]
+        for row in tallies(exact, kept, n)
+    ]
     return {"what": "torque", "rows": rows}
 
 
 def _energy_kept(exact: Iterable[EnergyTerm], kept: Iterable[EnergyTerm], n: int) -> dict[str, Any]:
     """Terms of every element of D' (upper triangle) and of the potential."""
-    places: list[list[Hashable]] = [
+    places: list[list[tuple[int, int] | None]] = [
         [*((i, j) if i <= j else None for j in range(n)), (-1, -1) if i == 0 else None] for i in range(n)
     ]
-    rows = _counted(((t.i, t.j) for t in exact), ((t.i, t.j) for t in kept), places)
-    return {"what": "energy", "rows": rows}
-
-
-def _counted(
-    exact: Iterable[Hashable], kept: Iterable[Hashable], places: Iterable[Iterable[Hashable]]
-) -> list[list[dict[str, int] | None]]:
-    every, left = Counter(exact), Counter(kept)
-    return [
+    every, left = (Counter((term.i, term.j) for term in terms) for terms in (exact, kept))
+    rows = [
         [None if key is None else {"kept": left[key], "of": max(every[key], left[key])} for key in row]
         for row in places
     ]
+    return {"what": "energy", "rows": rows}

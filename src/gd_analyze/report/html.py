@@ -15,15 +15,11 @@ from markupsafe import Markup, escape
 
 from gd_analyze.dominance import Element, elements, text_verdicts
 from gd_analyze.findings import Findings
-from gd_analyze.formulas import (
-    Formula,
-    Legend,
-    PageMathML,
-    part_symbol,
-    parts_formulas,
-    torque_formulas,
-    torque_legend,
-)
+from gd_analyze.formulas.formula import Formula, Legend
+from gd_analyze.formulas.legend import torque_legend
+from gd_analyze.formulas.mathml import PageMathML
+from gd_analyze.formulas.parts import part_symbol, parts_formulas
+from gd_analyze.formulas.writing import term_formula, torque_formulas
 from gd_analyze.harmonics import Basis
 from gd_analyze.labels import inertia_label
 from gd_analyze.models import HarmonicModel, parts_of
@@ -31,7 +27,7 @@ from gd_analyze.report.beyond_chart import beyond_chart
 from gd_analyze.report.context import Context, DominanceRow, build_context, number, percent
 from gd_analyze.report.interactive import MOST_POINTS, page_data
 from gd_analyze.report.stroboscope import stroboscope
-from gd_analyze.report.terms import exact_elements, exact_torques, shared_accelerations, tallies, term_rows
+from gd_analyze.report.terms import exact_elements, exact_torques, shared_accelerations, tallies
 from gd_analyze.report.units import pretty
 
 if TYPE_CHECKING:
@@ -104,7 +100,7 @@ def render_html(findings: Findings) -> str:
             torque_legend=_legend(torque_legend(basis, exact if torques is None else torques)),
             tallies=() if torques is None else tallies(exact, torques, arm.n_joints),
             shared_accelerations=_legend(shared_accelerations(basis)),
-            term_rows=term_rows(context.terms, torques),
+            kept_torques=torques or {},
             search_steps=_search_steps(context),
             exact_elements=() if findings.harmonics is None else exact_elements(findings.harmonics),
             beyond_chart=beyond_chart(context.joint_errors, context.beyond),
@@ -249,6 +245,7 @@ def environment() -> Environment:
         "powers": _powers,
         "unit": pretty,
         "symbol": _symbol,
+        "formula": lambda ranked: term_formula(ranked.term, ranked.weight),
         "left": lambda formula: Markup(MATHS.left(formula)),
         "pieces": lambda formula: [*map(Markup, MATHS.elements(formula))],
         "by_quantity": _by_quantity,

@@ -1,17 +1,18 @@
-"""Harmonic terms as the page shows them: what the model keeps of how many, the ranking, exact elements."""
+"""Harmonic terms in the report: how many the model keeps of how many, and the exact elements."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Container, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from gd_analyze.findings import Findings
-from gd_analyze.formulas import Formula, Legend, element_formula, term_formula, torque_legend
+from gd_analyze.formulas.formula import Formula, Legend
+from gd_analyze.formulas.legend import torque_legend
+from gd_analyze.formulas.writing import element_formula
 from gd_analyze.harmonics import Basis, Harmonics
 from gd_analyze.harmonics.equations import Term, equations
 from gd_analyze.harmonics.terms import Rate, Torques, TorqueTerm
-from gd_analyze.simplification import RankedTerm
 
 # A page that writes out more exact terms than this would be for no one to read.
 MOST_EXACT_TERMS = 2000
@@ -25,16 +26,6 @@ class Tally:
     what: str
     kept: int
     total: int
-
-
-@dataclass(frozen=True)
-class TermRow:
-    """One row of the ranking of single terms; `kept` is None for a model that is not made of terms."""
-
-    ranked: RankedTerm
-    row: int
-    formula: Formula
-    kept: bool | None
 
 
 def exact_torques(findings: Findings) -> Torques:
@@ -71,20 +62,6 @@ def tallies(
 def _place(term: TorqueTerm) -> tuple[int, str, int]:
     """Row, quantity and the acceleration's joint, -1 without one."""
     return term.row, term.quantity, term.rates[0].joint if term.quantity == "inertia" else -1
-
-
-def term_rows(ranked: Iterable[RankedTerm], kept: Container[TorqueTerm] | None) -> tuple[TermRow, ...]:
-    """Rows of the ranking with their formulas."""
-    return tuple(
-        TermRow(
-            row,
-            row.term.row + 1,
-            term_formula(row.term, row.weight),
-            None if kept is None else row.term in kept,
-        )
-        for row in ranked
-        if isinstance(row.term, TorqueTerm)
-    )
 
 
 def exact_elements(harmonics: Harmonics) -> tuple[tuple[Formula, tuple[Term, ...]], ...]:

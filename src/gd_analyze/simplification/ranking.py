@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.formulas import Plain, term_formula
+from gd_analyze.formulas.plain import Plain
+from gd_analyze.formulas.writing import term_formula
 from gd_analyze.harmonics.terms import EnergyTerm, TorqueTerm
 from gd_analyze.models.harmonic import HarmonicLevel
 from gd_analyze.simplification.budget import Budget
