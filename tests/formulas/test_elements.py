@@ -18,10 +18,10 @@ from gd_analyze.formulas.mathml import MathML
 from gd_analyze.formulas.numbers import number, rounded
 from gd_analyze.formulas.plain import Plain
 from gd_analyze.formulas.sympy import to_sympy
-from gd_analyze.formulas.writing import element_formula
+from gd_analyze.formulas.writing import element_formula, term_formula
 from gd_analyze.harmonics import Harmonics, identify
 from gd_analyze.harmonics.equations import Equation, Term, equations
-from gd_analyze.harmonics.terms import Factor
+from gd_analyze.harmonics.terms import EnergyTerm, Factor
 from gd_analyze.robots import load_arm
 from strategies import examples
 
@@ -190,6 +190,10 @@ def test_indices_of_two_digits_are_parted() -> None:
     assert to_plain(equation) == "D1,10 = 2 C9,10"
     assert to_latex(equation) == r"D_{1,10} = 2 \, C_{9,10}"
     assert legend([equation]) == ("C9,10 = cos(q9 + q10)",)
+    labels = [
+        Plain().symbol(term_formula(EnergyTerm(i, j, ()), 1.0).left) for i, j in ((0, 11), (10, 1), (0, 1))
+    ]
+    assert labels == ["D'1,12", "D'11,2", "D'12"]
 
 
 @examples(200)

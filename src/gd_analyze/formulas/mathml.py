@@ -29,10 +29,8 @@ class MathML(Printer):
         kind = "mi" if symbol.index.isalpha() else "mn"
         index = f"<{kind}>{symbol.index}</{kind}>" if symbol.index else ""
         above = f"<mtext>{symbol.word}</mtext>" if symbol.word else _exponent(exponent)
-        tag = {(True, True): "msubsup", (True, False): "msub", (False, True): "msup"}.get(
-            (bool(index), bool(above))
-        )
-        return f"<{tag}>{base}{index}{above}</{tag}>" if tag else base
+        tag = f"m{'sub' if index else ''}{'sup' if above else ''}"
+        return f"<{tag}>{base}{index}{above}</{tag}>" if index or above else base
 
     def function(self, name: str, argument: str, exponent: int) -> str:
         """Write cos or sin with its argument in brackets."""

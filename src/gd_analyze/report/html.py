@@ -65,11 +65,6 @@ def render_html(findings: Findings) -> str:
     context = build_context(findings)
     arm, model = findings.arm, findings.model
     source = text_verdicts(arm.name)
-    exact = exact_torques(findings)
-    basis = Basis.of(arm)
-    torques = model.torques if isinstance(model, HarmonicModel) else None
-    kept = {row.element: row.kept for row in context.dominance}
-    labels = [[inertia_label(i, j) for j in range(arm.n_joints)] for i in range(arm.n_joints)]
     return (
         environment()
         .get_template("report.html.j2")
@@ -81,9 +76,6 @@ def render_html(findings: Findings) -> str:
             order={element.label: k for k, element in enumerate(elements(arm.n_joints))},
             mixed=not all(arm.is_revolute),
             dropped=_dropped(context),
-            parts_formulas=parts_formulas(kept, arm.n_joints, model.drives),
-            inertia_labels=labels,
-            inertia_matrix=[[_cell(label, kept[label]) for label in line] for line in labels],
             still=stroboscope(arm, findings.decomposition.q.values),
             kinds=[k for k in ("revolute", "prismatic") if any(joint.kind == k for joint in arm.joints)],
             threshold=float(findings.dominance.attrs["threshold"]),
@@ -96,20 +88,35 @@ def render_html(findings: Findings) -> str:
             scripts=Markup("\n".join(template_text(name) for name in SCRIPTS)),
             letters=LETTERS,
             symbols=SYMBOLS,
-            torque_formulas=() if torques is None else torque_formulas(basis, torques),
-            torque_legend=_legend(torque_legend(basis, exact if torques is None else torques)),
-            tallies=() if torques is None else tallies(exact, torques, arm.n_joints),
-            shared_accelerations=_legend(shared_accelerations(basis)),
-            kept_torques=torques or {},
             search_steps=_search_steps(context),
-            exact_elements=() if findings.harmonics is None else exact_elements(findings.harmonics),
             beyond_chart=beyond_chart(context.joint_errors, context.beyond),
             smallest_payload=min(context.beyond, key=lambda row: row.mass_within_budget),
             tightness=_tightness(context),
             uncertain=_above_allowed(context, "uncertainty"),
             outside=_above_allowed(context, "within_limits"),
+            **_mathematics(findings, context),
         )
     )
+
+
+def _mathematics(findings: Findings, context: Context) -> dict[str, Any]:
+    """Formulas of the model, of the parts that the element level keeps and of the exact elements."""
+    arm, model, exact = findings.arm, findings.model, exact_torques(findings)
+    basis = Basis.of(arm)
+    torques = model.torques if isinstance(model, HarmonicModel) else None
+    kept = {row.element: row.kept for row in context.dominance}
+    labels = [[inertia_label(i, j) for j in range(arm.n_joints)] for i in range(arm.n_joints)]
+    return {
+        "torque_formulas": () if torques is None else torque_formulas(basis, torques),
+        "torque_legend": _legend(torque_legend(basis, exact if torques is None else torques)),
+        "tallies": () if torques is None else tallies(exact, torques, arm.n_joints),
+        "kept_torques": torques or {},
+        "shared_accelerations": _legend(shared_accelerations(basis)),
+        "parts_formulas": parts_formulas(kept, arm.n_joints, model.drives),
+        "inertia_labels": labels,
+        "inertia_matrix": [[_cell(label, kept[label]) for label in line] for line in labels],
+        "exact_elements": () if findings.harmonics is None else exact_elements(findings.harmonics),
+    }
 
 
 @dataclass(frozen=True)
