@@ -16,6 +16,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from gd_analyze.errors import ModelError
+from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.operations import OperationCount, Program
 from gd_analyze.vectors import FloatArray
@@ -127,6 +128,14 @@ class Level(ABC):
     @abstractmethod
     def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
         """Write the torque that terms make as a program."""
+
+    @abstractmethod
+    def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
+        """Equations of the joints' torques, as a person would write them."""
+
+    def legend(self, form: ExactForm, terms: Terms) -> Legend:
+        """Meaning of the names in them: by default all are the founding text's."""
+        return Legend((), (), ())
 
     @abstractmethod
     def to_entry(self, term: Any, weight: float) -> Entry:
