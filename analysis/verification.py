@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 import gd_analyze as gd
-from gd_analyze.authority import pinocchio_dynamics, round_off_bounds
 from gd_analyze.formulations import generalized_dalembert as dalembert
 from gd_analyze.kinematics import solve_kinematics
+from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
 
 N_STATES = 2000
 EPS = float(np.finfo(float).eps)

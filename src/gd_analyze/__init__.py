@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 from gd_analyze.version import __version__
 
 if TYPE_CHECKING:
-    from gd_analyze.authority import cross_check
     from gd_analyze.certification import Box, certify, certify_positive_definite, simplify_certified
     from gd_analyze.decomposition import decompose, decompose_states
     from gd_analyze.dominance import rank, text_verdicts
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
         load_model,
         save_model,
     )
+    from gd_analyze.pinocchio_check import cross_check
     from gd_analyze.robots import RobotArm, builtin_arms, load_arm
     from gd_analyze.simplification import (
         Budget,
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from gd_analyze.trajectories import Trajectory, plan, read_trajectory, write_trajectory
 
 _HOMES = {
-    "authority": ("cross_check",),
+    "pinocchio_check": ("cross_check",),
     "certification": ("Box", "certify", "certify_positive_definite", "simplify_certified"),
     "decomposition": ("decompose", "decompose_states"),
     "dominance": ("rank", "text_verdicts"),

@@ -15,15 +15,13 @@ from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.robots import RobotArm, fingerprint
 from gd_analyze.schema import DECOMPOSITION, SCHEMA_VERSION, validate
 from gd_analyze.trajectories import Trajectory
-from gd_analyze.vectors import Array, FloatArray, set_points_last
+from gd_analyze.trajectories.checks import require_joints
+from gd_analyze.vectors import Array, FloatArray, chunks, set_points_last
 
 if TYPE_CHECKING:
     import xarray as xr
 
 EFFECTS = dalembert.EFFECTS
-
-# Long enough to hide the cost of an array call, short enough that one chunk's moments stay in the cache.
-CHUNK = 4096
 
 
 def decompose(
@@ -76,13 +74,7 @@ def decompose(
     """
     import xarray as xr
 
-    if trajectory.n_joints != arm.n_joints:
-        raise TrajectoryError(
-            "the trajectory is of another arm",
-            where=trajectory.name,
-            expected=f"{arm.n_joints} joints ({arm.name})",
-            found=f"{trajectory.n_joints} joints",
-        )
+    require_joints(trajectory, arm)
     arrays = decompose_states(
         arm,
         trajectory.q,
@@ -199,8 +191,7 @@ def decompose_states(
         shapes["coriolis_centrifugal_terms"] = (len(dalembert.terms_of(arm)), n)
     out = {name: np.empty((*shape, count)) for name, shape in shapes.items()}
     _keep_freed_memory()
-    for start in range(0, count, CHUNK):
-        chunk = slice(start, min(start + CHUNK, count))
+    for chunk in chunks(count):
         views = {name: array[..., chunk] for name, array in out.items()}
         _fill(arm, states[0][:, chunk], states[1][:, chunk], states[2][:, chunk], views)
         if progress is not None:

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from gd_analyze.authority import Residual
 from gd_analyze.certification import Certificate
 from gd_analyze.harmonics import Harmonics
 from gd_analyze.models import ElementModel, ErrorTable, Evaluation, SimplifiedModel
+from gd_analyze.pinocchio_check import Residual
 from gd_analyze.robots import RobotArm
 from gd_analyze.simplification import PayloadEffect, TermRanking, TradeOffPoint
 from gd_analyze.trajectories import Trajectory

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import Array, Elementwise
+from gd_analyze.vectors import Array, Elementwise, turn_about
 
 
 @dataclass(frozen=True)
@@ -150,6 +150,4 @@ def _rotate_about(rotation: Array, axis: _Sparse, cos_q: Array, sin_q: Array) ->
     u = np.zeros(3)
     for b, value in axis:
         u[b] = value
-    skew = np.array([[0.0, -u[2], u[1]], [u[2], 0.0, -u[0]], [-u[1], u[0], 0.0]])
-    turn = np.eye(3)[:, :, None] + skew[:, :, None] * sin_q + (skew @ skew)[:, :, None] * (1.0 - cos_q)
-    return np.einsum("acn,cbn->abn", rotation, turn, out=turned)
+    return np.einsum("acn,cbn->abn", rotation, turn_about(u, cos_q, sin_q), out=turned)

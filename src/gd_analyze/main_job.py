@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from gd_analyze.authority import cross_check
 from gd_analyze.certification import Box, certify
 from gd_analyze.decomposition import decompose
 from gd_analyze.dominance import peak_magnitude, rank
@@ -22,6 +21,7 @@ from gd_analyze.models import (
     SimplifiedModel,
     evaluate,
 )
+from gd_analyze.pinocchio_check import cross_check
 from gd_analyze.provenance import provenance
 from gd_analyze.results import FILES, default_folder, require_writable, write_findings
 from gd_analyze.robots import RobotArm

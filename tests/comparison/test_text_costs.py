@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.comparison import METHODS, Polynomial, exact_polynomial, text_costs
+from gd_analyze.comparison import Polynomial, exact_polynomial, text_costs
+from gd_analyze.formulations.methods import METHODS
 from strategies import examples
 
 
@@ -26,13 +27,13 @@ def test_counts_the_text_prints_for_six_joints():
     assert dalembert is not None
     assert (dalembert.multiplications(6), dalembert.additions(6)) == (2963, 2209)
     assert "reconstructed" in dalembert.remark
-    assert dalembert.total(6) == 2963 + 2209
+    assert dalembert.at(6).total == 2963 + 2209
 
 
 def test_every_total_is_of_a_method_and_a_whole_number():
     for cost in text_costs().totals:
         assert cost.name in METHODS
-        assert all(cost.total(n) > 0 for n in range(1, 13))
+        assert all(cost.at(n).total > 0 for n in range(1, 13))
     assert text_costs().of("composite_moments") is None
 
 

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.authority import pinocchio_model, round_off_bounds
-from gd_analyze.comparison.methods import METHODS
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, UsageError
+from gd_analyze.formulations.methods import METHODS
+from gd_analyze.pinocchio_check import pinocchio_model, round_off_bounds
 from gd_analyze.robots import Joint, Link, Payload, RobotArm, fingerprint, parse_payload, with_payload
 from gd_analyze.vectors import FloatArray
 from strategies import arms_with_states, examples, random_inertia

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from gd_analyze.comparison.methods import METHODS
 from gd_analyze.errors import UsageError
+from gd_analyze.formulations.methods import known_method
 from gd_analyze.robots import Placement, RobotArm
 from gd_analyze.vectors import Array
 
@@ -59,15 +59,14 @@ def two_link_closed_forms(method: str) -> ClosedForms:
     >>> two_link_closed_forms("newton_euler_link").inertia[1, 1]
     l**2*m2/3
     """
-    if method not in METHODS:
-        raise UsageError(f"there is no method {method!r}", expected=", ".join(METHODS))
+    formulation = known_method(method)
     sp = _sympy()
     s = _symbols()
     arm = _symbolic_arm(s)
     cos, sin = (np.frompyfunc(function, 1, 1) for function in (sp.cos, sp.sin))
     q = np.array([[s["theta1"]], [s["theta2"]]], dtype=object)
     qd = np.array([[s["thetad1"]], [s["thetad2"]]], dtype=object)
-    given = METHODS[method].dynamics(cast("RobotArm", arm), q, qd, cos, sin)
+    given = formulation.dynamics(cast("RobotArm", arm), q, qd, cos, sin)
 
     def exact(expression: Any) -> Any:
         rational = sp.sympify(expression).replace(lambda x: x.is_Float, lambda x: sp.Rational(float(x)))

@@ -32,6 +32,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.formulations.second_moment import about_com
 from gd_analyze.kinematics import Kinematics
 from gd_analyze.robots import RobotArm
 from gd_analyze.vectors import Array, apply, cross, dot, outer
@@ -81,7 +82,7 @@ def composite_moments(arm: RobotArm, kinematics: Kinematics) -> CompositeMoments
     second = np.empty((2, n, 3, 3, count), origins.dtype)
     for s in reversed(range(n)):
         com = kinematics.com_from_joint[s]
-        matter = _matter(arm.inertia_com[s])
+        matter = about_com(arm.inertia_com[s])
         rotation = kinematics.link_rotations[s]
         first[s] = arm.mass[s] * com
         second[TRANSLATION, s] = outer(first[s], com)
@@ -182,11 +183,6 @@ def _turning_and_sliding(arm: RobotArm, kinematics: Kinematics) -> tuple[Array, 
         return kinematics.joint_axes, None
     revolute = np.array(arm.is_revolute, dtype=float)[:, None, None]
     return kinematics.joint_axes * revolute, kinematics.joint_axes * (1.0 - revolute)
-
-
-def _matter(inertia_com: Array) -> Array:
-    """Second moment of a link's matter about its centre of mass from its inertia tensor."""
-    return 0.5 * np.trace(inertia_com) * np.eye(3) - inertia_com
 
 
 def _turned_tensor(rotation: Array, constant: Array) -> Array:

@@ -18,7 +18,8 @@ from typing import Literal
 import numpy as np
 
 from gd_analyze.errors import ArmError, GdAnalyzeWarning
-from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, constant
+from gd_analyze.robots.constants import constant
+from gd_analyze.robots.parts import DHRow, Drive, Joint, Link
 from gd_analyze.vectors import FloatArray
 
 

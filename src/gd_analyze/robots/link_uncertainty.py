@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from gd_analyze.errors import ArmError
-from gd_analyze.robots.parts import constant
+from gd_analyze.robots.constants import constant
 from gd_analyze.vectors import FloatArray
 
 

@@ -59,6 +59,17 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
             _warn(_limit_warning(trajectory, violation))
 
 
+def require_joints(trajectory: Trajectory, arm: RobotArm) -> None:
+    """Refuse a trajectory of another number of joints; raises TrajectoryError."""
+    if trajectory.n_joints != arm.n_joints:
+        raise TrajectoryError(
+            "the trajectory is of another arm",
+            where=trajectory.name,
+            expected=f"{arm.n_joints} joints ({arm.name})",
+            found=f"{trajectory.n_joints} joints",
+        )
+
+
 def degree_suspects(arm: RobotArm, q: FloatArray) -> tuple[int, ...]:
     """Joints (from 0) whose angles look like degrees taken for radians.
 
