@@ -45,7 +45,7 @@ if TYPE_CHECKING:
         trade_off,
     )
     from gd_analyze.store import load_results, save_results
-    from gd_analyze.trajectories import Trajectory, plan, read_trajectory, write_trajectory
+    from gd_analyze.trajectories import Schedule, Trajectory, plan, read_trajectory, write_trajectory
 
 _HOMES = {
     "pinocchio_check": ("cross_check",),
@@ -78,7 +78,7 @@ _HOMES = {
         "trade_off",
     ),
     "store": ("load_results", "save_results"),
-    "trajectories": ("Trajectory", "plan", "read_trajectory", "write_trajectory"),
+    "trajectories": ("Schedule", "Trajectory", "plan", "read_trajectory", "write_trajectory"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 _CALLED_AT_HOME = {"identify_harmonics": "identify"}
@@ -92,6 +92,7 @@ __all__ = [
     "GdAnalyzeWarning",
     "HarmonicModel",
     "RobotArm",
+    "Schedule",
     "SimplifiedModel",
     "Trajectory",
     "__version__",

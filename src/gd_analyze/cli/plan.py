@@ -86,19 +86,18 @@ def plan(
     with warnings_told(quiet) as told, stages(quiet) as stage:
         stage("planning")
         from gd_analyze.robots import load_arm
-        from gd_analyze.trajectories import make_plan, trajectory_csv, write_trajectory
+        from gd_analyze.trajectories import Schedule, trajectory_csv, write_trajectory
+        from gd_analyze.trajectories import plan as plan_motion
 
         arm = load_arm(robot)
         knots = [_joint_values(arm, text, option) for option, text in _points(start, goal, via)]
         try:
-            made = make_plan(
+            made = plan_motion(
                 arm,
                 knots[0],
                 knots[1],
                 knots[2:],
-                duration=duration,
-                n_set_points=points,
-                profile=profile,
+                schedule=Schedule(duration, profile, points),
                 allow_violations=allow_violations,
                 name=out.stem if out is not None else None,
             )
