@@ -16,7 +16,7 @@ from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 import numpy as np
 
@@ -33,7 +33,7 @@ N = 6
 
 
 class Place(NamedTuple):
-    """Who asks for an operation: a function of the formulation's file, what its statement assigns to, the helper called."""
+    """Who asks for an operation: a function of the formulation's file, what its statement assigns to, the helper called; "" outside."""
 
     function: str
     target: str
@@ -52,6 +52,8 @@ def count_by_place(method: str) -> Parts:
         frame, callers = sys._getframe(), []
         while frame := frame.f_back:  # type: ignore[assignment]
             callers += [frame] if frame.f_code.co_filename == file else []
+        if not callers:
+            return Place("", "", "")
         statement = linecache.getline(file, callers[-1].f_lineno).strip()
         helper = next(name for f in callers if not (name := f.f_code.co_name).startswith("<"))
         return Place(callers[-1].f_code.co_name, re.split(r" [-+]?= ", statement)[0], helper)
@@ -128,7 +130,7 @@ def lagrange_euler_rows() -> tuple[Row, ...]:
         Row(
             "",
             "D qdd + h + c",
-            lambda p: p.function == "torque",
+            lambda p: p.function in ("coriolis_centrifugal", ""),
             "the text's table ends with the coefficients",
         ),
     )
@@ -240,9 +242,8 @@ def growth_table(grown: Growth) -> list[str]:
         "|---|---|" + "---|" * (len(grown.sizes) + 1),
     ]
     for name, method in METHODS.items():
-        counted: tuple[tuple[str, Counted], ...]
-        counted = (("as executed", "executed"), ("folded", "folded"), ("the text", "text"))
-        for k, (label, which) in enumerate(counted):
+        for k, which in enumerate(get_args(Counted)):
+            label = {"executed": "as executed", "text": "the text"}.get(which, which)
             if counts := grown.counts(name, which):
                 numbers = " | ".join(str(count.total) for count in counts)
                 slope = grown.slope(name, which)

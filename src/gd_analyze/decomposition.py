@@ -171,25 +171,15 @@ def decompose_states(
             )
     states = [set_points_last(np.asarray(x, dtype=float)) for x in (q, qd, qdd)]
     n, count = states[0].shape
-    shapes: dict[str, tuple[int, ...]] = {
-        "inertia": (2, n, n),
-        "coriolis_centrifugal": (2, n),
-        "centrifugal": (2, n),
-        "coriolis": (2, n),
-        "gravity_loading": (n,),
-        "torque": (n,),
+    names = ["inertia", "coriolis_centrifugal", "centrifugal", "coriolis", "gravity_loading", "torque"]
+    names += ["coupling"] * coupling + ["drive_torque"] * drives
+    names += ["inertia_by_link", "coriolis_centrifugal_by_link", "gravity_loading_by_link"] * by_link
+    names += ["coriolis_centrifugal_terms"] * terms
+    sizes = {"effect": 2, "term": len(dalembert.terms_of(arm))}
+    out = {
+        name: np.empty((*(sizes.get(dim, n) for dim in DECOMPOSITION[name].dims[1:]), count))
+        for name in names
     }
-    if coupling:
-        shapes["coupling"] = (2, n, n, n)
-    if drives:
-        shapes["drive_torque"] = (n,)
-    if by_link:
-        shapes["inertia_by_link"] = (2, n, n, n)
-        shapes["coriolis_centrifugal_by_link"] = (2, n, n)
-        shapes["gravity_loading_by_link"] = (n, n)
-    if terms:
-        shapes["coriolis_centrifugal_terms"] = (len(dalembert.terms_of(arm)), n)
-    out = {name: np.empty((*shape, count)) for name, shape in shapes.items()}
     _keep_freed_memory()
     for chunk in chunks(count):
         views = {name: array[..., chunk] for name, array in out.items()}

@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from gd_analyze.formulations.interface import Method, dynamics_of_states, torque_of_states
+from gd_analyze.formulations.interface import Method, torque_of_states
 from gd_analyze.formulations.methods import METHODS
 from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.robots import RobotArm
@@ -79,11 +79,12 @@ def agreement(
         Which methods; those that give torque only are probed for D, h and c.
     """
     q, qd, qdd = states.q, states.qd, states.qdd
+    q_last, qd_last, _ = states.last
     theirs = pinocchio_dynamics(arm, *(np.ascontiguousarray(x) for x in (q, qd, qdd)))
     torques, from_pinocchio = [], {}
     for name, method in methods.items():
         torques.append(torque_of_states(method, arm, q, qd, qdd))
-        given = dynamics_of_states(method, arm, q, qd)
+        given = method.dynamics(arm, q_last, qd_last)
         ours = {
             "inertia": np.moveaxis(given.inertia, -1, 0),
             "coriolis_centrifugal": given.coriolis_centrifugal.T,

@@ -89,14 +89,3 @@ def torque_of_states(
         part = (x[:, chunk] for x in states)
         out[:, chunk] = method.torque(arm, *part, gravity=True, cos=np.cos, sin=np.sin)
     return out.T
-
-
-def dynamics_of_states(method: Method, arm: RobotArm, q: FloatArray, qd: FloatArray) -> Dynamics:
-    """D, h and c by one method, of any number of states (N, n); arrays with the set points last."""
-    q_last, qd_last = (set_points_last(np.asarray(x, dtype=float)) for x in (q, qd))
-    parts = [method.dynamics(arm, q_last[:, chunk], qd_last[:, chunk]) for chunk in chunks(len(q))]
-    return Dynamics(
-        np.concatenate([part.inertia for part in parts], axis=-1),
-        np.concatenate([part.coriolis_centrifugal for part in parts], axis=-1),
-        np.concatenate([part.gravity_loading for part in parts], axis=-1),
-    )

@@ -39,11 +39,6 @@ class LagrangeEuler:
         """h_i = sum_k sum_m h_ikm qd_k qd_m, shape (n, N). Eq. (3.2-33)."""
         return np.einsum("ikmn,kn,mn->in", self.coupling, qd, qd)
 
-    def torque(self, qd: Array, qdd: Array) -> Array:
-        """Tau = D qdd + h + c, shape (n, N). Eq. (3.2-26)."""
-        accelerated = np.einsum("ikn,kn->in", self.inertia, qdd)
-        return accelerated + self.coriolis_centrifugal(qd) + self.gravity_loading
-
 
 def solve(arm: RobotArm, q: Array, cos: Elementwise = np.cos, sin: Elementwise = np.sin) -> LagrangeEuler:
     """Evaluate D, h_ikm and c.
@@ -62,7 +57,7 @@ def solve(arm: RobotArm, q: Array, cos: Elementwise = np.cos, sin: Elementwise =
     steps = _steps(arm, q, cos(q), sin(q))
     generators = [_generator(arm, i) for i in range(n)]
     first, second = _derivatives(arm, steps, generators)
-    masses = [pseudo_inertia(arm, i) for i in range(n)]
+    masses = [_pseudo_inertia(arm, i) for i in range(n)]
     inertia = np.zeros((n, n, count), dtype)
     coupling = np.zeros((n, n, n, count), dtype)
     gravity_loading = np.zeros((n, count), dtype)
@@ -80,7 +75,7 @@ def solve(arm: RobotArm, q: Array, cos: Elementwise = np.cos, sin: Elementwise =
     return LagrangeEuler(inertia, coupling, gravity_loading)
 
 
-def pseudo_inertia(arm: RobotArm, link: int) -> Array:
+def _pseudo_inertia(arm: RobotArm, link: int) -> Array:
     """J_i about the origin of link frame i, shape (4, 4). Eq. (3.2-18).
 
     Its 3x3 block is the second moment of the link's matter about that origin.

@@ -24,13 +24,6 @@ from gd_analyze.robots import RobotArm
 from gd_analyze.vectors import Array, Elementwise
 
 
-def _lagrange_euler_torque(
-    arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool, cos: Elementwise, sin: Elementwise
-) -> Array:
-    solved = lagrange_euler.solve(arm, q, cos, sin)
-    return solved.torque(qd, qdd) if gravity else solved.torque(qd, qdd) - solved.gravity_loading
-
-
 def _lagrange_euler_dynamics(
     arm: RobotArm, q: Array, qd: Array, cos: Elementwise = np.cos, sin: Elementwise = np.sin
 ) -> Dynamics:
@@ -114,7 +107,7 @@ METHODS: dict[str, Method] = {
             "4x4 homogeneous matrices",
             "closed form",
             "n^4",
-            _lagrange_euler_torque,
+            _summed(_lagrange_euler_dynamics),
             _lagrange_euler_dynamics,
         ),
         Method(

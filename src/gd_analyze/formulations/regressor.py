@@ -17,6 +17,7 @@ import numpy as np
 
 from gd_analyze.kinematics import Kinematics, solve_kinematics
 from gd_analyze.robots import RobotArm
+from gd_analyze.robots.inertia import of_point_mass
 from gd_analyze.vectors import Array, FloatArray, apply, cross, outer, rigid_acceleration
 
 # Entries of a symmetric tensor in the order of the parameters.
@@ -33,16 +34,11 @@ def inertial_parameters(mass: float, first_moment: FloatArray, inertia: FloatArr
     return np.array([mass, *first_moment, *(inertia[entry] for entry in _ENTRIES)])
 
 
-def steiner(com: FloatArray) -> FloatArray:
-    """Inertia about the origin of a unit mass at a point, (3, 3)."""
-    return (com @ com) * np.eye(3) - np.outer(com, com)
-
-
 def parameters_of(arm: RobotArm) -> FloatArray:
     """Parameters of every link of an arm, shape (n links, 10)."""
     return np.array(
         [
-            inertial_parameters(mass, mass * com, inertia + mass * steiner(com))
+            inertial_parameters(mass, mass * com, inertia + of_point_mass(mass, com))
             for mass, com, inertia in zip(arm.mass, arm.com, arm.inertia_com, strict=True)
         ]
     )

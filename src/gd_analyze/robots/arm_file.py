@@ -97,13 +97,30 @@ def _build(parsed: ArmFile, lines: TableLines) -> RobotArm:
                 expected=f"{len(parsed.joints)} [[{what}]] tables",
                 found=str(count),
             )
+    joints, links = _joints_and_links(parsed, lines)
+    return RobotArm(
+        name=parsed.name,
+        title=parsed.title or parsed.name,
+        gravity=np.array(parsed.gravity),
+        joints=joints,
+        links=links,
+        drives=tuple(
+            Drive(**{**dict(drive), "coulomb": (drive.coulomb[0], drive.coulomb[1])})
+            for drive in parsed.drives
+        ),
+        dh_table=tuple(DHRow(joint.theta, joint.d, joint.a, joint.alpha) for joint in parsed.joints),
+        convention=f"{parsed.convention} Denavit-Hartenberg",
+        sources=tuple(parsed.sources),
+        assumptions=tuple(parsed.assumptions),
+    )
+
+
+def _joints_and_links(parsed: ArmFile, lines: TableLines) -> tuple[tuple[Joint, ...], tuple[Link, ...]]:
     placements = standard_placements if parsed.convention == "standard" else modified_placements
-    joints, links, rows = [], [], []
+    joints, links = [], []
     for i, (joint, link) in enumerate(zip(parsed.joints, parsed.links, strict=True)):
-        row = DHRow(joint.theta, joint.d, joint.a, joint.alpha)
-        before, behind = placements(joint.kind, row)
+        before, behind = placements(joint.kind, DHRow(joint.theta, joint.d, joint.a, joint.alpha))
         lower, upper = joint.range or (None, None)
-        rows.append(row)
         joints.append(
             Joint(
                 name=joint.name or str(i + 1),
@@ -129,28 +146,7 @@ def _build(parsed: ArmFile, lines: TableLines) -> RobotArm:
                 source=lines.locate(("links", i)),
             )
         )
-    return RobotArm(
-        name=parsed.name,
-        title=parsed.title or parsed.name,
-        gravity=np.array(parsed.gravity),
-        joints=tuple(joints),
-        links=tuple(links),
-        drives=tuple(
-            Drive(
-                drive.inertia,
-                drive.inertia_uncertainty,
-                drive.gear_ratio,
-                drive.viscous,
-                (drive.coulomb[0], drive.coulomb[1]),
-                drive.torque_limit,
-            )
-            for drive in parsed.drives
-        ),
-        dh_table=tuple(rows),
-        convention=f"{parsed.convention} Denavit-Hartenberg",
-        sources=tuple(parsed.sources),
-        assumptions=tuple(parsed.assumptions),
-    )
+    return tuple(joints), tuple(links)
 
 
 def _dotted(keys: tuple[str | int, ...]) -> str:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.formulations.regressor import inertial_parameters, regressor, steiner
+from gd_analyze.formulations.regressor import inertial_parameters, regressor
 from gd_analyze.robots import Link, RobotArm
+from gd_analyze.robots.inertia import of_point_mass
 from gd_analyze.states import States
 from gd_analyze.vectors import FloatArray, chunks
 
@@ -66,7 +67,7 @@ def _changes(link: Link) -> FloatArray:
     moves = float(stated.inertia_about == "com")
     rows = []
     if stated.mass is not None:
-        rows.append(stated.mass * inertial_parameters(1.0, com, moves * steiner(com)))
+        rows.append(stated.mass * inertial_parameters(1.0, com, of_point_mass(moves, com)))
     if stated.com is not None:
         for step in mass * np.diag(stated.com):
             crossed = np.outer(com, step)
