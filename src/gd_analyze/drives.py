@@ -121,13 +121,7 @@ def coulomb_friction(arm: RobotArm, qd: FloatArray, *, rest_rate: float = 0.0) -
 
 
 def _require_drives(arm: RobotArm) -> None:
-    if not arm.drives:
-        raise ArmError(
-            f"arm {arm.name} describes no drives",
-            where=f"arm {arm.name}",
-            expected="one [[drives]] table per joint",
-            next_step="add the drives to the arm file, or leave drives and their friction out",
-        )
+    _ = arm.drive_inertia  # which refuses an arm without drives
     for joint, drive in zip(arm.joints, arm.drives, strict=True):
         forward, backward = drive.coulomb
         if not (drive.viscous >= 0 and forward >= 0 >= backward):

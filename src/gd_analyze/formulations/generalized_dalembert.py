@@ -105,15 +105,14 @@ def coriolis_centrifugal_by_link(arm: RobotArm, kinematics: Kinematics, qd: Arra
             cross(omega[s], cross(omega[s], com)),
             cross(b[s], com),
         ]
-        couples = _couples(arm, kinematics, s, spin, omega[s])
+        turning, momentum, of_turning_axes = _couples(arm, kinematics, s, spin, omega[s])
         for i in range(s + 1):
             velocity = motions.com_velocity(kinematics, i, s)
             for t, acceleration in enumerate(accelerations):
                 out[t, s, i] = arm.mass[s] * dot(acceleration, velocity)
             axis = _into_link(kinematics, s, motions.turning[i])
-            turning_axis = cross(axis, couples.omega)
-            out[4, s, i] = dot(axis, couples.of_turning_axes)
-            out[5, s, i] = dot(turning_axis, couples.angular_momentum)
+            out[4, s, i] = dot(axis, of_turning_axes)
+            out[5, s, i] = dot(cross(axis, turning), momentum)
             if len(terms) > len(TERMS):
                 out[6, s, i] = arm.mass[s] * dot(slides, velocity)
         if s + 1 < n:
@@ -133,27 +132,17 @@ def gravity_loading_by_link(arm: RobotArm, kinematics: Kinematics) -> Array:
     return out
 
 
-@dataclass(frozen=True)
-class _Couples:
-    """Link-frame vectors of the rotational terms of link s."""
-
-    omega: Array
-    angular_momentum: Array
-    of_turning_axes: Array
-
-
-def _couples(arm: RobotArm, kinematics: Kinematics, s: int, spin: Array, omega: Array) -> _Couples:
+def _couples(
+    arm: RobotArm, kinematics: Kinematics, s: int, spin: Array, omega: Array
+) -> tuple[Array, Array, Array]:
+    """Angular velocity and momentum of link s, and I_s times the turning of the axes, in its frame."""
     spins = [_into_link(kinematics, s, spin[j]) for j in range(s + 1)]
     turning_axes = np.zeros_like(spins[0])
     for j in range(s):
         turning_axes = turning_axes + cross(spins[j], sum(spins[j + 2 :], start=spins[j + 1]))
-    omega_in_link = _into_link(kinematics, s, omega)
+    in_link = _into_link(kinematics, s, omega)
     inertia = arm.inertia_com[s]
-    return _Couples(
-        omega_in_link,
-        np.einsum("ab,bn->an", inertia, omega_in_link),
-        np.einsum("ab,bn->an", inertia, turning_axes),
-    )
+    return in_link, np.einsum("ab,bn->an", inertia, in_link), np.einsum("ab,bn->an", inertia, turning_axes)
 
 
 def _into_link(kinematics: Kinematics, s: int, vector: Array) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 
 from gd_analyze.errors import UsageError
 from gd_analyze.formulations.methods import known_method
-from gd_analyze.simulation.forward import DEFAULT_METHOD
+from gd_analyze.simulation.accelerations import DEFAULT_METHOD
 
 Integrator = Literal["RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"]
 

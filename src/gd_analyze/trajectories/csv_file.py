@@ -15,9 +15,9 @@ from gd_analyze.files import write_text
 from gd_analyze.robots import RobotArm
 from gd_analyze.trajectories.catalogue import shipped_trajectories
 from gd_analyze.trajectories.checks import check_against_arm, warn_if_radians
-from gd_analyze.trajectories.columns import KINDS, Columns, header_for, read_columns
-from gd_analyze.trajectories.rates import FEWEST_SET_POINTS, complete_rates
-from gd_analyze.trajectories.rows import Rows, split_cells
+from gd_analyze.trajectories.csv_columns import KINDS, Columns, header_for, read_columns
+from gd_analyze.trajectories.csv_rows import Rows, split_cells
+from gd_analyze.trajectories.derived_rates import FEWEST_SET_POINTS, complete_rates
 from gd_analyze.trajectories.trajectory import Trajectory
 from gd_analyze.vectors import FloatArray
 
