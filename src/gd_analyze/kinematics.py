@@ -41,6 +41,12 @@ class Kinematics:
         return self.joint_origins + self.com_from_joint
 
 
+def joint_motions(arm: RobotArm, kinematics: Kinematics) -> tuple[Array, Array]:
+    """w_i and u_i of every joint, shape (n, 3, N): z_{i-1} as it turns, or slides, and zero otherwise."""
+    revolute = np.array(arm.is_revolute, dtype=float)[:, None, None]
+    return kinematics.joint_axes * revolute, kinematics.joint_axes * (1.0 - revolute)
+
+
 def solve_kinematics(
     arm: RobotArm,
     q: Array,

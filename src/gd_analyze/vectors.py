@@ -85,8 +85,3 @@ def turn_about(axis: Array, cos_q: Array, sin_q: Array) -> Array:
 def set_points_last(states: Array) -> Array:
     """Turn ``(..., n)`` states into ``(n, N)`` with N contiguous."""
     return np.ascontiguousarray(states.reshape(-1, states.shape[-1]).T)
-
-
-def set_points_first(values: Array, leading: tuple[int, ...]) -> Array:
-    """Turn ``(..., N)`` results into ``(*leading, ...)``: the inverse of `set_points_last`."""
-    return np.moveaxis(values, -1, 0).reshape(*leading, *values.shape[:-1])

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.kinematics import Kinematics, solve_kinematics
+from gd_analyze.kinematics import joint_motions, solve_kinematics
 from gd_analyze.robots import RobotArm
 from gd_analyze.robots.inertia import of_point_mass
 from gd_analyze.vectors import Array, FloatArray, apply, cross, outer, rigid_acceleration
@@ -62,6 +62,7 @@ def regressor(arm: RobotArm, q: Array, qd: Array, qdd: Array) -> FloatArray:
     """
     n, count = q.shape
     kinematics = solve_kinematics(arm, q)
+    turning, sliding = joint_motions(arm, kinematics)
     out = np.zeros((n, n, len(PARAMETERS), count))
     omega = omega_dot = np.zeros((3, count))
     acceleration = -arm.gravity[:, None]
@@ -79,9 +80,11 @@ def regressor(arm: RobotArm, q: Array, qd: Array, qdd: Array) -> FloatArray:
         acceleration = acceleration + rigid_acceleration(omega, omega_dot, frame_below - origin)
         into_frame = np.swapaxes(kinematics.link_rotations[s], 0, 1)
         force, moment = _wrench(*(apply(into_frame, vector) for vector in (omega, omega_dot, acceleration)))
-        by_force, by_moment = _levers(arm, kinematics, s, into_frame)
-        out[: s + 1, s] = np.einsum("ian,pan->ipn", by_moment, moment)
-        out[: s + 1, s, :4] += np.einsum("ian,pan->ipn", by_force, force)
+        # What each joint's unit rate makes of the frame: its turning and its origin's velocity.
+        lever = frame_below - kinematics.joint_origins[: s + 1]
+        velocity = cross(turning[: s + 1], lever) + sliding[: s + 1]
+        out[: s + 1, s] = np.einsum("ian,pan->ipn", apply(into_frame, turning[: s + 1]), moment)
+        out[: s + 1, s, :4] += np.einsum("ian,pan->ipn", apply(into_frame, velocity), force)
     return out
 
 
@@ -99,14 +102,3 @@ def _wrench(omega: Array, omega_dot: Array, acceleration: Array) -> tuple[Array,
     of_inertia = np.einsum("pab,bn->pan", _TENSORS, omega_dot) + cross(omega, spin)
     of_first = cross(np.eye(3)[:, :, None], acceleration)
     return force, np.concatenate([np.zeros((1, 3, count)), of_first, of_inertia])
-
-
-def _levers(arm: RobotArm, kinematics: Kinematics, s: int, into_frame: Array) -> tuple[Array, Array]:
-    """Turn force and moment on link s, in its frame, into torque at joints 1..s: (s, 3, N) each."""
-    axes = kinematics.joint_axes[: s + 1]
-    slides = [i for i in range(s + 1) if not arm.is_revolute[i]]
-    by_moment = axes.copy()
-    by_moment[slides] = 0.0
-    by_force = cross(axes, kinematics.link_origins[s] - kinematics.joint_origins[: s + 1])
-    by_force[slides] = axes[slides]
-    return apply(into_frame, by_force), apply(into_frame, by_moment)

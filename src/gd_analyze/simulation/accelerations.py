@@ -15,7 +15,7 @@ from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import RobotArm
 from gd_analyze.simulation.drivetrain import NO_DRIVES, Drivetrain
 from gd_analyze.simulation.input_checks import checked_states
-from gd_analyze.vectors import FloatArray, set_points_first, set_points_last
+from gd_analyze.vectors import FloatArray, set_points_last
 
 DEFAULT_METHOD = "composite_moments"
 
@@ -62,7 +62,7 @@ def joint_accelerations(
         drivetrain.inertia_of(arm),
     )
     last = (set_points_last(x) for x in (q, qd, torque - resistance(qd)))
-    return set_points_first(solve_accelerations(arm, formulation, added, *last), leading)
+    return solve_accelerations(arm, formulation, added, *last).T.reshape(*leading, arm.n_joints)
 
 
 def solve_accelerations(
