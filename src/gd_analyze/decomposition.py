@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.drives import drive_inertia_torque
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.formulations import composite_moments as composite
 from gd_analyze.formulations import generalized_dalembert as dalembert
@@ -45,7 +44,7 @@ def decompose(
     by_link
         Also give what each link adds to D, h and c (slower).
     terms
-        Also give the text's terms of h apart (slower).
+        Also give FGL87's terms of h apart (slower).
     drives
         Add the torque that accelerates the drives, as `drive_torque` and within `torque`.
     progress
@@ -222,7 +221,7 @@ def _fill(arm: RobotArm, q: Array, qd: Array, qdd: Array, out: dict[str, Array])
     np.einsum("eijn,jn->in", inertia, qdd, out=torque)
     torque += h.sum(axis=0) + out["gravity_loading"]
     if "drive_torque" in out:
-        out["drive_torque"][:] = drive_inertia_torque(arm, qdd.T).T
+        np.multiply(arm.drive_inertia[:, None], qdd, out=out["drive_torque"])
         torque += out["drive_torque"]
     if "inertia_by_link" in out:
         out["inertia_by_link"][:] = dalembert.inertia_by_link(arm, kinematics)

@@ -1,6 +1,6 @@
 """What the drives ask for beside the arm's own dynamics, each cause by itself.
 
-The text's D, h and c are those of the links. Motors and gears add the torque that accelerates them and what
+FGL87's D, h and c are those of the links. Motors and gears add the torque that accelerates them and what
 their friction takes away; none of it is part of D, and all of it is seen at the joint here.
 """
 
@@ -81,15 +81,10 @@ def drive_contributions(
                 found=str(array.shape),
             )
     return DriveTorque(
-        drive_inertia_torque(arm, qdd),
+        arm.drive_inertia * qdd,
         viscous_coefficients(arm) * qd,
         coulomb_friction(arm, qd, rest_rate=rest_rate),
     )
-
-
-def drive_inertia_torque(arm: RobotArm, qdd: FloatArray) -> FloatArray:
-    """J_i qdd_i, shape (..., n); raises ArmError if the arm describes no drives."""
-    return arm.drive_inertia * qdd
 
 
 def viscous_coefficients(arm: RobotArm) -> FloatArray:

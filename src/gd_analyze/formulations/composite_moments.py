@@ -1,6 +1,6 @@
 r"""The generalized d'Alembert elements from the moments of composite links.
 
-The text sums over links s for every element, [FGL87] Eqs. (3.4-25) to (3.4-28). Each of those sums is a
+FGL87 sums over links s for every element, Eqs. (3.4-25) to (3.4-28). Each of those sums is a
 moment of the composite of links m..n, taken about the origin of joint m, so suffix sums do them all at once:
 
     mass            M_m = sum_{s>=m} m_s

@@ -1,8 +1,8 @@
-"""The generalized d'Alembert equations as the text writes them: link by link, term by term.
+"""The generalized d'Alembert equations as FGL87 writes them: link by link, term by term.
 
 [FGL87] section 3.4, extended to prismatic joints: w_j = z_{j-1} turns (revolute), u_j = z_{j-1} slides
 (prismatic), and z_{j-1} x (r_s - p_{j-1}) becomes the velocity v_js = w_j x (r_s - p_{j-1}) + u_j. A sliding
-joint k adds one more Coriolis acceleration, 2 w_{k-1} x u_k qd_k, to the text's four.
+joint k adds one more Coriolis acceleration, 2 w_{k-1} x u_k qd_k, to FGL87's four.
 
 This is the slow, fully itemised path; `composite_moments` gives the sums.
 """
@@ -22,7 +22,7 @@ EFFECTS = ("translation", "rotation")
 
 @dataclass(frozen=True)
 class Term:
-    """One term of h in the text: its effect, and what it stands for."""
+    """One term of h in FGL87: its effect, and what it stands for."""
 
     name: str
     effect: str
@@ -41,7 +41,7 @@ SLIDING_TERM = Term("T5", "translation", "Coriolis, from sliding joints: 2 w_{k-
 
 
 def terms_of(arm: RobotArm) -> tuple[Term, ...]:
-    """Terms of h: the text's six, and a seventh for an arm with sliding joints."""
+    """Terms of h: FGL87's six, and a seventh for an arm with sliding joints."""
     return TERMS if all(arm.is_revolute) else (*TERMS, SLIDING_TERM)
 
 

@@ -1,8 +1,8 @@
 """The Lagrange-Euler formulation with 4x4 homogeneous matrices and pseudo-inertia.
 
-[FGL87] section 3.2, for rotary and prismatic joints. In the text joint i moves about or along z_{i-1}, so
+[FGL87] section 3.2, for rotary and prismatic joints. In FGL87 joint i moves about or along z_{i-1}, so
 dA_i/dq_i = Q_i A_i with a constant Q_i. Here A_j leads from joint frame j-1 (where joint j's axis stands
-still) to joint frame j, which for a Denavit-Hartenberg table are the text's link frames; Q_j is the generator
+still) to joint frame j, which for a Denavit-Hartenberg table are FGL87's link frames; Q_j is the generator
 of the joint's own axis.
 """
 

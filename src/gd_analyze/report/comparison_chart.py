@@ -24,6 +24,7 @@ _MARKERS = {
     "generalized_dalembert": "diamond",
     "composite_moments": "cross",
 }
+_INKS = ("#0072B2", "#D55E00", "#009E73", "#b0457f", "#8a6a00", "#1a1a1a")
 
 
 @dataclass(frozen=True)
@@ -44,14 +45,7 @@ SCREEN = Palette(
     340.0,
 )
 PAPER = Palette(
-    dict(
-        zip(
-            _MARKERS,
-            ("#0072B2", "#D55E00", "#009E73", "#b0457f", "#8a6a00", "#1a1a1a"),
-            strict=True,
-        )
-    )
-    | {"soft": "#6f6f6f", "line": "#dcdcdc", "paper": "#ffffff"},
+    dict(zip(_MARKERS, _INKS, strict=True)) | {"soft": "#6f6f6f", "line": "#dcdcdc", "paper": "#ffffff"},
     "Libertinus Serif",
     380.0,
     300.0,

@@ -42,7 +42,7 @@ def read_arm(path: str | Path) -> RobotArm:
     """
     path = Path(path)
     try:
-        text = path.read_bytes().decode("utf-8")
+        content = path.read_bytes().decode("utf-8")
     except OSError as error:
         raise ArmError("cannot read the arm file", where=Location(path), found=error.strerror) from None
     except UnicodeDecodeError as error:
@@ -52,20 +52,20 @@ def read_arm(path: str | Path) -> RobotArm:
             expected="a TOML file in UTF-8",
             found=f"byte 0x{error.object[error.start]:02x} at offset {error.start}",
         ) from None
-    if text.lstrip("\ufeff \t\r\n").startswith("<"):
+    if content.lstrip("\ufeff \t\r\n").startswith("<"):
         raise ArmError(
             "the arm file is XML, such as URDF or MJCF, which is not read",
             where=Location(path),
             expected="a TOML file with a Denavit-Hartenberg table, masses, centres of mass and inertias",
-            found=text.lstrip("\ufeff \t\r\n").split("\n", 1)[0][:60],
+            found=content.lstrip("\ufeff \t\r\n").split("\n", 1)[0][:60],
             next_step="`gd-analyze arms puma560 --toml` prints a complete example; docs/arms.md has the keys",
         )
-    lines = TableLines(path, text)
+    lines = TableLines(path, content)
     try:
-        document = tomllib.loads(text)
+        document = tomllib.loads(content)
     except tomllib.TOMLDecodeError as error:
         place = re.search(r"line (\d+), column (\d+)", str(error))
-        line, column = (int(place[1]), int(place[2])) if place else (text.count("\n") + 1, None)
+        line, column = (int(place[1]), int(place[2])) if place else (content.count("\n") + 1, None)
         raise ArmError(
             "the arm file is not valid TOML",
             where=Location(path, line, column),

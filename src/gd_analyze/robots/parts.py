@@ -233,7 +233,7 @@ def _numbers(values: FloatArray) -> str:
 
 @dataclass(frozen=True)
 class Drive:
-    """One joint's drive; not part of the text's D, added only on request.
+    """One joint's drive; not part of FGL87's D, added only on request.
 
     Parameters
     ----------

@@ -105,18 +105,18 @@ def with_payload(
     return dataclasses.replace(arm, links=(*arm.links[:-1], merged), assumptions=(*arm.assumptions, note))
 
 
-def parse_payload(text: str) -> Payload:
+def parse_payload(line: str) -> Payload:
     """Read a payload from one line: mass,x,y,z[,xx,yy,zz[,xy,xz,yz]].
 
     Parameters
     ----------
-    text
+    line
         kg, m, kg m^2, separated by commas; meanings as for `Payload`.
 
     Raises
     ------
     UsageError
-        If the text is not 4, 7 or 10 numbers.
+        If the line is not 4, 7 or 10 numbers.
     ArmError
         If no body is like that.
 
@@ -127,20 +127,20 @@ def parse_payload(text: str) -> Payload:
     """
     expected = "mass,x,y,z in kg and m, then xx,yy,zz (and xy,xz,yz) in kg m^2 if it is no point mass"
     numbers = []
-    for count, word in enumerate(text.split(","), start=1):
+    for count, word in enumerate(line.split(","), start=1):
         try:
             numbers.append(float(word))
         except ValueError:
             raise UsageError(
                 "the payload is not a list of numbers",
-                where=f"number {count} of {text!r}",
+                where=f"number {count} of {line!r}",
                 expected=expected,
                 found=repr(word.strip()),
             ) from None
     if len(numbers) not in (4, 7, 10):
         raise UsageError(
             "the payload has the wrong count of numbers",
-            where=repr(text),
+            where=repr(line),
             expected=f"4, 7 or 10 of them: {expected}",
             found=str(len(numbers)),
         )

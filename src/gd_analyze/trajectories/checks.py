@@ -130,15 +130,15 @@ def warn_if_radians(name: str, degrees: FloatArray) -> None:
 
 def _limit_warning(trajectory: Trajectory, violation: Violation) -> str:
     set_point = int(np.searchsorted(trajectory.time, violation.time)) + 1
-    text = f"trajectory {trajectory.name}: {violation}, at set point {set_point} ({violation.time:.4g} s)"
+    message = f"trajectory {trajectory.name}: {violation}, at set point {set_point} ({violation.time:.4g} s)"
     derived = {"rate": "qd", "acceleration": "qdd"}.get(violation.quantity)
     if derived and derived in trajectory.rates_from.partition(" derived")[0].split(" and "):
-        text += (
+        message += (
             f"; {derived} was derived from the file's numbers, which amplifies their noise and rounding: "
             f"smooth them or add {derived} columns if that is the cause"
         )
-    return text
+    return message
 
 
-def _warn(text: str) -> None:
-    warnings.warn(text, GdAnalyzeWarning, stacklevel=4)
+def _warn(message: str) -> None:
+    warnings.warn(message, GdAnalyzeWarning, stacklevel=4)
