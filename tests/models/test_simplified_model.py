@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.authority import round_off_bounds
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.errors import ModelError, TrajectoryError
 from gd_analyze.models import ElementModel, ErrorTable, evaluate, parts_of, torque_csv
 from gd_analyze.operations import OperationCount
+from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.simplification import Budget, simplify
 from strategies import arms_with_states, examples, random_states
 

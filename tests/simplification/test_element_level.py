@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.authority import round_off_bounds
 from gd_analyze.decomposition import decompose
 from gd_analyze.dominance import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.models import evaluate, parts_of
 from gd_analyze.models.element_level import torque_by_part, trace_parts
 from gd_analyze.operations import Program
+from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import Drive, load_arm
 from gd_analyze.simplification import Budget, ExactDynamics, losses, simplify
 from gd_analyze.simplification.element_costs import blocks, is_zero, part_costs

@@ -17,7 +17,7 @@ from gd_analyze.models.evaluation import evaluate_states
 from gd_analyze.operations import OperationCount
 from gd_analyze.robots import Joint, Link, Placement, RobotArm, with_payload
 from gd_analyze.simplification.payload_effect import payload_effect
-from gd_analyze.simplification.states import States, states_in_box
+from gd_analyze.states import States, states_in_box
 from gd_analyze.vectors import FloatArray
 from strategies import arms_with_states, examples
 

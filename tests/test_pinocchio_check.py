@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from gd_analyze.authority import MOST_SET_POINTS, cross_check, pinocchio_model, round_off_bounds
 from gd_analyze.decomposition import decompose
 from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.pinocchio_check import MOST_SET_POINTS, cross_check, pinocchio_model, round_off_bounds
 from gd_analyze.trajectories import Trajectory
 from strategies import examples, motions
 

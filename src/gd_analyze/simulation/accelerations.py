@@ -6,17 +6,16 @@ D qdd = tau - h - c is a linear system. [FGL87] problem 3.11.
 
 from __future__ import annotations
 
-import difflib
-
 import numpy as np
 
-from gd_analyze.authority import round_off_bounds
-from gd_analyze.comparison.methods import METHODS, Method
-from gd_analyze.errors import GdAnalyzeError, UsageError
+from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.formulations.interface import Method
+from gd_analyze.formulations.methods import known_method
+from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import RobotArm
-from gd_analyze.simulation.resistance import REST_RATE, Resistance
-from gd_analyze.simulation.states import checked_states
-from gd_analyze.vectors import FloatArray, set_points_first, set_points_last
+from gd_analyze.simulation.drivetrain import NO_DRIVES, Drivetrain
+from gd_analyze.simulation.input_checks import checked_states
+from gd_analyze.vectors import FloatArray, set_points_last
 
 DEFAULT_METHOD = "composite_moments"
 
@@ -27,11 +26,7 @@ def joint_accelerations(
     qd: FloatArray,
     torque: FloatArray,
     method: str = DEFAULT_METHOD,
-    *,
-    drives: bool = False,
-    friction: bool = False,
-    damping: FloatArray | None = None,
-    rest_rate: float = REST_RATE,
+    drivetrain: Drivetrain = NO_DRIVES,
 ) -> FloatArray:
     """Accelerations that torques cause: (D + J) qdd = tau - h - c - resistance.
 
@@ -42,11 +37,9 @@ def joint_accelerations(
     q, qd, torque
         Joint variables, rates and the actuators' torques, shape (..., n).
     method
-        One of `gd_analyze.comparison.methods.METHODS`.
-    drives
-        Add the drives' inertia J to the diagonal of D.
-    friction, damping, rest_rate
-        What opposes the motion, as for `Resistance`.
+        One of `gd_analyze.formulations.methods.METHODS`.
+    drivetrain
+        What the drives add to D, and what opposes the motion.
 
     Returns
     -------
@@ -63,36 +56,17 @@ def joint_accelerations(
         If D is singular: then a joint moves nothing that has mass, and its acceleration can be anything.
     """
     leading, (q, qd, torque) = checked_states(arm, q=q, qd=qd, torque=torque)
-    resistance = Resistance(arm, friction, damping, rest_rate)
-    added = arm.drive_inertia if drives else np.zeros(arm.n_joints)
-    driving = set_points_last(torque - resistance.torque(qd))
-    states = set_points_last(q)
-    return set_points_first(
-        solve_accelerations(arm, known_method(method), states, set_points_last(qd), driving, added), leading
+    formulation, resistance, added = (
+        known_method(method),
+        drivetrain.resistance_of(arm),
+        drivetrain.inertia_of(arm),
     )
-
-
-def known_method(name: str) -> Method:
-    """Look a formulation up by its name.
-
-    Raises
-    ------
-    UsageError
-        If there is none of this name.
-    """
-    if name not in METHODS:
-        near = difflib.get_close_matches(str(name), METHODS, n=1)
-        raise UsageError(
-            f"there is no formulation {name!r}",
-            where="method",
-            expected=", ".join(METHODS),
-            next_step=f"did you mean {near[0]!r}?" if near else None,
-        )
-    return METHODS[name]
+    last = (set_points_last(x) for x in (q, qd, torque - resistance(qd)))
+    return solve_accelerations(arm, formulation, added, *last).T.reshape(*leading, arm.n_joints)
 
 
 def solve_accelerations(
-    arm: RobotArm, method: Method, q: FloatArray, qd: FloatArray, driving: FloatArray, added: FloatArray
+    arm: RobotArm, method: Method, added: FloatArray, q: FloatArray, qd: FloatArray, driving: FloatArray
 ) -> FloatArray:
     """Do `joint_accelerations` for checked states, set points last.
 
@@ -100,10 +74,10 @@ def solve_accelerations(
     ----------
     arm, method
         The arm and the formulation.
-    q, qd, driving
-        Joint variables, rates, and torque less resistance, shape (n, N).
     added
         What goes onto D's diagonal, shape (n,).
+    q, qd, driving
+        Joint variables, rates, and torque less resistance, shape (n, N).
 
     Returns
     -------
@@ -144,7 +118,7 @@ def _singular(arm: RobotArm, inertia: FloatArray, floor: float) -> GdAnalyzeErro
                 expected=f"more than {floor:.1e} (what round-off can explain) with the joints before it free",
                 found=f"{pivots[worst]:.1e}",
                 next_step="give the links behind that joint mass and inertia about its axis, or add the "
-                "inertia of the drives (drives=True)",
+                "inertia of the drives (Drivetrain(inertia=True))",
             )
         column = left[:, i:, i]
         left[:, i:, i:] -= np.einsum("na,nb,n->nab", column, column, 1.0 / pivots)

@@ -169,9 +169,9 @@ def _refuse_numbers(names: Sequence[str], where: Location) -> None:
     )
 
 
-def _is_number(text: str) -> bool:
+def _is_number(cell: str) -> bool:
     try:
-        float(text)
+        float(cell)
     except ValueError:
         return False
     return True
@@ -230,10 +230,10 @@ def _renaming(names: Sequence[str], n: int) -> str | None:
     # wrist_1 beside shoulder_pan is not the arm's first joint: a wrong order would pass unnoticed.
     if any(_is_of_a_joint(name) for name in unguessed) or len(pairs) + len(unguessed) > _MOST_NAMED * n:
         return None
-    text = "if this is a robot's log, rename " + ", ".join(pairs)
+    advice = "if this is a robot's log, rename " + ", ".join(pairs)
     if unguessed:
-        text += "; remove " + ", ".join(unguessed)
-    return text + " (append _deg where the numbers are degrees; time in s)"
+        advice += "; remove " + ", ".join(unguessed)
+    return advice + " (append _deg where the numbers are degrees; time in s)"
 
 
 def _is_of_a_joint(name: str) -> bool:

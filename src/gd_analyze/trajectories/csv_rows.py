@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.trajectories.columns import Columns
+from gd_analyze.trajectories.csv_columns import Columns
 from gd_analyze.vectors import FloatArray
 
 

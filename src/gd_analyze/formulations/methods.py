@@ -1,16 +1,13 @@
-"""The formulations side by side: what each is, what it gives, and how to call it.
-
-Every method is called the same way: an arm and one chunk of set points, set points last.
-"""
+"""The table of formulations: what each is, what it gives, and how to call it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import difflib
 from functools import partial
-from typing import Protocol
 
 import numpy as np
 
+from gd_analyze.errors import UsageError
 from gd_analyze.formulations import (
     composite_moments,
     generalized_dalembert,
@@ -20,83 +17,11 @@ from gd_analyze.formulations import (
     probing,
     recursive_lagrangian,
 )
+from gd_analyze.formulations.interface import Dynamics, DynamicsOf, Method, TorqueOf
+from gd_analyze.formulations.loads import Loads
 from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.robots import RobotArm
 from gd_analyze.vectors import Array, Elementwise
-
-
-@dataclass(frozen=True, eq=False)
-class Dynamics:
-    """D (n, n, N), h (n, N) and c (n, N) of one method."""
-
-    inertia: Array
-    coriolis_centrifugal: Array
-    gravity_loading: Array
-
-
-class TorqueOf(Protocol):
-    """Torque (n, N) of an arm at q, qd, qdd (n, N)."""
-
-    def __call__(
-        self,
-        arm: RobotArm,
-        q: Array,
-        qd: Array,
-        qdd: Array,
-        *,
-        gravity: bool,
-        cos: Elementwise,
-        sin: Elementwise,
-    ) -> Array:
-        """Evaluate the torque."""
-        ...
-
-
-class DynamicsOf(Protocol):
-    """D, h and c of an arm at q, qd (n, N)."""
-
-    def __call__(
-        self, arm: RobotArm, q: Array, qd: Array, cos: Elementwise = np.cos, sin: Elementwise = np.sin
-    ) -> Dynamics:
-        """Evaluate D, h and c."""
-        ...
-
-
-@dataclass(frozen=True, eq=False)
-class Method:
-    """One formulation.
-
-    Parameters
-    ----------
-    name, title
-        Short identifier and display name.
-    source
-        Where it is derived.
-    kinematics
-        How it represents kinematics, and `form` the form of its equations, as in [FGL87] Table 3.5.
-    growth
-        Order of its operations in the number of joints.
-    torque
-        Its torque.
-    dynamics
-        Its D, h and c at q and qd; recursions are probed for theirs.
-    """
-
-    name: str
-    title: str
-    source: str
-    kinematics: str
-    form: str
-    growth: str
-    torque: TorqueOf
-    dynamics: DynamicsOf
-
-
-def _lagrange_euler_torque(
-    arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool, cos: Elementwise, sin: Elementwise
-) -> Array:
-    solved = lagrange_euler.solve(arm, q, cos, sin)
-    return solved.torque(qd, qdd) if gravity else solved.torque(qd, qdd) - solved.gravity_loading
 
 
 def _lagrange_euler_dynamics(
@@ -145,7 +70,13 @@ def _summed(dynamics: DynamicsOf) -> TorqueOf:
 def _newton_euler_base(
     arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool, cos: Elementwise, sin: Elementwise
 ) -> Array:
-    return newton_euler_base.torque(arm, solve_kinematics(arm, q, cos, sin), qd, qdd, gravity=gravity)
+    return newton_euler_base.torque(arm, solve_kinematics(arm, q, cos, sin), qd, qdd, loads=Loads(gravity))
+
+
+def _newton_euler_link(
+    arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool, cos: Elementwise, sin: Elementwise
+) -> Array:
+    return newton_euler_link.torque(arm, q, qd, qdd, loads=Loads(gravity), cos=cos, sin=sin)
 
 
 def _probed(torque: TorqueOf) -> DynamicsOf:
@@ -171,16 +102,18 @@ METHODS: dict[str, Method] = {
         Method(
             "lagrange_euler",
             "Lagrange-Euler",
+            "L-E",
             "[FGL87] section 3.2",
             "4x4 homogeneous matrices",
             "closed form",
             "n^4",
-            _lagrange_euler_torque,
+            _summed(_lagrange_euler_dynamics),
             _lagrange_euler_dynamics,
         ),
         Method(
             "recursive_lagrangian",
             "Recursive Lagrangian",
+            "recursive L.",
             "Hollerbach 1980",
             "3x3 rotation matrices, position vectors",
             "recursive",
@@ -191,6 +124,7 @@ METHODS: dict[str, Method] = {
         Method(
             "newton_euler_base",
             "Newton-Euler in the base frame",
+            "N-E base",
             "[FGL87] Table 3.2",
             "rotation matrices, vectors in the base frame",
             "recursive",
@@ -201,16 +135,18 @@ METHODS: dict[str, Method] = {
         Method(
             "newton_euler_link",
             "Newton-Euler in link frames",
+            "N-E link",
             "[FGL87] Table 3.3; Luh, Walker, Paul 1980",
             "rotation matrices, vectors in link frames",
             "recursive",
             "n",
-            newton_euler_link.torque,
-            _probed(newton_euler_link.torque),
+            _newton_euler_link,
+            _probed(_newton_euler_link),
         ),
         Method(
             "generalized_dalembert",
             "Generalized d'Alembert as written",
+            "G-D",
             "[FGL87] section 3.4",
             "rotation matrices, vectors in the base frame",
             "closed form",
@@ -221,6 +157,7 @@ METHODS: dict[str, Method] = {
         Method(
             "composite_moments",
             "Generalized d'Alembert by composite moments",
+            "G-D composite",
             "docs/decisions/0001",
             "rotation matrices, vectors in the base frame",
             "closed form",
@@ -230,3 +167,22 @@ METHODS: dict[str, Method] = {
         ),
     )
 }
+
+
+def known_method(name: str) -> Method:
+    """Look a formulation up by its name.
+
+    Raises
+    ------
+    UsageError
+        If there is none of this name.
+    """
+    if name not in METHODS:
+        near = difflib.get_close_matches(str(name), METHODS, n=1)
+        raise UsageError(
+            f"there is no formulation {name!r}",
+            where="method",
+            expected=", ".join(METHODS),
+            next_step=f"did you mean {near[0]!r}?" if near else None,
+        )
+    return METHODS[name]

@@ -56,13 +56,13 @@ def cross_check(arm: RobotArm, dataset: xr.Dataset) -> tuple[Residual, ...]:
     }
     bounds = round_off_bounds(arm, q, qd, qdd)
     residuals = tuple(
-        Residual(name, float(np.abs(ours[name] - theirs[name]).max()), bounds[name], unit)
-        for name, unit in (
-            ("inertia", "kg m^2"),
-            ("coriolis_centrifugal", "N m"),
-            ("gravity_loading", "N m"),
-            ("torque", "N m"),
+        Residual(
+            name,
+            float(np.abs(ours[name] - theirs[name]).max()),
+            bounds[name],
+            "kg m^2" if name == "inertia" else "N m",
         )
+        for name in ours
     )
     for residual in residuals:
         if not residual.largest <= residual.bound:
