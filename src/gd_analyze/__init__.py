@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from gd_analyze.decomposition import decompose, decompose_states
     from gd_analyze.dominance import rank, text_verdicts
     from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
-    from gd_analyze.harmonics import identify as identify_harmonics
+    from gd_analyze.harmonics import harmonics_of
     from gd_analyze.harmonics.equations import equations
     from gd_analyze.main_job import analyze, find
     from gd_analyze.models import (
@@ -54,7 +54,7 @@ _HOMES = {
     "dominance": ("rank", "text_verdicts"),
     "errors": ("GdAnalyzeError", "GdAnalyzeWarning"),
     "harmonics.equations": ("equations",),
-    "harmonics.identification": ("identify_harmonics",),
+    "harmonics.transform": ("harmonics_of",),
     "main_job": ("analyze", "find"),
     "models": (
         "ElementModel",
@@ -81,7 +81,6 @@ _HOMES = {
     "trajectories": ("Trajectory", "plan", "read_trajectory", "write_trajectory"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
-_CALLED_AT_HOME = {"identify_harmonics": "identify"}
 
 __all__ = [
     "Box",
@@ -106,7 +105,7 @@ __all__ = [
     "evaluate",
     "evaluate_states",
     "find",
-    "identify_harmonics",
+    "harmonics_of",
     "load_arm",
     "load_model",
     "load_results",
@@ -133,7 +132,7 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     home = importlib.import_module(f"{__name__}.{_HOME_OF[name]}")
-    return getattr(home, _CALLED_AT_HOME.get(name, name))
+    return getattr(home, name)
 
 
 def __dir__() -> list[str]:

@@ -7,10 +7,11 @@ from xml.etree import ElementTree
 
 import pytest
 
-from gd_analyze.harmonics import Harmonics, identify
+from gd_analyze.harmonics import Harmonics, harmonics_of
 from gd_analyze.harmonics.equations import equations
-from gd_analyze.harmonics.lagrangian import Torques, absolute_rates, energy_terms, sum_of_torques
+from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.rendering import to_text
+from gd_analyze.harmonics.terms import Torques
 from gd_analyze.harmonics.torque_mathml import (
     element_mathml,
     energy_term_mathml,
@@ -49,18 +50,17 @@ def squeezed(line: str) -> str:
 
 @pytest.fixture(scope="module", params=ARMS)
 def harmonics(request: pytest.FixtureRequest) -> Harmonics:
-    return identify(load_arm(request.param))
+    return harmonics_of(load_arm(request.param))
 
 
 @pytest.fixture(scope="module")
 def torques(harmonics: Harmonics) -> Torques:
-    terms = {term: term.coefficient for term in energy_terms(harmonics)}
-    return sum_of_torques(terms, absolute_rates(harmonics.basis))
+    return torques_of_energies(energy_terms(harmonics), harmonics.rates)
 
 
 def test_torques_read_as_their_text(harmonics: Harmonics, torques: Torques) -> None:
-    written = torques_to_mathml(harmonics.basis, torques)
-    plain = torques_to_text(harmonics.basis, torques)
+    written = torques_to_mathml(harmonics.rates, torques)
+    plain = torques_to_text(harmonics.rates, torques)
     for joint, line in zip(written, plain, strict=True):
         pieces = [text(piece) for share in joint.shares for piece in share.pieces]
         assert text(joint.left) + "".join(pieces) == squeezed(line)
@@ -68,15 +68,15 @@ def test_torques_read_as_their_text(harmonics: Harmonics, torques: Torques) -> N
 
 
 def test_no_terms_are_a_zero(harmonics: Harmonics) -> None:
-    last = torques_to_mathml(harmonics.basis, {})[-1]
+    last = torques_to_mathml(harmonics.rates, {})[-1]
     assert [text(piece) for share in last.shares for piece in share.pieces] == ["0"]
 
 
 def test_single_terms_read_as_their_text(harmonics: Harmonics, torques: Torques) -> None:
     for term, weight in torques.items():
         assert text(torque_term_mathml(term, weight)) == squeezed(torque_term_text(term, weight))
-    for energy in energy_terms(harmonics):
-        assert text(energy_term_mathml(energy)) == squeezed(energy_term_text(energy))
+    for energy, weight in energy_terms(harmonics).items():
+        assert text(energy_term_mathml(energy, weight)) == squeezed(energy_term_text(energy, weight))
 
 
 def test_elements_read_as_their_text(harmonics: Harmonics) -> None:
@@ -87,9 +87,9 @@ def test_elements_read_as_their_text(harmonics: Harmonics) -> None:
 
 
 def test_the_legend_names_every_shared_rate(harmonics: Harmonics, torques: Torques) -> None:
-    legend = [text(meaning) for meaning in torque_legend_mathml(harmonics.basis, torques)]
-    for run in harmonics.basis.runs:
-        for place, joint in enumerate(run.joints[1:], start=2):
-            parts = "+".join(f"qdd{j + 1}" for j in run.joints[:place])
+    legend = [text(meaning) for meaning in torque_legend_mathml(harmonics.rates, torques)]
+    for run in harmonics.rates.runs:
+        for place, joint in enumerate(run[1:], start=2):
+            parts = "+".join(f"qdd{j + 1}" for j in run[:place])
             assert f"pdd{joint + 1}={parts}".replace("pdd", "pd") in legend
     assert any(meaning.startswith("C") and "=cos(" in meaning for meaning in legend)

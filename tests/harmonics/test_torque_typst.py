@@ -5,11 +5,10 @@ from collections import Counter
 import pytest
 import typst
 
-from gd_analyze.harmonics import identify
-from gd_analyze.harmonics.lagrangian import energy_terms, literals
+from gd_analyze.harmonics import harmonics_of
+from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.torque_rendering import energy_term_text, torque_term_text
 from gd_analyze.harmonics.torque_typst import energy_to_typst, legend_to_typst, to_typst, torques_to_typst
-from gd_analyze.models.harmonic import torques_of_energy
 from gd_analyze.robots import load_arm
 
 ARMS = ("two_link", "puma560", "stanford")
@@ -43,11 +42,11 @@ def test_anything_else_is_refused(text: str) -> None:
 @pytest.mark.parametrize("name", ARMS)
 def test_every_term_is_written_under_its_quantity(name: str) -> None:
     arm = load_arm(name)
-    harmonics = identify(arm)
-    torques = torques_of_energy(arm, energy_terms(harmonics))
+    harmonics = harmonics_of(arm)
+    torques = torques_of_energies(energy_terms(harmonics), harmonics.rates)
     written = Counter(
         (row, piece.quantity)
-        for row, pieces in enumerate(torques_to_typst(harmonics.basis, torques))
+        for row, pieces in enumerate(torques_to_typst(harmonics.rates, torques))
         for piece in pieces
         if piece.quantity
     )
@@ -57,29 +56,29 @@ def test_every_term_is_written_under_its_quantity(name: str) -> None:
 @pytest.mark.parametrize("name", ARMS)
 def test_signs_and_brackets_are_those_of_the_text(name: str) -> None:
     arm = load_arm(name)
-    harmonics = identify(arm)
-    torques = torques_of_energy(arm, energy_terms(harmonics))
-    for pieces in torques_to_typst(harmonics.basis, torques):
+    harmonics = harmonics_of(arm)
+    torques = torques_of_energies(energy_terms(harmonics), harmonics.rates)
+    for pieces in torques_to_typst(harmonics.rates, torques):
         assert {piece.sign for piece in pieces} <= {"+", "-"}
         assert not any(piece.math.startswith(("-", "+")) for piece in pieces)
         whole = " ".join(piece.math for piece in pieces)
         assert whole.count("paren.l") == whole.count("paren.r")
-    carried = {joint: joint + 2 for run in harmonics.basis.runs for joint in run.joints[:-1]}
+    carried = {joint: joint + 2 for run in harmonics.rates.runs for joint in run[:-1]}
     for joint, by in carried.items():
-        first = torques_to_typst(harmonics.basis, torques)[joint][0]
+        first = torques_to_typst(harmonics.rates, torques)[joint][0]
         assert (first.math, first.quantity) == (f"tau_({by})", "")
 
 
 @pytest.mark.parametrize("name", ARMS)
 def test_typst_takes_all_of_it(name: str) -> None:
     arm = load_arm(name)
-    harmonics = identify(arm)
+    harmonics = harmonics_of(arm)
     energy = energy_terms(harmonics)
-    torques = torques_of_energy(arm, energy)
-    pieces = [piece.math for row in torques_to_typst(harmonics.basis, torques) for piece in row]
+    torques = torques_of_energies(energy, harmonics.rates)
+    pieces = [piece.math for row in torques_to_typst(harmonics.rates, torques) for piece in row]
     pieces += list(energy_to_typst(energy))
     pieces += [piece.math for row in energy_to_typst(energy).values() for piece in row]
-    pieces += legend_to_typst(harmonics.basis, torques)
+    pieces += legend_to_typst(harmonics.rates, torques)
     pieces += [to_typst(torque_term_text(term, weight)) for term, weight in torques.items()]
     source = "\n\n".join(f"${piece}$" for piece in pieces).encode()
     _, warnings = typst.compile_with_warnings(source, ignore_system_fonts=True)
@@ -88,19 +87,19 @@ def test_typst_takes_all_of_it(name: str) -> None:
 
 def test_energy_is_gathered_by_element_with_the_potential_last() -> None:
     arm = load_arm("puma560")
-    energy = energy_terms(identify(arm))
+    energy = energy_terms(harmonics_of(arm))
     written = energy_to_typst(energy)
     assert sum(len(pieces) for pieces in written.values()) == len(energy)
     assert next(iter(written)) == "D'_(11)"
     assert [*written][-1] == "U"
-    first = max((t for t in energy if t.is_potential), key=lambda t: abs(t.coefficient))
+    first = max((t for t in energy if t.is_potential), key=lambda t: abs(energy[t]))
     piece = written["U"][0]
-    assert literals(first.product)
-    assert (piece.sign == "-") == (first.coefficient < 0)
-    assert to_typst(energy_term_text(first).removeprefix("-")) == piece.math
+    assert first.monomial
+    assert (piece.sign == "-") == (energy[first] < 0)
+    assert to_typst(energy_term_text(first, energy[first]).removeprefix("-")) == piece.math
 
 
 def test_nothing_is_written_as_zero() -> None:
-    basis = identify(load_arm("two_link")).basis
-    second = torques_to_typst(basis, {})[1]
+    rates = harmonics_of(load_arm("two_link")).rates
+    second = torques_to_typst(rates, {})[1]
     assert [(piece.sign, piece.math) for piece in second] == [("+", "0")]

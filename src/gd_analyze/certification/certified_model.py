@@ -87,7 +87,7 @@ def simplify_certified(
 
 def _finished(model: HarmonicModel, exact: ExactDynamics, allowed: FloatArray, stated: str) -> HarmonicModel:
     """Say what the model was asked for, and write its program with few operations."""
-    program = torque_programs(exact.harmonics.basis, model.torques)["torque"]
+    program = torque_programs(exact.harmonics.rates, model.torques)["torque"]
     written = dataclasses.replace(model, written_program=program)
     promise = ErrorTable.of(exact.torque, written.torque(*exact.states.arrays))
     return dataclasses.replace(

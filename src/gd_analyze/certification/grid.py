@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.waves import Waves
+from gd_analyze.harmonics import Waves
 from gd_analyze.vectors import FloatArray
 
 # Gaps per unit of a joint's order, beyond which 1 / (2 gaps^2) of the maximum has nothing left to give.

@@ -183,10 +183,10 @@ def _document(
     if isinstance(model, ElementModel):
         document |= {"kept": list(model.kept), "dropped": list(model.dropped)}
     if isinstance(model, HarmonicModel):
-        from gd_analyze.harmonics import Basis
+        from gd_analyze.harmonics import AbsoluteRates
         from gd_analyze.harmonics.torque_rendering import torque_legend
 
-        basis = Basis.of(model.arm)
+        basis = AbsoluteRates.of(model.arm)
         document |= {
             "terms": _terms(model)[0],
             "equations": list(model_equations(model, digits)),
@@ -201,13 +201,13 @@ def _document(
 
 def model_equations(model: SimplifiedModel, digits: int = 3, width: int | None = None) -> tuple[str, ...]:
     """A harmonic model as equations, one per joint; nothing for a model of parts."""
-    from gd_analyze.harmonics import Basis
+    from gd_analyze.harmonics import AbsoluteRates
     from gd_analyze.harmonics.torque_rendering import torques_to_text
     from gd_analyze.models import HarmonicModel
 
     if not isinstance(model, HarmonicModel):
         return ()
-    return torques_to_text(Basis.of(model.arm), model.torques, digits, width)
+    return torques_to_text(AbsoluteRates.of(model.arm), model.torques, digits, width)
 
 
 def _counts(operations: OperationCount) -> dict[str, int]:
@@ -274,10 +274,10 @@ def _show(model: SimplifiedModel, certificate: Certificate | None, seconds: floa
         sentence("Dropped", bold=True)
         sentence(", ".join(model.dropped) or "nothing")
     if isinstance(model, HarmonicModel):
-        from gd_analyze.harmonics import Basis
+        from gd_analyze.harmonics import AbsoluteRates
         from gd_analyze.harmonics.torque_rendering import torque_legend
 
-        basis = Basis.of(arm)
+        basis = AbsoluteRates.of(arm)
         sentence("The model, in kg, m, s, rad", bold=True)
         for text in model_equations(model, digits, _WIDTH):
             line(text)

@@ -6,13 +6,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import groupby
 
-from gd_analyze.harmonics.basis import Basis
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.equations import Equation
 from gd_analyze.harmonics.rendering import mathml_factor as factor_mathml
 from gd_analyze.harmonics.rendering import mathml_number as exponent_mathml
 from gd_analyze.harmonics.rendering import powers, rounded
 from gd_analyze.harmonics.terms import EnergyTerm, Monomial, Rate, TorqueTerm
-from gd_analyze.harmonics.torque_rendering import Bracket, brackets, carries_next
+from gd_analyze.harmonics.torque_rendering import Bracket, brackets
 
 # Browsers set factors without any space between them.
 _THIN = '<mspace width=".16em"/>'
@@ -45,14 +45,14 @@ class JointTorque:
 
 
 def torques_to_mathml(
-    basis: Basis, torques: Mapping[TorqueTerm, float], digits: int = 3
+    basis: AbsoluteRates, torques: Mapping[TorqueTerm, float], digits: int = 3
 ) -> tuple[JointTorque, ...]:
     """Write one equation per joint; the same order and brackets as `torques_to_text`.
 
     Parameters
     ----------
     basis
-        The arm's basis functions.
+        The arm's runs of parallel joints.
     torques
         Weights of the terms, in absolute rates.
     digits
@@ -81,15 +81,15 @@ def element_mathml(equation: Equation, digits: int = 3) -> tuple[str, tuple[str,
     return _math(left), terms or (_math("<mn>0</mn>"),)
 
 
-def torque_legend_mathml(basis: Basis, torques: Iterable[TorqueTerm]) -> tuple[str, ...]:
+def torque_legend_mathml(basis: AbsoluteRates, torques: Iterable[TorqueTerm]) -> tuple[str, ...]:
     """Say what the names in these equations mean: rates first, then one cosine, sine and distance each."""
     torques = tuple(torques)
     used = {rate for term in torques for rate in term.rates}
     out, named = [], set()
     for run in basis.runs:
-        for place, joint in enumerate(run.joints[1:], start=2):
+        for place, joint in enumerate(run[1:], start=2):
             for rate in sorted(rate for rate in used if rate.joint == joint):
-                behind = "<mo>+</mo>".join(_dotted("q", j, rate.order) for j in run.joints[:place])
+                behind = "<mo>+</mo>".join(_dotted("q", j, rate.order) for j in run[:place])
                 out.append(_math(f"{_rate(rate)}<mo>=</mo>{behind}"))
                 named.add(rate)
     for order in sorted({rate.order for rate in used - named}):
@@ -129,9 +129,9 @@ def _q(joint: int) -> str:
     return f"<msub><mi>q</mi><mn>{joint}</mn></msub>"
 
 
-def _joint(basis: Basis, i: int, row: list[Bracket], digits: int) -> JointTorque:
+def _joint(basis: AbsoluteRates, i: int, row: list[Bracket], digits: int) -> JointTorque:
     shares = []
-    if carries_next(basis, i):
+    if basis.carries_next(i):
         shares.append(Share("carried", (_math(_torque(i + 1)),)))
     for quantity, group in groupby(row, key=lambda bracket: TorqueTerm(0, bracket[0], ()).quantity):
         pieces: list[str] = []

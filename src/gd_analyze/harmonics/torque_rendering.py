@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping
 
-from gd_analyze.harmonics.basis import Basis
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.rendering import factors_text, meanings, number
 from gd_analyze.harmonics.terms import EnergyTerm, Factor, Monomial, Rate, TorqueTerm
 
@@ -16,14 +16,14 @@ Bracket = tuple[tuple[Rate, ...], dict[Monomial, float]]
 
 
 def torques_to_text(
-    basis: Basis, torques: Mapping[TorqueTerm, float], digits: int = 3, width: int | None = None
+    basis: AbsoluteRates, torques: Mapping[TorqueTerm, float], digits: int = 3, width: int | None = None
 ) -> tuple[str, ...]:
     """Write one equation per joint.
 
     Parameters
     ----------
     basis
-        The arm's basis functions.
+        The arm's runs of parallel joints.
     torques
         Weights of the terms, in absolute rates.
     digits
@@ -35,7 +35,7 @@ def torques_to_text(
         _wrapped(
             f"tau{i + 1} = ",
             [
-                *([f"tau{i + 2}"] if carries_next(basis, i) else []),
+                *([f"tau{i + 2}"] if basis.carries_next(i) else []),
                 *(piece for bracket in row for piece in _bracket(*bracket, digits)),
             ],
             width,
@@ -44,7 +44,7 @@ def torques_to_text(
     )
 
 
-def brackets(basis: Basis, torques: Mapping[TorqueTerm, float]) -> tuple[list[Bracket], ...]:
+def brackets(basis: AbsoluteRates, torques: Mapping[TorqueTerm, float]) -> tuple[list[Bracket], ...]:
     """Every row by the rates behind its terms: inertia, velocity, gravity, in each the largest first."""
     rows: list[dict[tuple[Rate, ...], dict[Monomial, float]]] = [
         defaultdict(dict) for _ in range(basis.n_joints)
@@ -59,11 +59,6 @@ def brackets(basis: Basis, torques: Mapping[TorqueTerm, float]) -> tuple[list[Br
     return tuple(sorted(row.items(), key=place) for row in rows)
 
 
-def carries_next(basis: Basis, joint: int) -> bool:
-    """Whether a joint carries what the next one carries: within a run, in absolute rates, it does."""
-    return any(joint in run.joints[:-1] for run in basis.runs)
-
-
 def torque_term_text(term: TorqueTerm, weight: float, digits: int = 3) -> str:
     """Write one torque term: -3.2 C2 S2 p1 p2."""
     behind = f" {_rates(term.rates)}" if term.rates else ""
@@ -75,16 +70,16 @@ def energy_term_text(term: EnergyTerm, weight: float, digits: int = 3) -> str:
     return _signed(weight) + _term(term.monomial, weight, digits)
 
 
-def torque_legend(basis: Basis, torques: Mapping[TorqueTerm, float]) -> tuple[str, ...]:
+def torque_legend(basis: AbsoluteRates, torques: Mapping[TorqueTerm, float]) -> tuple[str, ...]:
     """Say what the names in these equations mean: rates first, then sines and cosines."""
     used = sorted({rate for term in torques for rate in term.rates})
     out = []
     for run in basis.runs:
-        for place, joint in enumerate(run.joints):
+        for place, joint in enumerate(run):
             for rate in [rate for rate in used if rate.joint == joint and place > 0]:
-                parts = " + ".join(f"q{'d' * rate.order}{j + 1}" for j in run.joints[: place + 1])
+                parts = " + ".join(f"q{'d' * rate.order}{j + 1}" for j in run[: place + 1])
                 out.append(f"{_rate(rate)} = {parts}")
-    first = {run.joints[0] for run in basis.runs}
+    first = {run[0] for run in basis.runs}
     plain = [rate for rate in used if rate.joint in first]
     out += [f"{'any other ' if out else ''}{name}" for name in _plain(plain)]
     factors: set[Factor] = {factor for term in torques for factor in term.monomial}

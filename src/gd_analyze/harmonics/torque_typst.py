@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from gd_analyze.harmonics.basis import Basis
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.terms import Energies, TorqueTerm
 from gd_analyze.harmonics.torque_rendering import energy_term_text, torque_legend, torques_to_text
 
@@ -59,7 +59,7 @@ class Piece:
 
 
 def torques_to_typst(
-    basis: Basis, torques: Mapping[TorqueTerm, float], digits: int = 3
+    basis: AbsoluteRates, torques: Mapping[TorqueTerm, float], digits: int = 3
 ) -> tuple[tuple[Piece, ...], ...]:
     """Write the right-hand side of every joint's torque; inertia, Coriolis and centrifugal, gravity.
 
@@ -103,7 +103,7 @@ def energy_to_typst(energies: Energies, digits: int = 3) -> dict[str, tuple[Piec
     return out
 
 
-def legend_to_typst(basis: Basis, torques: Mapping[TorqueTerm, float]) -> tuple[str, ...]:
+def legend_to_typst(basis: AbsoluteRates, torques: Mapping[TorqueTerm, float]) -> tuple[str, ...]:
     """Say what the names in the equations mean, see `torque_legend`."""
     return tuple(map(to_typst, torque_legend(basis, torques)))
 

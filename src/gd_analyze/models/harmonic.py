@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
-from gd_analyze.harmonics.basis import Basis
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.terms import Energies, TorqueTerm
 from gd_analyze.models.simplified import SimplifiedModel
 from gd_analyze.models.torque_program import torque_programs
@@ -38,5 +38,5 @@ class HarmonicModel(SimplifiedModel):
     @cached_property
     def programs(self) -> dict[str, Program]:
         """Factored programs of the kept terms."""
-        quick = torque_programs(Basis.of(self.arm), self.torques, thorough=False)
+        quick = torque_programs(AbsoluteRates.of(self.arm), self.torques, thorough=False)
         return quick if self.written_program is None else quick | {"torque": self.written_program}

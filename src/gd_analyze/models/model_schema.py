@@ -9,9 +9,10 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from gd_analyze.errors import ModelError
-from gd_analyze.harmonics.basis import DEGREE, Basis
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.lagrangian import torques_of_energies
 from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, Rate, Torques, TorqueTerm
+from gd_analyze.harmonics.waves import DEGREE
 from gd_analyze.models.element import ElementModel
 from gd_analyze.models.harmonic import HarmonicModel
 from gd_analyze.models.nested_torque import nested_torque
@@ -197,7 +198,7 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
         ]
         _require([term for term, _ in stated], lambda term: _fits(term, arm.n_joints), lambda term: term)
         energy = dict(stated)
-        torques = torques_of_energies(energy, Basis.of(arm))
+        torques = torques_of_energies(energy, AbsoluteRates.of(arm))
     else:
         entries = [
             (
@@ -227,7 +228,7 @@ def _require_same(arm: RobotArm, torques: Torques, program: Program) -> None:
     """Hold the written program against the terms at some states: one of them must not be out of step."""
     if len(program.outputs) != arm.n_joints:
         raise ValueError(f"the program has {len(program.outputs)} outputs, not {arm.n_joints}")
-    again = nested_torque(Basis.of(arm), torques)
+    again = nested_torque(AbsoluteRates.of(arm), torques)
     states = np.random.default_rng(0).uniform(-1.0, 1.0, (3, arm.n_joints, 5))
     inputs = {
         f"{name}{i + 1}": states[k, i]

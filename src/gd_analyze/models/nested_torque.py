@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.lagrangian import absolute_rates
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.terms import Monomial, Rate, TorqueTerm
 from gd_analyze.models.torque_variables import TorqueVariables
 from gd_analyze.operations import Program, Trace
@@ -24,7 +23,7 @@ _Brackets = dict[_Key, tuple[int, float]]
 
 
 def nested_programs(
-    basis: Basis, terms: Mapping[TorqueTerm, float], *, in_line: bool = False
+    basis: AbsoluteRates, terms: Mapping[TorqueTerm, float], *, in_line: bool = False
 ) -> dict[str, Program]:
     """Programs of torque, D, h and c in nested form.
 
@@ -47,19 +46,19 @@ def nested_programs(
     for key, (number, ratio) in brackets.items():
         if _quantity(key[1]) == "inertia":
             absolute[key[0], key[1][0].joint] = nest.brackets[number] * ratio
-    back = np.linalg.inv(absolute_rates(basis))
+    back = np.linalg.inv(basis.matrix)
     outputs["inertia"] = list(np.einsum("ki,kl,lj->ij", back, absolute, back).ravel())
     return {name: Program.of(nest.trace, rows) for name, rows in outputs.items()}
 
 
-def nested_torque(basis: Basis, terms: Mapping[TorqueTerm, float]) -> Program:
+def nested_torque(basis: AbsoluteRates, terms: Mapping[TorqueTerm, float]) -> Program:
     """Write the torque alone in nested form: a few milliseconds for some hundred terms."""
     nest, polynomials, brackets = _nested(basis, terms, in_line=False)
     return Program.of(nest.trace, _rows(basis.n_joints, polynomials, brackets, nest))
 
 
 def _nested(
-    basis: Basis, terms: Mapping[TorqueTerm, float], in_line: bool
+    basis: AbsoluteRates, terms: Mapping[TorqueTerm, float], in_line: bool
 ) -> tuple[_Nest, _Polynomials, _Brackets]:
     nest = _Nest(basis, in_line)
     polynomials: _Polynomials = defaultdict(dict)
@@ -76,10 +75,11 @@ def _quantity(rates: tuple[Rate, ...]) -> str:
 class _Nest:
     """Expressions of variables and, by number, of brackets on one trace."""
 
-    def __init__(self, basis: Basis, in_line: bool) -> None:
+    def __init__(self, basis: AbsoluteRates, in_line: bool) -> None:
         self.in_line = in_line
         self.trace = Trace()
         self.variables = TorqueVariables(basis, self.trace)
+        self.joint_rows = basis.joint_rows
         self.brackets: list[Any] = []
 
     def __call__(self, variable: Any) -> Any:
@@ -123,4 +123,4 @@ def _rows(n: int, polynomials: _Polynomials, brackets: _Brackets, nest: _Nest) -
             rows[row][(*rates, *monomial)] = weight
         else:
             rows[row][(*rates, number)] = ratio
-    return nest.variables.joint_rows([factored(row, nest) for row in rows])
+    return nest.joint_rows([factored(row, nest) for row in rows])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterator, Mapping
 from typing import Any
 
-from gd_analyze.harmonics.basis import Basis
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.terms import TorqueTerm
 from gd_analyze.models.nested_torque import nested_programs
 from gd_analyze.models.torque_variables import TorqueVariables
@@ -16,7 +16,7 @@ _PARTNER = {"cos": "sin", "sin": "cos"}
 
 
 def torque_programs(
-    basis: Basis, terms: Mapping[TorqueTerm, float], *, thorough: bool = True
+    basis: AbsoluteRates, terms: Mapping[TorqueTerm, float], *, thorough: bool = True
 ) -> dict[str, Program]:
     """Programs of torque, D, h and c; of several ways to write the torque the one of fewest operations.
 
@@ -43,7 +43,7 @@ def torque_programs(
     return programs | {"torque": _fewest(ways)}
 
 
-def shared_torque(basis: Basis, terms: Mapping[TorqueTerm, float]) -> Program:
+def shared_torque(basis: AbsoluteRates, terms: Mapping[TorqueTerm, float]) -> Program:
     """Torque with all that its rows share extracted once, not rearranged.
 
     Between the two efforts of `torque_programs`: within a few hundredths of the thorough count, in 10 ms for
@@ -61,7 +61,7 @@ def _fewest(ways: list[Program]) -> Program:
     return min(ways, key=lambda way: way.count.total)
 
 
-def _shared(basis: Basis, terms: Mapping[TorqueTerm, float]) -> Iterator[Program]:
+def _shared(basis: AbsoluteRates, terms: Mapping[TorqueTerm, float]) -> Iterator[Program]:
     rows: list[dict[Any, float]] = [{} for _ in range(basis.n_joints)]
     # In an order of its own: the program must not depend on the order the terms came in.
     for term in sorted(terms):
@@ -76,4 +76,4 @@ def _shared(basis: Basis, terms: Mapping[TorqueTerm, float]) -> Iterator[Program
     for sums in shared_sums(rows, circles):
         trace = Trace()
         variables = TorqueVariables(basis, trace)
-        yield Program.of(trace, variables.joint_rows(sums.values(variables)))
+        yield Program.of(trace, basis.joint_rows(sums.values(variables)))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from gd_analyze.findings import Findings
-from gd_analyze.harmonics.basis import Basis
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.equations import equations
 from gd_analyze.harmonics.terms import Rate, Torques, TorqueTerm
 from gd_analyze.harmonics.torque_mathml import (
@@ -97,7 +97,7 @@ def torque_views(findings: Findings) -> tuple[TorqueView, ...]:
             Markup(joint.left),
             tuple(Lines(share.quantity, tuple(map(Markup, share.pieces))) for share in joint.shares),
         )
-        for joint in torques_to_mathml(Basis.of(findings.arm), model.torques)
+        for joint in torques_to_mathml(AbsoluteRates.of(findings.arm), model.torques)
     )
 
 
@@ -105,13 +105,13 @@ def torque_legend(findings: Findings, exact: Torques) -> tuple[Markup, ...]:
     """Meaning of the names in the model's equations, or of those in the ranking where it has none."""
     model = findings.model
     used = model.torques if isinstance(model, HarmonicModel) else exact
-    return tuple(map(Markup, torque_legend_mathml(Basis.of(findings.arm), used)))
+    return tuple(map(Markup, torque_legend_mathml(AbsoluteRates.of(findings.arm), used)))
 
 
 def shared_accelerations(findings: Findings) -> tuple[Markup, ...]:
     """Meaning of the accelerations that add up those of parallel joints."""
-    basis = Basis.of(findings.arm)
-    inner = [joint for run in basis.runs for joint in run.joints[1:]]
+    basis = AbsoluteRates.of(findings.arm)
+    inner = [joint for run in basis.runs for joint in run[1:]]
     used = [TorqueTerm(0, (Rate(2, joint),), ()) for joint in inner]
     return tuple(map(Markup, torque_legend_mathml(basis, used)))
 
@@ -160,8 +160,7 @@ def exact_elements(findings: Findings) -> tuple[ExactElement, ...]:
     harmonics = findings.harmonics
     if harmonics is None:
         return ()
-    series = [part for parts in harmonics.inertia.values() for part in parts]
-    if sum(len(part.ids) for part in (*series, *harmonics.gravity_loading)) > MOST_EXACT_TERMS:
+    if sum(map(len, (*harmonics.inertia.values(), *harmonics.gravity_loading))) > MOST_EXACT_TERMS:
         return ()
     out = []
     for equation in equations(harmonics):

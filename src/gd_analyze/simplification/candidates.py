@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import defaultdict
 from collections.abc import Mapping
@@ -11,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.errors import UsageError
-from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.lagrangian import absolute_rates
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.terms import Energies, Monomial, Rate, Torques, TorqueTerm
 from gd_analyze.models.element_level import parts_of, torque_by_part, trace_parts
 from gd_analyze.models.simplified import Level
@@ -114,7 +114,7 @@ def candidates_of(
         effects = torque_by_part(exact.quantities, exact.states.qdd, parts)
         effects /= allowed[:, None]
         return Candidates.untied(effects, part_costs(trace_parts(exact.arm), exact.drives))
-    basis, every = exact.harmonics.basis, _every(exact, level)
+    basis, every = exact.harmonics.rates, _every(exact, level)
     members, swept = np.arange(len(every)), 0.0
     if len(every) > MANY:
         members, swept = _swept(basis, exact.states, every, allowed, sweep)
@@ -187,7 +187,7 @@ def _costs(terms: list[_Term]) -> dict[frozenset[int], int]:
 
 
 def _swept(
-    basis: Basis, states: States, terms: list[_Term], allowed: FloatArray, sweep: float
+    basis: AbsoluteRates, states: States, terms: list[_Term], allowed: FloatArray, sweep: float
 ) -> tuple[NDArray[np.int64], float]:
     """Terms left when the smallest have gone, and the largest error over allowed that these make together."""
     groups = [term.torques for term in terms]
@@ -225,7 +225,7 @@ def _tied(energy: Energies) -> list[int]:
     return [int(k) for k in number]
 
 
-def _effects(basis: Basis, states: States, groups: list[Torques]) -> FloatArray:
+def _effects(basis: AbsoluteRates, states: States, groups: list[Torques]) -> FloatArray:
     """Torques of every group at every state, N m, in the joints' own coordinates, shape (K, n, N)."""
     values = _MonomialValues(basis, states)
     effects = np.zeros((len(groups), basis.n_joints, len(states.q)))
@@ -233,7 +233,7 @@ def _effects(basis: Basis, states: States, groups: list[Torques]) -> FloatArray:
         for term, weight in group.items():
             effects[k, term.row] += weight * values(term)
     for run in basis.runs:
-        for inner, outer in reversed(list(zip(run.joints[:-1], run.joints[1:], strict=True))):
+        for inner, outer in reversed(list(itertools.pairwise(run))):
             effects[:, inner] += effects[:, outer]
     return effects
 
@@ -241,8 +241,8 @@ def _effects(basis: Basis, states: States, groups: list[Torques]) -> FloatArray:
 class _MonomialValues:
     """Values of monomials times rates at the states, each literal and each product formed once."""
 
-    def __init__(self, basis: Basis, states: States) -> None:
-        back = np.linalg.inv(absolute_rates(basis))
+    def __init__(self, basis: AbsoluteRates, states: States) -> None:
+        back = np.linalg.inv(basis.matrix)
         self._q = states.q.T
         self._moving = {1: back @ states.qd.T, 2: back @ states.qdd.T}
         self._literals: dict[tuple[str, tuple[int, ...]], FloatArray] = {}

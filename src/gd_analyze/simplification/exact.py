@@ -11,8 +11,8 @@ import numpy as np
 
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.dominance import ROUND_OFF_SHARE, peak_magnitude
-from gd_analyze.harmonics import Harmonics, identify
-from gd_analyze.harmonics.lagrangian import absolute_rates, energy_terms, gathered, torques_of
+from gd_analyze.harmonics import Harmonics, harmonics_of
+from gd_analyze.harmonics.lagrangian import energy_terms, gathered, torques_of
 from gd_analyze.harmonics.terms import Energies, Torques
 from gd_analyze.models.element import operations_of_all_parts
 from gd_analyze.models.nested_torque import nested_torque
@@ -114,7 +114,7 @@ class ExactDynamics:
     @cached_property
     def harmonics(self) -> Harmonics:
         """The identified dynamics."""
-        return identify(self.arm)
+        return harmonics_of(self.arm)
 
     @cached_property
     def energy(self) -> Energies:
@@ -124,8 +124,7 @@ class ExactDynamics:
     @cached_property
     def sources(self) -> tuple[Torques, ...]:
         """Torque terms that every energy term makes with a coefficient of 1."""
-        rates = absolute_rates(self.harmonics.basis)
-        return tuple(torques_of(term, rates) for term in self.energy)
+        return tuple(torques_of(term, self.harmonics.rates) for term in self.energy)
 
     @cached_property
     def torques(self) -> Torques:
@@ -148,11 +147,11 @@ class ExactDynamics:
 
     @cached_property
     def _nested_operations(self) -> OperationCount:
-        return nested_torque(self.harmonics.basis, self.torques).count
+        return nested_torque(self.harmonics.rates, self.torques).count
 
     @cached_property
     def _shared_operations(self) -> OperationCount:
         if len(self.torques) > _MANY:
             return self._nested_operations
-        shared = shared_torque(self.harmonics.basis, self.torques).count
+        shared = shared_torque(self.harmonics.rates, self.torques).count
         return min(shared, self._nested_operations, key=lambda count: count.total)

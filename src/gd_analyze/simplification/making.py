@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.harmonics.basis import Basis
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.lagrangian import gathered
 from gd_analyze.harmonics.terms import Energies, Torques
 from gd_analyze.models.element import ElementModel, part_operations
@@ -39,7 +39,7 @@ def operations_of(
     if level == "element":
         return part_operations(exact.arm, _labels(exact, kept), exact.drives)
     _, torques = _harmonic(exact, level, kept, scale)
-    basis = exact.harmonics.basis
+    basis = exact.harmonics.rates
     if thorough and len(torques) <= _FEW:
         return shared_torque(basis, torques).count
     return nested_torque(basis, torques).count
@@ -94,7 +94,7 @@ def make_model(
         draft = ElementModel(level=level, kept=_labels(exact, kept), **facts)
     else:
         energy, torques = _harmonic(exact, level, kept, scale)
-        basis = exact.harmonics.basis
+        basis = exact.harmonics.rates
         if len(torques) > _MANY:
             program = nested_torque(basis, torques)
         else:
@@ -115,7 +115,7 @@ def make_model(
     return model
 
 
-def _quick(basis: Basis, torques: Torques) -> Program:
+def _quick(basis: AbsoluteRates, torques: Torques) -> Program:
     """The better of two quick ways to write a program."""
     ways = [nested_torque(basis, torques)]
     if len(torques) <= _SOME:

@@ -1,65 +1,27 @@
-"""Polynomials in sines, cosines and sliding variables as sums of waves, which bounds and grids can handle.
+"""Polynomials in sines, cosines and sliding variables as sums of waves.
 
-A product of sines and cosines is a sum of waves Re(C exp(i m.q)) of integer multiples m; a wave's amplitude
-|C| is the largest it can get, whatever the sines and cosines it came from. Sliding variables go along as
-powers: the wave of multiples m is Re(C prod_k b_k), b_k = exp(i m_k q_k) of a turning and q_k^m_k of a
-sliding joint.
+The wave of multiples m is Re(C prod_k b_k) with b_k = exp(i m_k q_k) of a turning and q_k^m_k of a sliding
+joint. Waves are what a Fourier transform finds and what bounds and grids can handle: a wave's amplitude |C|
+is the largest it can get, a derivative multiplies C by i m_k or lowers a power. Of m and -m, which are one
+wave, the one that is lexically larger in the turning joints is kept.
 """
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.harmonics.terms import Monomial
 from gd_analyze.vectors import Array, FloatArray
 
-Polynomial = Mapping[Monomial, float]
-Multiples = tuple[int, ...]
-
+# Of D in every joint variable: each of its two velocities turns (or moves) with the joint once.
+DEGREE = 2
 # Positions evaluated at once: their values of some twenty polynomials fit the cache.
 _CHUNK = 8192
-
-
-class Expansion:
-    """Monomials as waves, each worked out once."""
-
-    def __init__(self, sliding: Sequence[bool]) -> None:
-        self.sliding = tuple(sliding)
-        self._known: dict[Monomial, dict[Multiples, complex]] = {}
-
-    def __call__(self, monomial: Monomial) -> dict[Multiples, complex]:
-        """Multiples and coefficients; of m and -m, which are one wave, the one that is lexically larger."""
-        if monomial not in self._known:
-            table: dict[Multiples, complex] = {(0,) * len(self.sliding): 1.0 + 0.0j}
-            for kind, multiples in monomial:
-                table = self._times(table, kind, multiples)
-            folded: dict[Multiples, complex] = defaultdict(complex)
-            for key, value in table.items():
-                mirror = self._mirrored(key)
-                folded[max(key, mirror)] += value if key >= mirror else value.conjugate()
-            self._known[monomial] = dict(folded)
-        return self._known[monomial]
-
-    def _times(
-        self, table: dict[Multiples, complex], kind: str, multiples: Multiples
-    ) -> dict[Multiples, complex]:
-        # cos x = (e^ix + e^-ix) / 2, sin x = -i (e^ix - e^-ix) / 2.
-        one, other = {"cos": (0.5, 0.5), "sin": (-0.5j, 0.5j), "power": (1.0, 0.0)}[kind]
-        out: dict[Multiples, complex] = defaultdict(complex)
-        for key, value in table.items():
-            out[tuple(a + b for a, b in zip(key, multiples, strict=True))] += one * value
-            if other:
-                out[tuple(a - b for a, b in zip(key, multiples, strict=True))] += other * value
-        return out
-
-    def _mirrored(self, key: Multiples) -> Multiples:
-        return tuple(m if slides else -m for m, slides in zip(key, self.sliding, strict=True))
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +33,7 @@ class Waves:
     sliding
         Whether each joint slides.
     multiples
-        m of every wave, shape (W, n); of a sliding joint the power.
+        m of every wave, shape (W, n), all distinct; of a sliding joint the power.
     coefficients
         C, shape (P, W).
     """
@@ -80,21 +42,77 @@ class Waves:
     multiples: NDArray[np.int64]
     coefficients: NDArray[np.complex128]
 
+    # An array times waves is for `__rmul__`.
+    __array_ufunc__ = None
+
     @classmethod
-    def of(cls, polynomials: Sequence[Polynomial], expansion: Expansion) -> Waves:
-        """Expand polynomials."""
-        place: dict[Multiples, int] = {}
-        rows, columns, values = [], [], []
-        for p, polynomial in enumerate(polynomials):
-            for monomial, weight in polynomial.items():
-                for key, value in expansion(monomial).items():
-                    rows.append(p)
-                    columns.append(place.setdefault(key, len(place)))
-                    values.append(weight * value)
-        out = np.zeros((len(polynomials), len(place)), dtype=complex)
-        np.add.at(out, (np.array(rows, dtype=int), np.array(columns, dtype=int)), np.array(values))
-        multiples = np.array(list(place), dtype=np.int64).reshape(len(place), len(expansion.sliding))
-        return cls(expansion.sliding, multiples, out)
+    def stacked(cls, parts: Sequence[Waves]) -> Waves:
+        """All polynomials of all parts, one after the other."""
+        multiples, places = _together(parts)
+        out = np.zeros((sum(len(part.coefficients) for part in parts), len(multiples)), dtype=complex)
+        row = 0
+        for part, place in zip(parts, places, strict=True):
+            out[row : row + len(part.coefficients), place] = part.coefficients
+            row += len(part.coefficients)
+        return cls(parts[0].sliding, multiples, out)
+
+    @classmethod
+    def summed(cls, parts: Sequence[Waves]) -> Waves:
+        """Sum of parts of P polynomials each."""
+        multiples, places = _together(parts)
+        out = np.zeros((len(parts[0].coefficients), len(multiples)), dtype=complex)
+        for part, place in zip(parts, places, strict=True):
+            out[:, place] += part.coefficients
+        return cls(parts[0].sliding, multiples, out)
+
+    @classmethod
+    def constant(cls, sliding: tuple[bool, ...], value: float) -> Waves:
+        """One polynomial that is the same everywhere."""
+        return cls(sliding, np.zeros((1, len(sliding)), dtype=np.int64), np.array([[value]], dtype=complex))
+
+    def __len__(self) -> int:
+        return len(self.multiples)
+
+    def __add__(self, other: Waves) -> Waves:
+        return Waves.summed([self, other])
+
+    def __mul__(self, factor: float | FloatArray) -> Waves:
+        """Multiply all polynomials, or each by its own factor, shape (P,)."""
+        return Waves(self.sliding, self.multiples, self.coefficients * np.reshape(factor, (-1, 1)))
+
+    __rmul__ = __mul__
+
+    def __getitem__(self, polynomials: slice | Sequence[int] | NDArray[Any]) -> Waves:
+        return Waves(self.sliding, self.multiples, self.coefficients[polynomials])
+
+    def added(self, places: Sequence[int], count: int) -> Waves:
+        """Sums of the polynomials, `count` of them: the p-th goes into the sum places[p]."""
+        out = np.zeros((count, len(self)), dtype=complex)
+        for place, row in zip(places, self.coefficients, strict=True):
+            out[place] += row
+        return Waves(self.sliding, self.multiples, out)
+
+    def total(self) -> Waves:
+        """Sum of the polynomials: of an element's effects, of a sum's links."""
+        return self.added([0] * len(self.coefficients), 1)
+
+    def only(self, chosen: NDArray[np.bool_]) -> Waves:
+        """Leave out the other waves."""
+        return Waves(self.sliding, self.multiples[chosen], self.coefficients[:, chosen])
+
+    def above(self, floor: float | FloatArray) -> Waves:
+        """Leave out coefficients of at most `floor`, and waves that are in no polynomial then."""
+        kept = np.where(np.abs(self.coefficients) > floor, self.coefficients, 0.0)
+        return Waves(self.sliding, self.multiples, kept).only((kept != 0.0).any(axis=0))
+
+    def derivative(self, joint: int) -> Waves:
+        """Derivative by q_joint (from 0); exact."""
+        there = self.only(self.multiples[:, joint] != 0)
+        m = there.multiples[:, joint]
+        if not self.sliding[joint]:
+            return Waves(self.sliding, there.multiples, there.coefficients * (1j * m))
+        lowered = there.multiples - np.eye(len(self.sliding), dtype=np.int64)[joint]
+        return Waves(self.sliding, lowered, there.coefficients * m)
 
     @cached_property
     def degrees(self) -> tuple[int, ...]:
@@ -130,14 +148,6 @@ class Waves:
             lowered[:, k] = np.maximum(m - 2, 0)
             out[..., k] = Waves(self.sliding, lowered, self.coefficients).sizes(farthest) * (m * (m - 1))
         return out
-
-    def times(self, factors: FloatArray) -> Waves:
-        """Multiply every polynomial by its factor, shape (P,)."""
-        return Waves(self.sliding, self.multiples, self.coefficients * factors[:, None])
-
-    def only(self, chosen: NDArray[np.bool_]) -> Waves:
-        """Leave out the other waves."""
-        return Waves(self.sliding, self.multiples[chosen], self.coefficients[:, chosen])
 
     def __call__(self, q: FloatArray) -> FloatArray:
         """Values at positions (n, K), shape (P, K)."""
@@ -198,6 +208,19 @@ class Waves:
             for d, size, slides in zip(self.degrees, shape, self.sliding, strict=True)
         ]
         return np.ascontiguousarray(_contracted(table[..., None], turns).real).reshape(-1, *shape)
+
+
+def numbers(multiples: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Number rows (K, n) of small integers: of their sign, and in order, as the first places that differ."""
+    radix = 2 * np.abs(multiples).max(axis=0, initial=0) + 1
+    return np.asarray(multiples @ np.append(np.cumprod(radix[:0:-1])[::-1], 1))
+
+
+def _together(parts: Sequence[Waves]) -> tuple[NDArray[np.int64], list[NDArray[np.int64]]]:
+    """Multiples of all waves in any of the parts, and the places of each part's."""
+    multiples = np.concatenate([part.multiples for part in parts])
+    _, first, place = np.unique(numbers(multiples), return_index=True, return_inverse=True)
+    return multiples[first], np.split(place, np.cumsum([len(part) for part in parts])[:-1])
 
 
 def _euler(degree: int) -> Array:

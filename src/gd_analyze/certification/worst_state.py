@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.climbing import climbed
 from gd_analyze.certification.error_field import ErrorField
+from gd_analyze.certification.local_maximum import local_maximum
 from gd_analyze.vectors import FloatArray
 
 
@@ -29,6 +29,6 @@ class WorstState:
 
 def worst_state(field: ErrorField, box: Box, starts: FloatArray) -> WorstState:
     """Climb from good positions (n, S), rates and accelerations being the worst at each."""
-    q, _ = climbed(lambda q: field.motion.reached(field.waves(q)), box, starts)
+    q, _ = local_maximum(lambda q: field.motion.reached(field.waves(q)), box, starts)
     error, rates, pushes = field.motion.worst(field.waves(q[:, None])[:, 0])
     return WorstState(error, q, rates * box.rate, pushes * box.acceleration)
