@@ -24,7 +24,6 @@ from gd_analyze.certification.error_field import ErrorField
 from gd_analyze.certification.grid import shared_out
 from gd_analyze.certification.harmonics_slack import harmonics_slack
 from gd_analyze.certification.torque_rows import exact_row, model_roundings, model_rows
-from gd_analyze.certification.worst_state import WorstState, worst_state
 from gd_analyze.errors import UsageError
 from gd_analyze.harmonics import Harmonics, Waves, harmonics_of
 from gd_analyze.models.harmonic import HarmonicModel
@@ -114,23 +113,15 @@ def certify(
     inertia = harmonics.whole_inertia(arm.drive_inertia if model.drives else None)
     rows = model_rows(model.torques, harmonics.rates, harmonics.potential.sliding)
     roundings = model_roundings(model.torques, harmonics.rates, box)
-    fields = (
-        ErrorField.of(exact_row(harmonics, inertia, i), row, float(rounding), box)
-        for i, (row, rounding) in enumerate(zip(rows, roundings, strict=True))
-    )
-    found = [_bounded(field, box, effort) for field in fields]
-    slack = harmonics_slack(harmonics, box)
-    bounds = np.array([bound for bound, _ in found]) + slack
-    return Certificate(
-        box,
-        np.where(bounds > 0.0, np.nextafter(bounds, np.inf), 0.0),
-        np.array([state.error for _, state in found]),
-        (
-            np.array([state.q for _, state in found]),
-            np.array([state.qd for _, state in found]),
-            np.array([state.qdd for _, state in found]),
-        ),
-    )
+    found = []
+    for i, (row, rounding) in enumerate(zip(rows, roundings, strict=True)):
+        field = ErrorField.of(exact_row(harmonics, inertia, i), row, float(rounding), box)
+        bound, starts = _bounded(field, box, effort)
+        found.append((bound, *field.worst(box, starts)))
+    bounds, errors, *states = (np.array(values) for values in zip(*found, strict=True))
+    bounds = bounds + harmonics_slack(harmonics, box)
+    certified = np.where(bounds > 0.0, np.nextafter(bounds, np.inf), 0.0)
+    return Certificate(box, certified, errors, (states[0], states[1], states[2]))
 
 
 def require_box(box: Box, n_joints: int, effort: int) -> None:
@@ -148,10 +139,8 @@ def require_box(box: Box, n_joints: int, effort: int) -> None:
         )
 
 
-def _bounded(field: ErrorField, box: Box, effort: int) -> tuple[float, WorstState]:
-    """Proven bound of one joint without the slack of the exact dynamics, and the worst state found."""
-    if not len(field.waves):
-        return field.rest, WorstState.none(box)
+def _bounded(field: ErrorField, box: Box, effort: int) -> tuple[float, FloatArray]:
+    """Proven bound of one joint without the slack of the exact dynamics, and positions to climb from."""
     shares, rest = shared_out(field.waves, box, effort, _GROUPS)
     bound = field.rest + float(rest.sizes(box.farthest).sum())
     starts = [box.centre]
@@ -163,7 +152,7 @@ def _bounded(field: ErrorField, box: Box, effort: int) -> tuple[float, WorstStat
         bound += min(largest + field.round_off + between, amplitudes)
     # Some roundings of these sums.
     bound = bound * (1.0 + 64 * float(np.finfo(float).eps)) + field.round_off
-    return bound, worst_state(field, box, np.array(starts).T)
+    return bound, np.array(starts).T
 
 
 def _over_grid(

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from gd_analyze.certification.box import Box
+from gd_analyze.certification.local_maximum import local_maximum
 from gd_analyze.certification.motion import Motion, RateFactor
 from gd_analyze.certification.torque_rows import rate_factors
 from gd_analyze.harmonics import Waves
+from gd_analyze.vectors import FloatArray
 
 _EPS = float(np.finfo(float).eps)
 # What should cancel between model and exact form leaves waves of this share of the torque, or less. There may
@@ -65,6 +67,17 @@ class ErrorField:
         waves = Waves(waves.sliding, waves.multiples, kept)[there].above(0.0)
         motion = Motion(box.n_joints, tuple(f for f, used in zip(factors, there, strict=True) if used))
         return cls(waves, motion, round_off_of(waves, box), rest + float(sizes[cancelled].sum()))
+
+    def worst(self, box: Box, starts: FloatArray) -> tuple[float, FloatArray, FloatArray, FloatArray]:
+        """Largest error that climbing from positions (n, S) finds, and its state: q, qd and qdd, shape (n,).
+
+        Rates and accelerations are the worst at each position.
+        """
+        if not len(self.waves):
+            return 0.0, box.centre, np.zeros(box.n_joints), np.zeros(box.n_joints)
+        q, _ = local_maximum(lambda q: self.motion.reached(self.waves(q)), box, starts)
+        error, rates, pushes = self.motion.worst(self.waves(q[:, None])[:, 0])
+        return error, q, rates * box.rate, pushes * box.acceleration
 
 
 def round_off_of(waves: Waves, box: Box) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -98,16 +99,11 @@ def equations(
     """
     if isinstance(elements, str):
         elements = (elements,)
-    wanted = [
-        pair for label in elements or ("D", "c") for pair in _resolve(label, _joints_of(dynamics).n_joints)
-    ]
+    n = (dynamics if isinstance(dynamics, RobotArm) else dynamics.arm).n_joints
+    wanted = [pair for label in elements or ("D", "c") for pair in _resolve(label, n)]
     harmonics = harmonics_of(dynamics) if isinstance(dynamics, RobotArm) else dynamics
     made = ((_equation(harmonics, kind, indices, min_share), named) for kind, indices, named in wanted)
     return tuple(equation for equation, named in made if equation.terms or named)
-
-
-def _joints_of(dynamics: Harmonics | RobotArm) -> RobotArm:
-    return dynamics if isinstance(dynamics, RobotArm) else dynamics.arm
 
 
 def _resolve(label: str, n: int) -> Iterator[tuple[str, Indices, bool]]:
@@ -183,13 +179,8 @@ def _term(factors: Monomial, row: FloatArray, links: tuple[int, ...], noise: flo
 
 
 def _largest_value(arm: RobotArm, factors: Monomial) -> float:
-    size = 1.0
-    for factor in factors:
-        if factor.kind == "power":
-            joint = arm.joints[factor.joints[0]]
-            farthest = max(abs(joint.lower or 0.0), abs(joint.upper or 0.0)) or 1.0
-            size *= farthest
-    return size
+    slides = (arm.joints[factor.joints[0]] for factor in factors if factor.kind == "power")
+    return math.prod(max(abs(joint.lower or 0.0), abs(joint.upper or 0.0)) or 1.0 for joint in slides)
 
 
 def _of_link(harmonics: Harmonics, kind: str, indices: Indices, s: int) -> Waves:

@@ -99,14 +99,7 @@ class Harmonics:
 
     def coupling(self, i: int, j: int, k: int) -> Waves:
         """h_ijk, symmetric in j and k, by exact differentiation of D; two polynomials by effect."""
-        key = (i, min(j, k), max(j, k))
-        if key not in self._couplings:
-            self._couplings[key] = christoffel(self.inertia, *key).above(DEGREE * self.cut[0])
-        return self._couplings[key]
-
-    @cached_property
-    def _couplings(self) -> dict[tuple[int, int, int], Waves]:
-        return {}
+        return christoffel(self.inertia, i, j, k).above(DEGREE * self.cut[0])
 
 
 def christoffel(inertia: Mapping[tuple[int, int], Waves], i: int, j: int, k: int) -> Waves:
