@@ -113,8 +113,8 @@ def test_groups_and_rest_are_all_the_waves(seed: int, joints: int, effort: int) 
     _, waves, box = drawn(seed, joints)
     shares, rest = shared_out(waves, box, effort, groups=3)
     assert len(shares) <= 3
-    assert all(share.grid.size <= effort for share in shares)
-    parts = [*(share.waves for share in shares), rest]
+    assert all(grid.size <= effort for _, grid in shares)
+    parts = [*(part for part, _ in shares), rest]
     assert sum(len(part.multiples) for part in parts) == len(waves.multiples)
     q = np.random.default_rng(seed).uniform(box.lower, box.upper, (20, joints)).T
     together = sum(part(q) for part in parts)

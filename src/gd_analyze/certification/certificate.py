@@ -144,11 +144,11 @@ def _bounded(field: ErrorField, box: Box, effort: int) -> tuple[float, FloatArra
     shares, rest = shared_out(field.waves, box, effort, _GROUPS)
     bound = field.rest + float(rest.sizes(box.farthest).sum())
     starts = [box.centre]
-    for share in shares:
-        amplitudes = float(share.waves.sizes(box.farthest).sum())
-        largest, positions = _over_grid(field, share.waves, share.grid.nodes)
-        starts += list(share.grid.positions(positions).T)
-        between = float(share.grid.between(share.waves, box).sum())
+    for waves, grid in shares:
+        amplitudes = float(waves.sizes(box.farthest).sum())
+        largest, positions = _over_grid(field, waves, grid.nodes)
+        starts += list(grid.positions(positions).T)
+        between = float(grid.between(waves, box).sum())
         bound += min(largest + field.round_off + between, amplitudes)
     # Some roundings of these sums.
     bound = bound * (1.0 + 64 * float(np.finfo(float).eps)) + field.round_off

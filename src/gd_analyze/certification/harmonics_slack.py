@@ -29,20 +29,7 @@ _EFFECTS = 2
 
 
 def harmonics_slack(harmonics: Harmonics, box: Box) -> FloatArray:
-    """Torque per joint that the noise of the exact dynamics can hide anywhere in a box.
-
-    Parameters
-    ----------
-    harmonics
-        The exact dynamics.
-    box
-        The states.
-
-    Returns
-    -------
-    numpy.ndarray
-        N m (N), shape (n,).
-    """
+    """Torque per joint, N m (N), shape (n,), that the noise of the exact dynamics can hide in a box."""
     n, rate = harmonics.arm.n_joints, box.rate
     cut, cut_of_potential = harmonics.cut
     grown = _grown(harmonics, DEGREE, box)

@@ -130,11 +130,11 @@ class _GriddedInertia:
         shares, rest = shared_out(every.only(~constant), box, effort, groups=1)
         chosen = constant.copy()
         if shares:
-            chosen |= (every.multiples[:, None] == shares[0].waves.multiples).all(axis=2).any(axis=1)
+            chosen |= (every.multiples[:, None] == shares[0][0].multiples).all(axis=2).any(axis=1)
         left_out = rest.sizes(box.farthest).sum(axis=1).reshape(n, n)
         pushed = Box(box.lower, box.upper, np.zeros(n), np.ones(n))
         left_out += model_roundings(model.torques, rates, pushed).sum() + round_off_of(every, box)
-        grid = shares[0].grid if shares else Grid.at(box.centre)
+        grid = shares[0][1] if shares else Grid.at(box.centre)
         left_out += grid.between(every.only(chosen), box).reshape(n, n)
         return cls(box, every, every.only(chosen), grid, left_out)
 

@@ -56,13 +56,8 @@ def _split(waves: Waves, rates: AbsoluteRates) -> tuple[NDArray[np.int64], Float
     """Waves as products of one cosine or sine, or power, per run.
 
     A wave is Re(C prod_r exp(i s_r a_r)), a_r the angle of run r with the sign s_r taken out that makes its
-    multiples lexically positive, and exp(i s a) = cos a + i s sin a.
-
-    Returns
-    -------
-    tuple
-        Keys, shape (T, n + runs), every run's multiples and then whether it is a sine; ascending. Weights,
-        shape (P, T).
+    multiples lexically positive, and exp(i s a) = cos a + i s sin a. Keys, shape (T, n + runs), are every
+    run's multiples and then whether it is a sine, ascending; weights have shape (P, T).
     """
     ends = np.cumsum([len(run) for run in rates.runs])
     keys, weights = np.insert(waves.multiples, ends, 0, axis=1), waves.coefficients
@@ -78,7 +73,6 @@ def _split(waves: Waves, rates: AbsoluteRates) -> tuple[NDArray[np.int64], Float
         keys = np.concatenate([keys, sines])
         weights = np.concatenate([weights, weights[:, turned] * (1j * sign[turned])], axis=1)
         keys, weights = _gathered(keys, weights)
-    keys, weights = _gathered(keys, weights)
     return keys, np.ascontiguousarray(weights.real)
 
 

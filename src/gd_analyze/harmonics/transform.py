@@ -41,9 +41,8 @@ class Harmonics:
         What link s adds to D_ij, i <= j <= s, by (s, i, j) from 0; two polynomials: translation, rotation.
     potential_by_link
         What every link adds to the potential energy, J, up to a constant; n polynomials.
-    noise
-        Largest coefficient of a product of sines and cosines that round-off can feign: of D (kg m^2) and of
-        the potential (J).
+    cut
+        Largest amplitude of a wave that round-off can feign: of D (kg m^2) and of the potential (J).
     left_out
         Largest amplitude left out as a structural zero, over `cut`; at most 1.
     """
@@ -52,13 +51,20 @@ class Harmonics:
     rates: AbsoluteRates
     inertia_by_link: dict[tuple[int, int, int], Waves]
     potential_by_link: Waves
-    noise: tuple[float, float]
+    cut: tuple[float, float]
     left_out: float
 
-    @cached_property
-    def cut(self) -> tuple[float, float]:
-        """Largest amplitude of a wave that round-off can feign, of D and of the potential, see `_cut`."""
-        return _cut(self.arm, self.rates, self.noise)
+    @property
+    def noise(self) -> tuple[float, float]:
+        """Largest coefficient of a product of sines and cosines that round-off can feign, like `cut`.
+
+        A product of sines and cosines of r runs is a sum of 2^(r-1) waves of 2^(1-r) of its size. So with r
+        all runs of turning joints the cut leaves out no wave of a product above the noise, and joining waves
+        of no more than the cut makes none.
+        """
+        turning = sum(self.arm.is_revolute[run[0]] for run in self.rates.runs)
+        of_inertia, of_potential = (cut * 2.0 ** (max(turning, 1) - 1) for cut in self.cut)
+        return of_inertia, of_potential
 
     @property
     def gap(self) -> float:
@@ -127,20 +133,18 @@ def harmonics_of(arm: RobotArm) -> Harmonics:
     >>> len(harmonics_of(load_arm("two_link")).inertia[0, 0])
     2
     """
-    rates = AbsoluteRates.of(arm)
-    noise = _noise(arm, len(rates.runs))
-    cuts = _cut(arm, rates, noise)
+    cut = _cut(arm)
     inertia: dict[tuple[int, int, int], Waves] = {}
     left_out = 0.0
     for s in range(arm.n_joints):
         for i, values in enumerate(_inertia_on_grid(_only_link(arm, s))):
-            waves, largest = _waves_of(arm, values, range(i + 1, s + 1), DEGREE, cuts[0])
+            waves, largest = _waves_of(arm, values, range(i + 1, s + 1), DEGREE, cut[0])
             left_out = max(left_out, largest)
             # Rows are the effects' D_ii .. D_is, one effect behind the other.
             for j in range(i, s + 1):
                 inertia[s, i, j] = waves[j - i :: s + 1 - i].above(0.0)
-    potential, largest = _waves_of(arm, _potential_on_grid(arm), range(arm.n_joints), 1, cuts[1])
-    return Harmonics(arm, rates, inertia, potential, noise, max(left_out, largest))
+    potential, largest = _waves_of(arm, _potential_on_grid(arm), range(arm.n_joints), 1, cut[1])
+    return Harmonics(arm, AbsoluteRates.of(arm), inertia, potential, cut, max(left_out, largest))
 
 
 def _only_link(arm: RobotArm, s: int) -> RobotArm:
@@ -151,33 +155,21 @@ def _only_link(arm: RobotArm, s: int) -> RobotArm:
     return replace(arm, joints=arm.joints[: s + 1], links=(*weightless, arm.links[s]), drives=(), dh_table=())
 
 
-def _noise(arm: RobotArm, runs: int) -> tuple[float, float]:
-    """What round-off can make of a coefficient that is zero, of a product of one sine or cosine per run.
+def _cut(arm: RobotArm) -> tuple[float, float]:
+    """What round-off can make of the amplitude of a wave that is zero.
 
     A value of D passes some 10 n roundings of terms that add up to at most sum_s m_s L^2 + |I_s| of the arm
-    stretched out. A transform's coefficient is a mean of values with weights of magnitude 1, and joining
-    the two exponentials of a cosine or sine doubles it, once per run.
+    stretched out. A transform's exponential is a mean of values with weights of magnitude 1, and a wave is
+    two of them, for m and -m. The weights for the powers of a sliding joint add up to 2.
     """
     # The grid moves sliding joints by up to 1 m, whatever their limits.
     slides = arm.is_revolute.count(False)
     reach = arm.reach + max(float(np.linalg.norm(com)) for com in arm.com) + slides
     reach += float(np.linalg.norm(arm.joints[0].placement.translation))
-    unit = 10 * arm.n_joints * float(np.finfo(float).eps) / 2 * 2.0**runs
+    unit = 10 * arm.n_joints * float(np.finfo(float).eps) / 2 * 2.0 ** (slides + any(arm.is_revolute))
     inertia = float((arm.mass * max(reach, 1.0) ** 2 + np.abs(arm.inertia_com).sum(axis=(1, 2))).sum())
     potential = float(arm.mass.sum() * reach * np.linalg.norm(arm.gravity))
     return unit * inertia, unit * potential
-
-
-def _cut(arm: RobotArm, rates: AbsoluteRates, noise: tuple[float, float]) -> tuple[float, float]:
-    """What the noise means for the amplitude of a wave.
-
-    With r runs of turning joints the noise is 2^r times what an exponential can be off by, and a wave is two
-    of them, for m and -m: 2^(1-r) of the noise. This is no more than any product above the noise has: of
-    sines and cosines of r runs it is a sum of 2^(r-1) waves of 2^(1-r) of its size, of fewer runs of larger
-    ones. So all of such a product is kept, and no wave is that is round-off alone.
-    """
-    turning = sum(arm.is_revolute[run[0]] for run in rates.runs)
-    return noise[0] * 2.0 ** (1 - max(turning, 1)), noise[1] * 2.0 ** (1 - max(turning, 1))
 
 
 def _axis_nodes(arm: RobotArm, joint: int, degree: int) -> FloatArray:

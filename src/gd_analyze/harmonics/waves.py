@@ -120,23 +120,11 @@ class Waves:
         return tuple(int(d) for d in np.abs(self.multiples).max(axis=0, initial=0))
 
     def sizes(self, farthest: FloatArray) -> FloatArray:
-        """Largest magnitude of every wave in every polynomial, shape (P, W).
-
-        Parameters
-        ----------
-        farthest
-            Largest magnitude of every joint's position, shape (n,).
-        """
+        """Largest magnitude of every wave in every polynomial, |q| being at most `farthest`, shape (P, W)."""
         return np.asarray(np.abs(self.coefficients) * self._powers(farthest[:, None])[:, 0])
 
     def curvatures(self, farthest: FloatArray) -> FloatArray:
-        """Largest second derivative of every wave in every polynomial by every joint, shape (P, W, n).
-
-        Parameters
-        ----------
-        farthest
-            Largest magnitude of every joint's position, shape (n,).
-        """
+        """Largest second derivatives by every joint, |q| being at most `farthest`, shape (P, W, n)."""
         sizes = self.sizes(farthest)
         out = np.empty((*sizes.shape, len(self.sliding)))
         for k, slides in enumerate(self.sliding):
@@ -199,14 +187,11 @@ class Waves:
 
     def _table(self) -> FloatArray:
         """Coefficients of the products of the joints' basis functions, shape (P, B_1, .., B_n)."""
-        shape = [d + 1 if slides else 2 * d + 1 for d, slides in zip(self.degrees, self.sliding, strict=True)]
-        shift = np.array([0 if slides else d for d, slides in zip(self.degrees, self.sliding, strict=True)])
+        lowest = np.array(self.degrees) * ~np.array(self.sliding)
+        shape = [degree + low + 1 for degree, low in zip(self.degrees, lowest, strict=True)]
         table: Array = np.zeros((len(self.coefficients), *shape), dtype=complex)
-        table[(slice(None), *(self.multiples + shift).T)] = self.coefficients
-        turns = [
-            np.eye(size) if slides else _euler(d).T
-            for d, size, slides in zip(self.degrees, shape, self.sliding, strict=True)
-        ]
+        table[(slice(None), *(self.multiples + lowest).T)] = self.coefficients
+        turns = [_euler(low).T if low else np.eye(size) for low, size in zip(lowest, shape, strict=True)]
         return np.ascontiguousarray(_contracted(table[..., None], turns).real).reshape(-1, *shape)
 
 
