@@ -65,8 +65,7 @@ class Motion:
         paired = self._joints(self._kinds[3])[1:]
         free = paired if len(paired) < _MOST_SIGNED else []
         out = np.ones((2 ** len(free), self.n_joints))
-        for row, choice in enumerate(itertools.product((1.0, -1.0), repeat=len(free))):
-            out[row, free] = choice
+        out[:, free] = list(itertools.product((1.0, -1.0), repeat=len(free)))
         return out
 
     @cached_property

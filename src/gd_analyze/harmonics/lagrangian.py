@@ -15,6 +15,7 @@ acceleration.
 
 from __future__ import annotations
 
+import itertools
 from collections import defaultdict
 from collections.abc import Iterable
 
@@ -43,27 +44,22 @@ def energy_terms(harmonics: Harmonics, drive_inertia: FloatArray | None = None) 
     """
     n, a = harmonics.arm.n_joints, harmonics.rates.matrix
     whole = harmonics.whole_inertia(drive_inertia)
-    out: dict[EnergyTerm, float] = {}
-    for i in range(n):
-        for j in range(i, n):
-            parts = [
-                float(a[k, i] * a[m, j]) * whole[min(k, m), max(k, m)]
-                for k in np.flatnonzero(a[:, i]).tolist()
-                for m in np.flatnonzero(a[:, j]).tolist()
-            ]
-            out |= _written(harmonics, i, j, Waves.summed(parts), len(parts) * harmonics.noise[0])
+    elements = []
+    for i, j in itertools.combinations_with_replacement(range(n), 2):
+        parts = [
+            float(a[k, i] * a[m, j]) * whole[min(k, m), max(k, m)]
+            for k in np.flatnonzero(a[:, i]).tolist()
+            for m in np.flatnonzero(a[:, j]).tolist()
+        ]
+        elements.append((i, j, Waves.summed(parts), len(parts) * harmonics.noise[0]))
     # A constant potential makes no torque.
-    out |= _written(harmonics, -1, -1, harmonics.potential, harmonics.noise[1])
-    out.pop(EnergyTerm(-1, -1, ()), None)
-    return out
-
-
-def _written(harmonics: Harmonics, i: int, j: int, waves: Waves, noise: float) -> dict[EnergyTerm, float]:
-    """Write an element in products; what rewriting leaves of cancelled terms is noise."""
-    products = to_terms(waves, harmonics.rates, noise)
+    potential = harmonics.potential.only((harmonics.potential.multiples != 0).any(axis=1))
+    elements.append((-1, -1, potential, harmonics.noise[1]))
+    # What rewriting leaves of cancelled terms is noise.
     return {
         EnergyTerm(i, j, monomial): float(weight[0])
-        for monomial, weight in products.items()
+        for i, j, waves, noise in elements
+        for monomial, weight in to_terms(waves, harmonics.rates, noise).items()
         if abs(weight[0]) > noise
     }
 

@@ -181,8 +181,8 @@ def _axis_nodes(arm: RobotArm, joint: int, degree: int) -> FloatArray:
 
 def _grid(arm: RobotArm, joints: range, degree: int) -> tuple[tuple[int, ...], FloatArray]:
     nodes = [_axis_nodes(arm, joint, degree) for joint in joints]
-    shape = tuple(len(node) for node in nodes)
-    q = np.zeros((arm.n_joints, int(np.prod(shape, dtype=int))))
+    shape = tuple(map(len, nodes))
+    q = np.zeros((arm.n_joints, math.prod(shape)))
     for joint, mesh in zip(joints, np.meshgrid(*nodes, indexing="ij"), strict=True):
         q[joint] = mesh.ravel()
     return shape, q

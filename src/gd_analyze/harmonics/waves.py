@@ -59,11 +59,8 @@ class Waves:
     @classmethod
     def summed(cls, parts: Sequence[Waves]) -> Waves:
         """Sum of parts of P polynomials each."""
-        multiples, places = _together(parts)
-        out = np.zeros((len(parts[0].coefficients), len(multiples)), dtype=complex)
-        for part, place in zip(parts, places, strict=True):
-            out[:, place] += part.coefficients
-        return cls(parts[0].sliding, multiples, out)
+        count = len(parts[0].coefficients)
+        return cls.stacked(parts).added([*range(count)] * len(parts), count)
 
     @classmethod
     def constant(cls, sliding: tuple[bool, ...], value: float) -> Waves:
