@@ -32,7 +32,7 @@ def test_simplify_at_the_default_budget(benchmark, level) -> None:
     model = benchmark.pedantic(
         lambda: gd.simplify(arm, states, level=level, drives=True), rounds=3, iterations=1
     )
-    identified = seconds(lambda: gd.identify_harmonics(arm))
+    identified = seconds(lambda: gd.harmonics_of(arm))
     made = benchmark.stats.stats.min
     benchmark.extra_info["operations"] = model.operations.total
     benchmark.extra_info["times_the_identification"] = made / identified

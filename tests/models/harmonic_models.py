@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.harmonics import identify
+from gd_analyze.harmonics import harmonics_of
 from gd_analyze.harmonics.lagrangian import energy_terms
 from gd_analyze.models import HarmonicModel
 from gd_analyze.models.harmonic import torques_of_energy
@@ -20,7 +20,7 @@ ROUND_OFF = 1e-10
 
 def exact_model(arm: RobotArm, drives: bool = False, level: str = "energy") -> HarmonicModel:
     n = arm.n_joints
-    energy = energy_terms(identify(arm), arm.drive_inertia if drives else None)
+    energy = energy_terms(harmonics_of(arm), arm.drive_inertia if drives else None)
     nothing = ErrorTable(np.ones(n), np.zeros(n), np.zeros(n))
     return HarmonicModel(
         arm=arm,

@@ -12,8 +12,8 @@ from harmonic_models import exact_model
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.lagrangian import Rate, TorqueTerm, absolute_rates
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
+from gd_analyze.harmonics.lagrangian import Rate, TorqueTerm
 from gd_analyze.models.harmonic import torques_of_energy
 from gd_analyze.models.torque_program import shared_torque, torque_programs
 from gd_analyze.robots import load_arm
@@ -31,7 +31,7 @@ WEIGHTS = (1.0, -1.0, 2.0, 0.5, 0.7, -0.7, 1.4, 1e-3)
 @st.composite
 def term_sets(draw):
     """An arm's basis, and some torque terms of random rates and products: many alike, as in an arm."""
-    basis = Basis.of(load_arm(draw(st.sampled_from(ARMS))))
+    basis = AbsoluteRates.of(load_arm(draw(st.sampled_from(ARMS))))
     n = basis.n_joints
     literals = [
         (kind, tuple(m.multiples[run.joints.index(j)] if j in run.joints else 0 for j in range(n)))
@@ -56,9 +56,9 @@ def term_sets(draw):
     return basis, terms
 
 
-def evaluated(basis: Basis, terms, states) -> tuple[np.ndarray, np.ndarray]:
+def evaluated(basis: AbsoluteRates, terms, states) -> tuple[np.ndarray, np.ndarray]:
     """Torques by the terms' definition, and the sum of the magnitudes of the terms in each."""
-    back = np.linalg.inv(absolute_rates(basis))
+    back = np.linalg.inv(basis.matrix)
     moving = {1: states.qd @ back.T, 2: states.qdd @ back.T}
     parts = np.zeros((2, *states.q.shape))
     for term, weight in terms.items():
@@ -77,7 +77,7 @@ def run(program, states) -> np.ndarray:
     return program.run({f"{name}{i + 1}": row for name, array in named for i, row in enumerate(array.T)}).T
 
 
-def assert_ways_agree(basis: Basis, terms) -> None:
+def assert_ways_agree(basis: AbsoluteRates, terms) -> None:
     states = random_states(basis.n_joints, 20, 5)
     wanted, scale = evaluated(basis, terms, states)
     quick, thorough = (torque_programs(basis, terms, thorough=t) for t in (False, True))
@@ -99,7 +99,7 @@ def test_every_way_has_the_value_of_the_terms(case):
 
 def test_so_it_is_for_a_whole_arm():
     arm = load_arm("puma560")
-    assert_ways_agree(Basis.of(arm), exact_model(arm).torques)
+    assert_ways_agree(AbsoluteRates.of(arm), exact_model(arm).torques)
 
 
 def test_rows_of_parallel_joints_are_passed_on():
@@ -107,7 +107,7 @@ def test_rows_of_parallel_joints_are_passed_on():
     arm = load_arm("two_link")
     outer = TorqueTerm(1, (Rate(2, 0),), ())
     states = random_states(2, 3, 1)
-    torque = run(torque_programs(Basis.of(arm), {outer: 2.0})["torque"], states)
+    torque = run(torque_programs(AbsoluteRates.of(arm), {outer: 2.0})["torque"], states)
     np.testing.assert_array_equal(torque[:, 0], torque[:, 1])
     np.testing.assert_array_equal(torque[:, 1], 2.0 * states.qdd[:, 0])
 
@@ -119,11 +119,11 @@ def test_rows_of_parallel_joints_are_passed_on():
 def test_all_terms_of_an_arm_take_few_operations(name, fewest):
     """Extracted once, with a margin of some 5 %; nested, the PUMA takes 639 and the Stanford arm 583."""
     arm = load_arm(name)
-    assert shared_torque(Basis.of(arm), exact_model(arm).torques).count.total <= fewest
+    assert shared_torque(AbsoluteRates.of(arm), exact_model(arm).torques).count.total <= fewest
 
 
 def test_no_terms_are_no_torque():
-    basis = Basis.of(load_arm("two_link"))
+    basis = AbsoluteRates.of(load_arm("two_link"))
     program = torque_programs(basis, {})["torque"]
     assert program.count.total == 0
     np.testing.assert_array_equal(run(program, random_states(2, 3, 1)), np.zeros((3, 2)))
@@ -131,23 +131,23 @@ def test_no_terms_are_no_torque():
 
 def test_the_order_of_the_terms_does_not_matter():
     arm = load_arm("two_link")
-    basis, terms = Basis.of(arm), torques_of_energy(arm, exact_model(arm).energy)
+    basis, terms = AbsoluteRates.of(arm), torques_of_energy(arm, exact_model(arm).energy)
     backwards = dict(reversed(terms.items()))
     one, other = (repr(torque_programs(basis, t)["torque"].outputs) for t in (terms, backwards))
     assert one == other
 
 
 PRINT = """
-from gd_analyze.harmonics import identify
-from gd_analyze.harmonics.basis import Basis
+from gd_analyze.harmonics import harmonics_of
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.lagrangian import energy_terms
 from gd_analyze.models.harmonic import torques_of_energy
 from gd_analyze.models.torque_program import torque_programs
 from gd_analyze.robots import load_arm
 
 arm = load_arm("two_link")
-terms = torques_of_energy(arm, energy_terms(identify(arm)))
-print(torque_programs(Basis.of(arm), terms)["torque"].outputs)
+terms = torques_of_energy(arm, energy_terms(harmonics_of(arm)))
+print(torque_programs(AbsoluteRates.of(arm), terms)["torque"].outputs)
 """
 
 

@@ -56,8 +56,7 @@ def test_puma_at_the_energy_level(puma, refit):
     assert model.operations.total <= 150
     assert (model.level, model.refitted, model.drives) == ("energy", refit, True)
     original = {
-        (t.i, t.j, t.product): t.coefficient
-        for t in energy_terms(gd.identify_harmonics(puma), puma.drive_inertia)
+        (t.i, t.j, t.product): t.coefficient for t in energy_terms(gd.harmonics_of(puma), puma.drive_inertia)
     }
     changed = [t for t in model.energy if t.coefficient != original[t.i, t.j, t.product]]
     assert bool(changed) == refit
@@ -77,7 +76,7 @@ def test_the_budget_promised_is_the_error_measured(case, shares, refit):
     model = simplify(arm, states, budget, level="energy", refit=refit)
     exact = decompose_states(arm, drawn.q, drawn.qd, drawn.qdd, coupling=False)["torque"]
     assert_promise_holds(model, states, budget.allowed(np.abs(exact).max(axis=0)))
-    assert len(model.energy) <= len(energy_terms(gd.identify_harmonics(arm)))
+    assert len(model.energy) <= len(energy_terms(gd.harmonics_of(arm)))
 
 
 @examples(5)
@@ -113,7 +112,7 @@ def test_progress_tells_every_term_that_went(puma):
     gone: list[int] = []
     states = states_in_box(puma, 200)
     model = simplify(puma, states, level="energy", drives=True, progress=gone.append)
-    every = energy_terms(gd.identify_harmonics(puma), puma.drive_inertia)
+    every = energy_terms(gd.harmonics_of(puma), puma.drive_inertia)
     # The first sweep, of terms too small to weigh, is not told.
     assert 0 < sum(gone) <= len(every) - len(model.energy)
 

@@ -43,7 +43,7 @@ def test_ranks_count_and_shares_are_of_peak_torque(along, level):
 @examples(8)
 @given(arms_with_states(max_joints=3, count=12, massive=True), st.sampled_from(["term", "energy"]))
 def test_the_error_without_the_last_terms_is_measured_on_their_model(case, level):
-    from gd_analyze.harmonics.basis import Basis
+    from gd_analyze.harmonics.absolute_rates import AbsoluteRates
     from gd_analyze.models.torque_program import torque_programs
     from gd_analyze.simplification.candidates import candidates_of
     from gd_analyze.simplification.elimination import eliminate
@@ -58,7 +58,7 @@ def test_the_error_without_the_last_terms_is_measured_on_their_model(case, level
         kept = np.zeros(count, dtype=bool)
         kept[list(order[count - kept_count :])] = True
         _, torques = _harmonic(exact, level, kept, np.ones(count))
-        program = torque_programs(Basis.of(exact.arm), torques, thorough=False)["torque"]
+        program = torque_programs(AbsoluteRates.of(exact.arm), torques, thorough=False)["torque"]
         inputs = {
             f"{name}{i + 1}": getattr(exact.states, name)[:, i]
             for name in ("q", "qd", "qdd")

@@ -24,7 +24,7 @@ def harmonic_data(findings: Findings) -> dict[str, Any] | None:
     model, harmonics = findings.model, findings.harmonics
     if not isinstance(model, HarmonicModel) or harmonics is None:
         return None
-    basis = harmonics.basis
+    basis = harmonics.rates
     energy = energy_terms(harmonics, model.arm.drive_inertia if model.drives else None)
     if model.level == "energy":
         return {
@@ -36,7 +36,7 @@ def harmonic_data(findings: Findings) -> dict[str, Any] | None:
         "equations": [equation_data(formula) for formula in torque_formulas(basis, model.torques)],
         "legend": TYPST.legend(torque_legend(basis, model.torques)),
         "kept": _torques_kept(torques_of_energies(energy, basis), model.torques, basis.n_joints),
-        "carried": [{"joint": joint + 1, "by": joint + 2} for run in basis.runs for joint in run.joints[:-1]],
+        "carried": [{"joint": joint + 1, "by": joint + 2} for run in basis.runs for joint in run[:-1]],
     }
 
 

@@ -1,4 +1,4 @@
-"""Series as a person would write them: products and squares where they are shorter than multiple angles.
+"""Sums of cosines and sines as a person would write them: products and squares where they are shorter.
 
 0.386 sin(q3) + 0.386 sin(2 q2 + q3) is 0.771 C2 S23, and 1.35 + 0.80 cos(2 q2) is 0.55 + 1.60 C2^2. Both
 forms are exact; the second has fewer terms or simpler ones.
@@ -10,78 +10,41 @@ import itertools
 from collections import defaultdict
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gd_analyze.harmonics.basis import Basis, FactorKind, Ids, Mode, Run
-from gd_analyze.harmonics.terms import Factor, Monomial, is_plain
+from gd_analyze.harmonics.terms import Factor, FactorKind, Monomial, is_plain
+from gd_analyze.vectors import FloatArray
 
 # Beyond it, trying every choice of squares would take longer than it helps; no arm known comes near.
 _MOST_CHOICES = 2**10
 
-Weights = NDArray[np.float64]
+# FloatArray, shape (K,), by the factors of every run of joints.
+ByRun = dict[tuple[Monomial, ...], FloatArray]
 
 
-def read(basis: Basis, ids: Ids, weights: Weights, noise: float = 0.0) -> dict[Monomial, Weights]:
-    """Rewrite a sum of basis functions; exact, and the same for every column of weights.
+def with_products(table: ByRun, r: int, close: float) -> ByRun:
+    """Rewrite run r, for every combination of the other runs' factors apart.
 
     Parameters
     ----------
-    basis, ids
-        The basis functions of the sum.
-    weights
-        Columns of coefficients, shape (len(ids), K): the first is the sum that shall be short, the others
-        (its effects, its links) follow.
-    noise
-        What round-off can do to a weight: two weights no farther apart than twice this are taken for equal,
-        and nothing larger is ever lost.
-
-    Returns
-    -------
-    dict
-        Weights of shape (K,) by monomial, largest sum first.
+    table
+        FloatArray in every of K sums, of which all are rewritten alike; of a run at most one cosine or sine.
+    r
+        Place of a run of turning joints.
+    close
+        FloatArray no farther apart are taken for equal; nothing larger is ever lost.
     """
-    table: dict[tuple[Monomial, ...], Weights] = {}
-    for column, row in zip(basis.digits(ids).T, weights, strict=True):
-        key = tuple(
-            _factors(basis, run, run.modes[number]) for run, number in zip(basis.runs, column, strict=True)
-        )
-        table[key] = row
-    for r, run in enumerate(basis.runs):
-        if not run.sliding:
-            table = _rewritten(table, r, 2 * noise)
-    joined = {tuple(sorted(f for factors in key for f in factors)): value for key, value in table.items()}
-    return dict(sorted(joined.items(), key=lambda item: -abs(item[1][0])))
-
-
-def _factors(basis: Basis, run: Run, mode: Mode) -> Monomial:
-    if mode.is_one:
-        return ()
-    multiples = [0] * basis.n_joints
-    for joint, multiple in zip(run.joints, mode.multiples, strict=True):
-        multiples[joint] = multiple
-    if run.sliding:
-        place = run.joints[0]
-        variable = Factor("power", tuple(int(j == place) for j in range(basis.n_joints)))
-        return (variable,) * mode.multiples[0]
-    return (Factor(mode.kind, tuple(multiples)),)
-
-
-def _rewritten(
-    table: dict[tuple[Monomial, ...], Weights], r: int, close: float
-) -> dict[tuple[Monomial, ...], Weights]:
-    """Rewrite one run's modes, for every combination of the other runs' factors apart."""
-    groups: dict[tuple[Monomial, ...], dict[Monomial, Weights]] = defaultdict(dict)
+    groups: dict[tuple[Monomial, ...], dict[Monomial, FloatArray]] = defaultdict(dict)
     for key, value in table.items():
         groups[(*key[:r], *key[r + 1 :])][key[r]] = value
-    out: dict[tuple[Monomial, ...], Weights] = {}
+    out: ByRun = {}
     for others, group in groups.items():
         for product, value in _squared(_paired(group, close), close).items():
             out[(*others[:r], product, *others[r:])] = value
     return out
 
 
-def _paired(group: dict[Monomial, Weights], close: float) -> dict[Monomial, Weights]:
-    """Turn two modes of equal weight, of a sum and a difference of two angles, into one product."""
+def _paired(group: dict[Monomial, FloatArray], close: float) -> dict[Monomial, FloatArray]:
+    """Turn two functions of equal weight, of a sum and a difference of two angles, into one product."""
     out = dict(group)
     for one, other in itertools.combinations(list(group), 2):
         if one not in out or other not in out or not one or not other:
@@ -106,7 +69,7 @@ def _paired(group: dict[Monomial, Weights], close: float) -> dict[Monomial, Weig
     return out
 
 
-def _ratio(one: Weights, other: Weights, close: float) -> int:
+def _ratio(one: FloatArray, other: FloatArray, close: float) -> int:
     """1 where all weights are equal, -1 where all are opposite, 0 otherwise."""
     return int(np.abs(one - other).max() <= close) - int(np.abs(one + other).max() <= close)
 
@@ -118,7 +81,7 @@ def _product_kinds(kind: FactorKind, same_sign: bool) -> tuple[tuple[FactorKind,
     return (("sin", "cos"), 2.0) if same_sign else (("cos", "sin"), 2.0)
 
 
-def _squared(group: dict[Monomial, Weights], close: float) -> dict[Monomial, Weights]:
+def _squared(group: dict[Monomial, FloatArray], close: float) -> dict[Monomial, FloatArray]:
     """Turn double angles into squares and products where that needs no further term."""
     out = dict(group)
     doubles = []
@@ -136,7 +99,7 @@ def _squared(group: dict[Monomial, Weights], close: float) -> dict[Monomial, Wei
     weights = [out.pop(product) for product, _ in doubles]
 
     # w cos 2a = 2 w C^2 - w = w - 2 w S^2: choose so that the constant vanishes if it can.
-    def left(signs: tuple[int, ...]) -> Weights:
+    def left(signs: tuple[int, ...]) -> FloatArray:
         return constant - sum(s * w for s, w in zip(signs, weights, strict=True))
 
     choices = itertools.islice(itertools.product((1, -1), repeat=len(doubles)), _MOST_CHOICES)

@@ -15,7 +15,7 @@ _FIRST_STEP, _HALVINGS = 1 / 32, 9
 _MOST_MOVES = 40
 
 
-def climbed(
+def local_maximum(
     value: Callable[[FloatArray], FloatArray], box: Box, starts: FloatArray
 ) -> tuple[FloatArray, float]:
     """Climb from every start, and return the highest place reached and its value.

@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.decomposition import decompose_states
-from gd_analyze.harmonics import Harmonics, identify
+from gd_analyze.harmonics import Harmonics, Waves, harmonics_of
+from gd_analyze.harmonics.conversion import to_terms
 from gd_analyze.robots import load_arm
 from strategies import arms, examples, two_link_of
 
@@ -20,7 +21,7 @@ BUILT_IN = ("puma560", "stanford", "two_link")
 
 @pytest.fixture(scope="module", params=BUILT_IN)
 def built_in(request) -> Harmonics:
-    return identify(load_arm(request.param))
+    return harmonics_of(load_arm(request.param))
 
 
 def assert_exact(harmonics: Harmonics, seed: int, count: int = 5) -> None:
@@ -31,21 +32,20 @@ def assert_exact(harmonics: Harmonics, seed: int, count: int = 5) -> None:
     allowed, q = tolerances(harmonics), states.q.T
     for effect in range(2):
         for (i, j), parts in harmonics.inertia.items():
-            error = parts[effect](q) - numeric["inertia"][:, effect, i, j]
+            error = parts(q)[effect] - numeric["inertia"][:, effect, i, j]
             assert np.abs(error).max() <= allowed["inertia"], (i, j, effect)
         for (s, i, j), parts in harmonics.inertia_by_link.items():
-            error = parts[effect](q) - numeric["inertia_by_link"][:, effect, s, i, j]
+            error = parts(q)[effect] - numeric["inertia_by_link"][:, effect, s, i, j]
             assert np.abs(error).max() <= allowed["inertia"], (s, i, j, effect)
         for i in range(n):
             for j in range(n):
                 for k in range(j, n):
-                    error = harmonics.coupling(i, j, k)[effect](q) - numeric["coupling"][:, effect, i, j, k]
+                    error = harmonics.coupling(i, j, k)(q)[effect] - numeric["coupling"][:, effect, i, j, k]
                     assert np.abs(error).max() <= allowed["coupling"], (i, j, k, effect)
-    for i, series in enumerate(harmonics.gravity_loading):
-        error = series(q) - numeric["gravity_loading"][:, i]
+    for i, waves in enumerate(harmonics.gravity_loading):
+        error = waves(q)[0] - numeric["gravity_loading"][:, i]
         assert np.abs(error).max() <= allowed["gravity_loading"], i
-        by_link = [part.derivative(i)(q) for part in harmonics.potential_by_link]
-        for s, values in enumerate(by_link):
+        for s, values in enumerate(harmonics.potential_by_link.derivative(i)(q)):
             error = values - numeric["gravity_loading_by_link"][:, s, i]
             assert np.abs(error).max() <= allowed["gravity_loading"], (s, i)
 
@@ -57,19 +57,19 @@ def test_built_in_arms(built_in):
 @examples(60)
 @given(arms(max_joints=5), st.integers(0, 2**32 - 1))
 def test_arms_of_every_make(arm, seed):
-    assert_exact(identify(arm), seed)
+    assert_exact(harmonics_of(arm), seed)
 
 
 @examples(6)
 @given(arms(max_joints=8), st.integers(0, 2**32 - 1))
 def test_longer_arms_of_every_make(arm, seed):
-    assert_exact(identify(arm), seed, 2)
+    assert_exact(harmonics_of(arm), seed, 2)
 
 
 @examples(60)
 @given(arms_with_runs(max_joints=5), st.integers(0, 2**32 - 1))
 def test_arms_with_parallel_axes(arm, seed):
-    assert_exact(identify(arm), seed)
+    assert_exact(harmonics_of(arm), seed)
 
 
 @pytest.mark.parametrize(
@@ -90,7 +90,7 @@ def test_arms_with_parallel_axes(arm, seed):
 )
 def test_given_structures(turns, rng):
     arm = arm_of(turns, rng)
-    assert_exact(identify(arm), 2, 3)
+    assert_exact(harmonics_of(arm), 2, 3)
 
 
 def test_the_error_is_near_round_off(built_in):
@@ -102,33 +102,30 @@ def test_the_error_is_near_round_off(built_in):
     for (i, j), parts in built_in.inertia.items():
         # A sum of K terms in any order errs by at most K roundings of its largest partial sum; 10 for how D
         # itself is computed.
-        terms = sum(map(len, parts))
-        error = np.abs(sum(part(states.q.T) for part in parts) - numeric[:, i, j]).max()
+        terms = 2 * len(parts)
+        error = np.abs(parts(states.q.T).sum(axis=0) - numeric[:, i, j]).max()
         assert error <= 10 * (10 + terms) * np.finfo(float).eps * largest
 
 
 def test_links_sum_to_the_whole(built_in):
-    noise, n = built_in.noise[0], built_in.arm.n_joints
-    for (i, j), parts in built_in.inertia.items():
-        for effect, whole in enumerate(parts):
-            links = [built_in.inertia_by_link[s, i, j][effect] for s in range(j, n)]
-            ids = np.unique(np.concatenate([whole.ids, *(link.ids for link in links)]))
-            total = sum(link.on(ids) for link in links)
-            # The whole leaves out what cancels between links but for noise.
-            assert np.abs(total - whole.on(ids)).max(initial=0.0) <= noise
-    potential = built_in.potential
-    ids = np.unique(np.concatenate([potential.ids, *(part.ids for part in built_in.potential_by_link)]))
-    total = sum(part.on(ids) for part in built_in.potential_by_link)
-    assert np.abs(total - potential.on(ids)).max() <= 2 * built_in.noise[1]
+    n = built_in.arm.n_joints
+    for (i, j), whole in built_in.inertia.items():
+        links = [built_in.inertia_by_link[s, i, j] for s in range(j, n)]
+        # The whole leaves out what cancels between links but for the cut.
+        rest = Waves.summed([whole, *(-1.0 * link for link in links)])
+        assert np.abs(rest.coefficients).max(initial=0.0) <= built_in.cut[0]
+    rest = built_in.potential + -1.0 * built_in.potential_by_link.total()
+    assert np.abs(rest.coefficients).max() <= built_in.cut[1]
 
 
 def test_structural_zeros_are_clear(built_in):
-    # Round-off leaves some 1e-4 of the noise bound or nothing; the smallest true coefficient of a built-in
-    # arm, 1e-5 kg m^2, is 1e5 times the bound.
+    # Round-off leaves some 1e-3 of the cut or nothing; the smallest true amplitude of a built-in arm, 1e-6
+    # kg m^2, is 1e5 times the cut.
     assert built_in.gap > 1e3
-    for series in (part for parts in built_in.inertia.values() for part in parts):
-        assert np.abs(series.coefficients).min(initial=np.inf) > 1e3 * built_in.noise[0]
-    assert np.abs(built_in.potential.coefficients).min(initial=np.inf) > 1e3 * built_in.noise[1]
+    parts = [(part, built_in.cut[0]) for part in built_in.inertia.values()]
+    for waves, cut in [*parts, (built_in.potential, built_in.cut[1])]:
+        amplitudes = np.abs(waves.coefficients[waves.coefficients != 0.0])
+        assert amplitudes.min(initial=np.inf) > 1e3 * cut
 
 
 @examples(20)
@@ -140,39 +137,33 @@ def test_coefficients_scale_with_the_masses(arm, power):
         dataclasses.replace(link, mass=factor * link.mass, inertia_com=factor * link.inertia_com)
         for link in arm.links
     )
-    light, heavy = identify(arm), identify(dataclasses.replace(arm, links=links))
+    light, heavy = harmonics_of(arm), harmonics_of(dataclasses.replace(arm, links=links))
     assert heavy.noise == (factor * light.noise[0], factor * light.noise[1])
-    pairs = [
-        (one, other)
-        for key, parts in light.inertia_by_link.items()
-        for one, other in zip(parts, heavy.inertia_by_link[key], strict=True)
-    ]
+    pairs = [(one, heavy.inertia_by_link[key]) for key, one in light.inertia_by_link.items()]
     for one, other in [*pairs, (light.potential, heavy.potential)]:
-        np.testing.assert_array_equal(one.ids, other.ids)
+        np.testing.assert_array_equal(one.multiples, other.multiples)
         np.testing.assert_array_equal(factor * one.coefficients, other.coefficients)
 
 
 @examples(20)
 @given(arms_with_runs(max_joints=5))
 def test_an_element_depends_only_on_the_joints_between_axis_and_link(arm):
-    harmonics = identify(arm)
+    harmonics = harmonics_of(arm)
     for (s, i, _), parts in harmonics.inertia_by_link.items():
-        for series in parts:
-            for joint in (*range(i + 1), *range(s + 1, arm.n_joints)):
-                assert len(series.derivative(joint)) == 0
+        for joint in (*range(i + 1), *range(s + 1, arm.n_joints)):
+            assert len(parts.derivative(joint)) == 0
 
 
 def two_link_of_the_text() -> Harmonics:
-    return identify(two_link_of(1.0, 2.0, 1.0))
+    return harmonics_of(two_link_of(1.0, 2.0, 1.0))
 
 
-def named(harmonics: Harmonics, series) -> dict[str, float]:
+def named(harmonics: Harmonics, waves: Waves) -> dict[str, float]:
     from gd_analyze.formulas.formula import Product
     from gd_analyze.formulas.plain import Plain
     from gd_analyze.formulas.writing import powers
-    from gd_analyze.harmonics.reading import read
 
-    rows = read(harmonics.basis, series.ids, series.coefficients[:, np.newaxis])
+    rows = to_terms(waves, harmonics.rates, harmonics.noise[0])
     return {Plain().product(Product(1.0, powers(key))): float(row[0]) for key, row in rows.items()}
 
 
@@ -180,11 +171,11 @@ def named(harmonics: Harmonics, series) -> dict[str, float]:
 @given(st.floats(0.1, 10.0), st.floats(0.1, 10.0), st.floats(0.1, 10.0), st.floats(1.0, 30.0))
 def test_two_link_has_the_closed_forms_of_the_text(length, m1, m2, g):
     """[FGL87] section 3.4.2: term by term, and no term more."""
-    harmonics = identify(two_link_of(length, m1, m2, g))
+    harmonics = harmonics_of(two_link_of(length, m1, m2, g))
     ll, close = length**2, lambda value: pytest.approx(value, rel=1e-12, abs=0)
 
     def forms(i: int, j: int) -> list[dict[str, float]]:
-        return [named(harmonics, part) for part in harmonics.inertia[i, j]]
+        return [named(harmonics, harmonics.inertia[i, j][[effect]]) for effect in range(2)]
 
     # 1e-12: a dozen roundings of these few sums, cancellation none.
     across = np.array([m1, m2]) * ll / 12
@@ -194,9 +185,9 @@ def test_two_link_has_the_closed_forms_of_the_text(length, m1, m2, g):
     ]
     assert forms(0, 1) == [{"1": close(m2 * ll / 4), "C2": close(m2 * ll / 2)}, {"1": close(across[1])}]
     assert forms(1, 1) == [{"1": close(m2 * ll / 4)}, {"1": close(across[1])}]
-    assert len(sum_of(harmonics, 0, 0)) == 2
+    assert len(harmonics.inertia[0, 0]) == 2
     h = {
-        (i, j, k): named(harmonics, harmonics.coupling(i, j, k)[0])
+        (i, j, k): named(harmonics, harmonics.coupling(i, j, k)[[0]])
         for i in (0, 1)
         for j in (0, 1)
         for k in (j, 1)
@@ -207,31 +198,24 @@ def test_two_link_has_the_closed_forms_of_the_text(length, m1, m2, g):
         (0, 1, 1): {"S2": close(-half)},
         (1, 0, 0): {"S2": close(half)},
     }
-    assert not any(len(harmonics.coupling(*key)[1]) for key in h)
-    assert [named(harmonics, series) for series in harmonics.gravity_loading] == [
+    assert not any(harmonics.coupling(*key).coefficients[1].any() for key in h)
+    assert [named(harmonics, waves) for waves in harmonics.gravity_loading] == [
         {"C1": close((m1 / 2 + m2) * g * length), "C12": close(m2 * g * length / 2)},
         {"C12": close(m2 * g * length / 2)},
     ]
 
 
-def sum_of(harmonics: Harmonics, i: int, j: int):
-    translation, rotation = harmonics.inertia[i, j]
-    return translation + rotation
-
-
 def test_the_puma_collapses_to_few_terms(puma):
-    harmonics = identify(puma)
-    assert [run.joints for run in harmonics.basis.runs] == [(0,), (1, 2), (3,), (4,), (5,)]
-    count = sum(len(part) for parts in harmonics.inertia.values() for part in parts)
-    # Both effects together; a grid of 5 angles per joint could hold 2 * 7 * 5^5.
-    assert count <= 150
+    harmonics = harmonics_of(puma)
+    assert harmonics.rates.runs == ((0,), (1, 2), (3,), (4,), (5,))
+    # Both effects together; a grid of 5 angles per joint could hold 21 (5^5 + 1) / 2.
+    assert sum(map(len, harmonics.inertia.values())) <= 250
     for (i, _), parts in harmonics.inertia.items():
-        for part in parts:
-            assert not any(len(part.derivative(joint)) for joint in range(i + 1))
+        assert not any(len(parts.derivative(joint)) for joint in range(i + 1))
 
 
 def test_nothing_with_mass_and_nothing_that_falls(two_link):
-    floating = identify(dataclasses.replace(two_link, gravity=np.zeros(3)))
+    floating = harmonics_of(dataclasses.replace(two_link, gravity=np.zeros(3)))
     assert len(floating.potential) == 0
     assert floating.gap > 1e3
     bare = dataclasses.replace(
@@ -241,6 +225,6 @@ def test_nothing_with_mass_and_nothing_that_falls(two_link):
             for link in two_link.links
         ),
     )
-    nothing = identify(bare)
-    assert not any(len(part) for parts in nothing.inertia.values() for part in parts)
+    nothing = harmonics_of(bare)
+    assert not any(len(parts) for parts in nothing.inertia.values())
     assert len(nothing.potential) == 0
