@@ -6,7 +6,9 @@ import dataclasses
 
 import numpy as np
 import pytest
+from gd_analyze.models import HarmonicModel
 from gd_analyze.models.simplified import ErrorTable
+from gd_analyze.simplification import Budget, simplify, states_in_box
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -19,10 +21,8 @@ from gd_analyze.errors import UsageError
 from gd_analyze.harmonics import Waves, harmonics_of
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import TorqueTerm
-from gd_analyze.models import HarmonicModel
 from gd_analyze.operations import OperationCount
 from gd_analyze.robots import RobotArm, load_arm
-from gd_analyze.simplification import Budget, simplify, states_in_box
 from gd_analyze.trajectories import Trajectory
 from strategies import arms, examples, two_link_of
 

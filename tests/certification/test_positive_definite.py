@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from gd_analyze.models import HarmonicModel
 from gd_analyze.models.simplified import ErrorTable
+from gd_analyze.simplification import Budget, simplify, states_in_box
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -14,10 +16,8 @@ from gd_analyze.errors import ModelError, UsageError
 from gd_analyze.harmonics import AbsoluteRates, harmonics_of
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Energies
-from gd_analyze.models import HarmonicModel
 from gd_analyze.operations import OperationCount
 from gd_analyze.robots import RobotArm, load_arm
-from gd_analyze.simplification import Budget, simplify, states_in_box
 from strategies import arms, examples
 
 

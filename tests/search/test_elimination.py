@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from cases import candidate_sets, largest_error
+from cases import candidate_sets, candidates_with, largest_error
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.simplification.elimination import eliminate
+from gd_analyze.search.elimination import eliminate
 from strategies import examples
 
 
@@ -33,13 +33,11 @@ def test_what_a_budget_leaves_is_within_it(candidates, factor):
 
 
 def test_the_first_to_go_is_the_one_least_missed_for_what_it_costs():
-    from gd_analyze.simplification.candidates import Candidates
-
     effects = np.array([3.0, 1.0, 2.0, 0.5]).reshape(4, 1, 1)
-    alike = Candidates.untied(effects, {frozenset([k]): 1 for k in range(4)})
+    alike = candidates_with(effects, {frozenset([k]): 1 for k in range(4)})
     assert eliminate(alike).order == (3, 1, 2, 0)
     # Dropping 0 saves twenty operations for a squared error of 9, dropping 3 one for 0.25.
-    dear = Candidates.untied(effects, {frozenset([k]): n for k, n in ((0, 50), (1, 1), (2, 1), (3, 1))})
+    dear = candidates_with(effects, {frozenset([k]): n for k, n in ((0, 50), (1, 1), (2, 1), (3, 1))})
     assert eliminate(dear).order[0] == 0
     assert eliminate(dear, by_cost=False).order[0] == 3
 

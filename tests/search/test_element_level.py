@@ -10,17 +10,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.decomposition import decompose
-from gd_analyze.dominance import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.errors import GdAnalyzeError, UsageError
-from gd_analyze.models import evaluate, parts_of
-from gd_analyze.models.element_level import torque_by_part, trace_parts
-from gd_analyze.operations import Program
-from gd_analyze.pinocchio_check import round_off_bounds
+from gd_analyze.levels import ELEMENT, Budget, ExactDynamics, ExactForm, Part, evaluate, losses, parts_of
+from gd_analyze.levels.level import ROUGH
+from gd_analyze.levels.part_costs import blocks, is_zero
+from gd_analyze.levels.parts import torque_by_part, trace_parts
+from gd_analyze.operations import Trace
 from gd_analyze.robots import Drive, load_arm
-from gd_analyze.simplification import Budget, ExactDynamics, losses, simplify
-from gd_analyze.simplification.element_costs import blocks, is_zero, part_costs
-from gd_analyze.simplification.making import make_model
-from gd_analyze.simplification.selection import select
+from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude
+from gd_analyze.search import simplify
+from gd_analyze.search.selection import select
 from gd_analyze.trajectories import Trajectory, read_trajectory
 from strategies import arms_with_states, examples, motions, random_states, two_link_of
 
@@ -45,26 +44,28 @@ def test_the_promise_holds_and_is_the_torque_of_what_was_dropped(case, budget):
     # A joint's budget never falls below round-off, where "no error" has no meaning.
     least = ROUND_OFF_SHARE * peak.max()
     assert (
-        model.promise.largest <= np.maximum(budget.allowed(peak_magnitude(dataset.torque.values)), least)
+        model.promise.errors.largest
+        <= np.maximum(budget.allowed(peak_magnitude(dataset.torque.values)), least)
     ).all()
-    assert (model.promise.largest <= model.budget).all()
-    dropped = set(model.dropped)
-    parts = tuple(p for p in parts_of(arm.n_joints) if p.label in dropped)
+    assert (model.promise.errors.largest <= model.promise.allowed).all()
+    parts = dropped_by(model)
     lost = torque_by_part(dataset, dataset.qdd.values, parts).sum(axis=0).T
     error = dataset.torque.values - model.torque(motion.q, motion.qd, motion.qdd)
     # The model's arithmetic is folded, the dataset's is not: two correct programs.
     bound = round_off_bounds(arm, motion.q, motion.qd, motion.qdd)["torque"]
     assert np.abs(error - lost).max() <= bound
-    assert np.abs(model.promise.largest - np.abs(lost).max(axis=0)).max() <= bound + least
-    assert set(model.kept) | dropped == {p.label for p in parts_of(arm.n_joints)}
-    assert not set(model.kept) & dropped
+    assert np.abs(model.promise.errors.largest - np.abs(lost).max(axis=0)).max() <= bound + least
+    assert set(model.terms.values()) <= {1.0}
+    assert model.terms.keys() | {*parts} == {*parts_of(arm.n_joints)}
 
 
-def cost_of(arm, labels, drives=False) -> int:
+def dropped_by(model) -> tuple[Part, ...]:
+    return tuple(part for part in parts_of(model.arm.n_joints) if part not in model.terms)
+
+
+def cost_of(arm, parts, drives=False) -> int:
     """Operations that the torque of a selection takes, counted on the program itself."""
-    traced = trace_parts(arm)
-    expressions = traced.keep(frozenset(labels), arm.drive_inertia if drives else None)
-    count = Program.of(traced.trace, list(expressions["torque"])).count
+    count = ELEMENT.write(ExactForm(arm, drives), dict.fromkeys(parts, 1.0), ROUGH).count
     return count.total + count.sines_cosines
 
 
@@ -82,15 +83,17 @@ def cheapest_by_trying_all(arm, dataset, allowed, drives=False) -> int:
         x for x in as_sets if not any((x | 1 << p) in as_sets for p in range(len(parts)) if not x >> p & 1)
     ]
     return min(
-        cost_of(arm, [part.label for p, part in enumerate(parts) if not x >> p & 1], drives) for x in largest
+        cost_of(arm, [part for p, part in enumerate(parts) if not x >> p & 1], drives) for x in largest
     )
 
 
 @pytest.mark.parametrize("budget", ["0%", "1%", "5%", "10%", "20%", "40%", "60%", "80%", "5%,50%", "50%,5%"])
 def test_no_cheaper_model_of_the_two_link_arm_exists(two_link, swing_dataset, budget):
     model = simplify(two_link, swing_dataset, Budget.parse(budget), level="element")
-    assert cost_of(two_link, model.kept) == cheapest_by_trying_all(two_link, swing_dataset, model.budget)
-    assert model.operations.total + model.operations.sines_cosines == cost_of(two_link, model.kept)
+    assert cost_of(two_link, model.terms) == cheapest_by_trying_all(
+        two_link, swing_dataset, model.promise.allowed
+    )
+    assert model.operations.total + model.operations.sines_cosines == cost_of(two_link, model.terms)
 
 
 @examples(12)
@@ -105,33 +108,36 @@ def test_no_cheaper_model_of_any_two_joint_arm_exists(case, share, drives):
     motion = Trajectory(np.arange(8.0), states.q, states.qd, states.qdd)
     dataset = decompose(arm, motion, drives=drives)
     model = simplify(arm, dataset, Budget((share,), (True,)), level="element")
-    assert cost_of(arm, model.kept, drives) == cheapest_by_trying_all(arm, dataset, model.budget, drives)
+    assert cost_of(arm, model.terms, drives) == cheapest_by_trying_all(
+        arm, dataset, model.promise.allowed, drives
+    )
 
 
 def test_budget_zero_drops_what_is_zero_only(puma, pick_and_place_dataset):
     model = simplify(puma, pick_and_place_dataset, Budget((0.0,), (True,)), level="element")
-    assert not model.promise.largest.any()
-    parts = tuple(p for p in parts_of(6) if p.label in set(model.dropped))
-    lost = np.abs(torque_by_part(pick_and_place_dataset, pick_and_place_dataset.qdd.values, parts)).max()
+    assert not model.promise.errors.largest.any()
+    gone = dropped_by(model)
+    lost = np.abs(torque_by_part(pick_and_place_dataset, pick_and_place_dataset.qdd.values, gone)).max()
     assert lost <= ROUND_OFF_SHARE * np.abs(pick_and_place_dataset.torque.values).max()
-    assert "c1" in model.dropped  # the waist stands upright: gravity never loads it
-    assert "c2" in model.kept
+    labels = {part.label for part in gone}
+    assert "c1" in labels  # the waist stands upright: gravity never loads it
+    assert "c2" not in labels
 
 
 def test_a_huge_budget_drops_everything(puma, pick_and_place, pick_and_place_dataset):
     model = simplify(puma, pick_and_place_dataset, Budget((1e6,), (False,)), level="element")
-    assert model.kept == ()
+    assert model.terms == {}
     assert model.operations.total == 0
     assert not model.torque(pick_and_place.q, pick_and_place.qd, pick_and_place.qdd).any()
     np.testing.assert_array_equal(
-        model.promise.largest, np.abs(pick_and_place_dataset.torque.values).max(axis=0)
+        model.promise.errors.largest, np.abs(pick_and_place_dataset.torque.values).max(axis=0)
     )
 
 
 def test_budget_of_each_joint(puma, pick_and_place_dataset):
     strict = Budget.parse("0.1%,0.1%,0.1%,50%,50%,50%")
     model = simplify(puma, pick_and_place_dataset, strict, level="element")
-    shares = model.promise.largest_share
+    shares = model.promise.errors.largest_share
     assert (shares <= [0.001, 0.001, 0.001, 0.5, 0.5, 0.5]).all()
     assert shares[3:].max() > 0.001  # the loose joints use what they got
     with pytest.raises(UsageError, match="wrong number of entries"):
@@ -156,7 +162,9 @@ def test_long_trajectories_hold_every_set_point(two_link):
         model = simplify(two_link, dataset, Budget((share,), (True,)), level="element")
         error = np.abs(model.torque(motion.q, motion.qd, motion.qdd) - dataset.torque.values).max(axis=0)
         assert (error <= share * np.abs(dataset.torque.values).max(axis=0)).all()
-        assert cost_of(two_link, model.kept) == cheapest_by_trying_all(two_link, dataset, model.budget)
+        assert cost_of(two_link, model.terms) == cheapest_by_trying_all(
+            two_link, dataset, model.promise.allowed
+        )
 
 
 def test_drives_stay(puma, pick_and_place):
@@ -173,9 +181,9 @@ def test_an_arm_without_any_torque():
     still = np.zeros((4, 2))
     dataset = decompose(weightless, Trajectory(np.arange(4.0), still + 0.4, still, still))
     model = simplify(weightless, dataset, Budget.parse("1%"), level="element")
-    assert model.kept == ()
-    assert not model.promise.largest.any()
-    assert not model.promise.largest_share.any()
+    assert model.terms == {}
+    assert not model.promise.errors.largest.any()
+    assert not model.promise.errors.largest_share.any()
 
 
 def test_a_joint_without_torque_among_others():
@@ -186,25 +194,21 @@ def test_a_joint_without_torque_among_others():
     dataset = decompose(flat, Trajectory(np.zeros(1), *states))
     assert abs(dataset.torque.values[0, 0]) <= 1e-13
     model = simplify(flat, dataset, Budget.parse("1%"), level="element")
-    assert (model.promise.largest <= model.budget).all()
+    assert (model.promise.errors.largest <= model.promise.allowed).all()
 
 
-def test_a_model_that_misses_its_budget_is_not_given_out(two_link, swing_dataset):
+def test_a_model_that_misses_its_budget_is_not_given_out(two_link, swing_dataset, monkeypatch):
+    monkeypatch.setattr(
+        type(ELEMENT), "write", lambda self, form, terms, effort: write(self, form, {}, effort)
+    )
     with pytest.raises(GdAnalyzeError, match="misses its budget"):
-        make_model(
-            ExactDynamics.of(two_link, swing_dataset),
-            "element",
-            np.zeros(len(parts_of(2)), dtype=bool),
-            np.ones(len(parts_of(2))),
-            allowed=np.full(2, 1e-3),
-            budget_stated="1e-3 N m",
-        )
+        simplify(two_link, swing_dataset, Budget.parse("1%"), level="element")
 
 
 def test_losses_name_what_went_and_how_much(puma, pick_and_place_dataset):
     model = simplify(puma, pick_and_place_dataset, Budget.parse("1%"), level="element")
-    found = losses(model, pick_and_place_dataset)
-    assert {loss.part for loss in found} == set(model.dropped)
+    found = losses(model, ExactDynamics.of(puma, pick_and_place_dataset))
+    assert {loss.part for loss in found} == {part.label for part in dropped_by(model)}
     shares = [loss.torque_share for loss in found]
     assert shares == sorted(shares, reverse=True)
     parts = {p.label: p for p in parts_of(6)}
@@ -219,15 +223,13 @@ def test_losses_name_what_went_and_how_much(puma, pick_and_place_dataset):
 def test_a_model_on_another_trajectory_may_break_its_budget_and_says_so(puma, pick_and_place_dataset):
     model = simplify(puma, pick_and_place_dataset, Budget.parse("1%"), level="element")
     there = evaluate(model, read_trajectory("large-slew", puma))
-    allowed = 0.01 * there.table.peak_torque
-    assert there.within(allowed).tolist() == (there.table.largest <= allowed).tolist()
-    assert there.table.largest.max() > model.promise.largest.max()
+    allowed = 0.01 * there.errors.peak_torque
+    assert there.within(allowed).tolist() == (there.errors.largest <= allowed).tolist()
+    assert there.errors.largest.max() > model.promise.errors.largest.max()
 
 
 def test_blocks_by_hand():
     """x y is shared by both outputs, + z belongs to the first, cos to the second."""
-    from gd_analyze.operations import Trace
-
     trace = Trace()
     x, y, z = trace.inputs("x", 3)[:, 0]
     shared = x * y
@@ -259,8 +261,8 @@ def test_shipped_arms_are_simplified_within_one_percent():
     for name in ("large-slew", "pick-and-place", "wrist-move"):
         dataset = decompose(arm, read_trajectory(name, arm))
         model = simplify(arm, dataset, Budget.parse("1%"), level="element")
-        assert (model.promise.largest_share <= 0.01).all()
-        assert model.provenance["search"].endswith("solved to the end")
+        assert (model.promise.errors.largest_share <= 0.01).all()
+        assert model.promise.solved
         assert model.operations.total < model.operations_full.total
 
 
@@ -274,7 +276,7 @@ def test_what_the_search_minimises_is_the_number_of_operations(name, drives, rng
     """
     arm = load_arm(name)
     traced, parts = trace_parts(arm), parts_of(arm.n_joints)
-    prices = part_costs(traced, drives)
+    prices = ELEMENT.costs(ExactForm(arm, drives), parts)
     nonzero = np.array([not is_zero(traced.expression(part)) for part in parts])
     held = {f"h{i} {effect}" for i in range(1, 7) for effect in ("translation", "rotation")}
     held |= {f"D3{j} translation" for j in range(3, 7)}
@@ -283,6 +285,6 @@ def test_what_the_search_minimises_is_the_number_of_operations(name, drives, rng
     for _ in range(40):
         keep = nonzero & (always | (rng.random(len(parts)) < rng.random()))
         price = sum(operations for needing, operations in prices.items() if any(keep[p] for p in needing))
-        labels = [part.label for part, kept in zip(parts, keep, strict=True) if kept]
-        differences.add(price - cost_of(arm, labels, drives))
+        chosen = [part for part, kept in zip(parts, keep, strict=True) if kept]
+        differences.add(price - cost_of(arm, chosen, drives))
     assert len(differences) == 1

@@ -7,9 +7,10 @@ import pytest
 from cases import candidate_sets, cheapest, cost_of, largest_error
 from hypothesis import given
 
-from gd_analyze.simplification import Budget, ExactDynamics, simplify_exact, states_in_box
-from gd_analyze.simplification.search import search
-from gd_analyze.simplification.states import States
+from gd_analyze.levels import ENERGY, TERM, Budget, ExactDynamics
+from gd_analyze.search import How, simplify_exact
+from gd_analyze.search.search import search
+from gd_analyze.states import States, states_in_box
 from strategies import examples
 
 
@@ -51,60 +52,67 @@ def along(puma, pick_and_place) -> ExactDynamics:
     return ExactDynamics.of(puma, pick_and_place)
 
 
-@pytest.mark.parametrize("level", ["term", "energy"])
+@pytest.fixture(scope="module")
+def in_box(puma) -> ExactDynamics:
+    return ExactDynamics.of(puma, states_in_box(puma, 100), drives=True)
+
+
+@pytest.mark.parametrize("level", [TERM, ENERGY], ids=str)
 def test_beyond_greedy_and_refit_gain_on_the_puma(along, level):
     """What each step gains is told with the model, in the order the steps are made."""
-    model = simplify_exact(along, Budget(), level=level, refit=True)
-    told = model.provenance["search"].removesuffix(", solved to the end")
-    steps = [step.rsplit(" ", 1) for step in told.split(", ")]
-    names, counts = [name for name, _ in steps], [int(count) for _, count in steps]
-    assert names[:2] == ["elimination", "integer program"]
-    assert names[-2:] == ["refit", "shared coefficients"]
+    model = simplify_exact(along, Budget(), How(level, refit=True))
+    names, counts = zip(*model.promise.steps, strict=True)
+    assert names[:2] == ("elimination", "integer program")
+    assert names[-2:] == ("refit", "shared coefficients")
     # Along 31 set points the integer program saves an elimination's fifth (term) or twentieth (energy), and a
     # refit again: 266, 210, 160 and 514, 480, 350 as measured.
     assert counts[1] < 0.96 * counts[0]
     assert counts[-1] < 0.9 * counts[1]
     assert model.operations.total <= counts[-1]
     assert model.refitted
+    told = ", ".join(f"{name} {count}" for name, count in model.promise.steps)
+    assert model.promise.search == told + ", solved to the end" * model.promise.solved
 
 
 def test_the_same_search_finds_the_same(puma):
-    states = states_in_box(puma, 200)
-    models = [simplify_exact(ExactDynamics(puma, states, True), Budget(), refit=True) for _ in range(2)]
-    assert models[0].torques == models[1].torques
+    states = states_in_box(puma, 100)
+    models = [
+        simplify_exact(ExactDynamics.of(puma, states, drives=True), Budget(), How(refit=True))
+        for _ in range(2)
+    ]
+    assert models[0].terms == models[1].terms
+    assert repr(models[0].program.outputs) == repr(models[1].program.outputs)
 
 
 @pytest.mark.parametrize("asked", [0, 40, 100, 10_000])
-def test_as_many_operations_as_asked_for(puma, asked):
-    exact = ExactDynamics(puma, states_in_box(puma, 100), True)
-    model = simplify_exact(exact, Budget(), level="energy", operations=asked)
+def test_as_many_operations_as_asked_for(in_box, asked):
+    model = simplify_exact(in_box, Budget(), How(ENERGY, operations=asked, thorough=asked == 40))
     assert model.operations.total <= asked
     if asked == 40:
         # The budget found cannot be much smaller: four fifths of it take more.
-        share = model.budget[0] / exact.peak_torque[0]
-        tighter = simplify_exact(exact, Budget((0.7 * share,), (True,)), level="energy")
+        share = model.promise.allowed[0] / in_box.peak_torque[0]
+        tighter = simplify_exact(in_box, Budget((0.7 * share,), (True,)), How(ENERGY))
         assert tighter.operations.total > asked
 
 
-def test_a_scaled_budget_is_scaled_for_every_joint(puma):
-    exact = ExactDynamics(puma, states_in_box(puma, 100), True)
+def test_a_scaled_budget_is_scaled_for_every_joint(in_box):
     budget = Budget.parse("1%,2%,1%,0.5,1%,1%")
-    model = simplify_exact(exact, budget, level="energy", operations=60)
-    ratio = model.budget / budget.allowed(exact.peak_torque)
+    model = simplify_exact(in_box, budget, How(ENERGY, operations=60, thorough=False))
+    ratio = model.promise.allowed / budget.allowed(in_box.peak_torque)
     # Products in double precision.
     assert np.ptp(ratio) <= 1e-14 * ratio[0]
 
 
 def test_a_long_trajectory_is_held_at_every_state(puma, rng):
     """Some states stand for all while searching; what was promised is measured on all of them."""
-    count = 12_000
+    count = 6_000
     q, qd, qdd = (rng.uniform(-2.0, 2.0, (count, 6)) for _ in range(3))
-    q[7777], qd[7777] = 3.0, 9.0  # one that no thinning by the clock would meet
+    q[4444], qd[4444] = 3.0, 9.0  # one that no thinning by the clock would meet
     states = States(q, qd, qdd, {"box": "drawn", "states": count, "seed": 0})
-    exact = ExactDynamics(puma, states, True)
-    assert len(exact.thinned().states.q) < 6000
-    model = simplify_exact(exact, Budget.parse("2%"), level="energy")
+    exact = ExactDynamics.of(puma, states, drives=True)
+    assert len(exact.thinned().states) < 5100
+    model = simplify_exact(exact, Budget.parse("2%"), How(ENERGY, thorough=False))
     error = np.abs(model.torque(*states.arrays) - exact.torque).max(axis=0)
     assert (error <= 0.02 * exact.peak_torque).all()
-    np.testing.assert_allclose(model.promise.largest, error, rtol=1e-9)
-    assert model.made_for["states"] == count
+    np.testing.assert_allclose(model.promise.errors.largest, error, rtol=1e-9)
+    assert model.promise.made_for == states.described

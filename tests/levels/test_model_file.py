@@ -10,22 +10,37 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from made_models import assert_same, exact_model
 
-from gd_analyze.decomposition import decompose
 from gd_analyze.errors import ModelError, OutputError
-from gd_analyze.models import load_model, save_model
-from gd_analyze.simplification import Budget, simplify
-from strategies import examples, motions
+from gd_analyze.levels import (
+    ELEMENT,
+    ENERGY,
+    LEVELS,
+    TERM,
+    Budget,
+    ExactForm,
+    SimplifiedModel,
+    load_model,
+    save_model,
+)
+from gd_analyze.search import simplify
+from gd_analyze.states import states_of
+from strategies import arms_with_states, examples
 
 
 @pytest.fixture(scope="module")
-def written(puma_findings, tmp_path_factory) -> str:
+def model(puma, pick_and_place) -> SimplifiedModel:
+    return simplify(puma, pick_and_place, level="element", drives=True)
+
+
+@pytest.fixture(scope="module")
+def written(model, tmp_path_factory) -> str:
     path = tmp_path_factory.mktemp("model") / "model.json"
-    save_model(puma_findings.element_model, path)
+    save_model(model, path)
     return path.read_text(encoding="utf-8")
 
 
@@ -47,50 +62,67 @@ def refused(path: Path) -> ModelError:
     return caught.value
 
 
-def assert_same(model, again, states) -> None:
-    np.testing.assert_array_equal(
-        again.torque(states.q, states.qd, states.qdd), model.torque(states.q, states.qd, states.qdd)
-    )
-    np.testing.assert_array_equal(again.inertia(states.q), model.inertia(states.q))
-    for table in ("peak_torque", "largest", "rms"):
-        np.testing.assert_array_equal(getattr(again.promise, table), getattr(model.promise, table))
-    np.testing.assert_array_equal(again.budget, model.budget)
-    assert again.kept == model.kept
-    assert again.drives == model.drives
-    assert again.budget_stated == model.budget_stated
-    assert again.made_for == model.made_for
-    assert again.provenance == model.provenance
-    assert again.operations == model.operations
+def test_round_trip_is_exact(model, pick_and_place, file, written):
+    assert_same(model, load_model(file(written)), states_of(pick_and_place))
 
 
-def test_round_trip_is_exact(puma_findings, file, written):
-    assert_same(puma_findings.element_model, load_model(file(written)), puma_findings.trajectory)
+def test_what_the_search_did_is_kept(model, file, written):
+    again = load_model(file(written)).promise
+    assert again.steps == model.promise.steps != ()
+    assert again.solved
+    assert again.search == model.promise.search
+    assert again.search.endswith(", solved to the end")
 
 
 @examples(15)
-@given(motions(max_joints=4))
-def test_round_trip_of_any_arm_is_exact(tmp_path_factory, case):
-    arm, motion = case
-    model = simplify(arm, decompose(arm, motion), Budget.parse("10%"), level="element")
+@given(arms_with_states(max_joints=4), st.sampled_from(list(LEVELS.values())))
+def test_round_trip_of_any_arm_is_exact(tmp_path_factory, case, level):
+    arm, states = case
+    model = exact_model(arm, level=level)
     path = tmp_path_factory.mktemp("model") / "model.json"
     save_model(model, path)
-    assert_same(model, load_model(path), motion)
+    assert_same(model, load_model(path), states)
 
 
-def test_the_file_says_what_it_is(written):
-    document = json.loads(written)
+@examples(5)
+@given(arms_with_states(max_joints=3, count=12))
+def test_so_it_is_of_simplified_ones(tmp_path_factory, case):
+    arm, states = case
+    model = simplify(arm, states, Budget.parse("10%"), level="element")
+    path = tmp_path_factory.mktemp("model") / "model.json"
+    save_model(model, path)
+    assert_same(model, load_model(path), states)
+
+
+@pytest.mark.parametrize(
+    ("level", "entry"),
+    [
+        (ELEMENT, {"part"}),
+        (TERM, {"row", "rates", "factors", "weight"}),
+        (ENERGY, {"i", "j", "factors", "coefficient"}),
+    ],
+    ids=str,
+)
+def test_the_file_says_what_it_is(two_link, tmp_path, level, entry):
+    save_model(exact_model(two_link, level=level), tmp_path / "model.json")
+    text = (tmp_path / "model.json").read_text(encoding="utf-8")
+    document = json.loads(text)
+    assert list(document)[:3] == ["format", "version", "level"]
     assert document["format"] == "gd-analyze simplified model"
-    assert document["version"] == 1
+    assert document["version"] == 2
+    assert document["level"] == level.name
     assert document["errors"][0].keys() == {
         "joint", "unit", "peak_torque", "allowed_error", "largest_error", "rms_error",
     }  # fmt: skip
     assert document["errors_are"] == "sampled at the states of made_for"
-    assert written.endswith("}\n")
+    assert all(one.keys() == entry for one in document["terms"])
+    assert len(document["outputs"]) == 2
+    assert text.endswith("}\n")
 
 
 NOT_JSON = {
     "empty": "",
-    "truncated": '{"format": "gd-analyze simplified model", "version": 1,',
+    "truncated": '{"format": "gd-analyze simplified model", "version": 2,',
     "prose": "a model of an arm",
     "toml": 'format = "gd-analyze arm 1"\n',
     "byte order mark": '\ufeff{"format": "gd-analyze simplified model"}',
@@ -144,18 +176,20 @@ def test_loading_executes_nothing(file, written):
     path = file(written)
     model = load_model(path)
     arm = dataclasses.replace(model.arm, name="__import__('os').system('false')")
-    save_model(dataclasses.replace(model, arm=arm, provenance={"py/object": "os.system"}), path)
+    form = ExactForm(arm, model.drives)
+    save_model(dataclasses.replace(model, form=form, provenance={"py/object": "os.system"}), path)
     assert load_model(path).arm.name == arm.name  # names are names
     assert not Trap.sprung
 
 
-@pytest.mark.parametrize("version", [0, 2, "1", None])
+@pytest.mark.parametrize("version", [0, 3, "2", None])
 def test_other_version(file, written, version):
     document = json.loads(written)
     document["version"] = version
     error = refused(file(json.dumps(document)))
     assert "another version" in error.what
-    assert error.details["expected"] == "version 1"
+    assert error.details["expected"] == "version 2 or 1"
+    assert error.details["found"] == f"version {version}"
 
 
 def edit(document: dict[str, Any], keys: tuple[Any, ...], value: Any) -> dict[str, Any]:
@@ -171,9 +205,10 @@ def edit(document: dict[str, Any], keys: tuple[Any, ...], value: Any) -> dict[st
 
 
 CHANGED = {
-    "kept list shortened": (("kept", 0), KeyError),
-    "kept list of another part": (("kept", 0), "D99 rotation"),
-    "dropped list emptied": (("dropped",), []),
+    "list of terms shortened": (("terms", 0), KeyError),
+    "a term of another part": (("terms", 0, "part"), "D99 rotation"),
+    "a term of another level": (("terms", 0), {"row": 0, "rates": [], "factors": [], "weight": 1.0}),
+    "a term with a key more": (("terms", 0, "colour"), "red"),
     "mass": (("arm", "links", 1, "mass"), 17.5),
     "inertia": (("arm", "links", 1, "inertia_com", 0, 0), 0.1301),
     "gravity": (("arm", "gravity", 2), -9.81),
@@ -194,7 +229,11 @@ CHANGED = {
     "error infinite": (("errors", 0, "largest_error"), float("inf")),
     "key gone": (("budget",), KeyError),
     "key unknown": (("colour",), "red"),
-    "level unknown": (("level",), "term"),
+    "another level": (("level",), "term"),
+    "no level": (("level",), None),
+    "a step of the search a word": (("search", 0, "operations"), "few"),
+    "the search a sentence": (("search",), "integer program 1798"),
+    "solved after all": (("solved",), False),
     "operations a word": (("operations", "additions"), "few"),
     "fingerprint": (("arm_fingerprint",), "0" * 64),
     "digest": (("digest",), "0" * 64),
@@ -225,6 +264,6 @@ def test_missing_file_and_folder(tmp_path):
     assert refused(tmp_path).what == "cannot read the model file"
 
 
-def test_unwritable(puma_findings, blocked_folder):
+def test_unwritable(model, blocked_folder):
     with pytest.raises(OutputError):
-        save_model(puma_findings.element_model, blocked_folder / "model.json")
+        save_model(model, blocked_folder / "model.json")

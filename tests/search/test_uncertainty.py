@@ -13,16 +13,12 @@ from hypothesis import strategies as st
 from gd_analyze.formulations import newton_euler_link
 from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import Drive, Joint, Link, LinkUncertainty, Placement, RobotArm, with_payload
-from gd_analyze.simplification.uncertainty import torque_uncertainty
-from gd_analyze.states import States, states_in_box
+from gd_analyze.search import torque_uncertainty
+from gd_analyze.states import States, states_in_box, states_of
 from gd_analyze.vectors import CHUNK, FloatArray
 from strategies import arms_with_states, examples
 
 EPS = float(np.finfo(float).eps)
-
-
-def given_states(states) -> States:
-    return States(states.q, states.qd, states.qdd, {"drawn": "by hand"})
 
 
 def torque(arm: RobotArm, states) -> FloatArray:
@@ -96,10 +92,10 @@ def test_it_is_the_root_of_the_squares_of_what_each_parameter_does(case, about, 
                 for sign in (1.0, -1.0)
             )
             squares += (0.5 * (there - back)) ** 2
-    found = torque_uncertainty(uncertain, given_states(states))
+    found = torque_uncertainty(uncertain, states)
     assert found is not None
     # Differences of torques leave their round-off behind: as many parameters as the arm has, in the root.
-    bound = round_off_bounds(arm, states.q, states.qd, states.qdd)["torque"]
+    bound = round_off_bounds(arm, *states.arrays)["torque"]
     assert np.abs(found - np.sqrt(squares)).max() <= 2 * bound * np.sqrt(10 * arm.n_joints)
 
 
@@ -145,7 +141,7 @@ def pendulum(uncertainty: LinkUncertainty | None, drives: tuple[Drive, ...] = ()
 
 
 ANGLE, RATE, ACCELERATION = (np.array([[0.3], [-2.0], [1.1]]) for _ in range(3))
-STATES = States(ANGLE, RATE, ACCELERATION, {"drawn": "by hand"})
+STATES = States(ANGLE, RATE, ACCELERATION)
 
 
 @pytest.mark.parametrize(
@@ -202,7 +198,7 @@ def test_drives_count_where_they_are_part_of_the_torque(puma):
 
 
 def test_nothing_stated_is_not_zero_stated(two_link, swing):
-    states = States(swing.q, swing.qd, swing.qdd, {})
+    states = states_of(swing)
     assert torque_uncertainty(two_link, states) is None
     assert torque_uncertainty(two_link, states, drives=True) is None
     known = stated(two_link, 1, LinkUncertainty(0.0, np.zeros(3), np.zeros((3, 3))))
@@ -224,12 +220,12 @@ def test_variances_add_up_and_uncertainties_scale(case, seed, factor):
         whole = stated(whole, s, u)
         scaled = stated(scaled, s, LinkUncertainty(factor * u.mass, factor * u.com, factor * u.inertia))
         for part in (LinkUncertainty(u.mass), LinkUncertainty(com=u.com), LinkUncertainty(inertia=u.inertia)):
-            squares += torque_uncertainty(stated(arm, s, part), given_states(states)) ** 2
-    found = torque_uncertainty(whole, given_states(states))
+            squares += torque_uncertainty(stated(arm, s, part), states) ** 2
+    found = torque_uncertainty(whole, states)
     # The same numbers, summed in another order: roundings of some ten parameters per link, all positive.
     np.testing.assert_allclose(found**2, squares, rtol=100 * EPS, atol=0)
     # Each effect is a sum that may cancel: roundings of the largest.
-    again = torque_uncertainty(scaled, given_states(states))
+    again = torque_uncertainty(scaled, states)
     np.testing.assert_allclose(again, factor * found, rtol=0, atol=1000 * EPS * factor * found.max())
 
 
@@ -243,15 +239,15 @@ def test_a_payload_known_exactly_leaves_it_as_it_is(case, seed):
         uncertain = stated(arm, arm.n_joints - 1, small(rng, about))
         carrying = with_payload(uncertain, 2.0, rng.uniform(-0.05, 0.05, 3), [0.1, 0.1, 0.1])
         np.testing.assert_array_equal(
-            torque_uncertainty(carrying, given_states(states)),
-            torque_uncertainty(uncertain, given_states(states)),
+            torque_uncertainty(carrying, states),
+            torque_uncertainty(uncertain, states),
         )
 
 
 def test_more_states_than_one_chunk(puma):
     states = states_in_box(puma, CHUNK + 7)
     whole = torque_uncertainty(puma, states, drives=True)
-    end = States(states.q[CHUNK:], states.qd[CHUNK:], states.qdd[CHUNK:], {})
+    end = states.at(slice(CHUNK, None))
     # The same arithmetic at the same states; vector instructions may round the ends of arrays otherwise.
     np.testing.assert_allclose(whole[CHUNK:], torque_uncertainty(puma, end, drives=True), rtol=100 * EPS)
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from cases import candidate_sets, largest_error
+from cases import candidate_sets, candidates_with, largest_error
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.simplification.candidates import Candidates
-from gd_analyze.simplification.refit import Refit
+from gd_analyze.search.refit import Refit
 from strategies import examples
 
 
@@ -50,7 +49,7 @@ def test_one_coefficient_takes_over_what_another_did():
     """cos x and 1 near x = 0: the constant alone, refitted, halves the largest error."""
     x = np.linspace(-0.5, 0.5, 41)
     effects = np.array([np.cos(x), np.full(41, 1.0)])[:, None, :]
-    candidates = Candidates.untied(effects, {frozenset([k]): 1 for k in range(2)})
+    candidates = candidates_with(effects, {frozenset([k]): 1 for k in range(2)})
     scale = Refit(candidates).best(np.array([False, True]))
     # Middle of the range of cos x, which runs from cos 0.5 to 1.
     assert abs(scale[1] - (1.0 + (1.0 + np.cos(0.5)) / 2)) <= 1e-6

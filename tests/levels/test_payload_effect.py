@@ -9,14 +9,12 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from made_models import allowing, model_of_parts
 
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.models import ElementModel, ErrorTable, parts_of
-from gd_analyze.models.evaluation import evaluate_states
-from gd_analyze.operations import OperationCount
+from gd_analyze.levels import SimplifiedModel, evaluate, parts_of, payload_effect
 from gd_analyze.robots import Joint, Link, Placement, RobotArm, with_payload
-from gd_analyze.simplification.payload_effect import payload_effect
 from gd_analyze.states import States, states_in_box
 from gd_analyze.vectors import FloatArray
 from strategies import arms_with_states, examples
@@ -25,81 +23,67 @@ EPS = float(np.finfo(float).eps)
 HAND = [0.0, 0.0, 0.0]
 
 
-def model_without(arm: RobotArm, budget: FloatArray, dropped: set[str], drives: bool = False) -> ElementModel:
+def model_without(
+    arm: RobotArm, allowed: FloatArray, dropped: set[str], drives: bool = False
+) -> SimplifiedModel:
     """A model that lacks some parts, with any budget."""
-    n = arm.n_joints
-    return ElementModel(
-        arm=arm,
-        level="element",
-        drives=drives,
-        budget=budget,
-        budget_stated="N m",
-        promise=ErrorTable.nothing(n),
-        made_for={},
-        operations_full=OperationCount(0, 0, 0),
-        kept=tuple(part.label for part in parts_of(n) if part.label not in dropped),
-    )
-
-
-def states_of(drawn) -> States:
-    return States(drawn.q, drawn.qd, drawn.qdd, {})
+    kept = {part.label for part in parts_of(arm.n_joints)} - dropped
+    return allowing(model_of_parts(arm, kept, drives), allowed)
 
 
 @pytest.mark.parametrize("drives", [False, True])
 def test_the_mass_found_touches_the_budget_at_the_limiting_joint(puma, drives):
     states = states_in_box(puma, 300)
     made = model_without(puma, np.full(6, np.inf), {"h2 rotation", "D12 rotation", "c4"}, drives)
-    left_out = evaluate_states(made, states).table.largest
+    left_out = evaluate(made, states).errors.largest
     assert (left_out[[0, 1, 3]] > 0).all()
-    made = dataclasses.replace(made, budget=1.5 * left_out + 0.05)
+    made = allowing(made, 1.5 * left_out + 0.05)
     effect = payload_effect(made, states)
     mass = effect.largest_mass
     assert 0.0 < mass < np.inf
-    found = evaluate_states(made, states, with_payload(puma, mass, HAND)).table.largest
+    found = evaluate(made, states, with_payload(puma, mass, HAND)).errors.largest
     joint = effect.limiting_joint - 1
     # Differences of torques: a thousand roundings of the largest.
     slack = 1000 * EPS * 100.0
-    assert found[joint] == pytest.approx(made.budget[joint], abs=slack)
-    assert (found <= made.budget + slack).all()
+    assert found[joint] == pytest.approx(made.promise.allowed[joint], abs=slack)
+    assert (found <= made.promise.allowed + slack).all()
     assert (
-        evaluate_states(made, states, with_payload(puma, 0.5 * mass, HAND)).table.largest < made.budget
+        evaluate(made, states, with_payload(puma, 0.5 * mass, HAND)).errors.largest < made.promise.allowed
     ).all()
-    beyond = evaluate_states(made, states, with_payload(puma, 1.01 * mass, HAND)).table.largest
-    assert beyond[joint] > made.budget[joint]
+    beyond = evaluate(made, states, with_payload(puma, 1.01 * mass, HAND)).errors.largest
+    assert beyond[joint] > made.promise.allowed[joint]
 
 
 @examples(40)
 @given(arms_with_states(max_joints=4, massive=True), st.integers(0, 2**32 - 1))
 def test_each_joint_leaves_its_budget_at_its_own_mass(case, seed):
-    arm, drawn = case
-    states = states_of(drawn)
+    arm, states = case
     rng = np.random.default_rng(seed)
     labels = [part.label for part in parts_of(arm.n_joints)]
     made = model_without(arm, np.full(arm.n_joints, np.inf), set(rng.choice(labels, 2)))
-    left_out = evaluate_states(made, states).table.largest
-    scale = np.abs(decompose_states(arm, drawn.q, drawn.qd, drawn.qdd, coupling=False)["torque"]).max()
+    left_out = evaluate(made, states).errors.largest
+    scale = np.abs(decompose_states(arm, *states.arrays, coupling=False)["torque"]).max()
     assume(scale > 0.1)
-    made = dataclasses.replace(made, budget=left_out + rng.uniform(0.01, 0.1) * scale)
+    made = allowing(made, left_out + rng.uniform(0.01, 0.1) * scale)
     effect = payload_effect(made, states)
     for joint, mass in enumerate(effect.mass_within_budget):
         # A joint that hardly feels the mass takes tons, and then the masses' round-off is what is compared.
         if mass > 1e3:
             continue
         carrying = with_payload(arm, mass, HAND)
-        found = evaluate_states(made, states, carrying).table.largest[joint]
-        loaded = decompose_states(carrying, drawn.q, drawn.qd, drawn.qdd, coupling=False)["torque"]
+        found = evaluate(made, states, carrying).errors.largest[joint]
+        loaded = decompose_states(carrying, *states.arrays, coupling=False)["torque"]
         # Some thousand roundings of the largest torque of the arm with this mass.
-        assert found == pytest.approx(made.budget[joint], abs=1e4 * EPS * np.abs(loaded).max())
+        assert found == pytest.approx(made.promise.allowed[joint], abs=1e4 * EPS * np.abs(loaded).max())
 
 
 @examples(40)
 @given(arms_with_states(max_joints=5, massive=True))
 def test_torque_per_kilogram(case):
-    arm, drawn = case
-    states = states_of(drawn)
+    arm, states = case
     effect = payload_effect(model_without(arm, np.ones(arm.n_joints), set()), states)
     bare, loaded = (
-        decompose_states(which, drawn.q, drawn.qd, drawn.qdd, coupling=False)["torque"]
+        decompose_states(which, *states.arrays, coupling=False)["torque"]
         for which in (arm, with_payload(arm, 1.0, HAND))
     )
     # Differences of torques: a thousand roundings of the largest.
@@ -130,7 +114,7 @@ def horizontal(*, com: float = 0.5, length: float = 1.0) -> RobotArm:
 
 def at(*angles: float) -> States:
     q = np.array(angles)[:, None]
-    return States(q, np.zeros_like(q), np.zeros_like(q), {})
+    return States(q, np.zeros_like(q), np.zeros_like(q))
 
 
 def test_closed_form_of_a_rod_at_rest():
@@ -187,7 +171,7 @@ def test_round_off_is_no_effect(rng):
         ),
         np.array([1.0, -2.0, 9.0]),
     )
-    states = States(*rng.uniform(-3, 3, (3, 50, 2)), {})
+    states = States(*rng.uniform(-3, 3, (3, 50, 2)))
     found = payload_effect(model_without(arm, np.full(2, 0.1), set()), states)
     assert found.torque_per_kg[0] > 1.0
     assert (found.torque_per_kg[1], found.mass_within_budget[1]) == (0.0, np.inf)

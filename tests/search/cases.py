@@ -1,23 +1,40 @@
-"""Small sets of candidates that can be searched by trying all, and exact dynamics of drawn arms."""
+"""Small sets of candidates that can be searched by trying all."""
 
 from __future__ import annotations
 
 import itertools
-from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
 
-from gd_analyze.robots import RobotArm
-from gd_analyze.simplification import ExactDynamics
-from gd_analyze.simplification.candidates import Candidates
-from gd_analyze.simplification.states import States
+from gd_analyze.levels import TERM, ExactForm
+from gd_analyze.levels.level import Costs
+from gd_analyze.search.candidates import Candidates
+from gd_analyze.vectors import FloatArray
+from strategies import two_link_of
+
+_FORM = ExactForm(two_link_of(1.0, 1.0, 1.0))
 
 
-def exact_of(case: tuple[RobotArm, Any], drives: bool = False) -> ExactDynamics:
-    arm, drawn = case
-    made_for = {"box": "drawn", "states": len(drawn.q), "seed": 0}
-    return ExactDynamics(arm, States(drawn.q, drawn.qd, drawn.qdd, made_for), drives)
+def candidates_with(
+    effects: FloatArray,
+    costs: Costs,
+    parameter: np.ndarray | None = None,
+    magnitude: FloatArray | None = None,
+) -> Candidates:
+    """Candidates of any effects, whatever they stand for; by default each has a free number of its own."""
+    count = len(effects)
+    return Candidates(
+        level=TERM,
+        form=_FORM,
+        terms=dict.fromkeys(range(count), 1.0),
+        effects=effects,
+        costs=costs,
+        parameter=np.arange(count) if parameter is None else parameter,
+        magnitude=np.ones(count) if magnitude is None else magnitude,
+        ratio=np.ones(count),
+        total=count,
+    )
 
 
 @st.composite
@@ -32,15 +49,7 @@ def candidate_sets(draw: st.DrawFn, most: int = 8) -> Candidates:
         members = frozenset(np.flatnonzero(rng.random(count) < 0.5).tolist())
         if len(members) > 1:
             costs[members] = int(rng.integers(1, 5))
-    return Candidates(
-        effects,
-        costs,
-        rng.integers(0, count, count),
-        rng.uniform(0.5, 2.0, count),
-        np.ones(count),
-        np.arange(count),
-        count,
-    )
+    return candidates_with(effects, costs, rng.integers(0, count, count), rng.uniform(0.5, 2.0, count))
 
 
 def cost_of(candidates: Candidates, kept: np.ndarray) -> int:

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.errors import UsageError
-from gd_analyze.simplification import Budget
+from gd_analyze.levels import Budget
 from strategies import examples
 
 

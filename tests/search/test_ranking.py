@@ -6,14 +6,15 @@ import dataclasses
 
 import numpy as np
 import pytest
-from cases import exact_of
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gd_analyze.levels import ENERGY, TERM, ExactDynamics
+from gd_analyze.levels.level import ROUGH
 from gd_analyze.robots import Drive, LinkUncertainty
-from gd_analyze.simplification import ExactDynamics
-from gd_analyze.simplification.making import operations_of
-from gd_analyze.simplification.ranking import rank_terms
+from gd_analyze.search import rank_terms
+from gd_analyze.search.candidates import candidates_of
+from gd_analyze.search.elimination import eliminate
 from strategies import arms_with_states, examples, two_link_of
 
 
@@ -22,43 +23,37 @@ def along(puma, pick_and_place) -> ExactDynamics:
     return ExactDynamics.of(puma, pick_and_place)
 
 
-@pytest.mark.parametrize("level", ["term", "energy"])
+@pytest.mark.parametrize("level", [TERM, ENERGY], ids=str)
 def test_ranks_count_and_shares_are_of_peak_torque(along, level):
     ranking = rank_terms(along, level)
     assert [term.rank for term in ranking.terms] == list(range(1, len(ranking.terms) + 1))
-    assert len(ranking.terms) == len(along.torques if level == "term" else along.energy)
+    exact_terms = level.terms(along.form)
+    assert {term.term: term.weight for term in ranking.terms} == exact_terms
+    assert len(ranking.terms) == len(exact_terms) == ranking.total
     for term in ranking.terms:
         peak = along.peak_torque[term.alone_joint - 1]
         assert term.alone_torque == pytest.approx(term.alone_share * peak, rel=1e-12)
     # Without anything the error is the torque itself, at every joint: the worst share is 1.
     assert ranking.terms[0].without_share == pytest.approx(1.0, rel=1e-12)
     assert ranking.terms[-1].without_share == pytest.approx(ranking.terms[-1].alone_share, rel=1e-9)
-    assert {term.quantity for term in ranking.terms} == (
-        {"inertia", "coriolis_centrifugal", "gravity_loading"}
-        if level == "term"
-        else {"kinetic", "potential"}
+    assert {term.term.quantity for term in ranking.terms} == (
+        {"inertia", "coriolis_centrifugal", "gravity_loading"} if level is TERM else {"kinetic", "potential"}
     )
 
 
 @examples(8)
-@given(arms_with_states(max_joints=3, count=12, massive=True), st.sampled_from(["term", "energy"]))
+@given(arms_with_states(max_joints=3, count=12, massive=True), st.sampled_from([TERM, ENERGY]))
 def test_the_error_without_the_last_terms_is_measured_on_their_model(case, level):
-    from gd_analyze.harmonics.absolute_rates import AbsoluteRates
-    from gd_analyze.models.torque_program import torque_programs
-    from gd_analyze.simplification.candidates import candidates_of
-    from gd_analyze.simplification.elimination import eliminate
-    from gd_analyze.simplification.making import _harmonic
-
-    exact = exact_of(case)
+    exact = ExactDynamics.of(*case)
     ranking = rank_terms(exact, level)
     whole = np.maximum(exact.peak_torque, 1e-12 * exact.peak_torque.max())
-    order = eliminate(candidates_of(exact, level, whole), by_cost=False).order
+    candidates = candidates_of(exact, level, whole)
+    order = eliminate(candidates, by_cost=False).order
     count = len(order)
     for kept_count in {0, count // 3, count - 1}:
         kept = np.zeros(count, dtype=bool)
         kept[list(order[count - kept_count :])] = True
-        _, torques = _harmonic(exact, level, kept, np.ones(count))
-        program = torque_programs(AbsoluteRates.of(exact.arm), torques, thorough=False)["torque"]
+        program = level.write(exact.form, candidates.keep(kept, np.ones(count)), ROUGH)
         inputs = {
             f"{name}{i + 1}": getattr(exact.states, name)[:, i]
             for name in ("q", "qd", "qdd")
@@ -99,6 +94,4 @@ def test_the_puma_has_terms_below_its_uncertainty(along):
     limit = np.array(ranking.uncertainty)
     last = ranking.terms[kept]
     assert last.without_share * along.peak_torque[last.without_joint - 1] <= limit[last.without_joint - 1]
-    one = np.ones(len(ranking.terms))
-    everything = operations_of(along, "term", one > 0, one).total
-    assert everything > 600
+    assert along.form.operations(TERM, ROUGH).total > 600

@@ -1,4 +1,4 @@
-"""Files of harmonic models: exact round trip; damaged and edited ones are refused with a way out."""
+"""Terms and programs in model files: exact round trip; impossible and edited ones are refused."""
 
 from __future__ import annotations
 
@@ -7,96 +7,48 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from harmonic_models import exact_model
-from hypothesis import given
-from hypothesis import strategies as st
+from made_models import assert_same
 
 from gd_analyze.errors import ModelError
-from gd_analyze.models import HarmonicModel, evaluate, load_model, save_model
-from gd_analyze.models.model_file import _digest
-from gd_analyze.simplification import simplify
-from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.states import states_of
-from strategies import arms_with_states, examples
+from gd_analyze.levels import ENERGY, Budget, ExactDynamics, SimplifiedModel, evaluate, load_model, save_model
+from gd_analyze.levels.model_file import _digest
+from gd_analyze.search import How, simplify, simplify_exact
+from gd_analyze.states import states_of
 
 
 @pytest.fixture(scope="module")
-def energy_model(puma, pick_and_place) -> HarmonicModel:
-    return simplify(
-        puma,
-        states_of(pick_and_place),
-        level="energy",
-        refit=True,
-        drives=True,
-        provenance={"command": "test"},
-    )
+def energy_model(puma, pick_and_place) -> SimplifiedModel:
+    exact = ExactDynamics.of(puma, pick_and_place, drives=True)
+    how = How(ENERGY, refit=True, thorough=False)
+    return simplify_exact(exact, Budget(), how, provenance={"command": "test"})
 
 
 @pytest.fixture(scope="module")
-def term_model(two_link, swing) -> HarmonicModel:
-    return simplify(two_link, states_of(swing), Budget.parse("10%,0.5"))
+def term_model(two_link, swing) -> SimplifiedModel:
+    return simplify(two_link, swing, Budget.parse("10%,0.5"))
 
 
-def written(model: HarmonicModel, folder: Path) -> Path:
+def written(model: SimplifiedModel, folder: Path) -> Path:
     path = folder / "model.json"
     save_model(model, path)
     return path
 
 
-def assert_same(model: HarmonicModel, again, states) -> None:
-    assert isinstance(again, HarmonicModel)
-    q, qd, qdd = states.q, states.qd, states.qdd
-    np.testing.assert_array_equal(again.torque(q, qd, qdd), model.torque(q, qd, qdd))
-    np.testing.assert_array_equal(again.inertia(q), model.inertia(q))
-    np.testing.assert_array_equal(again.coriolis_centrifugal(q, qd), model.coriolis_centrifugal(q, qd))
-    np.testing.assert_array_equal(again.budget, model.budget)
-    for table in ("peak_torque", "largest", "rms"):
-        np.testing.assert_array_equal(getattr(again.promise, table), getattr(model.promise, table))
-    for name in (
-        "level", "energy", "drives", "refitted", "budget_stated", "made_for", "provenance", "operations",
-        "operations_full",
-    ):  # fmt: skip
-        assert getattr(again, name) == getattr(model, name), name
-    assert dict(again.torques) == dict(model.torques)
-
-
 def test_round_trip_is_exact(energy_model, term_model, pick_and_place, swing, tmp_path):
-    assert_same(energy_model, load_model(written(energy_model, tmp_path)), pick_and_place)
-    assert_same(term_model, load_model(written(term_model, tmp_path)), swing)
-
-
-@examples(12)
-@given(arms_with_states(max_joints=4), st.sampled_from(["term", "energy"]))
-def test_round_trip_of_any_arm_is_exact(tmp_path_factory, case, level):
-    arm, states = case
-    model = exact_model(arm, level=level)
-    assert_same(model, load_model(written(model, tmp_path_factory.mktemp("model"))), states)
-
-
-def test_the_file_says_what_it_is(energy_model, term_model, tmp_path):
-    document = json.loads(written(energy_model, tmp_path).read_text(encoding="utf-8"))
-    assert (document["format"], document["version"]) == ("gd-analyze simplified model", 1)
-    assert (document["level"], document["refitted"], document["drives"]) == ("energy", True, True)
-    assert document["errors_are"] == "sampled at the states of made_for"
-    assert document["made_for"]["trajectory"] == "pick-and-place"
-    assert len(document["energy"]) == len(energy_model.energy)
-    assert document["energy"][0].keys() == {"i", "j", "factors", "coefficient"}
-    assert "torques" not in document
-    document = json.loads(written(term_model, tmp_path).read_text(encoding="utf-8"))
-    assert document["level"] == "term"
-    assert len(document["torques"]) == len(term_model.torques)
-    assert document["torques"][0].keys() == {"row", "rates", "factors", "weight"}
+    assert_same(energy_model, load_model(written(energy_model, tmp_path)), states_of(pick_and_place))
+    assert_same(term_model, load_model(written(term_model, tmp_path)), states_of(swing))
 
 
 def test_a_loaded_model_keeps_its_promise(energy_model, pick_and_place, tmp_path):
     model = load_model(written(energy_model, tmp_path))
     found = evaluate(model, pick_and_place)
-    np.testing.assert_array_equal(found.table.largest, model.promise.largest)
-    assert found.within(model.budget).all()
+    np.testing.assert_array_equal(found.errors.largest, model.promise.errors.largest)
+    assert model.refitted
+    assert found.within(model.promise.allowed).all()
 
 
 # Each fits the schema's types, or nearly; the digest is set right again, so that the content is judged.
-ENERGY = {
+OF_ENERGY = {
     "another joint": ("i", 6),
     "below the diagonal": ("j", -1),
     "half a potential": ("i", -1),
@@ -113,7 +65,7 @@ ENERGY = {
     "a turning joint's variable": ("factors", [["power", [0, 1, 0, 0, 0, 0], 1]]),
     "a key more": ("colour", "red"),
 }
-TORQUE = {
+OF_TORQUE = {
     "another row": ("row", 2),
     "row below 0": ("row", -1),
     "rate of another joint": ("rates", [[2, 2]]),
@@ -137,28 +89,28 @@ def refused(document: dict, path: Path) -> ModelError:
     return caught.value
 
 
-@pytest.mark.parametrize(("key", "value"), ENERGY.values(), ids=ENERGY.keys())
+@pytest.mark.parametrize(("key", "value"), OF_ENERGY.values(), ids=OF_ENERGY.keys())
 def test_impossible_energy_terms(energy_model, tmp_path, key, value):
     path = written(energy_model, tmp_path)
     document = json.loads(path.read_text(encoding="utf-8"))
-    place = next(k for k, entry in enumerate(document["energy"]) if entry["i"] >= 0)
-    document["energy"][place][key] = value
+    place = next(k for k, entry in enumerate(document["terms"]) if entry["i"] >= 0)
+    document["terms"][place][key] = value
     refused(document, path)
 
 
-@pytest.mark.parametrize(("key", "value"), TORQUE.values(), ids=TORQUE.keys())
+@pytest.mark.parametrize(("key", "value"), OF_TORQUE.values(), ids=OF_TORQUE.keys())
 def test_impossible_torque_terms(term_model, tmp_path, key, value):
     path = written(term_model, tmp_path)
     document = json.loads(path.read_text(encoding="utf-8"))
-    document["torques"][0][key] = value
+    document["terms"][0][key] = value
     refused(document, path)
 
 
 def test_a_term_stated_twice(energy_model, term_model, tmp_path):
-    for model, key in ((energy_model, "energy"), (term_model, "torques")):
+    for model in (energy_model, term_model):
         path = written(model, tmp_path)
         document = json.loads(path.read_text(encoding="utf-8"))
-        document[key].append(document[key][0])
+        document["terms"].append(document["terms"][0])
         assert "stated twice" in refused(document, path).details["found"]
 
 
@@ -173,7 +125,7 @@ def test_the_level_of_another_schema(energy_model, tmp_path, level):
 def test_a_changed_coefficient_no_longer_fits_the_program(energy_model, tmp_path):
     path = written(energy_model, tmp_path)
     document = json.loads(path.read_text(encoding="utf-8"))
-    document["energy"][0]["coefficient"] *= 1.001
+    document["terms"][0]["coefficient"] *= 1.001
     assert "does not compute the terms" in str(refused(document, path))
 
 
