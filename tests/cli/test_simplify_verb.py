@@ -112,7 +112,7 @@ def test_refit_and_payload(run):
 REFUSED = {
     "refit of parts": (
         ("simplify", "two_link", "two-link-swing", "--refit", "--level", "element"),
-        "--level term or energy",
+        "expected: level term or energy",
     ),
     "unknown level": (("simplify", "two_link", "two-link-swing", "--level", "atom"), "--level"),
     "certified parts": (

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.authority import round_off_bounds
 from gd_analyze.decomposition import decompose
 from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.levels import ELEMENT, Budget, ExactDynamics, ExactForm, Part, evaluate, losses, parts_of
@@ -17,6 +16,7 @@ from gd_analyze.levels.level import ROUGH
 from gd_analyze.levels.part_costs import blocks, is_zero
 from gd_analyze.levels.parts import torque_by_part, trace_parts
 from gd_analyze.operations import Trace
+from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import Drive, load_arm
 from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.search import simplify

@@ -10,13 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.authority import round_off_bounds
-from gd_analyze.decomposition import CHUNK
 from gd_analyze.formulations import newton_euler_link
+from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import Drive, Joint, Link, LinkUncertainty, Placement, RobotArm, with_payload
 from gd_analyze.search import torque_uncertainty
 from gd_analyze.states import States, states_in_box, states_of
-from gd_analyze.vectors import FloatArray
+from gd_analyze.vectors import CHUNK, FloatArray
 from strategies import arms_with_states, examples
 
 EPS = float(np.finfo(float).eps)

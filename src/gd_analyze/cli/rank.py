@@ -78,19 +78,14 @@ def _rows(ranking: TermRanking) -> list[dict[str, Any]]:
     """One row per term, as JSON has it."""
     from dataclasses import asdict
 
-    from gd_analyze.harmonics.terms import TorqueTerm
-    from gd_analyze.harmonics.torque_rendering import energy_term_text, torque_term_text
+    from gd_analyze.formulas.plain import Plain
+    from gd_analyze.formulas.writing import term_formula
 
-    rows = []
+    plain, rows = Plain(), []
     for ranked in ranking.terms:
-        term, values = ranked.term, asdict(ranked)
-        if isinstance(term, TorqueTerm):
-            label, text = f"tau{term.row + 1}", torque_term_text(term, ranked.weight)
-        else:
-            label = "U" if term.is_potential else f"D'{term.i + 1}{term.j + 1}"
-            text = energy_term_text(term, ranked.weight)
-        values["term"] = text
-        rows.append({"label": label, "quantity": term.quantity, **values})
+        formula = term_formula(ranked.term, ranked.weight)
+        about = {"label": plain.symbol(formula.left), "quantity": ranked.term.quantity}
+        rows.append(about | asdict(ranked) | {"term": plain.right(formula)})
     return rows
 
 

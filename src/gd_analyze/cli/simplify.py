@@ -113,6 +113,7 @@ def simplify(
 
 def _document(model: SimplifiedModel, certificate: Certificate | None, digits: int) -> dict[str, Any]:
     from gd_analyze.cli.joint_table import error_values, joint_rows
+    from gd_analyze.formulas.plain import Plain
 
     promise = model.promise
     columns = error_values(promise.errors, promise.allowed) | {
@@ -133,22 +134,12 @@ def _document(model: SimplifiedModel, certificate: Certificate | None, digits: i
     }
     if not model.level.has_torque_terms:
         return document | {"kept": _labels(model), "dropped": _labels(model, dropped=True)}
-    from gd_analyze.harmonics.torque_rendering import torque_legend
-
+    plain = Plain(digits)
     return document | {
         "terms": len(model.terms),
-        "equations": list(model_equations(model, digits)),
-        "legend": list(torque_legend(model.form.basis, model.torques)),
+        "equations": [plain.line(formula) for formula in model.formulas],
+        "legend": list(plain.legend(model.legend)),
     }
-
-
-def model_equations(model: SimplifiedModel, digits: int = 3, width: int | None = None) -> tuple[str, ...]:
-    """A harmonic model as equations, one per joint; nothing for a model of parts."""
-    from gd_analyze.harmonics.torque_rendering import torques_to_text
-
-    if not model.level.has_torque_terms:
-        return ()
-    return torques_to_text(model.form.basis, model.torques, digits, width)
 
 
 def _counts(operations: OperationCount) -> dict[str, int]:
@@ -167,6 +158,7 @@ def _show(model: SimplifiedModel, certificate: Certificate | None, seconds: floa
     from gd_analyze.cli.joint_table import error_columns, joint_table, numbers
     from gd_analyze.cli.terminal import line, sentence
     from gd_analyze.formatting import percent
+    from gd_analyze.formulas.plain import Plain
     from gd_analyze.states import in_words
 
     promise, errors, arm = model.promise, model.promise.errors, model.arm
@@ -200,12 +192,11 @@ def _show(model: SimplifiedModel, certificate: Certificate | None, seconds: floa
         sentence("Dropped", bold=True)
         sentence(", ".join(_labels(model, dropped=True)) or "nothing")
         return
-    from gd_analyze.harmonics.torque_rendering import torque_legend
-
+    plain = Plain(digits)
     sentence("The model, in kg, m, s, rad", bold=True)
-    for written in model_equations(model, digits, _WIDTH):
-        line(written)
-    meanings = torque_legend(model.form.basis, model.torques)
+    for formula in model.formulas:
+        line(plain.wrapped(formula, _WIDTH))
+    meanings = plain.legend(model.legend)
     if meanings:
         line()
         sentence("; ".join(meanings) + ".")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.decomposition import decompose_states
-from gd_analyze.harmonics import Basis, Harmonics, identify
-from gd_analyze.harmonics.lagrangian import absolute_rates, energy_terms, gathered, torques_of
+from gd_analyze.harmonics import AbsoluteRates, Harmonics, harmonics_of
+from gd_analyze.harmonics.lagrangian import energy_terms, gathered, torques_of
 from gd_analyze.harmonics.terms import Energies, EnergyTerm, Torques
 from gd_analyze.levels.budget import Budget
-from gd_analyze.levels.level import Effort, Level
 from gd_analyze.operations import OperationCount
 from gd_analyze.robots import RobotArm
 from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude
@@ -48,14 +47,14 @@ class ExactForm:
         return self.arm.drive_inertia if self.drives else None
 
     @cached_property
-    def basis(self) -> Basis:
-        """The arm's basis functions."""
-        return Basis.of(self.arm)
+    def rates(self) -> AbsoluteRates:
+        """The arm's absolute rates."""
+        return AbsoluteRates.of(self.arm)
 
     @cached_property
     def harmonics(self) -> Harmonics:
         """The dynamics as sums of basis functions, by effect and link."""
-        return identify(self.arm)
+        return harmonics_of(self.arm)
 
     @cached_property
     def energies(self) -> Energies:
@@ -74,7 +73,7 @@ class ExactForm:
     def source(self, term: EnergyTerm) -> Torques:
         """Torque terms that an energy term makes with a coefficient of 1."""
         if term not in self._sources:
-            self._sources[term] = torques_of(term, self._absolute_rates)
+            self._sources[term] = torques_of(term, self.rates)
         return self._sources[term]
 
     @cached_property
@@ -82,18 +81,8 @@ class ExactForm:
         return {}
 
     @cached_property
-    def _absolute_rates(self) -> FloatArray:
-        return absolute_rates(self.basis)
-
-    def operations(self, level: Level, effort: Effort) -> OperationCount:
-        """Operations of the exact torque, written as models of a level are."""
-        if (level, effort) not in self._counted:
-            program = level.write(self, level.terms(self), effort)
-            self._counted[level, effort] = program.count
-        return self._counted[level, effort]
-
-    @cached_property
-    def _counted(self) -> dict[tuple[Level, Effort], OperationCount]:
+    def counts(self) -> dict[Hashable, OperationCount]:
+        """Operations of its torque by how it was written, kept by whoever counted."""
         return {}
 
 

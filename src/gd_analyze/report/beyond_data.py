@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.findings import Findings
-from gd_analyze.harmonics.torque_rendering import torque_term_text
-from gd_analyze.harmonics.torque_typst import to_typst
+from gd_analyze.formulas.typst import Typst
+from gd_analyze.formulas.writing import term_formula
 from gd_analyze.report.context import Context, percent
 from gd_analyze.report.units import aligned, figures, hundredths, pretty
 
@@ -35,7 +35,7 @@ def trade_off_data(findings: Findings, context: Context) -> dict[str, Any]:
             for row, factor in zip(context.trade_off, factors, strict=True)
         ],
         "operations": sum(context.operations[:2]),
-        "error": percent(float(findings.model.promise.errors.largest_share.max(initial=0.0))),
+        "error": percent(float(findings.model.promise.largest_share.max(initial=0.0))),
         "exact": sum(context.operations_full[:2]),
         "exact_elements": sum(context.element_operations_full[:2]),
     }
@@ -49,11 +49,12 @@ def term_data(findings: Findings, context: Context, noise: float) -> dict[str, A
     """Describe the single terms that matter most, and how many lie within the parameters' uncertainty."""
     rows = context.terms[:_TERMS]
     torques = aligned(figures(row.alone_torque) for row in rows)
-    peaks = findings.model.promise.errors.peak_torque
+    peaks = findings.model.promise.peak_torque
     shares = aligned(
         hundredths(row.alone_share) if peaks[row.alone_joint - 1] > noise else "–" for row in rows
     )
     without = aligned(hundredths(row.without_share) for row in rows)
+    typst, formulas = Typst(), [term_formula(row.term, row.weight) for row in rows]
     symbols = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c"}
     return {
         "total": context.terms_total,
@@ -61,9 +62,9 @@ def term_data(findings: Findings, context: Context, noise: float) -> dict[str, A
         "rows": [
             {
                 "rank": row.rank,
-                "symbol": symbols[row.term.quantity],
-                "row": to_typst(f"tau{row.term.row + 1}"),
-                "math": to_typst(torque_term_text(row.term, abs(row.weight))),
+                "symbol": symbols[row.quantity],
+                "row": typst.symbol(formulas[k].left),
+                "math": typst.body(formulas[k].pieces[0]),
                 "negative": row.weight < 0,
                 "torque": torques[k],
                 "unit": pretty(findings.arm.joints[row.alone_joint - 1].effort_unit),

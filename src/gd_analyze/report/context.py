@@ -10,18 +10,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.dominance import text_verdicts
-from gd_analyze.elements import elements
+from gd_analyze.dominance import ROUND_OFF_SHARE, elements, text_verdicts
 from gd_analyze.findings import Findings
 from gd_analyze.formulations.generalized_dalembert import EFFECTS
-from gd_analyze.levels import Loss, SimplifiedModel, losses
-from gd_analyze.levels.parts import parts_of
+from gd_analyze.harmonics.lagrangian import energy_terms
+from gd_analyze.labels import inertia_label
+from gd_analyze.models import ElementModel, HarmonicModel, SimplifiedModel
+from gd_analyze.models.element_level import parts_of
 from gd_analyze.operations import OperationCount
 from gd_analyze.report.units import inertia_unit
 from gd_analyze.robots import RobotArm, fingerprint
-from gd_analyze.round_off import ROUND_OFF_SHARE
-from gd_analyze.search import curves
-from gd_analyze.search.ranking import RankedTerm
+from gd_analyze.simplification import Loss, curves, losses
+from gd_analyze.simplification.ranking import RankedTerm
 
 # Rows of the ranking of single terms that a report shows.
 TERMS_SHOWN = 40
@@ -191,14 +191,14 @@ class Context:
 def build_context(findings: Findings) -> Context:
     """Collect the numbers of one run."""
     model, arm = findings.model, findings.arm
-    promise = model.promise.errors
+    promise = model.promise
     joint_errors = tuple(
         JointError(
             joint=str(i + 1),
             name=joint.name,
             unit=joint.effort_unit,
             peak_torque=float(promise.peak_torque[i]),
-            allowed=float(model.promise.allowed[i]),
+            allowed=float(model.budget[i]),
             largest=float(promise.largest[i]),
             largest_share=float(promise.largest_share[i]),
             rms=float(promise.rms[i]),
@@ -207,7 +207,7 @@ def build_context(findings: Findings) -> Context:
         for i, joint in enumerate(arm.joints)
     )
     elements_kept = findings.element_model
-    kept = _kept(tuple(part.label for part in elements_kept.terms), arm.n_joints)
+    kept = _kept(elements_kept.kept, arm.n_joints)
     rows = _dominance_rows(findings, kept)
     compared = [row for row in rows if row.text_verdict]
     reference = text_verdicts(arm.name)
@@ -222,24 +222,24 @@ def build_context(findings: Findings) -> Context:
         subtitle=f"along {findings.trajectory.name}, {findings.trajectory.n_set_points} set points",
         headline=(
             _headline(dropped, n_parts, saved, worst)
-            if not model.level.has_torque_terms
+            if isinstance(model, ElementModel)
             else _harmonic_headline(model, kept_terms, worst)
         ),
         facts=(
             (
                 (f"{len(dropped)} / {n_parts}", f"parts dropped, {_zeros(dropped)} of them zero here")
-                if not model.level.has_torque_terms
+                if isinstance(model, ElementModel)
                 else (kept_terms, f"kept of the exact model's {_all_terms(findings)}")
             ),
             (f"{model.operations_full.total} → {model.operations.total}", "operations per torque evaluation"),
             (percent(worst.largest_share), f"largest error, of peak torque (joint {worst.joint})"),
             (number(max(r.largest for r in findings.residuals)), "largest difference from Pinocchio, SI"),
         ),
-        budget=model.promise.budget,
-        level=model.level.name,
+        budget=model.budget_stated,
+        level=model.level,
         refitted=model.refitted,
         kept_terms=kept_terms,
-        search=model.promise.search,
+        search=model.provenance["search"],
         operations=_count(model.operations),
         operations_full=_count(model.operations_full),
         joint_errors=joint_errors,
@@ -251,14 +251,12 @@ def build_context(findings: Findings) -> Context:
             None if findings.terms.uncertainty is None else findings.terms.not_worth_keeping
         ),
         trade_off=_trade_off(findings),
-        trade_off_kinds=tuple((level.name, refit) for level, refit in curves(findings.trade_off)),
+        trade_off_kinds=tuple(curves(findings.trade_off)),
         beyond=_beyond(findings),
         drawn=findings.beyond.drawn,
         element_operations=_count(elements_kept.operations),
         element_operations_full=_count(elements_kept.operations_full),
-        inertia_kept=tuple(
-            tuple(kept[_label("D", min(i, j), max(i, j))] for j in range(n)) for i in range(n)
-        ),
+        inertia_kept=tuple(tuple(kept[inertia_label(i, j)] for j in range(n)) for i in range(n)),
         coriolis_kept=tuple(kept[f"h{i + 1}"] for i in range(n)),
         gravity_kept=tuple(kept[f"c{i + 1}"] for i in range(n)),
         text_source=reference.source if reference else "",
@@ -303,12 +301,20 @@ def _harmonic_headline(model: SimplifiedModel, kept_terms: str, worst: JointErro
 
 def _kept_terms(model: SimplifiedModel) -> str:
     """How much a model keeps, in words."""
-    return f"{len(model.terms)} {model.level.keeps}"
+    if isinstance(model, HarmonicModel):
+        if model.level == "energy":
+            return f"{len(model.energy)} energy terms"
+        return f"{len(model.torques)} torque terms"
+    assert isinstance(model, ElementModel)  # there is no other kind
+    return f"{len(model.kept)} parts of elements"
 
 
 def _all_terms(findings: Findings) -> int:
     """Number of terms of the exact model at the level of the simplified one."""
-    return len(findings.model.level.terms(findings.model.form))
+    if findings.model.level != "energy" or findings.harmonics is None:
+        return len(findings.terms.terms)
+    drives = findings.arm.drive_inertia if findings.model.drives else None
+    return len(energy_terms(findings.harmonics, drives))
 
 
 def _trade_off(findings: Findings) -> tuple[TradeOffRow, ...]:
@@ -325,7 +331,7 @@ def _trade_off(findings: Findings) -> tuple[TradeOffRow, ...]:
 
 
 def _beyond(findings: Findings) -> tuple[BeyondRow, ...]:
-    beyond, peak = findings.beyond, findings.model.promise.errors.peak_torque
+    beyond, peak = findings.beyond, findings.model.promise.peak_torque
     certificate, drawn = beyond.certificate, beyond.within_limits
     uncertainty = findings.terms.uncertainty
     return tuple(
@@ -378,10 +384,6 @@ def _kept(labels: tuple[str, ...], n_joints: int) -> dict[str, str]:
 def _unit(arm: RobotArm, i: int, j: int) -> str:
     """Unit of D_ij, or of h_i and c_i where j is -1."""
     return arm.joints[i].effort_unit if j < 0 else inertia_unit(arm, i, j)
-
-
-def _label(symbol: str, i: int, j: int) -> str:
-    return f"{symbol}{i + 1}{',' if max(i, j) >= 9 else ''}{j + 1}"
 
 
 def _dominance_rows(findings: Findings, kept: dict[str, str]) -> tuple[DominanceRow, ...]:

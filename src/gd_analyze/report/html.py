@@ -13,30 +13,21 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from markupsafe import Markup, escape
 
-from gd_analyze.dominance import text_verdicts
-from gd_analyze.elements import Element, elements
+from gd_analyze.dominance import Element, elements, text_verdicts
 from gd_analyze.findings import Findings
-from gd_analyze.levels import parts_of
-from gd_analyze.report import mathml
+from gd_analyze.formulas.formula import Formula, Legend
+from gd_analyze.formulas.legend import torque_legend
+from gd_analyze.formulas.mathml import PageMathML
+from gd_analyze.formulas.parts import part_symbol, parts_formulas
+from gd_analyze.formulas.writing import term_formula, torque_formulas
+from gd_analyze.harmonics import Basis
+from gd_analyze.labels import inertia_label
+from gd_analyze.models import HarmonicModel, parts_of
 from gd_analyze.report.beyond_chart import beyond_chart
 from gd_analyze.report.context import Context, DominanceRow, build_context, number, percent
-from gd_analyze.report.equations import (
-    inertia_matrix,
-    model_equation,
-    source_equations,
-    torque_equations,
-)
 from gd_analyze.report.interactive import MOST_POINTS, page_data
 from gd_analyze.report.stroboscope import stroboscope
-from gd_analyze.report.terms import (
-    exact_elements,
-    exact_torques,
-    shared_accelerations,
-    tallies,
-    term_rows,
-    torque_legend,
-    torque_views,
-)
+from gd_analyze.report.terms import exact_elements, exact_torques, shared_accelerations, tallies
 from gd_analyze.report.units import pretty
 
 if TYPE_CHECKING:
@@ -44,6 +35,7 @@ if TYPE_CHECKING:
 
 TEMPLATES = Path(__file__).parent / "templates"
 SCRIPTS = ("trade_off.js", "plots.js", "viewer.js", "table.js", "page.js")
+MATHS = PageMathML()
 LETTERS = {"translation": "T", "rotation": "R", "both": "T+R", "neither": "0"}
 SYMBOLS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c"}
 
@@ -73,7 +65,6 @@ def render_html(findings: Findings) -> str:
     context = build_context(findings)
     arm, model = findings.arm, findings.model
     source = text_verdicts(arm.name)
-    exact = exact_torques(findings)
     return (
         environment()
         .get_template("report.html.j2")
@@ -85,10 +76,6 @@ def render_html(findings: Findings) -> str:
             order={element.label: k for k, element in enumerate(elements(arm.n_joints))},
             mixed=not all(arm.is_revolute),
             dropped=_dropped(context),
-            torque_equations=torque_equations(context, model.drives),
-            inertia_matrix=inertia_matrix(context),
-            model_equation=model_equation(),
-            source_equations=source_equations(),
             still=stroboscope(arm, findings.decomposition.q.values),
             kinds=[k for k in ("revolute", "prismatic") if any(joint.kind == k for joint in arm.joints)],
             threshold=float(findings.dominance.attrs["threshold"]),
@@ -101,21 +88,35 @@ def render_html(findings: Findings) -> str:
             scripts=Markup("\n".join(template_text(name) for name in SCRIPTS)),
             letters=LETTERS,
             symbols=SYMBOLS,
-            torque_views=torque_views(findings),
-            torque_legend=torque_legend(findings, exact),
-            tallies=tallies(findings, exact),
-            accelerations=[mathml.absolute_acceleration(i + 1) for i in range(arm.n_joints)],
-            shared_accelerations=shared_accelerations(findings),
-            term_rows=term_rows(findings, context),
             search_steps=_search_steps(context),
-            exact_elements=exact_elements(findings),
             beyond_chart=beyond_chart(context.joint_errors, context.beyond),
             smallest_payload=min(context.beyond, key=lambda row: row.mass_within_budget),
             tightness=_tightness(context),
             uncertain=_above_allowed(context, "uncertainty"),
             outside=_above_allowed(context, "within_limits"),
+            **_mathematics(findings, context),
         )
     )
+
+
+def _mathematics(findings: Findings, context: Context) -> dict[str, Any]:
+    """Formulas of the model, of the parts that the element level keeps and of the exact elements."""
+    arm, model, exact = findings.arm, findings.model, exact_torques(findings)
+    basis = Basis.of(arm)
+    torques = model.torques if isinstance(model, HarmonicModel) else None
+    kept = {row.element: row.kept for row in context.dominance}
+    labels = [[inertia_label(i, j) for j in range(arm.n_joints)] for i in range(arm.n_joints)]
+    return {
+        "torque_formulas": () if torques is None else torque_formulas(basis, torques),
+        "torque_legend": _legend(torque_legend(basis, exact if torques is None else torques)),
+        "tallies": () if torques is None else tallies(exact, torques, arm.n_joints),
+        "kept_torques": torques or {},
+        "shared_accelerations": _legend(shared_accelerations(basis)),
+        "parts_formulas": parts_formulas(kept, arm.n_joints, model.drives),
+        "inertia_labels": labels,
+        "inertia_matrix": [[_cell(label, kept[label]) for label in line] for line in labels],
+        "exact_elements": () if findings.harmonics is None else exact_elements(findings.harmonics),
+    }
 
 
 @dataclass(frozen=True)
@@ -250,13 +251,35 @@ def environment() -> Environment:
         "typeset": _typeset,
         "powers": _powers,
         "unit": pretty,
-        "symbol": mathml.part,
+        "symbol": _symbol,
+        "formula": lambda ranked: term_formula(ranked.term, ranked.weight),
+        "left": lambda formula: Markup(MATHS.left(formula)),
+        "pieces": lambda formula: [*map(Markup, MATHS.elements(formula))],
+        "by_quantity": _by_quantity,
         "digits": lambda value: _typeset(f"{float(value):.6g}"),
         "joints": _joints,
         "mass": lambda kilograms: _typeset(_mass(float(kilograms))),
         "degrees": lambda angle: _typeset(f"{math.degrees(float(angle)):.4g}"),
     }
     return environment
+
+
+def _symbol(label: str) -> Markup:
+    """Formula for an element's label or a part's, such as "D12 translation"."""
+    return Markup(f"<math>{MATHS.symbol(part_symbol(*label.split()))}</math>")
+
+
+def _cell(label: str, kept: str) -> Markup:
+    """Entry of the matrix D."""
+    return Markup("<mn>0</mn>" if kept == "neither" else MATHS.symbol(part_symbol(label, kept)))
+
+
+def _legend(legend: Legend) -> list[Markup]:
+    return [*map(Markup, MATHS.legend(legend))]
+
+
+def _by_quantity(formula: Formula) -> list[tuple[str, list[Markup]]]:
+    return [(quantity, [*map(Markup, pieces)]) for quantity, pieces in MATHS.by_quantity(formula)]
 
 
 def _joints(numbers: list[str], of: int) -> str:

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.authority import Residual
 from gd_analyze.certification import Certificate
-from gd_analyze.harmonics.torque_rendering import torque_term_text
+from gd_analyze.formulas.plain import Plain
+from gd_analyze.formulas.writing import term_formula
 from gd_analyze.levels import ErrorTable, ExactDynamics, PayloadEffect, SimplifiedModel, losses, parts_of
+from gd_analyze.pinocchio_check import Residual
 from gd_analyze.robots import RobotArm
 from gd_analyze.round_off import ROUND_OFF_SHARE
 from gd_analyze.schema import table
@@ -126,6 +127,7 @@ def parts_table(model: SimplifiedModel, exact: ExactDynamics, dominance: xr.Data
 def terms_table(ranking: TermRanking, arm: RobotArm, written_out: bool) -> xr.Dataset:
     """Tabulate the ranking of single terms."""
     terms = ranking.terms
+    plain, written = Plain(), [term_formula(term.term, term.weight) for term in terms]
 
     def column(name: str) -> np.ndarray:
         return np.array([getattr(term, name) for term in terms])
@@ -140,9 +142,9 @@ def terms_table(ranking: TermRanking, arm: RobotArm, written_out: bool) -> xr.Da
     return table(
         "terms",
         {
-            "label": np.array([f"tau{term.term.row + 1}" for term in terms], dtype=str),
+            "label": np.array([plain.symbol(formula.left) for formula in written], dtype=str),
             "quantity": np.array([term.term.quantity for term in terms], dtype=str),
-            "text": np.array([torque_term_text(term.term, term.weight) for term in terms], dtype=str),
+            "text": np.array([plain.right(formula) for formula in written], dtype=str),
             **{name: column(name) for name in names},
             "below_uncertainty": np.array(below, dtype=int),
         },
