@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from made_models import ROUND_OFF
 
 from gd_analyze.certification import Box, certify, certify_positive_definite
 from gd_analyze.cli import levels as told
@@ -37,6 +36,7 @@ from gd_analyze.operations.derivative import derivative
 from gd_analyze.search import How, simplify_exact
 from gd_analyze.states import States, states_in_box
 from gd_analyze.vectors import FloatArray
+from made_models import ROUND_OFF
 
 
 def test_the_command_line_knows_the_same_levels():
