@@ -90,7 +90,7 @@ def test_a_selection_keeps_terms_times_their_factors(two_link, swing, level):
     count = len(candidates)
     every, one = np.ones(count, dtype=bool), np.ones(count)
     assert candidates.keep(every, one) == candidates.terms == level.terms(exact.form)
-    assert candidates.count(every, one, ROUGH) == exact.form.operations(level, ROUGH)
+    assert candidates.count(every, one, ROUGH) == level.exact_operations(exact.form, ROUGH)
     some = every.copy()
     some[::2] = False
     kept = candidates.keep(some, 3.0 * one)

@@ -74,12 +74,17 @@ def test_beyond_greedy_and_refit_gain_on_the_puma(along, level):
     assert model.promise.search == told + ", solved to the end" * model.promise.solved
 
 
-def test_the_same_search_finds_the_same(puma):
-    states = states_in_box(puma, 100)
-    models = [
-        simplify_exact(ExactDynamics.of(puma, states, drives=True), Budget(), How(refit=True))
-        for _ in range(2)
-    ]
+@pytest.mark.parametrize("thorough", [True, False])
+def test_the_same_search_finds_the_same(puma, swing, two_link, thorough):
+    """The integer program on a small arm, all else on a large one."""
+    models = []
+    for _ in range(2):
+        exact = (
+            ExactDynamics.of(two_link, swing)
+            if thorough
+            else ExactDynamics.of(puma, states_in_box(puma, 50), drives=True)
+        )
+        models.append(simplify_exact(exact, Budget.parse("10%"), How(refit=True, thorough=thorough)))
     assert models[0].terms == models[1].terms
     assert repr(models[0].program.outputs) == repr(models[1].program.outputs)
 
