@@ -21,7 +21,7 @@ from gd_analyze.harmonics.terms import Torques
 from gd_analyze.levels import TERM, Budget, ExactForm, SimplifiedModel
 from gd_analyze.robots import RobotArm, load_arm
 from gd_analyze.search import simplify
-from gd_analyze.states import states_in_box
+from gd_analyze.states import States, states_in_box
 from gd_analyze.trajectories import Trajectory
 from made_models import model_of
 from strategies import arms, examples, two_link_of
@@ -44,7 +44,7 @@ def box_of(arm: RobotArm, rng: np.random.Generator) -> Box:
 
 
 def errors_at(model: SimplifiedModel, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
-    exact = decompose_states(model.arm, q, qd, qdd, coupling=False, drives=model.drives)["torque"]
+    exact = decompose_states(model.arm, States(q, qd, qdd), coupling=False, drives=model.drives)["torque"]
     return np.abs(model.torque(q, qd, qdd) - exact)
 
 
