@@ -136,7 +136,7 @@ def _show(
 ) -> None:
     from gd_analyze.cli.joint_table import joint_table
     from gd_analyze.cli.terminal import line, sentence
-    from gd_analyze.report.context import number, percent
+    from gd_analyze.formatting import number, percent
 
     # A bound is never shown smaller than it is.
     shown = [_rounded_up(float(bound)) for bound in certificate.certified]

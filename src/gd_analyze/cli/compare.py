@@ -115,7 +115,7 @@ def compare(
 
 def _show(context: ComparisonContext, files: list[Path]) -> None:
     from gd_analyze.cli.terminal import line, sentence, table
-    from gd_analyze.report.context import number
+    from gd_analyze.formatting import number
 
     sentence(f"{context.title}, {context.subtitle}", bold=True)
     sentence(context.headline)

@@ -174,7 +174,7 @@ def _payload(body: Payload | None) -> dict[str, Any] | None:
 def _show(trial: _Trial) -> None:
     from gd_analyze.cli.joint_table import joint_table
     from gd_analyze.cli.terminal import line, sentence
-    from gd_analyze.report.context import number, percent
+    from gd_analyze.formatting import number, percent
 
     model, arm = trial.model, trial.arm
     here, promised = trial.evaluation.table, model.promise.errors
@@ -213,7 +213,7 @@ def _where(states: States) -> str:
 def _compare(trial: _Trial, made_for: str) -> None:
     """Say how the error here compares to the one promised, or to the one without the payload."""
     from gd_analyze.cli.terminal import line, sentence
-    from gd_analyze.report.context import number, percent
+    from gd_analyze.formatting import number, percent
 
     here, promised = trial.evaluation.table, trial.model.promise.errors
     if trial.without_payload is not None:
@@ -249,7 +249,7 @@ def _compare(trial: _Trial, made_for: str) -> None:
 
 def _say_what_may_be_carried(trial: _Trial) -> None:
     from gd_analyze.cli.terminal import sentence
-    from gd_analyze.report.context import number
+    from gd_analyze.formatting import number
 
     effect = trial.effect
     unloaded = trial.evaluation if trial.without_payload is None else trial.without_payload

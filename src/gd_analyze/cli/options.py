@@ -25,6 +25,18 @@ def reporting(function: F) -> F:
     return function
 
 
+def top_option(function: F) -> F:
+    """--top of the ranking of elements."""
+    return click.option(
+        "--top",
+        type=click.IntRange(min=0),
+        default=12,
+        show_default=True,
+        metavar="NUMBER",
+        help="Rows of the ranking to print.",
+    )(function)
+
+
 def command_line() -> str:
     """What the user typed, as it can be pasted into a shell again."""
     return str(click.get_current_context().find_root().obj or "")

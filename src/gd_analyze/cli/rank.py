@@ -105,7 +105,7 @@ def _document(exact: ExactDynamics, ranking: TermRanking, level: str, told: list
 
 def _show(exact: ExactDynamics, ranking: TermRanking, level: str, top: int) -> None:
     from gd_analyze.cli.terminal import line, sentence, table
-    from gd_analyze.report.context import number, percent
+    from gd_analyze.formatting import number, percent
     from gd_analyze.tables import _term
 
     arm, terms = exact.arm, ranking.terms

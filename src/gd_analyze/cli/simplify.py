@@ -223,9 +223,9 @@ def _labels(model: SimplifiedModel, dropped: bool = False) -> list[str]:
 
 
 def _show(model: SimplifiedModel, certificate: Certificate | None, seconds: float, digits: int) -> None:
-    from gd_analyze.cli.joint_table import joint_table
+    from gd_analyze.cli.joint_table import error_table
     from gd_analyze.cli.terminal import line, sentence
-    from gd_analyze.report.context import number, percent
+    from gd_analyze.formatting import number, percent
 
     promise, arm = model.promise.errors, model.arm
     full, left = model.operations_full, model.operations
@@ -243,17 +243,8 @@ def _show(model: SimplifiedModel, certificate: Certificate | None, seconds: floa
     where = described(model.promise.made_for)
     sentence(f"{count} {kind}{refitted}, budget {model.promise.budget}, for {where}; in {seconds:.2g} s")
     sentence(f"Operations after each step of the search: {model.promise.search}.")
-    joint_table(
-        "Torque error, {units}, and its share of peak torque",
-        arm,
-        [
-            ("peak torque", "right", [number(float(x)) for x in promise.peak_torque]),
-            ("allowed", "right", [number(float(x)) for x in model.promise.allowed]),
-            ("largest", "right", [number(float(x)) for x in promise.largest]),
-            ("share", "right", [percent(float(x)) for x in promise.largest_share]),
-            ("RMS", "right", [number(float(x)) for x in promise.rms]),
-            ("share", "right", [percent(float(x)) for x in promise.rms_share]),
-        ],
+    error_table(
+        "Torque error, {units}, and its share of peak torque", arm, promise, model.promise.allowed
     )
     line()
     if certificate is not None:

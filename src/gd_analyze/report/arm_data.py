@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.report.units import pretty
+from gd_analyze.formatting import pretty
 from gd_analyze.robots import RobotArm
 
 

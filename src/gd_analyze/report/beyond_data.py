@@ -11,7 +11,7 @@ from gd_analyze.findings import Findings
 from gd_analyze.harmonics.torque_rendering import torque_term_text
 from gd_analyze.harmonics.torque_typst import to_typst
 from gd_analyze.report.context import Context, percent
-from gd_analyze.report.units import aligned, figures, hundredths, pretty
+from gd_analyze.formatting import aligned, figures, hundredths, pretty
 
 # Rows of the ranking of single terms.
 _TERMS = 20

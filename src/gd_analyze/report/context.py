@@ -18,7 +18,7 @@ from gd_analyze.formulations.generalized_dalembert import EFFECTS
 from gd_analyze.levels import Loss, SimplifiedModel, losses
 from gd_analyze.levels.parts import parts_of
 from gd_analyze.operations import OperationCount
-from gd_analyze.report.units import inertia_unit
+from gd_analyze.formatting import inertia_unit
 from gd_analyze.robots import RobotArm, fingerprint
 from gd_analyze.search import curves
 from gd_analyze.search.ranking import RankedTerm

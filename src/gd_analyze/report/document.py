@@ -16,7 +16,7 @@ from gd_analyze.report.beyond_data import beyond_data, term_data, trade_off_data
 from gd_analyze.report.context import Context, DominanceRow, build_context, percent
 from gd_analyze.report.harmonic_data import harmonic_data
 from gd_analyze.report.panel import MOST_POINTS
-from gd_analyze.report.units import aligned, figures, hundredths, pretty
+from gd_analyze.formatting import aligned, figures, hundredths, pretty
 
 EFFECT_NAMES = {"translation": "tran", "rotation": "rot", "both": "", "neither": ""}
 _SYMBOLS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c"}

@@ -28,7 +28,7 @@ from gd_analyze.report.panel import (
     value_range,
     whole_range,
 )
-from gd_analyze.report.units import inertia_unit, pretty
+from gd_analyze.formatting import inertia_unit, pretty
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -37,7 +37,7 @@ from gd_analyze.report.terms import (
     torque_legend,
     torque_views,
 )
-from gd_analyze.report.units import pretty
+from gd_analyze.formatting import pretty
 
 if TYPE_CHECKING:
     from jinja2 import Environment

@@ -15,7 +15,7 @@ from gd_analyze.findings import Findings
 from gd_analyze.formulations.generalized_dalembert import EFFECTS
 from gd_analyze.report.motion import motion
 from gd_analyze.report.thinning import thinned
-from gd_analyze.report.units import inertia_unit, pretty
+from gd_analyze.formatting import inertia_unit, pretty
 from gd_analyze.robots import RobotArm
 from gd_analyze.vectors import Array, FloatArray
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.report.thinning import thinned
-from gd_analyze.report.units import pretty
+from gd_analyze.formatting import pretty
 from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from gd_analyze.harmonics.torque_rendering import torque_term_text
 from gd_analyze.levels import ErrorTable, PayloadEffect, SimplifiedModel, losses, parts_of
 from gd_analyze.robots import RobotArm
 from gd_analyze.round_off import ROUND_OFF_SHARE
-from gd_analyze.schema import table
+from gd_analyze.schema import table, unit_of
 from gd_analyze.search import TermRanking, TradeOffPoint, curves
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray
@@ -39,17 +39,21 @@ def trajectory_table(arm: RobotArm, trajectory: Trajectory) -> xr.Dataset:
 
 
 def cross_check_table(residuals: Sequence[Residual], arm: RobotArm) -> xr.Dataset:
-    """Tabulate the differences from Pinocchio."""
+    """Tabulate the differences from Pinocchio; where units differ between rows of D or h, the unit is "SI"."""
+    turning = arm.is_revolute
+    uniform = all(turning) or not any(turning)
+    units = {"inertia": unit_of("inertia", *turning[:1] * 2)} if uniform else {}
+    other = arm.joints[0].effort_unit if uniform else "SI"
     return table(
         "cross_check",
         {
             "largest_difference": [residual.largest for residual in residuals],
             "round_off_bound": [residual.bound for residual in residuals],
         },
-        arm.is_revolute,
+        turning,
         {
             "quantity": [residual.quantity for residual in residuals],
-            "unit": ("quantity", [residual.unit for residual in residuals]),
+            "unit": ("quantity", [units.get(residual.quantity, other) for residual in residuals]),
         },
     )
 

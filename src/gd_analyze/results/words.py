@@ -1,0 +1,50 @@
+"""Words and letters for what tables name in full; terminal, HTML and PDF use the same."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+# Of quantities, in formulas.
+SYMBOLS = {
+    "inertia": "D",
+    "coriolis_centrifugal": "h",
+    "gravity_loading": "c",
+    "torque": "τ",
+    "kinetic": "T",
+    "potential": "U",
+}
+
+# What is kept of an element, or dominates it, where there is no room for words.
+LETTERS = {"translation": "T", "rotation": "R", "both": "T+R", "neither": "0", "gravity": "✓"}
+
+# Verdicts in the order they are told, and what they are called.
+VERDICTS = {
+    "translation": "translation",
+    "rotation": "rotation",
+    "both": "both",
+    "gravity": "gravity",
+    "negligible": "negligible",
+    "neither": "zero",
+}
+
+
+def verdict_of(row: Mapping[str, Any]) -> str:
+    """Verdict on an element as it is told: gravity has no effects to tell apart.
+
+    Parameters
+    ----------
+    row
+        Of the table "dominance".
+    """
+    return _told(row["quantity"], row["verdict"])
+
+
+def kept_of(row: Mapping[str, Any]) -> str:
+    """What is kept of an element as it is told, see `element_rows`."""
+    return _told(row["quantity"], row["kept"])
+
+
+def _told(quantity: str, effect: str) -> str:
+    is_gravity = quantity == "gravity_loading" and effect not in ("negligible", "neither")
+    return "gravity" if is_gravity else effect
