@@ -29,6 +29,11 @@ VERDICTS = {
 }
 
 
+def kind_name(level: str, refit: bool) -> str:
+    """Name of a way to simplify."""
+    return f"{level}, refitted" if refit else level
+
+
 def verdict_of(row: Mapping[str, Any]) -> str:
     """Verdict on an element as it is told: gravity has no effects to tell apart.
 
