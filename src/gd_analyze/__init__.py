@@ -10,117 +10,29 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
-from gd_analyze.version import __version__
-
-if TYPE_CHECKING:
-    from gd_analyze.authority import cross_check
-    from gd_analyze.certification import Box, certify, certify_positive_definite, simplify_certified
-    from gd_analyze.decomposition import decompose, decompose_states
-    from gd_analyze.dominance import rank, text_verdicts
-    from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
-    from gd_analyze.harmonics import identify as identify_harmonics
-    from gd_analyze.harmonics.equations import equations
-    from gd_analyze.levels import (
-        Budget,
-        ExactDynamics,
-        SimplifiedModel,
-        evaluate,
-        evaluate_states,
-        load_model,
-        payload_effect,
-        save_model,
-    )
-    from gd_analyze.main_job import Settings, analyze, find
-    from gd_analyze.robots import RobotArm, builtin_arms, load_arm
-    from gd_analyze.search import rank_terms, simplify, torque_uncertainty, trade_off
-    from gd_analyze.states import States, states_in_box, states_of
-    from gd_analyze.results import load_findings, load_results, save_results
-    from gd_analyze.trajectories import Trajectory, plan, read_trajectory, write_trajectory
-
-_HOMES = {
-    "authority": ("cross_check",),
-    "certification": ("Box", "certify", "certify_positive_definite", "simplify_certified"),
-    "decomposition": ("decompose", "decompose_states"),
-    "dominance": ("rank", "text_verdicts"),
-    "errors": ("GdAnalyzeError", "GdAnalyzeWarning"),
-    "harmonics.equations": ("equations",),
-    "harmonics.identification": ("identify_harmonics",),
-    "main_job": ("Settings", "analyze", "find"),
-    "levels": (
-        "Budget",
-        "ExactDynamics",
-        "SimplifiedModel",
-        "evaluate",
-        "evaluate_states",
-        "load_model",
-        "payload_effect",
-        "save_model",
-    ),
-    "robots": ("RobotArm", "builtin_arms", "load_arm"),
-    "search": ("rank_terms", "simplify", "torque_uncertainty", "trade_off"),
-    "states": ("States", "states_in_box", "states_of"),
-    "results": ("load_findings", "load_results", "save_results"),
-    "trajectories": ("Trajectory", "plan", "read_trajectory", "write_trajectory"),
+# What is public stands in the stub beside this file, once: home and name there, name here.
+_PUBLIC = {
+    entry.asname or entry.name: (node.module or "", entry.name)
+    for node in ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")).body
+    if isinstance(node, ast.ImportFrom)
+    for entry in node.names
 }
-_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
-_CALLED_AT_HOME = {"identify_harmonics": "identify"}
 
-__all__ = [
-    "Box",
-    "Budget",
-    "ExactDynamics",
-    "GdAnalyzeError",
-    "GdAnalyzeWarning",
-    "RobotArm",
-    "Settings",
-    "SimplifiedModel",
-    "States",
-    "Trajectory",
-    "__version__",
-    "analyze",
-    "builtin_arms",
-    "certify",
-    "certify_positive_definite",
-    "cross_check",
-    "decompose",
-    "decompose_states",
-    "equations",
-    "evaluate",
-    "evaluate_states",
-    "find",
-    "identify_harmonics",
-    "load_arm",
-    "load_findings",
-    "load_model",
-    "load_results",
-    "payload_effect",
-    "plan",
-    "rank",
-    "rank_terms",
-    "read_trajectory",
-    "save_model",
-    "save_results",
-    "simplify",
-    "simplify_certified",
-    "states_in_box",
-    "states_of",
-    "text_verdicts",
-    "torque_uncertainty",
-    "trade_off",
-    "write_trajectory",
-]
+__all__ = list(_PUBLIC)
 
 
 def __getattr__(name: str) -> Any:
     """Import a public name when it is first used, so that the command line answers at once."""
-    if name not in _HOME_OF:
+    if name not in _PUBLIC:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    home = importlib.import_module(f"{__name__}.{_HOME_OF[name]}")
-    return getattr(home, _CALLED_AT_HOME.get(name, name))
+    home, there = _PUBLIC[name]
+    return getattr(importlib.import_module(home), there)
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return sorted(_PUBLIC)

@@ -8,7 +8,6 @@ and tiny matters less than one that is mixed and large, so the ranking is by tor
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from gd_analyze.labels import joined
 from gd_analyze.vectors import Array, FloatArray
 
 
@@ -21,12 +22,9 @@ class Element:
 
     @property
     def label(self) -> str:
-        """D12, h3, c2; with a separator where two digits would run together."""
+        """D12, h3, c2."""
         symbol = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c"}[self.quantity]
-        if self.j is None:
-            return f"{symbol}{self.i + 1}"
-        separator = "," if max(self.i, self.j) >= 9 else ""
-        return f"{symbol}{self.i + 1}{separator}{self.j + 1}"
+        return symbol + joined((self.i,) if self.j is None else (self.i, self.j))
 
     def parts(self, quantities: Mapping[Any, Any]) -> FloatArray:
         """Translational and rotational part at every state, shape (2, N); gravity is translation.

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.harmonics.rendering import to_text
+from gd_analyze.formulas.plain import Plain
+from gd_analyze.formulas.writing import element_formula
 
 
 def body(text: str) -> str:
@@ -24,7 +25,9 @@ def test_all_of_d_and_c_on_80_columns(run, name):
     assert (result.code, result.err) == (0, "")
     assert max(map(len, result.out.splitlines())) <= 80
     found = gd.equations(gd.load_arm(name))
-    assert body(result.out) == "".join(f"{to_text(equation, width=80)}\n" for equation in found)
+    assert body(result.out) == "".join(
+        f"{Plain().wrapped(element_formula(equation), 80)}\n" for equation in found
+    )
     header = result.out.partition("\n\n")[0]
     assert gd.load_arm(name).title in header
     assert f"{sum(len(equation.terms) for equation in found)} terms" in header

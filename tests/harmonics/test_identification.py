@@ -167,11 +167,13 @@ def two_link_of_the_text() -> Harmonics:
 
 
 def named(harmonics: Harmonics, series) -> dict[str, float]:
+    from gd_analyze.formulas.formula import Product
+    from gd_analyze.formulas.plain import Plain
+    from gd_analyze.formulas.writing import powers
     from gd_analyze.harmonics.reading import read
-    from gd_analyze.harmonics.rendering import factors_text
 
     rows = read(harmonics.basis, series.ids, series.coefficients[:, np.newaxis])
-    return {factors_text(factors): float(row[0]) for factors, row in rows.items()}
+    return {Plain().product(Product(1.0, powers(key))): float(row[0]) for key, row in rows.items()}
 
 
 @examples(15)

@@ -13,14 +13,17 @@ from report_arms import swing
 
 from gd_analyze.dominance import elements
 from gd_analyze.findings import Findings
+from gd_analyze.formulas.formula import Symbol
+from gd_analyze.formulas.parts import parts_formulas
+from gd_analyze.formulas.writing import term_formula, torque_formulas
+from gd_analyze.harmonics import Basis
 from gd_analyze.main_job import find
 from gd_analyze.models import HarmonicModel, Level, parts_of
 from gd_analyze.report.beyond_chart import beyond_chart
 from gd_analyze.report.context import TERMS_SHOWN, build_context
-from gd_analyze.report.equations import torque_equations
-from gd_analyze.report.html import SYMBOLS, render_html
+from gd_analyze.report.html import MATHS, SYMBOLS, render_html
 from gd_analyze.report.interactive import DIGITS, MOST_FRAMES, MOST_POINTS, page_data
-from gd_analyze.report.terms import exact_elements, exact_torques, tallies, term_rows, torque_views
+from gd_analyze.report.terms import exact_elements, exact_torques, tallies
 from gd_analyze.robots import RobotArm, load_arm
 from gd_analyze.trajectories import Trajectory
 
@@ -150,32 +153,33 @@ def test_tables_have_captions_and_buttons_names(source: str, page: Page) -> None
     assert '<button type="button" id="theme" aria-label=' in source
 
 
-def test_the_model_equations_hold_exactly_what_is_kept(puma_findings: Findings) -> None:
+def kept_of(findings: Findings) -> dict[str, str]:
+    return {row.element: row.kept for row in build_context(findings).dominance}
+
+
+def test_the_model_equations_hold_exactly_what_is_kept(puma_findings: Findings, source: str) -> None:
     n = puma_findings.arm.n_joints
-    equations = torque_equations(build_context(puma_findings), drives=False)
     kept = set(puma_findings.element_model.kept)
-    for i, equation in enumerate(equations):
+    for i, formula in enumerate(parts_formulas(kept_of(puma_findings), n, drives=False)):
         acting = {
             part.element.label
             for part in parts_of(n)
             if part.label in kept
             and i in (part.element.i, part.element.j if part.element.j is not None else -1)
         }
-        written = set()
-        for term in equation.terms:
-            symbol, index = re.search(r"<mi>([Dhc])</mi><mn>([0-9,]+)</mn>", term).groups()
-            written.add(symbol + index)
-        assert written == acting
-        for term in equation.terms:
-            exponent = re.search(r"<mi>([Dh])</mi><mn>([0-9,]+)</mn><mtext>(tran|rot)</mtext>", term)
-            if exponent:
-                other = {"tran": "rotation", "rot": "translation"}[exponent[3]]
-                assert f"{exponent[1]}{exponent[2]} {other}" not in kept
+        symbols = [piece.product.powers[0].base for piece in formula.pieces]
+        assert {symbol.letter + symbol.index for symbol in symbols} == acting
+        for symbol in symbols:
+            if symbol.word:
+                other = {"tran": "rotation", "rot": "translation"}[symbol.word]
+                assert f"{symbol.letter}{symbol.index} {other}" not in kept
+            assert MATHS.symbol(symbol) in source
 
 
 def test_drives_are_written_into_the_model(puma_findings: Findings) -> None:
-    equations = torque_equations(build_context(puma_findings), drives=True)
-    assert all(f"<mi>J</mi><mn>{i + 1}</mn>" in "".join(e.terms) for i, e in enumerate(equations))
+    formulas = parts_formulas(kept_of(puma_findings), puma_findings.arm.n_joints, drives=True)
+    for i, formula in enumerate(formulas):
+        assert Symbol("J", str(i + 1)) in [piece.product.powers[0].base for piece in formula.pieces]
 
 
 def test_text_verdicts_stand_beside_ours_for_the_texts_arm_only(
@@ -293,20 +297,21 @@ def test_long_trajectories_are_thinned_and_say_so(arms: dict[str, RobotArm]) -> 
 def test_terms_and_their_equations_are_on_the_page(puma_findings: Findings, source: str, page: Page) -> None:
     model = puma_findings.model
     assert isinstance(model, HarmonicModel)
-    written = torque_views(puma_findings)
+    written = torque_formulas(Basis.of(puma_findings.arm), model.torques)
     assert len(written) == puma_findings.arm.n_joints
-    assert sum(
-        len(lines.pieces) for view in written for lines in view.lines if lines.quantity != "carried"
-    ) == len(model.torques)
-    assert all(piece in source for view in written for lines in view.lines for piece in lines.pieces)
+    pieces = [piece for formula in written for piece in formula.pieces]
+    assert sum(piece.quantity != "carried" for piece in pieces) == len(model.torques)
+    assert all(element in source for formula in written for element in MATHS.elements(formula))
     rows = [a for a in page.all("tr") if a.get("data-group") in SYMBOLS]
     assert len(rows) == TERMS_SHOWN
-    assert all(row.formula in source for row in term_rows(puma_findings, build_context(puma_findings)))
+    for ranked in build_context(puma_findings).terms:
+        assert MATHS.elements(term_formula(ranked.term, ranked.weight))[0] in source
 
 
 def test_the_glance_counts_every_term_once(puma_findings: Findings, page: Page) -> None:
     exact = exact_torques(puma_findings)
-    cells = [cell for line in tallies(puma_findings, exact) for cell in line]
+    kept, n = puma_findings.model.torques, puma_findings.arm.n_joints
+    cells = [cell for line in tallies(exact, kept, n) for cell in line]
     assert sum(cell.kept for cell in cells) == len(puma_findings.model.torques)
     assert sum(cell.total for cell in cells) == len(exact)
     assert all(cell.kept <= cell.total for cell in cells)
@@ -365,12 +370,16 @@ def test_every_level_has_its_page(arms: dict[str, RobotArm], which: str, level: 
 
 
 def test_the_exact_equations_say_where_terms_come_from(puma_findings: Findings, page: Page) -> None:
-    elements_written = exact_elements(puma_findings)
+    written = exact_elements(puma_findings.harmonics)
     assert [a for a in page.all("details") if a.get("class") == "exact"]
-    terms = [term for element in elements_written for term in element.terms]
-    assert Counter(term.effect for term in terms).keys() == {"translation", "rotation", "both", "gravity"}
+    effects = Counter(
+        "gravity" if formula.left.letter == "c" else term.effect
+        for formula, terms in written
+        for term in terms
+    )
+    assert effects.keys() == {"translation", "rotation", "both", "gravity"}
     shown = Counter(a["class"] for a in page.all("span") if a.get("title", "").count(", link "))
-    assert shown == Counter(f"e-{term.effect}" for term in terms)
+    assert shown == {f"e-{effect}": count for effect, count in effects.items()}
 
 
 def test_equations_too_long_to_read_are_left_to_the_command(

@@ -15,7 +15,9 @@ from report_cases import HOSTILE, made_findings, resting_findings
 
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.findings import Findings
-from gd_analyze.harmonics.torque_typst import to_typst
+from gd_analyze.formulas.parts import part_symbol
+from gd_analyze.formulas.typst import Typst
+from gd_analyze.formulas.writing import term_formula
 from gd_analyze.main_job import find
 from gd_analyze.models import HarmonicModel
 from gd_analyze.report.context import build_context
@@ -166,14 +168,17 @@ def by_level(puma: RobotArm, pick_and_place: Trajectory) -> dict[str, Findings]:
 def test_document_is_plain_json_and_names_every_kept_part(puma_findings: Findings) -> None:
     data = json.loads(json.dumps(document(puma_findings), allow_nan=False))["elements"]
     written = {
-        (term["symbol"], term["index"], term["effect"]) for row in data["equations"] for term in row["terms"]
+        piece["math"].removeprefix("paren.l ").partition(" ")[0]
+        for row in data["equations"]
+        for group in row["groups"]
+        for piece in group
     }
     model = puma_findings.element_model
     for label in model.kept:
-        element, _, effect = label.partition(" ")
-        short = {"translation": "tran", "rotation": "rot", "": ""}[effect]
-        assert {(element[0], element[1:], short), (element[0], element[1:], "")} & written, label
-    gone = {(row["symbol"], row["index"], row["effect"]) for row in data["dropped"] + data["zeros"]}
+        element, *effect = label.split()
+        symbols = {Typst().symbol(part_symbol(element, *effect)), Typst().symbol(part_symbol(element))}
+        assert symbols & written, label
+    gone = {*(row["math"] for row in data["dropped"]), *data["zeros"]}
     assert len(gone) == len(model.dropped)
     assert not gone & written
 
@@ -181,9 +186,9 @@ def test_document_is_plain_json_and_names_every_kept_part(puma_findings: Finding
 def test_drives_stand_on_the_diagonal(by_level: dict[str, Findings]) -> None:
     equations = document(by_level["element"])["elements"]["equations"]
     for i, row in enumerate(equations):
-        drives = [term for term in row["terms"] if term["symbol"] == "J"]
-        joint = str(i + 1)
-        assert drives == [{"symbol": "J", "index": joint, "effect": "", "acceleration": joint}]
+        (drive,) = [piece["math"] for group in row["groups"] for piece in group if "J" in piece["math"]]
+        joint = i + 1
+        assert drive.replace("paren.r ", "") == f"J_({joint}) thin dot.double(q)_({joint})"
 
 
 @pytest.mark.parametrize("level", ["element", "term", "energy"])
@@ -241,7 +246,8 @@ def test_single_terms_come_as_ranked(puma_findings: Findings) -> None:
     assert data["total"] == len(ranked)
     assert [row["rank"] for row in data["rows"]] == [*range(1, len(data["rows"]) + 1)]
     for row, term in zip(data["rows"], ranked, strict=False):
-        assert row["math"] == to_typst(term.text.removeprefix("-"))
+        formula = term_formula(term.term, term.weight)
+        assert ("-" if row["negative"] else "") + row["math"] == Typst().right(formula)
         assert row["negative"] == term.text.startswith("-")
 
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from gd_analyze.cli.levels import level_option, require_coefficients, simplify_options
+from gd_analyze.cli.given import load_arm_carrying, payload_option
+from gd_analyze.cli.levels import level_option, simplify_options
 from gd_analyze.cli.options import (
     ROBOT,
     ROBOT_HELP,
@@ -14,10 +15,9 @@ from gd_analyze.cli.options import (
     TRAJECTORY_HELP,
     NameList,
     command_line,
-    reporting,
     top_option,
 )
-from gd_analyze.cli.payload import load_arm_carrying, payload_option
+from gd_analyze.cli.output import Output, reporting
 
 FORMATS = ("h5", "json", "csv", "html", "pdf")
 
@@ -89,45 +89,33 @@ def analyze(
     by_link: bool,
     terms: bool,
     top: int,
-    as_json: bool,
-    quiet: bool,
-    debug: bool,
+    output: Output,
 ) -> None:
     """Decompose, rank, simplify, store and report: the main job."""
     from gd_analyze.cli.findings import print_findings
-    from gd_analyze.cli.terminal import stages, warnings_told
 
-    require_coefficients(level, refit)
-    with warnings_told(quiet) as told, stages(quiet) as stage:
+    with output.working() as stage:
         stage("reading")
         from gd_analyze import analyze as run
         from gd_analyze.levels import Budget
         from gd_analyze.main_job import Origin, Settings
-        from gd_analyze.main_job.folder import FILES, default_folder
+        from gd_analyze.main_job.folder import default_folder
         from gd_analyze.trajectories import read_trajectory
 
-        allowed = Budget.parse(budget)
+        settings = Settings(
+            budget=Budget.parse(budget),
+            level=level,
+            refit=refit,
+            operations=operations,
+            drives=drives,
+            coupling=not no_coupling,
+            by_link=by_link,
+            terms=terms,
+        )
         arm = load_arm_carrying(robot, payload)
         motion = read_trajectory(trajectory, arm)
         folder = default_folder(arm, motion) if out is None else out
-        findings = run(
-            arm,
-            motion,
-            folder,
-            Settings(
-                budget=allowed,
-                level=level,
-                refit=refit,
-                operations=operations,
-                drives=drives,
-                coupling=not no_coupling,
-                by_link=by_link,
-                terms=terms,
-            ),
-            formats=formats,
-            origin=Origin(command_line(), tuple(told)),
-            progress=stage,
-        )
-        told.extend(warning for warning in findings.warnings if warning not in told)
-    files = [folder / FILES[name] for name in formats]
-    print_findings(findings, files, top=top, as_json=as_json, quiet=quiet)
+        origin = Origin(command_line(), tuple(output.warnings))
+        findings = run(arm, motion, folder, settings, formats=formats, origin=origin, progress=stage)
+        output.warnings.extend(warning for warning in findings.warnings if warning not in output.warnings)
+    print_findings(findings, folder, formats, output, top)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.cli.options import ROBOT, ROBOT_HELP, reporting
+from gd_analyze.cli.options import ROBOT, ROBOT_HELP
+from gd_analyze.cli.output import Output, reporting
 
 if TYPE_CHECKING:
     from gd_analyze.robots import RobotArm
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 @click.argument("robot", type=ROBOT, required=False, help=ROBOT_HELP)
 @click.option("--toml", is_flag=True, help="Print the arm's TOML file, a template for your own arm.")
 @reporting
-def arms(robot: str | None, toml: bool, as_json: bool, quiet: bool, debug: bool) -> None:
+def arms(robot: str | None, toml: bool, output: Output) -> None:
     r"""List the built-in arms, or show one: table, masses, limits, drives, sources.
 
     \b
@@ -27,22 +28,18 @@ def arms(robot: str | None, toml: bool, as_json: bool, quiet: bool, debug: bool)
       gd-analyze arms puma560
       gd-analyze arms puma560 --toml > my_arm.toml
     """
-    from gd_analyze.cli.terminal import print_json, warnings_told
-
-    if toml and (robot is None or as_json):
+    if toml and (robot is None or output.as_json):
         raise click.UsageError("--toml needs the name of an arm, and goes without --json")
-    with warnings_told(quiet):
+    with output.working():
         from gd_analyze.robots import builtin_arms, load_arm
 
         shown = [load_arm(name) for name in (builtin_arms() if robot is None else [robot])]
     if toml and robot is not None:
         click.echo(Path(builtin_arms().get(robot, robot)).read_text(encoding="utf-8"), nl=False)
-    elif as_json:
-        print_json([_summary(arm) for arm in shown] if robot is None else _document(shown[0]))
-    elif not quiet and robot is None:
-        _list(shown)
-    elif not quiet:
-        _show(shown[0])
+    elif robot is None:
+        output.give(lambda: [_summary(arm) for arm in shown], lambda: _list(shown))
+    else:
+        output.give(lambda: _document(shown[0]), lambda: _show(shown[0]))
 
 
 def _summary(arm: RobotArm) -> dict[str, Any]:

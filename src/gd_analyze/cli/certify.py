@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from gd_analyze.cli.options import TRAJECTORY, reporting
-from gd_analyze.errors import UsageError
+from gd_analyze.cli.options import TRAJECTORY
+from gd_analyze.cli.output import Output, reporting
 
 if TYPE_CHECKING:
     from gd_analyze.certification.certificate import Certificate
@@ -38,7 +38,7 @@ _LEAST_SHARE = 1e-4
     "is proven with any number.",
 )
 @reporting
-def certify(model: Path, along: str | None, effort: int, as_json: bool, quiet: bool, debug: bool) -> None:
+def certify(model: Path, along: str | None, effort: int, output: Output) -> None:
     r"""Bound the torque error of a simplified model over a whole box of states.
 
     No state of the box has a larger error than the certified one; the largest error that a search found
@@ -50,25 +50,14 @@ def certify(model: Path, along: str | None, effort: int, as_json: bool, quiet: b
       gd-analyze certify model.json
       gd-analyze certify model.json --along pick-and-place --effort 1000000
     """
-    from gd_analyze.cli.terminal import print_json, stages, warnings_told
-
-    with warnings_told(quiet), stages(quiet) as stage:
+    with output.working() as stage:
         stage("reading")
-        from gd_analyze.certification.box import Box
-        from gd_analyze.certification.certificate import certify as run
-        from gd_analyze.certification.positive_definite import certify_positive_definite
+        from gd_analyze.certification import Box, certify_positive_definite
+        from gd_analyze.certification import certify as run
         from gd_analyze.levels import load_model
         from gd_analyze.trajectories import read_trajectory
 
         loaded = load_model(model)
-        if not loaded.level.has_torque_terms:
-            raise UsageError(
-                "an element-level model has no harmonic terms to bound",
-                where=str(model),
-                expected="a model of level term or energy",
-                found=f"level {loaded.level}",
-                next_step="make one with `gd-analyze simplify`",
-            )
         if along is None:
             box, where = Box.of(loaded.arm), "the arm's limits"
         else:
@@ -77,50 +66,40 @@ def certify(model: Path, along: str | None, effort: int, as_json: bool, quiet: b
         stage("certifying")
         certificate = run(loaded, box, effort=effort)
         definiteness = certify_positive_definite(loaded, box) if loaded.level.is_mechanical else None
-    if as_json:
-        print_json(_document(loaded, certificate, definiteness, where, effort))
-    elif not quiet:
-        _show(loaded, certificate, definiteness, where)
+    output.give(
+        lambda: _document(loaded, certificate, definiteness) | {"effort": effort, "from": where},
+        lambda: _show(loaded, certificate, definiteness, where),
+    )
 
 
 def _document(
-    model: SimplifiedModel,
-    certificate: Certificate,
-    definiteness: Definiteness | None,
-    where: str,
-    effort: int,
+    model: SimplifiedModel, certificate: Certificate, definiteness: Definiteness | None
 ) -> dict[str, object]:
-    within = certificate.within(model.promise.allowed)
+    from gd_analyze.cli.joint_table import joint_rows
+
+    allowed, box = model.promise.allowed, certificate.box
+    states = [
+        {
+            name: values[i].tolist()
+            for name, values in zip(("q", "qd", "qdd"), certificate.worst_states, strict=True)
+        }
+        for i in range(model.arm.n_joints)
+    ]
+    columns: dict[str, object] = {
+        "allowed_error": allowed,
+        "largest_error": model.promise.errors.largest,
+        "worst_found": certificate.worst_found,
+        "worst_state": states,
+        "certified": certificate.certified,
+        "within_allowed": certificate.within(allowed),
+        "ratio": certificate.ratio,
+    }
     return {
         "arm": model.arm.name,
         "level": model.level.name,
         "budget": model.promise.budget,
-        "effort": effort,
-        "box": {
-            "from": where,
-            "lower": certificate.box.lower.tolist(),
-            "upper": certificate.box.upper.tolist(),
-            "rate": certificate.box.rate.tolist(),
-            "acceleration": certificate.box.acceleration.tolist(),
-        },
-        "joints": [
-            {
-                "joint": i + 1,
-                "name": joint.name,
-                "unit": joint.effort_unit,
-                "allowed": float(model.promise.allowed[i]),
-                "sampled": float(model.promise.errors.largest[i]),
-                "worst_found": float(certificate.worst_found[i]),
-                "worst_state": {
-                    name: values[i].tolist()
-                    for name, values in zip(("q", "qd", "qdd"), certificate.worst_states, strict=True)
-                },
-                "certified": float(certificate.certified[i]),
-                "within_allowed": bool(within[i]),
-                "ratio": float(certificate.ratio[i]),
-            }
-            for i, joint in enumerate(model.arm.joints)
-        ],
+        "box": {name: getattr(box, name).tolist() for name in ("lower", "upper", "rate", "acceleration")},
+        "joints": joint_rows(model.arm, columns),
         "positive_definite": definiteness
         and {
             "proven": definiteness.is_proven,
@@ -134,9 +113,9 @@ def _document(
 def _show(
     model: SimplifiedModel, certificate: Certificate, definiteness: Definiteness | None, where: str
 ) -> None:
-    from gd_analyze.cli.joint_table import joint_table
+    from gd_analyze.cli.joint_table import joint_table, numbers, percents
     from gd_analyze.cli.terminal import line, sentence
-    from gd_analyze.formatting import number, percent
+    from gd_analyze.formatting import percent
 
     # A bound is never shown smaller than it is.
     shown = [_rounded_up(float(bound)) for bound in certificate.certified]
@@ -154,12 +133,12 @@ def _show(
         "Torque error, {units}",
         arm,
         [
-            ("sampled", "right", [number(float(x)) for x in model.promise.errors.largest]),
-            ("found", "right", [number(float(x)) for x in certificate.worst_found]),
-            ("certified", "right", [number(x) for x in shown]),
-            ("of peak", "right", [percent(x) for x in shares]),
-            ("allowed", "right", [number(float(x)) for x in model.promise.allowed]),
-            ("within", "left", ["proven" if x else "no" for x in within]),
+            ("sampled", numbers(model.promise.errors.largest)),
+            ("found", numbers(certificate.worst_found)),
+            ("certified", numbers(shown)),
+            ("of peak", percents(shares)),
+            ("allowed", numbers(model.promise.allowed)),
+            ("within", ["proven" if x else "no" for x in within]),
         ],
     )
     line()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from gd_analyze.cli.given import load_arm_carrying, payload_option
 from gd_analyze.cli.options import (
     ROBOT,
     ROBOT_HELP,
@@ -14,9 +15,9 @@ from gd_analyze.cli.options import (
     TRAJECTORY_HELP,
     NameList,
     command_line,
-    reporting,
 )
-from gd_analyze.cli.payload import load_arm_carrying, payload_option
+from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.terminal import print_json
 
 if TYPE_CHECKING:
     from gd_analyze.report.comparison import ComparisonContext, Count
@@ -59,9 +60,7 @@ def compare(
     symbolic: bool,
     out: Path | None,
     formats: tuple[str, ...],
-    as_json: bool,
-    quiet: bool,
-    debug: bool,
+    output: Output,
 ) -> None:
     r"""Count, time and compare every formulation of the arm's dynamics.
 
@@ -75,15 +74,14 @@ def compare(
       gd-analyze compare puma560 pick-and-place --payload 2,0,0,0.1
       gd-analyze compare two_link --symbolic
     """
-    from gd_analyze.cli.terminal import print_json, stages, warnings_told
-
     if symbolic:
-        _symbolic(robot, as_json)
+        _symbolic(robot, output.as_json)
         return
-    with warnings_told(quiet) as told, stages(quiet) as stage:
+    with output.working() as stage:
         stage("reading")
         from gd_analyze.comparison import compare as compare_formulations
         from gd_analyze.comparison.compare import STEPS
+        from gd_analyze.main_job.folder import require_writable
         from gd_analyze.report.comparison import (
             FILES,
             as_document,
@@ -91,7 +89,6 @@ def compare(
             default_folder,
             write_comparison,
         )
-        from gd_analyze.results import require_writable
         from gd_analyze.trajectories import read_trajectory
 
         arm = load_arm_carrying(robot, payload)
@@ -100,16 +97,16 @@ def compare(
         require_writable(folder)
         stage("comparing, timing, counting", STEPS)
         comparison = compare_formulations(
-            arm, motion, command=command_line(), warned=told, progress=stage.advance
+            arm, motion, command=command_line(), warned=output.warnings, progress=stage.advance
         )
-        told.extend(warning for warning in comparison.warnings if warning not in told)
+        output.warnings.extend(warning for warning in comparison.warnings if warning not in output.warnings)
         context = comparison_context(comparison)
         stage(f"writing {', '.join(formats)}")
         write_comparison(comparison, context, folder, formats)
         files = [folder / FILES[name] for name in formats]
-    if as_json:
+    if output.as_json:
         print_json(as_document(context) | {"files": [str(path) for path in files]})
-    elif not quiet:
+    elif not output.quiet:
         _show(context, files)
 
 
@@ -175,7 +172,7 @@ def _microseconds(seconds: float) -> str:
 
 def _symbolic(robot: str, as_json: bool) -> None:
     """Print D, h and c of the two-link arm by every formulation, and whether they are the text's."""
-    from gd_analyze.cli.terminal import line, print_json
+    from gd_analyze.cli.terminal import line
     from gd_analyze.comparison import METHODS
     from gd_analyze.comparison.symbolic import ClosedForms, same, text_closed_forms, two_link_closed_forms
     from gd_analyze.errors import UsageError

@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.cli.options import ROBOT, ROBOT_HELP, reporting
+from gd_analyze.cli.options import ROBOT, ROBOT_HELP
+from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.terminal import print_json
 
 if TYPE_CHECKING:
     from gd_analyze.harmonics import Harmonics
-    from gd_analyze.harmonics.equations import Equation
+    from gd_analyze.harmonics.equations import Equation, Term
 
 # What every terminal shows, and a file or a mail as well.
 _WIDTH = 80
@@ -84,9 +86,7 @@ def equations(
     terms: bool,
     digits: int,
     out: Path | None,
-    as_json: bool,
-    quiet: bool,
-    debug: bool,
+    output: Output,
 ) -> None:
     r"""Print the exact equations of motion: every term of D, h and c.
 
@@ -98,11 +98,11 @@ def equations(
       gd-analyze equations puma560 --element D11 --element h1 --terms
       gd-analyze equations my_arm.toml --format latex -o my_arm.tex
     """
-    from gd_analyze.cli.terminal import line, print_json, stages, warnings_told
+    from gd_analyze.cli.terminal import line
 
     if terms and (form != "text" or out is not None):
         raise click.UsageError("--terms is a table for the terminal: it goes without --format and --out")
-    with warnings_told(quiet) as told, stages(quiet) as stage:
+    with output.working() as stage:
         import time
 
         from gd_analyze.files import write_text
@@ -122,15 +122,15 @@ def equations(
         if out is not None:
             stage(f"writing {out.name}")
             write_text(out, _with_header(about, written, form))
-    if as_json:
-        print_json(_document(harmonics, found, seconds, form, written, told, out))
+    if output.as_json:
+        print_json(_document(harmonics, found, seconds, form, written, output.warnings, out))
     elif terms:
-        if not quiet:
+        if not output.quiet:
             click.echo(_with_header(about, "", form).rstrip())
         _show_tables(found, digits)
     elif out is None:
-        click.echo(written if quiet else _with_header(about, written, form), nl=False)
-    elif not quiet:
+        click.echo(written if output.quiet else _with_header(about, written, form), nl=False)
+    elif not output.quiet:
         line(f"wrote {out}")
 
 
@@ -138,7 +138,8 @@ def _about(
     harmonics: Harmonics, found: tuple[Equation, ...], *, whole: bool, min_share: float, seconds: float
 ) -> tuple[str, ...]:
     """Say what is shown and how to read it, one sentence per entry."""
-    from gd_analyze.harmonics.rendering import legend
+    from gd_analyze.formulas.legend import element_legend
+    from gd_analyze.formulas.plain import Plain
 
     arm = harmonics.arm
     count = sum(len(equation.terms) for equation in found)
@@ -149,13 +150,18 @@ def _about(
         about[-1] += "; D is symmetric, and elements not shown are zero"
     if any(equation.symbol.startswith("h") for equation in found):
         about[-1] += "; h_i is the sum over j and k of h_ijk qd_j qd_k, and h_ikj = h_ijk"
-    meanings = legend(found)
+    meanings = Plain().legend(element_legend(found))
     return (*about, *((", ".join(meanings),) if meanings else ()))
 
 
 def _written(found: tuple[Equation, ...], form: str, digits: int, n_joints: int) -> str:
-    from gd_analyze.harmonics import rendering
+    from gd_analyze.formulas.latex import Latex
+    from gd_analyze.formulas.mathml import MathML
+    from gd_analyze.formulas.plain import Plain
+    from gd_analyze.formulas.sympy import to_sympy
+    from gd_analyze.formulas.writing import element_formula
 
+    formulas = [element_formula(equation) for equation in found]
     if form == "sympy":
         names = [f"q{j + 1}" for j in range(n_joints)]
         lines = [
@@ -165,16 +171,13 @@ def _written(found: tuple[Equation, ...], form: str, digits: int, n_joints: int)
             "real=True, seq=True)",
             "",
         ]
-        # From ten joints on there are commas in symbols, which no name in Python may hold.
-        lines += [
-            f"{equation.symbol.replace(',', '_')} = {rendering.to_sympy(equation)}" for equation in found
-        ]
-    elif form == "latex":
-        lines = [rendering.to_latex(equation, digits) for equation in found]
-    elif form == "mathml":
-        lines = [rendering.to_mathml(equation, digits) for equation in found]
+        # Commas part indices of two digits, and no name in Python may hold one.
+        lines += [f"{equation.symbol.replace(',', '_')} = {to_sympy(equation)}" for equation in found]
+    elif form == "text":
+        lines = [Plain(digits).wrapped(formula, _WIDTH) for formula in formulas]
     else:
-        lines = [rendering.to_text(equation, digits, _WIDTH) for equation in found]
+        printer = Latex(digits) if form == "latex" else MathML(digits)
+        lines = [printer.line(formula) for formula in formulas]
     return "".join(f"{text}\n" for text in lines)
 
 
@@ -194,13 +197,16 @@ def _with_header(about: tuple[str, ...], written: str, form: str) -> str:
 
 def _show_tables(found: tuple[Equation, ...], digits: int) -> None:
     from gd_analyze.cli.terminal import table
-    from gd_analyze.harmonics.rendering import factors_text, number
+    from gd_analyze.formulas.formula import Product
+    from gd_analyze.formulas.numbers import number
+    from gd_analyze.formulas.plain import Plain
+    from gd_analyze.formulas.writing import powers
 
     columns = [("term", "left"), ("coefficient", "right"), ("effect", "left"), ("links", "left")]
     for equation in found:
         rows = [
             [
-                factors_text(term.factors),
+                Plain().product(Product(1.0, powers(term.factors))),
                 number(term.coefficient, digits),
                 term.effect,
                 _spans(term.links),
@@ -238,12 +244,21 @@ def _document(
 ) -> dict[str, Any]:
     from dataclasses import asdict
 
+    from gd_analyze.formulas.writing import exponents
+
+    def factors(term: Term) -> list[dict[str, Any]]:
+        return [factor._asdict() | {"exponent": exponent} for factor, exponent in exponents(term.factors)]
+
     return {
         "arm": harmonics.arm.name,
         "seconds": seconds,
         "noise": {"inertia": harmonics.noise[0], "potential": harmonics.noise[1]},
         "gap": harmonics.gap,
-        "equations": [asdict(equation) for equation in found],
+        "equations": [
+            asdict(equation)
+            | {"terms": [asdict(term) | {"factors": factors(term)} for term in equation.terms]}
+            for equation in found
+        ],
         "format": form,
         "written": written,
         "warnings": told,

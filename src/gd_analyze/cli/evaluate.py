@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.cli.options import reporting
-from gd_analyze.cli.payload import carrying, payload_option
-from gd_analyze.cli.states import states_options, trajectory_argument
+from gd_analyze.cli.given import carrying, payload_option, states_options, trajectory_argument
+from gd_analyze.cli.output import Output, reporting
 
 if TYPE_CHECKING:
     from gd_analyze.levels import Evaluation, Loss, SimplifiedModel
@@ -55,9 +54,7 @@ def evaluate(
     states: int,
     seed: int,
     out: Path | None,
-    as_json: bool,
-    quiet: bool,
-    debug: bool,
+    output: Output,
 ) -> None:
     r"""Evaluate a simplified model elsewhere than it was made for, and report its torque error there.
 
@@ -70,18 +67,13 @@ def evaluate(
       gd-analyze evaluate model.json
       gd-analyze evaluate model.json large-slew --payload 1.5,0,0,0.1
     """
-    from gd_analyze.cli.terminal import line, print_json, stages, warnings_told
-
     if out is not None and trajectory is None:
         raise click.UsageError("-o writes torque over time, and needs a trajectory")
-    with warnings_told(quiet) as told, stages(quiet) as stage:
+    with output.working() as stage:
         stage("reading")
-        from gd_analyze.decomposition import decompose
         from gd_analyze.files import write_text
-        from gd_analyze.levels import evaluate as along
-        from gd_analyze.levels import load_model, losses, torque_csv
-        from gd_analyze.levels.evaluation import evaluate_states
-        from gd_analyze.levels.payload_effect import payload_effect
+        from gd_analyze.levels import evaluate as run
+        from gd_analyze.levels import load_model, losses, payload_effect, torque_csv
         from gd_analyze.robots import parse_payload
         from gd_analyze.states import states_in_box, states_of
         from gd_analyze.trajectories import read_trajectory
@@ -89,43 +81,45 @@ def evaluate(
         body = None if payload is None else parse_payload(payload)
         loaded = load_model(model)
         held = loaded.arm if body is None else carrying(loaded.arm, body)
-        lost: tuple[Loss, ...] = ()
-        if trajectory is None:
-            given = states_in_box(loaded.arm, states, seed)
-            stage("evaluating")
-            evaluation = evaluate_states(loaded, given, held)
-        else:
-            motion = read_trajectory(trajectory, loaded.arm)
-            stage("decomposing", motion.n_set_points)
-            dataset = decompose(held, motion, coupling=False, drives=loaded.drives, progress=stage.advance)
-            # Of the arm without the payload, whose decomposition is at hand where there is none.
-            given = states_of(motion)
-            stage("evaluating")
-            evaluation = along(loaded, motion, dataset, arm=held)
-            # At the other levels what is dropped is no part that the decomposition knows, and with a payload
-            # it is not what the error comes from.
-            if not loaded.level.has_torque_terms and body is None:
-                lost = losses(loaded, dataset)
-            if out is not None:
-                stage(f"writing {out.name}")
-                write_text(out, torque_csv(motion, evaluation))
-        without = None if body is None else evaluate_states(loaded, given)
+        motion = None if trajectory is None else read_trajectory(trajectory, loaded.arm)
+        given = states_in_box(loaded.arm, states, seed) if motion is None else states_of(motion)
+        stage("evaluating")
+        evaluation = run(loaded, given, held)
+        # At the other levels what is dropped is no part that the decomposition knows, and with a payload it
+        # is not what the error comes from.
+        tells = motion is not None and body is None and not loaded.level.has_torque_terms
+        lost = losses(loaded, evaluation.dynamics) if tells else ()
+        if out is not None and motion is not None:
+            stage(f"writing {out.name}")
+            write_text(out, torque_csv(motion, evaluation))
+        without = None if body is None else run(loaded, given)
         trial = _Trial(loaded, held, body, given, evaluation, without, payload_effect(loaded, given), lost)
-    if as_json:
-        print_json(_document(trial, told, out))
-    elif not quiet:
+
+    def show() -> None:
         _show(trial)
         if out is not None:
-            line(f"wrote {out}")
+            click.echo(f"wrote {out}")
+
+    files = [str(out)] if out is not None else []
+    output.give(lambda: _document(trial) | {"warnings": output.warnings, "files": files}, show)
 
 
-def _document(trial: _Trial, told: list[str], out: Path | None) -> dict[str, Any]:
+def _document(trial: _Trial) -> dict[str, Any]:
     from dataclasses import asdict
 
+    from gd_analyze.cli.joint_table import error_values, joint_rows
+
     model, effect = trial.model, trial.effect
-    here, promised = trial.evaluation.table, model.promise.errors
-    bare = trial.without_payload.table if trial.without_payload is not None else None
+    promised, bare = model.promise.errors, trial.without_payload
     where = trial.states.described
+    columns = error_values(trial.evaluation.errors, model.promise.allowed) | {
+        "promised_largest_error": promised.largest,
+        "promised_largest_share": promised.largest_share,
+        "largest_error_without_payload": None if bare is None else bare.errors.largest,
+        "largest_share_without_payload": None if bare is None else bare.errors.largest_share,
+        "torque_per_kg": effect.torque_per_kg,
+        "mass_within_budget": effect.mass_within_budget,
+    }
     return {
         "arm": model.arm.name,
         "level": model.level.name,
@@ -137,31 +131,10 @@ def _document(trial: _Trial, told: list[str], out: Path | None) -> dict[str, Any
             "payload": _payload(trial.payload),
         },
         **{key: where.get(key) for key in ("trajectory", "set_points", "box", "states", "seed")},
-        "joints": [
-            {
-                "joint": i + 1,
-                "name": joint.name,
-                "unit": joint.effort_unit,
-                "peak_torque": float(here.peak_torque[i]),
-                "allowed_error": float(model.promise.allowed[i]),
-                "largest_error": float(here.largest[i]),
-                "largest_share": float(here.largest_share[i]),
-                "rms_error": float(here.rms[i]),
-                "rms_share": float(here.rms_share[i]),
-                "promised_largest_error": float(promised.largest[i]),
-                "promised_largest_share": float(promised.largest_share[i]),
-                "largest_error_without_payload": None if bare is None else float(bare.largest[i]),
-                "largest_share_without_payload": None if bare is None else float(bare.largest_share[i]),
-                "torque_per_kg": float(effect.torque_per_kg[i]),
-                "point_mass_within_budget": float(effect.mass_within_budget[i]),
-            }
-            for i, joint in enumerate(model.arm.joints)
-        ],
-        "point_mass_within_budget": effect.largest_mass,
+        "joints": joint_rows(model.arm, columns),
+        "mass_within_budget": effect.largest_mass,
         "limiting_joint": effect.limiting_joint,
         "largest_losses": [asdict(loss) for loss in trial.lost],
-        "warnings": told,
-        "files": [str(out)] if out is not None else [],
     }
 
 
@@ -172,31 +145,22 @@ def _payload(body: Payload | None) -> dict[str, Any] | None:
 
 
 def _show(trial: _Trial) -> None:
-    from gd_analyze.cli.joint_table import joint_table
+    from gd_analyze.cli.joint_table import error_columns, joint_table, percents
     from gd_analyze.cli.terminal import line, sentence
-    from gd_analyze.formatting import number, percent
 
     model, arm = trial.model, trial.arm
-    here, promised = trial.evaluation.table, model.promise.errors
     made_for = str(model.promise.made_for.get("trajectory", "the arm's box"))
     sentence(f"{arm.title or arm.name} {_where(trial.states)}", bold=True)
     unaware = "without this payload, " if trial.payload is not None else ""
     sentence(f"by a model made {unaware}for {made_for} with a budget of {model.promise.budget}.")
     if trial.without_payload is not None:
-        beside, heading = trial.without_payload.table, "unloaded"
+        beside, heading = trial.without_payload.errors, "unloaded"
     else:
-        beside, heading = promised, "promised"
+        beside, heading = model.promise.errors, "promised"
     joint_table(
         "Torque error, {units}, and its share of peak torque",
         arm,
-        [
-            ("peak torque", "right", [number(float(x)) for x in here.peak_torque]),
-            ("largest", "right", [number(float(x)) for x in here.largest]),
-            ("share", "right", [percent(float(x)) for x in here.largest_share]),
-            ("RMS", "right", [number(float(x)) for x in here.rms]),
-            ("share", "right", [percent(float(x)) for x in here.rms_share]),
-            (heading, "right", [percent(float(x)) for x in beside.largest_share]),
-        ],
+        [*error_columns(trial.evaluation.errors), (heading, percents(beside.largest_share))],
     )
     line()
     _compare(trial, made_for)
@@ -215,9 +179,9 @@ def _compare(trial: _Trial, made_for: str) -> None:
     from gd_analyze.cli.terminal import line, sentence
     from gd_analyze.formatting import number, percent
 
-    here, promised = trial.evaluation.table, trial.model.promise.errors
+    here, promised = trial.evaluation.errors, trial.model.promise.errors
     if trial.without_payload is not None:
-        unloaded = trial.without_payload.table
+        unloaded = trial.without_payload.errors
         growth = [
             float(with_it - without) / float(peak) if peak > 0.0 else 0.0
             for with_it, without, peak in zip(here.largest, unloaded.largest, here.peak_torque, strict=True)
@@ -229,7 +193,7 @@ def _compare(trial: _Trial, made_for: str) -> None:
             f"{percent(float(unloaded.largest_share[most]))} without."
         )
         return
-    worst = int(here.largest_share.argmax())
+    worst = here.worst
     there = f"{'on' if 'trajectory' in trial.model.promise.made_for else 'over'} {made_for}"
     if (here.largest_share <= promised.largest_share.max()).all():
         sentence(f"The model errs no more here than {there}.")
@@ -254,9 +218,7 @@ def _say_what_may_be_carried(trial: _Trial) -> None:
     effect = trial.effect
     unloaded = trial.evaluation if trial.without_payload is None else trial.without_payload
     within = unloaded.within(trial.model.promise.allowed)
-    beyond = [
-        str(i) for i, within in enumerate(unloaded.within(trial.model.promise.allowed), start=1) if not within
-    ]
+    beyond = [str(i) for i, holds in enumerate(within, start=1) if not holds]
     if beyond:
         sentence(f"Beyond the budget here even without any payload: joint {', '.join(beyond)}.")
     elif effect.limiting_joint is not None:

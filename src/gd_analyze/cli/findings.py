@@ -6,33 +6,36 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from gd_analyze.cli.output import Output
     from gd_analyze.results import Findings
 
 
-def print_findings(findings: Findings, files: list[Path], *, top: int, as_json: bool, quiet: bool) -> None:
-    """Print as JSON where that is asked for, else for people unless they want nothing.
+def print_findings(
+    findings: Findings, folder: Path, formats: tuple[str, ...], output: Output, top: int
+) -> None:
+    """Print what was found and written the way that was asked for.
 
     Parameters
     ----------
-    findings, files
-        What was found, and where it was written.
+    findings
+        What was found.
+    folder, formats
+        Where it was written, and as what.
+    output
+        As the user chose.
     top
         Rows of the ranking to print for people.
-    as_json, quiet
-        As the user chose.
     """
-    from gd_analyze.cli.terminal import print_json
+    from gd_analyze.main_job.folder import FILES
 
-    if as_json:
-        print_json(_document(findings, files))
-    elif not quiet:
-        _show(findings, files, top)
+    files = [folder / FILES[name] for name in formats]
+    output.give(lambda: _document(findings, files), lambda: _show(findings, files, top))
 
 
 def _document(findings: Findings, files: list[Path]) -> dict[str, Any]:
     from dataclasses import asdict
 
-    from gd_analyze.cli.simplify import model_equations
+    from gd_analyze.formulas.plain import Plain
     from gd_analyze.results import rows_of, summary
     from gd_analyze.results.rows import element_rows, joint_rows
 
@@ -46,11 +49,11 @@ def _document(findings: Findings, files: list[Path]) -> dict[str, Any]:
         "budget": model.promise.budget,
         "level": model.level.name,
         "refitted": model.refitted,
-        "search": [{"step": step.words, "operations": step.operations} for step in model.promise.steps],
+        "search": [{"step": step.name, "operations": step.operations} for step in model.promise.steps],
         "joints": joint_rows(findings, "simplified_model"),
         "operations": asdict(model.operations),
         "operations_full": asdict(model.operations_full),
-        "equations": list(model_equations(model)),
+        "equations": [Plain().line(formula) for formula in model.formulas],
         "elements": {
             "kept": [row["part"] for row in parts if row["kept"]],
             "dropped": [row for row in parts if not row["kept"]],
@@ -72,6 +75,7 @@ def _document(findings: Findings, files: list[Path]) -> dict[str, Any]:
 
 
 def _show(findings: Findings, files: list[Path], top: int) -> None:
+    from gd_analyze.cli.joint_table import error_columns, joint_table
     from gd_analyze.cli.terminal import line, sentence
     from gd_analyze.formatting import at_most, number
     from gd_analyze.results import summary
@@ -79,7 +83,12 @@ def _show(findings: Findings, files: list[Path], top: int) -> None:
 
     sentence(f"{summary.title(findings)} {summary.subtitle(findings)}", bold=True)
     sentence(summary.headline(findings))
-    _show_errors(findings)
+    promise = findings.model.promise
+    joint_table(
+        f"Torque error of the simplified model (budget {promise.budget}), {{units}} and share of peak torque",
+        findings.arm,
+        error_columns(promise.errors, promise.allowed),
+    )
     if top:
         _show_ranking(findings, top)
     line()
@@ -112,18 +121,6 @@ def _by_level(findings: Findings) -> str:
     for level, refit, operations in kinds:
         counts[level] = f"{counts[level]} (refitted {operations})" if refit else f"{level} {operations}"
     return ", ".join(counts.values())
-
-
-def _show_errors(findings: Findings) -> None:
-    from gd_analyze.cli.joint_table import error_table
-
-    promise = findings.model.promise
-    error_table(
-        f"Torque error of the simplified model (budget {promise.budget}), {{units}} and share of peak torque",
-        findings.arm,
-        promise.errors,
-        promise.allowed,
-    )
 
 
 def _show_ranking(findings: Findings, top: int) -> None:

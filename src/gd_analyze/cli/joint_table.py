@@ -1,40 +1,19 @@
-"""A table with one row per joint, as several verbs print it."""
+"""Rows per joint, as several verbs give them: as tables, and as JSON."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from gd_analyze.cli.terminal import table
 from gd_analyze.formatting import number, percent
-from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
     from gd_analyze.levels import ErrorTable
+    from gd_analyze.robots import RobotArm
+    from gd_analyze.vectors import FloatArray
 
-Column = tuple[str, str, Sequence[str]]
-
-
-def error_table(title: str, arm: RobotArm, errors: ErrorTable, allowed: FloatArray) -> None:
-    """Print the torque errors of a model beside what its budget allows."""
-
-    def column(heading: str, values: FloatArray, as_share: bool = False) -> Column:
-        return heading, "right", [(percent if as_share else number)(x) for x in values.tolist()]
-
-    joint_table(
-        title,
-        arm,
-        [
-            column("peak torque", errors.peak_torque),
-            column("allowed", allowed),
-            column("largest", errors.largest),
-            column("share", errors.largest_share, as_share=True),
-            column("RMS", errors.rms),
-            column("share", errors.rms_share, as_share=True),
-        ],
-    )
+Column = tuple[str, Sequence[str]]
 
 
 def joint_table(title: str, arm: RobotArm, columns: Sequence[Column]) -> None:
@@ -47,18 +26,75 @@ def joint_table(title: str, arm: RobotArm, columns: Sequence[Column]) -> None:
     arm
         Whose joints they are.
     columns
-        Heading, side ("left" or "right") and one cell per joint.
+        Heading and one cell per joint; cells of words stand on the left, all others on the right.
     """
     units = [joint.effort_unit for joint in arm.joints]
     names = [
         f"{i + 1} {joint.name}" if joint.name != str(i + 1) else joint.name
         for i, joint in enumerate(arm.joints)
     ]
-    shown: list[Column] = [("joint", "left", names), *columns]
+    shown: list[Column] = [("joint", names), *columns]
     if len(set(units)) > 1:
-        shown.append(("unit", "left", units))
+        shown.append(("unit", units))
     table(
         title.format(units=" or ".join(sorted(set(units), reverse=True))),
-        [(heading, side) for heading, side, _ in shown],
-        list(zip(*(cells for _, _, cells in shown), strict=True)),
+        [(heading, _side(heading, cells)) for heading, cells in shown],
+        list(zip(*(cells for _, cells in shown), strict=True)),
     )
+
+
+def _side(heading: str, cells: Sequence[str]) -> str:
+    return "left" if heading == "joint" or cells[0].isalpha() else "right"
+
+
+def numbers(values: Iterable[float]) -> list[str]:
+    """Cells of torques."""
+    return [number(float(x)) for x in values]
+
+
+def percents(shares: Iterable[float]) -> list[str]:
+    """Cells of shares."""
+    return [percent(float(x)) for x in shares]
+
+
+def error_columns(errors: ErrorTable, allowed: FloatArray | None = None) -> list[Column]:
+    """Columns of an error table."""
+    budget: list[Column] = [] if allowed is None else [("allowed", numbers(allowed))]
+    return [
+        ("peak torque", numbers(errors.peak_torque)),
+        *budget,
+        ("largest", numbers(errors.largest)),
+        ("share", percents(errors.largest_share)),
+        ("RMS", numbers(errors.rms)),
+        ("share", percents(errors.rms_share)),
+    ]
+
+
+def error_values(errors: ErrorTable, allowed: FloatArray) -> dict[str, FloatArray | None]:
+    """Columns of an error table by their names in the schema."""
+    return {
+        "peak_torque": errors.peak_torque,
+        "allowed_error": allowed,
+        "largest_error": errors.largest,
+        "largest_share": errors.largest_share,
+        "rms_error": errors.rms,
+        "rms_share": errors.rms_share,
+    }
+
+
+def joint_rows(arm: RobotArm, columns: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """One JSON object per joint; None for a column of which nothing is known."""
+    return [
+        {
+            "joint": i + 1,
+            "name": joint.name,
+            "unit": joint.effort_unit,
+            **{name: None if values is None else _plain(values[i]) for name, values in columns.items()},
+        }
+        for i, joint in enumerate(arm.joints)
+    ]
+
+
+def _plain(value: Any) -> Any:
+    """A number of NumPy as one of Python."""
+    return value.item() if hasattr(value, "item") else value

@@ -1,26 +1,37 @@
-"""How to simplify: options that the main job and `simplify` share."""
+"""How to simplify: options that verbs share."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import click
 
-from gd_analyze.cli.options import F
+from gd_analyze.cli.given import F
 
-_LEVEL = (
-    "term: torque terms one by one, the fewest operations; energy: the model remains a mechanical system, "
-    "with symmetric D and its own energy; element: parts of D and h as a whole, the text's method."
+# As in `gd_analyze.levels.LEVELS`, which loads NumPy; a test compares.
+LEVELS = {
+    "element": "parts of D and h as a whole, the text's method",
+    "term": "torque terms one by one, the fewest operations",
+    "energy": "the model remains a mechanical system, with symmetric D and its own energy",
+}
+
+budget_option = click.option(
+    "--budget",
+    default="1%",
+    show_default=True,
+    metavar="LIST",
+    help="Allowed torque error: a share of each joint's peak torque (1%) or N m (0.5); one for all joints, "
+    "or one per joint, comma-separated.",
 )
 
 
-def level_option(default: str | None, help_default: str) -> Callable[[F], F]:
+def level_option(
+    default: str | None, help_default: str, names: Sequence[str] = ("term", "energy", "element")
+) -> Callable[[F], F]:
     """--level."""
+    told = "; ".join(f"{name}: {LEVELS[name]}" for name in names)
     return click.option(
-        "--level",
-        type=click.Choice(["element", "term", "energy"]),
-        default=default,
-        help=f"{_LEVEL}  [default: {help_default}]",
+        "--level", type=click.Choice(names), default=default, help=f"{told}.  [default: {help_default}]"
     )
 
 
@@ -41,9 +52,3 @@ def simplify_options(function: F) -> F:
     ):
         function = option(function)
     return function
-
-
-def require_coefficients(level: str | None, refit: bool) -> None:
-    """Refuse to refit what has no coefficients."""
-    if refit and level == "element":
-        raise click.UsageError("--refit goes with --level term or energy: parts have no coefficients")

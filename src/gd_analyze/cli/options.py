@@ -1,40 +1,24 @@
-"""Arguments and options that several verbs share: how they are checked and completed."""
+"""Kinds of words in a command: how they are checked and completed."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any
 
 import click
 from click.shell_completion import CompletionItem
 
 from gd_analyze.resources import shipped
 
-F = TypeVar("F", bound=Callable[..., Any])
 
-
-def reporting(function: F) -> F:
-    """--json, --quiet and --debug."""
-    for option in (
-        click.option("--debug", is_flag=True, help="Show Python's traceback on an error."),
-        click.option("--quiet", is_flag=True, help="Print nothing but errors and what was asked for."),
-        click.option("--json", "as_json", is_flag=True, help="Print the result as JSON on standard output."),
-    ):
-        function = option(function)
-    return function
-
-
-def top_option(function: F) -> F:
-    """--top of the ranking of elements."""
-    return click.option(
-        "--top",
-        type=click.IntRange(min=0),
-        default=12,
-        show_default=True,
-        metavar="NUMBER",
-        help="Rows of the ranking to print.",
-    )(function)
+top_option = click.option(
+    "--top",
+    type=click.IntRange(min=0),
+    default=12,
+    show_default=True,
+    metavar="NUMBER",
+    help="Rows of the ranking to print.",
+)
 
 
 def command_line() -> str:

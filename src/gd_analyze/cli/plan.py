@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.cli.options import ROBOT, ROBOT_HELP, PositiveNumber, command_line, reporting
+from gd_analyze.cli.options import ROBOT, ROBOT_HELP, PositiveNumber, command_line
+from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.terminal import print_json
 from gd_analyze.errors import TrajectoryError, UsageError
 
 if TYPE_CHECKING:
@@ -67,9 +69,7 @@ def plan(
     profile: str,
     allow_violations: bool,
     out: Path | None,
-    as_json: bool,
-    quiet: bool,
-    debug: bool,
+    output: Output,
 ) -> None:
     r"""Plan set points from rest to rest and report them against the arm's limits.
 
@@ -81,9 +81,9 @@ def plan(
       gd-analyze plan two_link --from 0,0 --to 60,-45 --duration 2 |
           gd-analyze two_link -
     """
-    from gd_analyze.cli.terminal import line, print_json, sentence, stages, warnings_told
+    from gd_analyze.cli.terminal import line, sentence
 
-    with warnings_told(quiet) as told, stages(quiet) as stage:
+    with output.working() as stage:
         stage("planning")
         from gd_analyze.robots import load_arm
         from gd_analyze.trajectories import make_plan, trajectory_csv, write_trajectory
@@ -106,11 +106,11 @@ def plan(
             raise _in_words_of_the_command(error) from None
         if out is not None:
             write_trajectory(made.trajectory, out, [command_line()])
-    if as_json:
-        print_json(_document(made, told, out))
+    if output.as_json:
+        print_json(_document(made, output.warnings, out))
     elif out is None:
         click.echo(trajectory_csv(made.trajectory, [command_line()]), nl=False)
-    elif not quiet:
+    elif not output.quiet:
         _show_limits(made)
         line()
         if made.shortest_duration is not None:

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.cli.options import ROBOT, ROBOT_HELP, reporting
-from gd_analyze.cli.payload import load_arm_carrying, payload_option
-from gd_analyze.cli.states import described, states_given, states_options, trajectory_argument
+from gd_analyze.cli.given import Given, given_dynamics
+from gd_analyze.cli.levels import level_option
+from gd_analyze.cli.output import Output, reporting
 
 if TYPE_CHECKING:
     from gd_analyze.levels import ExactDynamics
-    from gd_analyze.search.ranking import TermRanking
+    from gd_analyze.search import TermRanking
 
 _SHORT = {
     "inertia": "D",
@@ -24,18 +24,8 @@ _SHORT = {
 
 
 @click.command(short_help="Rank every term of D, h and c by the torque it makes.")
-@click.argument("robot", type=ROBOT, help=ROBOT_HELP)
-@trajectory_argument
-@click.option(
-    "--level",
-    type=click.Choice(["term", "energy"]),
-    default="term",
-    show_default=True,
-    help="term: terms of the torques; energy: terms of the kinetic and potential energy.",
-)
-@click.option("--drives", is_flag=True, help="Include drive inertia.")
-@payload_option
-@states_options
+@given_dynamics
+@level_option("term", "term", ("term", "energy"))
 @click.option(
     "--top",
     type=click.IntRange(min=0),
@@ -45,19 +35,7 @@ _SHORT = {
     help="Terms to print; --json has all.",
 )
 @reporting
-def rank(
-    robot: str,
-    trajectory: str | None,
-    level: str,
-    drives: bool,
-    payload: str | None,
-    states: int,
-    seed: int,
-    top: int,
-    as_json: bool,
-    quiet: bool,
-    debug: bool,
-) -> None:
+def rank(given: Given, level: str, top: int, output: Output) -> None:
     r"""Rank single terms by what they do to torque, alone and together with all that matter less.
 
     "Without" is the largest torque error of a model that lacks a term and all ranked below it: read down
@@ -69,55 +47,56 @@ def rank(
       gd-analyze rank puma560 pick-and-place
       gd-analyze rank puma560 --drives --level energy --top 40
     """
-    from gd_analyze.cli.terminal import print_json, stages, warnings_told
-
-    with warnings_told(quiet) as told, stages(quiet) as stage:
-        from gd_analyze.levels import ExactDynamics, level_named
-        from gd_analyze.search.ranking import rank_terms
+    with output.working() as stage:
+        from gd_analyze.levels import level_named
+        from gd_analyze.search import rank_terms
 
         stage("reading")
-        arm = load_arm_carrying(robot, payload)
-        exact = ExactDynamics.of(arm, states_given(arm, trajectory, states, seed), drives)
+        exact = given.exact()
         stage("ranking")
-        ranking = rank_terms(exact, level_named(level))
-    if as_json:
-        print_json(_document(exact, ranking, level, told))
-    elif not quiet:
-        _show(exact, ranking, level, top)
+        chosen = level_named(level)
+        ranking = rank_terms(exact, chosen)
+    rows = _rows(ranking)
+    output.give(
+        lambda: {
+            "arm": exact.arm.name,
+            "level": level,
+            "drives": exact.form.drives,
+            "states": dict(exact.states.described),
+            "terms": rows,
+            "torque_uncertainty": ranking.uncertainty,
+            "not_worth_keeping": ranking.not_worth_keeping,
+            "unlisted": ranking.unlisted,
+            "unlisted_share": ranking.unlisted_share,
+            "warnings": output.warnings,
+        },
+        lambda: _show(exact, ranking, f"{len(ranking.terms)} {chosen.keeps}", rows[:top]),
+    )
 
 
-def _document(exact: ExactDynamics, ranking: TermRanking, level: str, told: list[str]) -> dict[str, Any]:
-    from gd_analyze.tables import _term
+def _rows(ranking: TermRanking) -> list[dict[str, Any]]:
+    """One row per term, as JSON has it."""
+    from dataclasses import asdict
 
-    return {
-        "arm": exact.arm.name,
-        "level": level,
-        "drives": exact.form.drives,
-        "states": dict(exact.states.described),
-        "terms": [_term(term) for term in ranking.terms],
-        "torque_uncertainty": ranking.uncertainty,
-        "not_worth_keeping": ranking.not_worth_keeping,
-        "unlisted": ranking.unlisted,
-        "unlisted_share": ranking.unlisted_share,
-        "warnings": told,
-    }
+    from gd_analyze.formulas.plain import Plain
+    from gd_analyze.formulas.writing import term_formula
+
+    plain, rows = Plain(), []
+    for ranked in ranking.terms:
+        formula = term_formula(ranked.term, ranked.weight)
+        about = {"label": plain.symbol(formula.left), "quantity": ranked.term.quantity}
+        rows.append(about | asdict(ranked) | {"term": plain.right(formula)})
+    return rows
 
 
-def _show(exact: ExactDynamics, ranking: TermRanking, level: str, top: int) -> None:
+def _show(exact: ExactDynamics, ranking: TermRanking, kept: str, shown: list[dict[str, Any]]) -> None:
     from gd_analyze.cli.terminal import line, sentence, table
     from gd_analyze.formatting import number, percent
-    from gd_analyze.tables import _term
 
     arm, terms = exact.arm, ranking.terms
     drives = ", with drives" if exact.form.drives else ""
-    kind = "energy" if level == "energy" else "torque"
-    sentence(
-        f"{arm.title or arm.name}{drives}: {len(terms)} {kind} terms, ranked over "
-        f"{described(exact.states.described)}",
-        bold=True,
-    )
-    if top:
-        shown = terms[:top]
+    sentence(f"{arm.title or arm.name}{drives}: {kept}, ranked over {exact.states.in_words}", bold=True)
+    if shown:
         table(
             "Largest torque of each term alone and its share of that joint's peak torque; largest error "
             "without it and all below",
@@ -128,17 +107,17 @@ def _show(exact: ExactDynamics, ranking: TermRanking, level: str, top: int) -> N
             ],
             [
                 [
-                    str(term.rank),
-                    _SHORT[term.term.quantity],
-                    str(_term(term)["label"]),
-                    str(_term(term)["text"]),
-                    number(term.alone_torque),
-                    str(term.alone_joint),
-                    percent(term.alone_share),
-                    percent(term.without_share),
-                    str(term.without_joint),
+                    str(row["rank"]),
+                    _SHORT[row["quantity"]],
+                    row["label"],
+                    row["term"],
+                    number(row["alone_torque"]),
+                    str(row["alone_joint"]),
+                    percent(row["alone_share"]),
+                    percent(row["without_share"]),
+                    str(row["without_joint"]),
                 ]
-                for term in shown
+                for row in shown
             ],
         )
     line()
@@ -148,8 +127,8 @@ def _show(exact: ExactDynamics, ranking: TermRanking, level: str, top: int) -> N
             f"{percent(ranking.unlisted_share)} of any joint's peak torque."
         )
     for share in (0.1, 0.01, 0.001):
-        kept = next((term.rank - 1 for term in terms if term.without_share <= share), len(terms))
-        sentence(f"The first {kept} keep every joint within {100 * share:g} % of its peak torque.")
+        first = next((term.rank - 1 for term in terms if term.without_share <= share), len(terms))
+        sentence(f"The first {first} keep every joint within {100 * share:g} % of its peak torque.")
     if ranking.uncertainty is None:
         sentence("The arm states no uncertainty of its parameters.")
     else:

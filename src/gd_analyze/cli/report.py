@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from gd_analyze.cli.options import NameList, reporting, top_option
+from gd_analyze.cli.options import NameList, top_option
+from gd_analyze.cli.output import Output, reporting
 
 # What can be made from the file; the file itself is there.
 FORMATS = ("json", "csv", "html", "pdf")
@@ -30,15 +31,7 @@ FORMATS = ("json", "csv", "html", "pdf")
 )
 @top_option
 @reporting
-def report(
-    analysis: Path,
-    out: Path | None,
-    formats: tuple[str, ...],
-    top: int,
-    as_json: bool,
-    quiet: bool,
-    debug: bool,
-) -> None:
+def report(analysis: Path, out: Path | None, formats: tuple[str, ...], top: int, output: Output) -> None:
     r"""Write what the main job wrote beside its analysis.h5 once more, without computing anything anew.
 
     Files that are there already are replaced. What is printed is what the main job printed.
@@ -49,11 +42,10 @@ def report(
       gd-analyze report analysis.h5 --format html --out elsewhere
     """
     from gd_analyze.cli.findings import print_findings
-    from gd_analyze.cli.terminal import stages, warnings_told
 
-    with warnings_told(quiet), stages(quiet) as stage:
+    with output.working() as stage:
         stage("reading")
-        from gd_analyze.main_job.folder import FILES, require_writable, write_findings
+        from gd_analyze.main_job.folder import require_writable, write_findings
         from gd_analyze.results import load_findings
 
         folder = analysis.parent if out is None else out
@@ -61,5 +53,4 @@ def report(
         findings = load_findings(analysis)
         stage(f"writing {', '.join(formats)}")
         write_findings(findings, folder, formats)
-    files = [folder / FILES[name] for name in formats]
-    print_findings(findings, files, top=top, as_json=as_json, quiet=quiet)
+    print_findings(findings, folder, formats, output, top)

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.cli.levels import level_option, require_coefficients, simplify_options
-from gd_analyze.cli.options import ROBOT, ROBOT_HELP, command_line, reporting
-from gd_analyze.cli.payload import load_arm_carrying, payload_option
-from gd_analyze.cli.states import described, states_given, states_options, trajectory_argument
+from gd_analyze.cli.given import Given, given_dynamics
+from gd_analyze.cli.levels import budget_option, level_option, simplify_options
+from gd_analyze.cli.options import command_line
+from gd_analyze.cli.output import Output, reporting
 
 if TYPE_CHECKING:
     from gd_analyze.certification import Certificate
@@ -25,16 +25,8 @@ _MOST_DIGITS = 17
 
 
 @click.command(short_help="Find a model of few terms within a torque budget.")
-@click.argument("robot", type=ROBOT, help=ROBOT_HELP)
-@trajectory_argument
-@click.option(
-    "--budget",
-    default="1%",
-    show_default=True,
-    metavar="LIST",
-    help="Allowed torque error: a share of each joint's peak torque (1%) or N m (0.5); one for all joints, "
-    "or one per joint, comma-separated.",
-)
+@given_dynamics
+@budget_option
 @level_option("term", "term")
 @simplify_options
 @click.option(
@@ -43,9 +35,6 @@ _MOST_DIGITS = 17
     help="Make the budget hold, proven, for every state within the arm's limits (between the extremes of the "
     "trajectory, where one is given), not only for the states the model is made for.",
 )
-@click.option("--drives", is_flag=True, help="Include drive inertia.")
-@payload_option
-@states_options
 @click.option(
     "--digits",
     type=click.IntRange(1, _MOST_DIGITS),
@@ -56,22 +45,15 @@ _MOST_DIGITS = 17
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="Write the model into this JSON file.")
 @reporting
 def simplify(
-    robot: str,
-    trajectory: str | None,
+    given: Given,
     budget: str,
     level: str,
     refit: bool,
     operations: int | None,
     certified: bool,
-    drives: bool,
-    payload: str | None,
-    states: int,
-    seed: int,
     digits: int,
     out: Path | None,
-    as_json: bool,
-    quiet: bool,
-    debug: bool,
+    output: Output,
 ) -> None:
     r"""Simplify an arm's equations of motion to few terms within a torque budget.
 
@@ -86,134 +68,84 @@ def simplify(
       gd-analyze simplify puma560 --drives --certified -o model.json
       gd-analyze simplify my_arm.toml --refit --level energy -o model.json
     """
-    from gd_analyze.cli.terminal import line, print_json, stages, warnings_told
-
-    require_coefficients(level, refit)
-    if certified and (level == "element" or refit or operations is not None):
-        raise click.UsageError(
-            "--certified goes with --level term or energy, and without --refit and --operations"
-        )
-    with warnings_told(quiet) as told, stages(quiet) as stage:
+    with output.working() as stage:
         import time
 
-        from gd_analyze.levels import Budget, ExactDynamics, level_named, save_model
+        from gd_analyze.levels import Budget, level_named, save_model
         from gd_analyze.provenance import provenance
         from gd_analyze.search import How, simplify_exact
 
+        how = How(level_named(level), refit, operations)
+        if certified and (not how.level.has_torque_terms or refit or operations is not None):
+            raise click.UsageError(
+                "--certified goes with --level term or energy, and without --refit and --operations"
+            )
         allowed = Budget.parse(budget)
-        arm = load_arm_carrying(robot, payload)
         start = time.perf_counter()
-        exact = ExactDynamics.of(arm, states_given(arm, trajectory, states, seed), drives)
+        exact = given.exact()
         source = provenance(command_line())
         certificate = None
-        model: SimplifiedModel
         if certified:
             from gd_analyze.certification import Box, simplify_certified
 
             stage("searching and certifying")
+            box = Box.of(exact.arm) if given.trajectory is None else Box.around(*exact.states.arrays)
             model, certificate = simplify_certified(
-                exact,
-                allowed,
-                Box.of(arm) if trajectory is None else Box.around(*exact.states.arrays),
-                level=level_named(level),
-                provenance=source,
-                progress=stage.advance,
+                exact, allowed, box, level=how.level, provenance=source, progress=stage.advance
             )
         else:
             stage("searching")
-            model = simplify_exact(
-                exact,
-                allowed,
-                How(level_named(level), refit, operations),
-                provenance=source,
-                progress=stage.advance,
-            )
+            model = simplify_exact(exact, allowed, how, provenance=source, progress=stage.advance)
         seconds = time.perf_counter() - start
         if out is not None:
             stage(f"writing {out.name}")
             save_model(model, out)
-    if as_json:
-        print_json(_document(model, certificate, seconds, digits, told, out))
-    elif not quiet:
+
+    def show() -> None:
         _show(model, certificate, seconds, digits)
         if out is not None:
-            line(f"wrote {out}")
+            click.echo(f"wrote {out}")
+
+    files = [str(out)] if out is not None else []
+    about = {"seconds": seconds, "warnings": output.warnings, "files": files}
+    output.give(lambda: _document(model, certificate, digits) | about, show)
 
 
-def _document(
-    model: SimplifiedModel,
-    certificate: Certificate | None,
-    seconds: float,
-    digits: int,
-    told: list[str],
-    out: Path | None,
-) -> dict[str, Any]:
+def _document(model: SimplifiedModel, certificate: Certificate | None, digits: int) -> dict[str, Any]:
+    from gd_analyze.cli.joint_table import error_values, joint_rows
+    from gd_analyze.formulas.plain import Plain
 
-    promise = model.promise.errors
+    promise = model.promise
+    columns = error_values(promise.errors, promise.allowed) | {
+        "certified": None if certificate is None else certificate.certified
+    }
     document: dict[str, Any] = {
         "arm": model.arm.name,
         "level": model.level.name,
         "refitted": model.refitted,
         "drives": model.drives,
-        "budget": model.promise.budget,
-        "made_for": dict(model.promise.made_for),
+        "budget": promise.budget,
+        "made_for": dict(promise.made_for),
         "operations": _counts(model.operations),
         "operations_full": _counts(model.operations_full),
-        "search": model.promise.search,
-        "joints": [
-            {
-                "joint": i + 1,
-                "name": joint.name,
-                "unit": joint.effort_unit,
-                "peak_torque": float(promise.peak_torque[i]),
-                "allowed_error": float(model.promise.allowed[i]),
-                "largest_error": float(promise.largest[i]),
-                "largest_share": float(promise.largest_share[i]),
-                "rms_error": float(promise.rms[i]),
-                "rms_share": float(promise.rms_share[i]),
-                "certified_error": None if certificate is None else float(certificate.certified[i]),
-            }
-            for i, joint in enumerate(model.arm.joints)
-        ],
+        "search": [step._asdict() for step in promise.steps],
+        "solved": promise.solved,
+        "joints": joint_rows(model.arm, columns),
     }
     if not model.level.has_torque_terms:
-        document |= {"kept": _labels(model), "dropped": _labels(model, dropped=True)}
-    if model.level.has_torque_terms:
-        from gd_analyze.harmonics import Basis
-        from gd_analyze.harmonics.torque_rendering import torque_legend
-
-        basis = Basis.of(model.arm)
-        document |= {
-            "terms": _terms(model)[0],
-            "equations": list(model_equations(model, digits)),
-            "legend": list(torque_legend(basis, model.torques)),
-        }
+        return document | {"kept": _labels(model), "dropped": _labels(model, dropped=True)}
+    plain = Plain(digits)
     return document | {
-        "seconds": seconds,
-        "warnings": told,
-        "files": [str(out)] if out is not None else [],
+        "terms": len(model.terms),
+        "equations": [plain.line(formula) for formula in model.formulas],
+        "legend": list(plain.legend(model.legend)),
     }
-
-
-def model_equations(model: SimplifiedModel, digits: int = 3, width: int | None = None) -> tuple[str, ...]:
-    """A harmonic model as equations, one per joint; nothing for a model of parts."""
-    from gd_analyze.harmonics import Basis
-    from gd_analyze.harmonics.torque_rendering import torques_to_text
-
-    if not model.level.has_torque_terms:
-        return ()
-    return torques_to_text(Basis.of(model.arm), model.torques, digits, width)
 
 
 def _counts(operations: OperationCount) -> dict[str, int]:
     from dataclasses import asdict
 
     return {**asdict(operations), "total": operations.total}
-
-
-def _terms(model: SimplifiedModel) -> tuple[int, str]:
-    """How many of what the model keeps."""
-    return len(model.terms), model.level.keeps
 
 
 def _labels(model: SimplifiedModel, dropped: bool = False) -> list[str]:
@@ -223,33 +155,35 @@ def _labels(model: SimplifiedModel, dropped: bool = False) -> list[str]:
 
 
 def _show(model: SimplifiedModel, certificate: Certificate | None, seconds: float, digits: int) -> None:
-    from gd_analyze.cli.joint_table import error_table
+    from gd_analyze.cli.joint_table import error_columns, joint_table, numbers
     from gd_analyze.cli.terminal import line, sentence
-    from gd_analyze.formatting import number, percent
+    from gd_analyze.formatting import percent
+    from gd_analyze.formulas.plain import Plain
+    from gd_analyze.states import in_words
 
-    promise, arm = model.promise.errors, model.arm
+    promise, errors, arm = model.promise, model.promise.errors, model.arm
     full, left = model.operations_full, model.operations
-    worst = int(promise.largest_share.argmax())
     drives = ", with drives" if model.drives else ""
     sentence(
         f"{arm.title or arm.name}{drives}: {left.total} instead of {full.total} operations, largest error "
-        f"{percent(float(promise.largest_share[worst]))} of peak torque (joint {worst + 1})",
+        f"{percent(float(errors.largest_share[errors.worst]))} of peak torque (joint {errors.worst + 1})",
         bold=True,
     )
     line(f"operations  {full}")
     line(f"         -> {left}")
-    count, kind = _terms(model)
     refitted = ", refitted" if model.refitted else ""
-    where = described(model.promise.made_for)
-    sentence(f"{count} {kind}{refitted}, budget {model.promise.budget}, for {where}; in {seconds:.2g} s")
-    sentence(f"Operations after each step of the search: {model.promise.search}.")
-    error_table(
-        "Torque error, {units}, and its share of peak torque", arm, promise, model.promise.allowed
+    sentence(
+        f"{len(model.terms)} {model.level.keeps}{refitted}, budget {promise.budget}, for "
+        f"{in_words(promise.made_for)}; in {seconds:.2g} s"
+    )
+    sentence(f"Operations after each step of the search: {promise.search}.")
+    joint_table(
+        "Torque error, {units}, and its share of peak torque", arm, error_columns(errors, promise.allowed)
     )
     line()
     if certificate is not None:
-        where = "the arm's limits" if "box" in model.promise.made_for else "the extremes of the trajectory"
-        bounds = ", ".join(f"{number(float(bound))}" for bound in certificate.certified)
+        where = "the arm's limits" if "box" in promise.made_for else "the extremes of the trajectory"
+        bounds = ", ".join(numbers(certificate.certified))
         sentence(f"Certified: no state within {where} has an error above {bounds} at the joints.")
         line()
     if not model.level.has_torque_terms:
@@ -257,15 +191,12 @@ def _show(model: SimplifiedModel, certificate: Certificate | None, seconds: floa
         sentence(", ".join(_labels(model)) or "nothing")
         sentence("Dropped", bold=True)
         sentence(", ".join(_labels(model, dropped=True)) or "nothing")
-    if model.level.has_torque_terms:
-        from gd_analyze.harmonics import Basis
-        from gd_analyze.harmonics.torque_rendering import torque_legend
-
-        basis = Basis.of(arm)
-        sentence("The model, in kg, m, s, rad", bold=True)
-        for text in model_equations(model, digits, _WIDTH):
-            line(text)
-        meanings = torque_legend(basis, model.torques)
-        if meanings:
-            line()
-            sentence("; ".join(meanings) + ".")
+        return
+    plain = Plain(digits)
+    sentence("The model, in kg, m, s, rad", bold=True)
+    for formula in model.formulas:
+        line(plain.wrapped(formula, _WIDTH))
+    meanings = plain.legend(model.legend)
+    if meanings:
+        line()
+        sentence("; ".join(meanings) + ".")

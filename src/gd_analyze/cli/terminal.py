@@ -77,12 +77,8 @@ def tell(kind: str, text: str) -> None:
 
 
 @contextmanager
-def warnings_told(quiet: bool) -> Iterator[list[str]]:
-    """Collect the library's warnings, once each, and print them to standard error in the end.
-
-    Yields the list, which grows as warnings come in; what the caller appends is printed too.
-    """
-    told: list[str] = []
+def warnings_told(quiet: bool, told: list[str]) -> Iterator[None]:
+    """Collect the library's warnings in a list, once each, and print them to standard error in the end."""
     shown_by_python = warnings.showwarning
 
     def note(message: Warning | str, category: type[Warning], *rest: Any, **more: Any) -> None:
@@ -95,7 +91,7 @@ def warnings_told(quiet: bool) -> Iterator[list[str]]:
         with warnings.catch_warnings():
             warnings.simplefilter("always", GdAnalyzeWarning)
             warnings.showwarning = note
-            yield told
+            yield
     finally:
         if not quiet:
             for text in told:

@@ -15,6 +15,7 @@ from gd_analyze.harmonics.identification import Harmonics, identify
 from gd_analyze.harmonics.reading import Weights, read
 from gd_analyze.harmonics.series import Series
 from gd_analyze.harmonics.terms import Monomial
+from gd_analyze.labels import joined, parted
 from gd_analyze.robots import RobotArm
 
 Indices = tuple[int, ...]
@@ -52,7 +53,7 @@ class Term:
 
 @dataclass(frozen=True)
 class Equation:
-    """One element: "D12", "h112" or "c2" ("D1,10" beyond nine joints), its unit, its terms, largest first.
+    """One element: "D12", "h112" or "c2" ("D1,10" with two digits), its unit, its terms, largest first.
 
     The unit is that of the element, not of a coefficient of sliding joints' variables.
     """
@@ -73,7 +74,7 @@ def equations(
         The identified dynamics, or an arm, which then is identified.
     elements
         Labels: "D12", "h112", "c2"; "h1" for all h_1jk (j <= k) that are not zero; "D", "h", "c" for all of
-        a kind that are not zero. All of D and c by default. From ten joints on indices are parted by commas.
+        a kind that are not zero. All of D and c by default. Commas part indices of two digits: "D1,10".
     min_share
         Leave out terms whose share is below this.
 
@@ -90,9 +91,10 @@ def equations(
     Examples
     --------
     >>> import gd_analyze as gd
-    >>> from gd_analyze.harmonics.rendering import to_text
+    >>> from gd_analyze.formulas.plain import Plain
+    >>> from gd_analyze.formulas.writing import element_formula
     >>> for equation in gd.equations(gd.load_arm("two_link"), ["D12", "h1", "c1"]):
-    ...     print(to_text(equation))
+    ...     print(Plain().line(element_formula(equation)))
     D12 = 0.5 C2 + 0.333
     h112 = -0.5 S2
     h122 = -0.5 S2
@@ -115,19 +117,17 @@ def _joints_of(dynamics: Harmonics | RobotArm) -> RobotArm:
 def _resolve(label: str, n: int) -> Iterator[tuple[str, Indices, bool]]:
     """Elements a label stands for, joints from 0, and whether it names just this one."""
     match = re.fullmatch(r"([Dhc])(\d*|\d+(?:,\d+)+)", label, re.ASCII)
-    text = match[2] if match else ""
-    apart = text.split(",") if "," in text or n > 9 else list(text)
-    indices = tuple(int(index) - 1 for index in apart if index)
     full = {"D": 2, "h": 3, "c": 1}
-    kind = match[1] if match else ""
-    lengths = {0, full.get(kind, 0)} | ({1} if kind == "h" else set())
-    if match is None or len(indices) not in lengths or any(not 0 <= index < n for index in indices):
-        comma = "," if n > 9 else ""
+    kind, digits = match.groups() if match else ("", "")
+    lengths = {full.get(kind, 0)} | ({1} if kind == "h" else set())
+    indices = parted(digits, n, lengths) if digits else ()
+    if match is None or indices is None:
+        last = [joined((n - 1,) * count) for count in range(4)]
         raise UsageError(
             f"there is no element {label!r}",
             where="elements",
-            expected=f"D, h, c, D11 to D{n}{comma}{n}, h1 to h{n}, h111 to h{n}{comma}{n}{comma}{n} or "
-            f"c1 to c{n}" + ("; indices parted by commas" if comma else ""),
+            expected=f"D, h, c, D11 to D{last[2]}, h1 to h{n}, h111 to h{last[3]} or c1 to c{n}"
+            + ("; commas part indices of two digits" if n > 9 else ""),
             found=label,
             next_step="`gd-analyze equations ROBOT` prints all of D and c",
         )
@@ -147,7 +147,7 @@ def _resolve(label: str, n: int) -> Iterator[tuple[str, Indices, bool]]:
 
 def _equation(harmonics: Harmonics, kind: str, indices: Indices, min_share: float) -> Equation:
     arm = harmonics.arm
-    turning = sum(arm.is_revolute[index] for index in indices)
+    turning = sum(arm.is_revolute[joint] for joint in indices)
     if kind == "D":
         effects: tuple[Series, ...] = harmonics.inertia[indices[0], indices[1]]
         unit, noise = ("kg", "kg m", "kg m^2")[turning], harmonics.noise[0]
@@ -174,7 +174,7 @@ def _equation(harmonics: Harmonics, kind: str, indices: Indices, min_share: floa
         if sizes[factors] >= min_share * largest
     )
     return Equation(
-        kind + ("," if arm.n_joints > 9 else "").join(str(index + 1) for index in indices),
+        kind + joined(indices),
         unit,
         tuple(sorted(terms, key=lambda term: -term.share)),
     )

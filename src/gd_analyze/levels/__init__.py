@@ -1,7 +1,7 @@
 """Levels of simplification, and the models made at them: evaluate, hold against the exact, save and load."""
 
 from gd_analyze.levels.budget import Budget
-from gd_analyze.levels.evaluation import Evaluation, evaluate, evaluate_states, torque_csv
+from gd_analyze.levels.evaluation import Evaluation, evaluate, torque_csv
 from gd_analyze.levels.exact import ExactDynamics, ExactForm
 from gd_analyze.levels.level import Level
 from gd_analyze.levels.levels import ELEMENT, ENERGY, LEVELS, TERM, level_named
@@ -30,7 +30,6 @@ __all__ = [
     "SearchStep",
     "SimplifiedModel",
     "evaluate",
-    "evaluate_states",
     "level_named",
     "load_model",
     "losses",

@@ -6,10 +6,12 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 from gd_analyze.errors import ModelError
+from gd_analyze.formulas.formula import Formula
+from gd_analyze.formulas.parts import parts_formulas
 from gd_analyze.levels.exact import ExactDynamics, ExactForm
 from gd_analyze.levels.level import Costs, Effort, Entry, Level, Terms
 from gd_analyze.levels.part_costs import part_costs
-from gd_analyze.levels.parts import Part, parts_of, torque_by_part, trace_parts
+from gd_analyze.levels.parts import Part, kept_effects, parts_of, torque_by_part, trace_parts
 from gd_analyze.operations import Program
 from gd_analyze.vectors import FloatArray
 
@@ -43,6 +45,11 @@ class ElementLevel(Level):
         """Take what the parts need of the trace; there is only this way."""
         traced = trace_parts(form.arm)
         return Program.of(traced.trace, list(traced.torque(terms, form.drive_inertia)))
+
+    def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
+        """Kept effects times accelerations, as [FGL87] Eq. (3.4-24) has them."""
+        n = form.arm.n_joints
+        return parts_formulas(kept_effects(n, terms), n, form.drives)
 
     def to_entry(self, term: Part, weight: float) -> Entry:
         """Write the part's label."""

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gd_analyze.decomposition import decompose, decompose_states
 from gd_analyze.errors import ModelError
+from gd_analyze.levels.exact import ExactDynamics
 from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.levels.promise import ErrorTable
 from gd_analyze.robots import RobotArm, fingerprint
-from gd_analyze.states import States, states_of
+from gd_analyze.states import States
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray
 
@@ -22,34 +22,29 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Evaluation:
-    """Exact and simplified torque at states, N m, shape (N, n), and the error between them."""
+    """A model's torque at states, N m, shape (N, n), what it was held against, and the error between them."""
 
-    exact: FloatArray
-    simplified: FloatArray
-    table: ErrorTable
+    dynamics: ExactDynamics
+    torque: FloatArray
+    errors: ErrorTable
 
     def within(self, allowed: FloatArray) -> FloatArray:
         """Whether each joint's largest error is within `allowed` (n,)."""
-        return np.asarray(self.table.largest <= allowed)
+        return np.asarray(self.errors.largest <= allowed)
 
 
 def evaluate(
-    model: SimplifiedModel,
-    trajectory: Trajectory,
-    dataset: xr.Dataset | None = None,
-    *,
-    arm: RobotArm | None = None,
+    model: SimplifiedModel, given: States | Trajectory | xr.Dataset, arm: RobotArm | None = None
 ) -> Evaluation:
-    """Evaluate a model along a trajectory and measure its torque error there.
+    """Evaluate a model and measure its torque error.
 
     Parameters
     ----------
     model
         The simplified model.
-    trajectory
-        Any trajectory of the model's arm.
-    dataset
-        The trajectory's decomposition where it is at hand; made otherwise.
+    given
+        Any trajectory of the model's arm, its decomposition where it is at hand, or states that need not
+        belong to any motion, such as those of `gd_analyze.states.states_in_box`.
     arm
         Another arm whose exact torque counts, such as the model's own carrying a payload; the model's own
         by default. Its drives count where they are part of the model.
@@ -62,80 +57,34 @@ def evaluate(
     Raises
     ------
     TrajectoryError
-        If the trajectory is of another number of joints.
-    ModelError
-        If the dataset is not of this arm, this trajectory and the model's drives, or the arm is of another
-        number of joints than the model.
-    ArmError
-        If the model includes drives and the arm describes none.
-    """
-    held = _held_against(model, arm)
-    if dataset is not None:
-        _require_same(model, held, trajectory, dataset)
-    else:
-        dataset = decompose(held, trajectory, coupling=False, drives=model.drives)
-    return _compare(model, states_of(trajectory), dataset.torque.values)
-
-
-def evaluate_states(model: SimplifiedModel, states: States, arm: RobotArm | None = None) -> Evaluation:
-    """Evaluate a model at states that need not belong to any motion, such as those of a box.
-
-    Parameters
-    ----------
-    model
-        The simplified model.
-    states
-        Joint variables, rates and accelerations, see `gd_analyze.states.states_in_box`.
-    arm
-        As for `evaluate`.
-
-    Returns
-    -------
-    Evaluation
-        Torques and their error.
-
-    Raises
-    ------
-    TrajectoryError
         If the states are of another number of joints.
     ModelError
-        If the arm is of another number of joints than the model.
+        If a decomposition is not of this arm and the model's drives, or the arm is of another number of
+        joints than the model.
     ArmError
         If the model includes drives and the arm describes none.
     """
-    held = _held_against(model, arm)
-    exact = decompose_states(held, *states.arrays, coupling=False, drives=model.drives)
-    return _compare(model, states, exact["torque"])
-
-
-def _held_against(model: SimplifiedModel, arm: RobotArm | None) -> RobotArm:
-    if arm is None:
-        return model.arm
-    if arm.n_joints != model.arm.n_joints:
+    held = model.arm if arm is None else arm
+    if held.n_joints != model.arm.n_joints:
         raise ModelError(
-            f"the model is not of arm {arm.name}",
+            f"the model is not of arm {held.name}",
             where="arm",
             expected=f"{model.arm.n_joints} joints, as {model.arm.name} has",
-            found=f"{arm.n_joints} joints",
+            found=f"{held.n_joints} joints",
         )
-    return arm
+    if not isinstance(given, States | Trajectory):
+        _require_same(model, held, given)
+    exact = ExactDynamics.of(held, given, model.drives)
+    torque = model.torque(*exact.states.arrays)
+    return Evaluation(exact, torque, ErrorTable.of(exact.torque, torque))
 
 
-def _compare(model: SimplifiedModel, states: States, exact: FloatArray) -> Evaluation:
-    simplified = model.torque(*states.arrays)
-    return Evaluation(exact, simplified, ErrorTable.of(exact, simplified))
-
-
-def _require_same(model: SimplifiedModel, arm: RobotArm, trajectory: Trajectory, dataset: xr.Dataset) -> None:
-    stated = {
-        "arm_fingerprint": fingerprint(arm),
-        "trajectory_fingerprint": trajectory.fingerprint,
-        "drives": int(model.drives),
-    }
+def _require_same(model: SimplifiedModel, arm: RobotArm, dataset: xr.Dataset) -> None:
+    stated = {"arm_fingerprint": fingerprint(arm), "drives": int(model.drives)}
     for name, value in stated.items():
         if dataset.attrs[name] != value:
             raise ModelError(
-                "the decomposition is of another arm or trajectory, or differs from the model in its drives",
+                "the decomposition is of another arm, or differs from the model in its drives",
                 where=name,
                 expected=str(value),
                 found=str(dataset.attrs[name]),
@@ -144,8 +93,9 @@ def _require_same(model: SimplifiedModel, arm: RobotArm, trajectory: Trajectory,
 
 def torque_csv(trajectory: Trajectory, evaluation: Evaluation) -> str:
     """Exact and simplified torque over time as CSV: time, exact1..n, simplified1..n."""
-    n = trajectory.n_joints
-    header = ["time", *(f"{kind}{i + 1}" for kind in ("exact", "simplified") for i in range(n))]
-    rows = np.column_stack([trajectory.time, evaluation.exact, evaluation.simplified])
-    lines = [",".join(header), *(",".join(repr(float(x)) for x in row) for row in rows)]
-    return "\n".join(lines) + "\n"
+    import pandas as pd
+
+    joints = range(1, trajectory.n_joints + 1)
+    names = ["time", *(f"{kind}{joint}" for kind in ("exact", "simplified") for joint in joints)]
+    rows = np.column_stack([trajectory.time, evaluation.dynamics.torque, evaluation.torque])
+    return pd.DataFrame(rows, columns=names).to_csv(index=False, lineterminator="\n")

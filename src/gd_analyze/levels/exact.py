@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.decomposition import decompose_states
-from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.harmonics import Basis, Harmonics, identify
 from gd_analyze.harmonics.lagrangian import absolute_rates, energy_terms, gathered, torques_of
 from gd_analyze.harmonics.terms import Energies, EnergyTerm, Torques
 from gd_analyze.levels.budget import Budget
-from gd_analyze.levels.level import Effort, Level
 from gd_analyze.operations import OperationCount
 from gd_analyze.robots import RobotArm
+from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.states import States, states_of
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray
@@ -85,15 +84,9 @@ class ExactForm:
     def _absolute_rates(self) -> FloatArray:
         return absolute_rates(self.basis)
 
-    def operations(self, level: Level, effort: Effort) -> OperationCount:
-        """Operations of the exact torque, written as models of a level are."""
-        if (level, effort) not in self._counted:
-            program = level.write(self, level.terms(self), effort)
-            self._counted[level, effort] = program.count
-        return self._counted[level, effort]
-
     @cached_property
-    def _counted(self) -> dict[tuple[Level, Effort], OperationCount]:
+    def counts(self) -> dict[Hashable, OperationCount]:
+        """Operations of its torque by how it was written, kept by whoever counted."""
         return {}
 
 

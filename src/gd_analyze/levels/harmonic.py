@@ -11,6 +11,9 @@ import numpy as np
 from pydantic import Field
 
 from gd_analyze.errors import ModelError
+from gd_analyze.formulas.formula import Formula, Legend
+from gd_analyze.formulas.legend import torque_legend
+from gd_analyze.formulas.writing import torque_formulas
 from gd_analyze.harmonics.basis import DEGREE
 from gd_analyze.harmonics.lagrangian import absolute_rates
 from gd_analyze.harmonics.terms import Energies, Factor, Monomial, Rate, Torques, TorqueTerm
@@ -37,6 +40,14 @@ class HarmonicLevel(Level):
     def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
         """Factor the torques that the terms make."""
         return torque_program(form.basis, self.torques(form, terms), effort)
+
+    def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
+        """Torques in absolute rates, terms with the same rates in brackets before them."""
+        return torque_formulas(form.basis, self.torques(form, terms))
+
+    def legend(self, form: ExactForm, terms: Terms) -> Legend:
+        """Absolute rates, sines and cosines."""
+        return torque_legend(form.basis, self.torques(form, terms))
 
 
 def group_effects(exact: ExactDynamics, groups: Sequence[Torques]) -> FloatArray:

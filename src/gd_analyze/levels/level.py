@@ -10,18 +10,17 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from gd_analyze.errors import ModelError
+from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.harmonics.terms import Torques
+from gd_analyze.levels.exact import ExactDynamics, ExactForm
 from gd_analyze.operations import OperationCount, Program
 from gd_analyze.vectors import FloatArray
-
-if TYPE_CHECKING:
-    from gd_analyze.levels.exact import ExactDynamics, ExactForm
 
 # What a model keeps: a number by term, of whatever kind the level's terms are.
 Terms = Mapping[Any, float]
@@ -129,6 +128,14 @@ class Level(ABC):
         """Write the torque that terms make as a program."""
 
     @abstractmethod
+    def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
+        """Equations of the joints' torques, as a person would write them."""
+
+    def legend(self, form: ExactForm, terms: Terms) -> Legend:
+        """Meaning of the names in them: by default all are the founding text's."""
+        return Legend((), (), ())
+
+    @abstractmethod
     def to_entry(self, term: Any, weight: float) -> Entry:
         """Write a term for a model file."""
 
@@ -157,4 +164,6 @@ class Level(ABC):
 
     def exact_operations(self, form: ExactForm, effort: Effort = FULL) -> OperationCount:
         """Operations of the exact torque in the form that models of this level have."""
-        return form.operations(self, effort)
+        if (self, effort) not in form.counts:
+            form.counts[self, effort] = self.write(form, self.terms(form), effort).count
+        return form.counts[self, effort]

@@ -1,18 +1,14 @@
-"""What a model left out, and how much torque each part of it is along a trajectory."""
+"""What a model of parts left out, and how much torque each of them makes."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gd_analyze.round_off import peak_magnitude
+from gd_analyze.levels.exact import ExactDynamics
 from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.levels.parts import parts_of, torque_by_part
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -35,13 +31,12 @@ class Loss:
     torque_share: float
 
 
-def losses(model: SimplifiedModel, dataset: xr.Dataset) -> tuple[Loss, ...]:
-    """Rank the parts a model of parts left out by their torque along a decomposed trajectory."""
+def losses(model: SimplifiedModel, exact: ExactDynamics) -> tuple[Loss, ...]:
+    """Rank the parts that a model of parts left out by their torque at given states, largest share first."""
     parts = tuple(part for part in parts_of(model.arm.n_joints) if part not in model.terms)
-    largest = np.abs(torque_by_part(dataset, dataset.qdd.values, parts)).max(axis=2)
-    peak_torque = peak_magnitude(dataset.torque.values)
+    largest = np.abs(torque_by_part(exact.quantities, exact.states.qdd, parts)).max(axis=2)
     with np.errstate(divide="ignore", invalid="ignore"):
-        shares = np.where(largest == 0.0, 0.0, largest / peak_torque)
+        shares = np.where(largest == 0.0, 0.0, largest / exact.peak_torque)
     joints = shares.argmax(axis=1)
     rows = [
         Loss(part.label, float(largest[p, joint]), int(joint) + 1, float(shares[p, joint]))

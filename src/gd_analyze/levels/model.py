@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from gd_analyze.errors import ModelError
+from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.levels.exact import ExactForm
 from gd_analyze.levels.level import Level, Terms
@@ -66,6 +67,16 @@ class SimplifiedModel:
     def torques(self) -> Torques:
         """Its torques as harmonic terms; a ModelError where its level has none."""
         return self.level.torques(self.form, self.terms)
+
+    @property
+    def formulas(self) -> tuple[Formula, ...]:
+        """Its torques as equations, one per joint."""
+        return self.level.formulas(self.form, self.terms)
+
+    @property
+    def legend(self) -> Legend:
+        """Meaning of the names in its equations."""
+        return self.level.legend(self.form, self.terms)
 
     @cached_property
     def operations(self) -> OperationCount:

@@ -46,6 +46,16 @@ def parts_of(n_joints: int) -> tuple[Part, ...]:
     )
 
 
+def kept_effects(n_joints: int, kept: Collection[Part]) -> dict[str, str]:
+    """What is kept of every element, by its label: one effect, "both" or "neither"."""
+    names = {(): "neither", EFFECTS[:1]: EFFECTS[0], EFFECTS[1:]: EFFECTS[1], EFFECTS: "both"}
+    chosen: dict[str, list[str]] = {element.label: [] for element in elements(n_joints)}
+    for part in parts_of(n_joints):
+        if part in kept:
+            chosen[part.element.label].append(part.effect)
+    return {label: names[tuple(effects)] for label, effects in chosen.items()}
+
+
 def torque_by_part(quantities: Mapping[Any, Any], qdd: FloatArray, parts: tuple[Part, ...]) -> FloatArray:
     """Torque of every part at every joint and state, N m, shape (P, n, N).
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.round_off import ROUND_OFF_SHARE
 from gd_analyze.formulations import newton_euler_link
 from gd_analyze.levels.exact import ExactDynamics
 from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.robots import RobotArm
+from gd_analyze.round_off import ROUND_OFF_SHARE
 from gd_analyze.states import States
 from gd_analyze.vectors import FloatArray, set_points_last
 

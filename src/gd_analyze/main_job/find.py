@@ -121,7 +121,7 @@ def find(
             "cross_check": tables.cross_check_table(residuals, arm),
             "dominance": dominance,
             "simplified_model": tables.model_table(model, dataset, model.torque(*exact.states.arrays)),
-            "parts": tables.parts_table(elements, dataset, dominance),
+            "parts": tables.parts_table(elements, exact, dominance),
             "terms": tables.terms_table(ranking, arm, not many),
             "trade_off": tables.trade_off_table(points, arm),
             "beyond": _beyond(exact, model, ranking),

@@ -6,7 +6,7 @@ from markupsafe import Markup
 
 from gd_analyze.report.comparison import SHORT, ComparisonContext
 from gd_analyze.report.comparison_chart import SCREEN, growth_chart
-from gd_analyze.report.html import environment, template_text
+from gd_analyze.report.html import environment, style
 
 
 def render_comparison_html(context: ComparisonContext) -> str:
@@ -21,6 +21,6 @@ def render_comparison_html(context: ComparisonContext) -> str:
             charts={which: Markup(growth_chart(context, which, SCREEN)) for which in ("executed", "folded")},
             largest=largest,
             slowest=max(context.seconds_pinocchio, *(row.seconds for row in context.methods)),
-            style=Markup(template_text("report.css") + template_text("comparison.css")),
+            style=style("report.css", "comparison.css"),
         )
     )

@@ -8,17 +8,18 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.dominance import text_verdicts
-from gd_analyze.elements import Element
 from gd_analyze.findings import Findings
-from gd_analyze.levels.parts import Part, parts_of
+from gd_analyze.formulas.parts import part_symbol, parts_formulas
+from gd_analyze.formulas.typst import Typst
+from gd_analyze.models.element_level import Part, parts_of
 from gd_analyze.report.arm_data import arm_data
 from gd_analyze.report.beyond_data import beyond_data, term_data, trade_off_data
 from gd_analyze.report.context import Context, DominanceRow, build_context, percent
-from gd_analyze.report.harmonic_data import harmonic_data
+from gd_analyze.report.harmonic_data import equation_data, harmonic_data
 from gd_analyze.report.panel import MOST_POINTS
 from gd_analyze.formatting import aligned, figures, hundredths, pretty
 
-EFFECT_NAMES = {"translation": "tran", "rotation": "rot", "both": "", "neither": ""}
+TYPST = Typst()
 _SYMBOLS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c"}
 
 
@@ -62,7 +63,7 @@ def document(findings: Findings) -> dict[str, Any]:
         "text": _text(findings, context),
         "elements": {
             "equations": _equations(findings, context),
-            "budget": findings.element_model.promise.budget,
+            "budget": findings.element_model.budget_stated,
             "operations": _operations(context.element_operations_full, context.element_operations),
             **_dropped(findings, context),
         },
@@ -219,28 +220,10 @@ def _supported(row: DominanceRow) -> str:
 
 
 def _equations(findings: Findings, context: Context) -> list[dict[str, Any]]:
-    """Terms of every joint's torque in the simplified model, in the order of the full equation."""
-    arm, model = findings.arm, findings.model
-    n = arm.n_joints
-    rows = []
-    for i in range(n):
-        terms: list[dict[str, Any]] = []
-        for j in range(n):
-            kept = context.inertia_kept[i][j]
-            if kept != "neither":
-                label = Element("inertia", min(i, j), max(i, j)).label
-                terms.append(_term("D", label[1:], kept, str(j + 1)))
-        if model.drives:
-            terms.append(_term("J", str(i + 1), "both", str(i + 1)))
-        for symbol, kept in (("h", context.coriolis_kept[i]), ("c", context.gravity_kept[i])):
-            if kept != "neither":
-                terms.append(_term(symbol, str(i + 1), "both" if symbol == "c" else kept, ""))
-        rows.append({"joint": str(i + 1), "terms": terms})
-    return rows
-
-
-def _term(symbol: str, index: str, kept: str, acceleration: str) -> dict[str, str]:
-    return {"symbol": symbol, "index": index, "effect": EFFECT_NAMES[kept], "acceleration": acceleration}
+    """Every joint's torque in the model that keeps parts of elements."""
+    kept = {row.element: row.kept for row in context.dominance}
+    formulas = parts_formulas(kept, findings.arm.n_joints, findings.model.drives)
+    return [*map(equation_data, formulas)]
 
 
 def _dropped(findings: Findings, context: Context) -> dict[str, Any]:
@@ -254,10 +237,10 @@ def _dropped(findings: Findings, context: Context) -> dict[str, Any]:
     rows = []
     for row, torque, share in zip(costly, torques, shares, strict=True):
         joint = row.torque_joint - 1
-        within = row.torque_peak <= findings.element_model.promise.allowed[joint]
+        within = row.torque_peak <= findings.element_model.budget[joint]
         rows.append(
             {
-                **_symbol(parts[row.part]),
+                "math": _symbol(parts[row.part]),
                 "torque": torque,
                 "unit": pretty(arm.joints[joint].effort_unit),
                 "joint": row.torque_joint,
@@ -271,11 +254,9 @@ def _dropped(findings: Findings, context: Context) -> dict[str, Any]:
 
 def _share(findings: Findings, share: float, joint: int) -> str:
     """Percent of a joint's peak torque; a dash where that torque is round-off (joints count from 1)."""
-    peak = float(findings.model.promise.errors.peak_torque[joint - 1])
+    peak = float(findings.model.promise.peak_torque[joint - 1])
     return hundredths(share) if share == 0 or peak > round_off(findings) else "–"
 
 
-def _symbol(part: Part) -> dict[str, str]:
-    label = part.element.label
-    split = part.element.quantity != "gravity_loading"
-    return {"symbol": label[0], "index": label[1:], "effect": EFFECT_NAMES[part.effect] if split else ""}
+def _symbol(part: Part) -> str:
+    return TYPST.symbol(part_symbol(part.element.label, part.effect))

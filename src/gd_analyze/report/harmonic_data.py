@@ -3,37 +3,39 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Hashable, Iterable
+from collections.abc import Iterable
 from typing import Any
 
 from gd_analyze.findings import Findings
+from gd_analyze.formulas.formula import Formula
+from gd_analyze.formulas.legend import torque_legend
+from gd_analyze.formulas.typst import Typst
+from gd_analyze.formulas.writing import energy_formulas, torque_formulas
+from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import EnergyTerm, Rate, TorqueTerm
-from gd_analyze.harmonics.torque_typst import Piece, energy_to_typst, legend_to_typst, torques_to_typst
+from gd_analyze.models import HarmonicModel
+from gd_analyze.report.terms import tallies
+
+TYPST = Typst()
 
 
 def harmonic_data(findings: Findings) -> dict[str, Any] | None:
     """Describe the model for the template; None for a model that keeps parts of elements."""
     model, harmonics = findings.model, findings.harmonics
-    if not model.level.has_torque_terms or harmonics is None:
+    if not isinstance(model, HarmonicModel) or harmonics is None:
         return None
     basis = harmonics.basis
-    if model.level.is_mechanical:
-        written = [
-            {"left": symbol, "groups": [_signed(pieces)]}
-            for symbol, pieces in energy_to_typst(model.terms).items()
-        ]
+    energy = energy_terms(harmonics, model.arm.drive_inertia if model.drives else None)
+    if model.level == "energy":
         return {
-            "equations": written,
-            "legend": legend_to_typst(basis, dict.fromkeys(map(_with_rates, model.terms), 1.0)),
-            "kept": _energy_kept(model.form.energies, model.terms, basis.n_joints),
+            "equations": [equation_data(formula) for formula in energy_formulas(model.energy)],
+            "legend": TYPST.legend(torque_legend(basis, map(_with_rates, model.energy))),
+            "kept": _energy_kept(energy, model.energy, basis.n_joints),
         }
     return {
-        "equations": [
-            {"left": f"tau_({i + 1})", "groups": _grouped(pieces)}
-            for i, pieces in enumerate(torques_to_typst(basis, model.torques))
-        ],
-        "legend": legend_to_typst(basis, model.torques),
-        "kept": _torques_kept(model.form.torques, model.torques, basis.n_joints),
+        "equations": [equation_data(formula) for formula in torque_formulas(basis, model.torques)],
+        "legend": TYPST.legend(torque_legend(basis, model.torques)),
+        "kept": _torques_kept(torques_of_energies(energy, basis), model.torques, basis.n_joints),
         "carried": [{"joint": joint + 1, "by": joint + 2} for run in basis.runs for joint in run.joints[:-1]],
     }
 
@@ -44,42 +46,32 @@ def _with_rates(term: EnergyTerm) -> TorqueTerm:
     return TorqueTerm(0, rates, term.monomial)
 
 
-def _grouped(pieces: Iterable[Piece]) -> list[list[dict[str, str]]]:
-    """One group each for what a joint carries and D, for h and for c, where there are any."""
-    kinds = (("", "inertia"), ("coriolis_centrifugal",), ("gravity_loading",))
-    groups = [[piece for piece in pieces if piece.quantity in kind] for kind in kinds]
-    return [_signed(group) for group in groups if group]
-
-
-def _signed(pieces: Iterable[Piece]) -> list[dict[str, str]]:
-    return [{"sign": piece.sign.replace("-", "−"), "math": piece.math} for piece in pieces]
+def equation_data(formula: Formula) -> dict[str, Any]:
+    """Left-hand side and pieces; one group each for what a joint carries and D, for h and for c."""
+    groups: dict[str, list[dict[str, str]]] = {}
+    for piece in formula.pieces:
+        group = groups.setdefault("inertia" if piece.quantity == "carried" else piece.quantity, [])
+        group.append({"sign": "−" if piece.negative else "+", "math": TYPST.body(piece)})
+    return {"left": TYPST.symbol(formula.left), "groups": [*groups.values()]}
 
 
 def _torques_kept(exact: Iterable[TorqueTerm], kept: Iterable[TorqueTerm], n: int) -> dict[str, Any]:
     """Terms of every joint's torque by what they are multiplied with: accelerations, rates, nothing."""
-
-    def place(term: TorqueTerm) -> tuple[int, int]:
-        column = {"coriolis_centrifugal": n, "gravity_loading": n + 1}
-        return term.row, column.get(term.quantity, term.rates[0].joint if term.rates else n + 1)
-
-    rows = _counted(map(place, exact), map(place, kept), [[(i, j) for j in range(n + 2)] for i in range(n)])
+    rows = [
+        [{"kept": tally.kept, "of": max(tally.total, tally.kept)} for tally in row]
+        for row in tallies(exact, kept, n)
+    ]
     return {"what": "torque", "rows": rows}
 
 
 def _energy_kept(exact: Iterable[EnergyTerm], kept: Iterable[EnergyTerm], n: int) -> dict[str, Any]:
     """Terms of every element of D' (upper triangle) and of the potential."""
-    places: list[list[Hashable]] = [
+    places: list[list[tuple[int, int] | None]] = [
         [*((i, j) if i <= j else None for j in range(n)), (-1, -1) if i == 0 else None] for i in range(n)
     ]
-    rows = _counted(((t.i, t.j) for t in exact), ((t.i, t.j) for t in kept), places)
-    return {"what": "energy", "rows": rows}
-
-
-def _counted(
-    exact: Iterable[Hashable], kept: Iterable[Hashable], places: Iterable[Iterable[Hashable]]
-) -> list[list[dict[str, int] | None]]:
-    every, left = Counter(exact), Counter(kept)
-    return [
+    every, left = (Counter((term.i, term.j) for term in terms) for terms in (exact, kept))
+    rows = [
         [None if key is None else {"kept": left[key], "of": max(every[key], left[key])} for key in row]
         for row in places
     ]
+    return {"what": "energy", "rows": rows}

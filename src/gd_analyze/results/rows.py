@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from gd_analyze.dominance import text_verdicts
-from gd_analyze.formulations.generalized_dalembert import EFFECTS
+from gd_analyze.levels.parts import kept_effects
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
 
@@ -27,23 +27,13 @@ def element_rows(findings: Findings) -> list[Row]:
     To the table "dominance" come the rank, what the model by the founding text's own method keeps, and the
     founding text's verdict, "" where it has none.
     """
-    kept, reference = kept_effects(findings), text_verdicts(findings.arm.name)
+    reference = text_verdicts(findings.arm.name)
+    kept = kept_effects(findings.arm.n_joints, findings.element_model.terms)
     verdicts = reference.verdicts if reference else {}
     return [
         {"rank": rank, **row, "kept": kept[row["element"]], "text_verdict": verdicts.get(row["element"], "")}
         for rank, row in enumerate(rows_of(findings.dominance, "element"), start=1)
     ]
-
-
-def kept_effects(findings: Findings) -> dict[str, str]:
-    """What the founding text's own method keeps, "translation", "rotation", "both" or "neither" by element."""
-    table = findings.tables["parts"]
-    kept: dict[str, list[str]] = {}
-    for label, is_kept in zip(table.part.values.tolist(), table.kept.values.tolist(), strict=True):
-        element, _, effect = label.partition(" ")
-        kept.setdefault(element, []).extend([effect or EFFECTS[0]] if is_kept else [])
-    names = {(): "neither", EFFECTS[:1]: EFFECTS[0], EFFECTS[1:]: EFFECTS[1], EFFECTS: "both"}
-    return {element: names[tuple(effects)] for element, effects in kept.items()}
 
 
 class DroppedParts(NamedTuple):

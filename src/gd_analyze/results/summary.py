@@ -155,6 +155,13 @@ def not_worth_keeping(findings: Findings) -> int | None:
     return int(findings.tables["terms"].attrs["not_worth_keeping"]) if stated else None
 
 
+def bound_ratio(findings: Findings) -> float | None:
+    """How far the certified bound lies above the worst error found, at most, where that is an error."""
+    rows = rows_of(findings.tables["beyond"], "joint")
+    pairs = [(row["certified"], row["worst_found"]) for row in rows if row["certified"] is not None]
+    return max((bound / found for bound, found in pairs if found > findings.round_off), default=None)
+
+
 def above_allowed(rows: list[Row], torque: str) -> list[int]:
     """Joints at which a torque of the table "beyond" is known and above the allowed error."""
     return [row["joint"] for row in rows if (row[torque] or 0.0) > row["allowed_error"]]

@@ -9,8 +9,9 @@ import numpy as np
 
 from gd_analyze.authority import Residual
 from gd_analyze.certification import Certificate
-from gd_analyze.harmonics.torque_rendering import torque_term_text
-from gd_analyze.levels import ErrorTable, PayloadEffect, SimplifiedModel, losses, parts_of
+from gd_analyze.formulas.plain import Plain
+from gd_analyze.formulas.writing import term_formula
+from gd_analyze.levels import ErrorTable, ExactDynamics, PayloadEffect, SimplifiedModel, losses, parts_of
 from gd_analyze.robots import RobotArm
 from gd_analyze.round_off import ROUND_OFF_SHARE
 from gd_analyze.schema import table, unit_of
@@ -90,12 +91,12 @@ def model_table(model: SimplifiedModel, dataset: xr.Dataset, torque: FloatArray)
     )
 
 
-def parts_table(model: SimplifiedModel, dataset: xr.Dataset, dominance: xr.Dataset) -> xr.Dataset:
+def parts_table(model: SimplifiedModel, exact: ExactDynamics, dominance: xr.Dataset) -> xr.Dataset:
     """Tabulate what the founding text's own method keeps, and what is lost with the rest.
 
     A part is zero where the ranking of elements says so, and its torque where it is round-off.
     """
-    lost = {loss.part: loss for loss in losses(model, dataset)}
+    lost = {loss.part: loss for loss in losses(model, exact)}
     parts = parts_of(model.arm.n_joints)
     labels = [part.label for part in parts]
     of_elements = dominance.sel(element=[part.element.label for part in parts])
@@ -130,6 +131,7 @@ def parts_table(model: SimplifiedModel, dataset: xr.Dataset, dominance: xr.Datas
 def terms_table(ranking: TermRanking, arm: RobotArm, written_out: bool) -> xr.Dataset:
     """Tabulate the ranking of single terms."""
     terms = ranking.terms
+    plain, written = Plain(), [term_formula(term.term, term.weight) for term in terms]
 
     def column(name: str) -> np.ndarray:
         return np.array([getattr(term, name) for term in terms])
@@ -144,9 +146,9 @@ def terms_table(ranking: TermRanking, arm: RobotArm, written_out: bool) -> xr.Da
     return table(
         "terms",
         {
-            "label": np.array([f"tau{term.term.row + 1}" for term in terms], dtype=str),
+            "label": np.array([plain.symbol(formula.left) for formula in written], dtype=str),
             "quantity": np.array([term.term.quantity for term in terms], dtype=str),
-            "text": np.array([torque_term_text(term.term, term.weight) for term in terms], dtype=str),
+            "text": np.array([plain.right(formula) for formula in written], dtype=str),
             **{name: column(name) for name in names},
             "below_uncertainty": np.array(below, dtype=int),
         },

@@ -1,0 +1,124 @@
+"""What a verb is about: an arm, what it carries, and states of it."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from gd_analyze.cli.options import ROBOT, ROBOT_HELP, TRAJECTORY, TRAJECTORY_HELP
+
+if TYPE_CHECKING:
+    from gd_analyze.levels import ExactDynamics
+    from gd_analyze.robots import Payload, RobotArm
+    from gd_analyze.states import States
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+robot_argument = click.argument("robot", type=ROBOT, help=ROBOT_HELP)
+
+trajectory_argument = click.argument(
+    "trajectory",
+    type=TRAJECTORY,
+    required=False,
+    help=f"{TRAJECTORY_HELP} Without one: states drawn from the arm's limits.",
+)
+
+payload_option = click.option(
+    "--payload",
+    metavar="LIST",
+    help="What the hand carries: mass,x,y,z[,ixx,iyy,izz[,ixy,ixz,iyz]] in kg, m and kg m^2, in the last "
+    "link's frame, inertia about the payload's own centre of mass.",
+)
+
+drives_option = click.option("--drives", is_flag=True, help="Include drive inertia.")
+
+
+def states_options(function: F) -> F:
+    """--states and --seed."""
+    for option in (
+        click.option(
+            "--seed",
+            type=click.IntRange(min=0),
+            default=0,
+            show_default=True,
+            metavar="NUMBER",
+            help="Seed of these states: the same seed draws the same.",
+        ),
+        click.option(
+            "--states",
+            type=click.IntRange(1, 1_000_000),
+            default=4000,
+            show_default=True,
+            metavar="NUMBER",
+            help="States to draw where there is no trajectory.",
+        ),
+    ):
+        function = option(function)
+    return function
+
+
+@dataclass(frozen=True)
+class Given:
+    """An arm and states of it, as words of the command."""
+
+    robot: str
+    trajectory: str | None
+    drives: bool
+    payload: str | None
+    states: int
+    seed: int
+
+    def exact(self) -> ExactDynamics:
+        """Read or draw them."""
+        from gd_analyze.levels import ExactDynamics
+
+        arm = load_arm_carrying(self.robot, self.payload)
+        return ExactDynamics.of(arm, states_given(arm, self.trajectory, self.states, self.seed), self.drives)
+
+
+def given_dynamics(function: Callable[..., None]) -> Callable[..., None]:
+    """ROBOT, [TRAJECTORY], --drives, --payload, --states and --seed; the verb gets a `Given`."""
+    names = [entry.name for entry in dataclasses.fields(Given)]
+
+    @functools.wraps(function)
+    def verb(**words: Any) -> None:
+        function(given=Given(**{name: words.pop(name) for name in names}), **words)
+
+    for option in (states_options, payload_option, drives_option, trajectory_argument, robot_argument):
+        verb = option(verb)
+    return verb
+
+
+def states_given(arm: RobotArm, trajectory: str | None, states: int, seed: int) -> States:
+    """Read a trajectory's set points, or draw states."""
+    from gd_analyze.states import states_in_box, states_of
+    from gd_analyze.trajectories import read_trajectory
+
+    if trajectory is None:
+        return states_in_box(arm, states, seed)
+    return states_of(read_trajectory(trajectory, arm))
+
+
+def load_arm_carrying(robot: str, payload: str | None) -> RobotArm:
+    """Load an arm and put the payload, if any, into its hand; its name and title say so."""
+    from gd_analyze.robots import load_arm, parse_payload
+
+    arm = load_arm(robot)
+    return arm if payload is None else carrying(arm, parse_payload(payload))
+
+
+def carrying(arm: RobotArm, body: Payload) -> RobotArm:
+    """Put a payload into an arm's hand; its name and title say so."""
+    from gd_analyze.robots import with_payload
+
+    return dataclasses.replace(
+        with_payload(arm, body.mass, body.position, body.inertia),
+        name=f"{arm.name}+{body.mass:g}kg",
+        title=f"{arm.title or arm.name} carrying {body.mass:g} kg",
+    )

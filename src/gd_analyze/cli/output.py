@@ -1,0 +1,51 @@
+"""How a verb gives its result: as sentences and tables, as JSON, or not at all."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+import click
+
+from gd_analyze.cli.terminal import Stages, print_json, stages, warnings_told
+
+
+@dataclass
+class Output:
+    """What --json and --quiet ask for, and the warnings given so far."""
+
+    as_json: bool
+    quiet: bool
+    warnings: list[str] = field(default_factory=list)
+
+    @contextmanager
+    def working(self) -> Iterator[Stages]:
+        """Show the stages of the work while it lasts, and its warnings in the end."""
+        with warnings_told(self.quiet, self.warnings), stages(self.quiet) as stage:
+            yield stage
+
+    def give(self, document: Callable[[], Any], show: Callable[[], None]) -> None:
+        """Print the result the way that was asked for."""
+        if self.as_json:
+            print_json(document())
+        elif not self.quiet:
+            show()
+
+
+def reporting(function: Callable[..., None]) -> Callable[..., None]:
+    """--json, --quiet and --debug; the verb gets an `Output`."""
+
+    @functools.wraps(function)
+    def verb(as_json: bool, quiet: bool, debug: bool, **words: Any) -> None:
+        function(output=Output(as_json, quiet), **words)
+
+    for option in (
+        click.option("--debug", is_flag=True, help="Show Python's traceback on an error."),
+        click.option("--quiet", is_flag=True, help="Print nothing but errors and what was asked for."),
+        click.option("--json", "as_json", is_flag=True, help="Print the result as JSON on standard output."),
+    ):
+        verb = option(verb)
+    return verb

@@ -1,0 +1,135 @@
+"""What a formula says, apart from any language: a symbol that equals a signed sum of products."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+
+@dataclass(frozen=True)
+class Symbol:
+    """A letter with what stands about it: D_12^tran, the second derivative of q_3, tau_1.
+
+    Parameters
+    ----------
+    letter
+        "tau" is the Greek one.
+    index
+        Digits and commas, or a letter that stands for any joint.
+    dots
+        1 for a rate, 2 for an acceleration.
+    word
+        Upright superscript.
+    """
+
+    letter: str
+    index: str = ""
+    dots: int = 0
+    word: str = ""
+
+
+class Power(NamedTuple):
+    """A symbol or function, and its exponent."""
+
+    base: Symbol | Function
+    exponent: int = 1
+
+
+class Product(NamedTuple):
+    """A number times powers."""
+
+    weight: float
+    powers: tuple[Power, ...] = ()
+
+
+@dataclass(frozen=True)
+class Function:
+    """cos or sin of a sum; the weights of its argument are whole numbers."""
+
+    name: str
+    argument: tuple[Product, ...]
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A summand, or one of those in a bracket: what stands between two places where a line may break.
+
+    Parameters
+    ----------
+    product
+        Its sign is the one before it, and before a bracket that opens with it.
+    quantity
+        "inertia", "coriolis_centrifugal" or "gravity_loading"; "carried" for the torque of the next joint.
+    opens
+        Whether a bracket opens before it.
+    behind
+        What the bracket that closes behind it is multiplied with; () where none closes.
+    """
+
+    product: Product
+    quantity: str = ""
+    opens: bool = False
+    behind: tuple[Power, ...] = ()
+
+    @property
+    def negative(self) -> bool:
+        """Sign before it."""
+        return self.product.weight < 0
+
+
+@dataclass(frozen=True)
+class Formula:
+    """An equation.
+
+    Parameters
+    ----------
+    left
+        What it gives.
+    pieces
+        In the order they are read, those of one quantity together; `NOTHING` where there is none.
+    unit
+        Said behind the equation where it is not evident.
+    """
+
+    left: Symbol
+    pieces: tuple[Piece, ...]
+    unit: str = ""
+
+
+NOTHING = (Piece(Product(0.0), "carried"),)
+
+
+class Legend(NamedTuple):
+    """Meaning of the names in formulas.
+
+    Parameters
+    ----------
+    shared
+        Rates that add up those of joints with parallel axes.
+    others
+        All other rates, one formula per derivative, for any joint j.
+    factors
+        The longest cosine and sine, which explain the others, and every sliding joint's variable.
+    """
+
+    shared: tuple[Formula, ...]
+    others: tuple[Formula, ...]
+    factors: tuple[Formula, ...]
+
+
+def one(base: Symbol | Function) -> Product:
+    """A symbol or function by itself."""
+    return Product(1.0, (Power(base),))
+
+
+def bracketed(quantity: str, terms: tuple[Product, ...], common: tuple[Power, ...]) -> tuple[Piece, ...]:
+    """Products times what they have in common, in brackets if there are several and anything is."""
+    if not common or len(terms) < 2:
+        return tuple(Piece(Product(weight, powers + common), quantity) for weight, powers in terms)
+    # The first one's sign goes before the bracket.
+    outer = 1.0 if terms[0].weight > 0 else -1.0
+    last = len(terms) - 1
+    return tuple(
+        Piece(Product(outer * weight if k else weight, powers), quantity, k == 0, common if k == last else ())
+        for k, (weight, powers) in enumerate(terms)
+    )

@@ -1,0 +1,60 @@
+"""What the names in formulas mean."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from gd_analyze.formulas.formula import Formula, Function, Legend, Piece, Symbol, one
+from gd_analyze.formulas.writing import abbreviation, rate_symbol, written_out
+from gd_analyze.harmonics.basis import Basis
+from gd_analyze.harmonics.equations import Equation
+from gd_analyze.harmonics.terms import Factor, TorqueTerm
+from gd_analyze.labels import joined
+
+
+def element_legend(equations: Iterable[Equation]) -> Legend:
+    """Say what the names in exact elements mean."""
+    used = {factor for equation in equations for term in equation.terms for factor in term.factors}
+    return Legend((), (), _factors(used))
+
+
+def torque_legend(basis: Basis, terms: Iterable[TorqueTerm]) -> Legend:
+    """Say what the names in torques mean.
+
+    Parameters
+    ----------
+    basis
+        The arm's basis functions.
+    terms
+        The torques' terms.
+    """
+    terms = tuple(terms)
+    rates = sorted({rate for term in terms for rate in term.rates})
+    # Joints up to each one within its run: those whose rates add up to its own absolute one.
+    inner = {joint: run.joints[:k] for run in basis.runs for k, joint in enumerate(run.joints, start=1)}
+    shared = tuple(
+        _equal(rate_symbol(rate), *(Symbol("q", joined((j,)), dots=rate.order) for j in joints))
+        for joint, joints in inner.items()
+        for rate in rates
+        if rate.joint == joint and len(joints) > 1
+    )
+    orders = sorted({rate.order for rate in rates if len(inner[rate.joint]) == 1})
+    others = tuple(_equal(Symbol("p", "j", dots=order), Symbol("q", "j", dots=order)) for order in orders)
+    return Legend(shared, others, _factors({factor for term in terms for factor in term.monomial}))
+
+
+def _factors(factors: set[Factor]) -> tuple[Formula, ...]:
+    out = []
+    for kind in ("cos", "sin"):
+        # The longest sum explains the shorter ones.
+        plain = sorted((f for f in factors if f.kind == kind and f.is_plain), key=lambda f: f.multiples)
+        if plain:
+            longest = max(plain, key=lambda factor: len(factor.joints))
+            out.append(_equal(abbreviation(longest), written_out(longest)))
+    slides = sorted((factor for factor in factors if factor.kind == "power"), key=lambda f: f.joints)
+    out += [_equal(abbreviation(slide), Symbol("q", joined(slide.joints)), unit="m") for slide in slides]
+    return tuple(out)
+
+
+def _equal(left: Symbol, *right: Symbol | Function, unit: str = "") -> Formula:
+    return Formula(left, tuple(Piece(one(base)) for base in right), unit)

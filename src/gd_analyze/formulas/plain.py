@@ -1,0 +1,41 @@
+"""Formulas in plain characters: tau2 = tau3 + 3.8 pd2 + (0.77 S3 - 0.02 C3) p2 p3 - 37.2 C2."""
+
+from __future__ import annotations
+
+from gd_analyze.formulas.formula import Formula, Symbol
+from gd_analyze.formulas.printer import Printer
+
+
+class Plain(Printer):
+    """Writes C23 S4² pd3 and 5.85e-5; p is a rate already, so that one dot goes without a d."""
+
+    def symbol(self, symbol: Symbol, exponent: int = 1) -> str:
+        """Write tau1, qdd2, C9,10², p_j, D12^tran."""
+        dots = symbol.dots - (symbol.letter == "p")
+        index = f"_{symbol.index}" if symbol.index.isalpha() else symbol.index
+        word = f"^{symbol.word}" if symbol.word else ""
+        return f"{symbol.letter}{'d' * dots}{index}{word}{_superscript(exponent)}"
+
+    def function(self, name: str, argument: str, exponent: int) -> str:
+        """Write cos²(2 q2 - q3)."""
+        return f"{name}{_superscript(exponent)}({argument})"
+
+    def scientific(self, mantissa: str, exponent: int) -> str:
+        """Write 5.85e-5."""
+        return f"{mantissa}e{exponent}"
+
+    def wrapped(self, formula: Formula, width: int) -> str:
+        """Write a formula in lines no longer than this, unless a single piece is, with a hanging indent."""
+        start = f"{self.symbol(formula.left)} = "
+        first, *others = self.pieces(formula)
+        lines = [start + first]
+        for piece in others:
+            if len(lines[-1]) + 1 + len(piece) <= width:
+                lines[-1] += " " + piece
+            else:
+                lines.append(" " * len(start) + piece)
+        return "\n".join(lines)
+
+
+def _superscript(exponent: int) -> str:
+    return str(exponent).translate(str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")) if exponent != 1 else ""

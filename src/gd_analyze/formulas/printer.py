@@ -1,0 +1,108 @@
+"""What writing a formula takes in any language."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar
+
+from gd_analyze.formulas.formula import Formula, Function, Legend, Piece, Power, Product, Symbol
+from gd_analyze.formulas.numbers import rounded
+
+
+@dataclass(frozen=True)
+class Printer(ABC):
+    """Writes formulas; languages say how they write symbols, functions and powers of ten.
+
+    Parameters
+    ----------
+    digits
+        Significant digits of weights.
+    """
+
+    digits: int = 3
+
+    # Between factors, between a multiple and its angle, between summands, and around what is in brackets.
+    apart: ClassVar[str] = " "
+    close: ClassVar[str] = " "
+    between: ClassVar[str] = " "
+    brackets: ClassVar[tuple[str, str]] = ("(", ")")
+
+    @abstractmethod
+    def symbol(self, symbol: Symbol, exponent: int = 1) -> str:
+        """Write a symbol raised to a power."""
+
+    @abstractmethod
+    def function(self, name: str, argument: str, exponent: int) -> str:
+        """Write a function of an argument already written, raised to a power."""
+
+    @abstractmethod
+    def scientific(self, mantissa: str, exponent: int) -> str:
+        """Write a number times a power of ten other than 1."""
+
+    def sign(self, negative: bool, first: bool) -> str:
+        """Write the sign of a summand; the first one's only where it is negative."""
+        return ("-" if first else "- ") if negative else "" if first else "+ "
+
+    def power(self, power: Power) -> str:
+        """Write a power."""
+        base, exponent = power
+        if isinstance(base, Function):
+            return self.function(base.name, self.argument(base.argument), exponent)
+        return self.symbol(base, exponent)
+
+    def argument(self, products: tuple[Product, ...]) -> str:
+        """Write the sum a function is taken of."""
+        return self.between.join(
+            self.sign(product.weight < 0, place == 0) + self.product(product, self.close)
+            for place, product in enumerate(products)
+        )
+
+    def product(self, product: Product, apart: str | None = None) -> str:
+        """Write the magnitude of a product; a factor 1 is not written where there is another."""
+        factors = [self.power(power) for power in product.powers]
+        mantissa, exponent = rounded(abs(product.weight), self.digits)
+        if exponent:
+            factors.insert(0, self.scientific(mantissa, exponent))
+        elif mantissa != "1" or not factors:
+            factors.insert(0, self.plain_number(mantissa))
+        return (self.apart if apart is None else apart).join(factors)
+
+    def plain_number(self, digits: str) -> str:
+        """Write a number without a power of ten."""
+        return digits
+
+    def body(self, piece: Piece) -> str:
+        """Write a piece without its sign."""
+        opening, closing = self.brackets
+        behind = [closing, *map(self.power, piece.behind)] if piece.behind else []
+        return (opening if piece.opens else "") + self.product(piece.product) + self.apart.join(behind)
+
+    def pieces(self, formula: Formula) -> tuple[str, ...]:
+        """Write the right-hand side, in pieces that a line may break between."""
+        return tuple(
+            self.sign(piece.negative, k == 0) + self.body(piece) for k, piece in enumerate(formula.pieces)
+        )
+
+    def right(self, formula: Formula) -> str:
+        """Write the right-hand side in one line."""
+        return self.between.join(self.pieces(formula))
+
+    def line(self, formula: Formula) -> str:
+        """Write a formula in one line."""
+        unit = self.words(f" in {formula.unit}") if formula.unit else ""
+        return f"{self.symbol(formula.left)} = {self.right(formula)}{unit}"
+
+    def legend(self, legend: Legend) -> tuple[str, ...]:
+        """Write what names mean, one entry each; all rates that are plainly a joint's own in one."""
+        others = ", ".join(
+            f"{self.symbol(other.left)}{self.words(' is ')}{self.right(other)}" for other in legend.others
+        )
+        if others and legend.shared:
+            others = self.words("any other ") + others
+        entries = [*map(self.line, legend.shared), others, *map(self.line, legend.factors)]
+        return tuple(filter(None, entries))
+
+    def words(self, words: str) -> str:
+        """Write words with the spaces about them."""
+        return words

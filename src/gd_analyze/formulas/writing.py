@@ -1,0 +1,131 @@
+"""Formulas of what an arm's dynamics is made of: exact elements, torques, energies, single terms."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from itertools import groupby
+
+from gd_analyze.formulas.formula import (
+    NOTHING,
+    Formula,
+    Function,
+    Piece,
+    Power,
+    Product,
+    Symbol,
+    bracketed,
+    one,
+)
+from gd_analyze.harmonics.basis import Basis
+from gd_analyze.harmonics.equations import Equation
+from gd_analyze.harmonics.terms import (
+    Energies,
+    EnergyTerm,
+    Factor,
+    Monomial,
+    Rate,
+    Torques,
+    TorqueTerm,
+    quantity_of,
+)
+from gd_analyze.labels import joined
+
+_LETTERS = {"cos": "C", "sin": "S", "power": "d"}
+_QUANTITIES = {"D": "inertia", "h": "coriolis_centrifugal", "c": "gravity_loading"}
+_ORDER = tuple(_QUANTITIES.values())
+
+
+def element_formula(equation: Equation) -> Formula:
+    """Formula of an exact element, its terms in the order they have: D12 = 0.687 S2 - 0.138 C23."""
+    letter, number = equation.symbol[0], equation.symbol[1:]
+    terms = (Product(term.coefficient, powers(term.factors)) for term in equation.terms)
+    return Formula(
+        Symbol(letter, number), tuple(Piece(term, _QUANTITIES[letter]) for term in terms) or NOTHING
+    )
+
+
+def torque_formulas(basis: Basis, torques: Torques) -> tuple[Formula, ...]:
+    """Formulas of all joints' torques: what a joint carries, then inertia, velocity, gravity.
+
+    Within each the largest come first; terms with the same rates stand in brackets before them.
+
+    Parameters
+    ----------
+    basis
+        The arm's basis functions.
+    torques
+        Weights of the terms, in absolute rates.
+    """
+    rows: list[dict[tuple[Rate, ...], list[Product]]] = [defaultdict(list) for _ in range(basis.n_joints)]
+    for term, weight in sorted(torques.items(), key=lambda item: -abs(item[1])):
+        rows[term.row][term.rates].append(Product(weight, powers(term.monomial)))
+    # Within a run a joint carries what the next one carries, in absolute rates.
+    carried = {joint for run in basis.runs for joint in run.joints[:-1]}
+    out = []
+    for joint, row in enumerate(rows):
+        pieces = [Piece(one(_torque(joint + 1)), "carried")] if joint in carried else []
+        for rates in sorted(row, key=lambda rates: _ORDER.index(quantity_of(rates))):
+            pieces += bracketed(quantity_of(rates), tuple(row[rates]), _rates(rates))
+        out.append(Formula(_torque(joint), tuple(pieces) or NOTHING))
+    return tuple(out)
+
+
+def energy_formulas(energies: Energies) -> tuple[Formula, ...]:
+    """Formulas of the elements of D' (inertia in absolute rates), row by row, and of the potential U."""
+    ordered = sorted(energies, key=lambda term: (term.is_potential, term.i, term.j, -abs(energies[term])))
+    single = (term_formula(term, energies[term]) for term in ordered)
+    return tuple(
+        Formula(left, tuple(piece for formula in formulas for piece in formula.pieces))
+        for left, formulas in groupby(single, key=lambda formula: formula.left)
+    )
+
+
+def term_formula(term: TorqueTerm | EnergyTerm, weight: float) -> Formula:
+    """Formula of a single term; the left-hand side says where it stands."""
+    product = Product(weight, powers(term.monomial))
+    if isinstance(term, TorqueTerm):
+        return Formula(_torque(term.row), bracketed(term.quantity, (product,), _rates(term.rates)))
+    if term.is_potential:
+        return Formula(Symbol("U"), (Piece(product, "gravity_loading"),))
+    return Formula(Symbol("D'", joined((term.i, term.j))), (Piece(product, "inertia"),))
+
+
+def powers(monomial: Monomial) -> tuple[Power, ...]:
+    """Powers that a monomial is the product of."""
+    return tuple(Power(_base(factor), exponent) for factor, exponent in exponents(monomial))
+
+
+def exponents(monomial: Monomial) -> tuple[tuple[Factor, int], ...]:
+    """Distinct factors with their exponents, in the order of their joints."""
+    distinct = sorted(set(monomial), key=lambda factor: (factor.joints, factor.kind))
+    return tuple((factor, monomial.count(factor)) for factor in distinct)
+
+
+def abbreviation(factor: Factor) -> Symbol:
+    """Symbol of a factor that is plain: C23 for cos(q2 + q3), d3 for a sliding joint's variable."""
+    return Symbol(_LETTERS[factor.kind], joined(factor.joints))
+
+
+def written_out(factor: Factor) -> Function:
+    """Cosine or sine with its argument."""
+    return Function(
+        factor.kind,
+        tuple(Product(factor.multiples[j], (Power(Symbol("q", joined((j,)))),)) for j in factor.joints),
+    )
+
+
+def rate_symbol(rate: Rate) -> Symbol:
+    """Symbol of an absolute rate or acceleration."""
+    return Symbol("p", joined((rate.joint,)), dots=rate.order)
+
+
+def _base(factor: Factor) -> Symbol | Function:
+    return abbreviation(factor) if factor.is_plain else written_out(factor)
+
+
+def _torque(joint: int) -> Symbol:
+    return Symbol("tau", joined((joint,)))
+
+
+def _rates(rates: tuple[Rate, ...]) -> tuple[Power, ...]:
+    return tuple(Power(rate_symbol(rate), len([*same])) for rate, same in groupby(rates))

@@ -1,0 +1,112 @@
+"""MathML read back says what the plain form says."""
+
+from __future__ import annotations
+
+import re
+from xml.etree import ElementTree
+
+import pytest
+
+from gd_analyze.formulas.formula import Formula
+from gd_analyze.formulas.legend import torque_legend
+from gd_analyze.formulas.mathml import MathML, PageMathML
+from gd_analyze.formulas.parts import part_symbol, parts_formulas
+from gd_analyze.formulas.plain import Plain
+from gd_analyze.formulas.writing import element_formula, energy_formulas, term_formula, torque_formulas
+from gd_analyze.harmonics import Harmonics, identify
+from gd_analyze.harmonics.equations import equations
+from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
+from gd_analyze.harmonics.terms import Torques
+from gd_analyze.robots import load_arm
+
+ARMS = ("puma560", "stanford", "two_link")
+DOTTED = {("p", "˙"): "p", ("p", "¨"): "pd", ("q", "˙"): "qd", ("q", "¨"): "qdd"}
+PAGE, PLAIN = PageMathML(), Plain()
+
+
+def read(node: ElementTree.Element) -> str:
+    """One formula as the plain form has it, without spaces."""
+    children = [read(child) for child in node]
+    if node.tag == "mover":
+        return DOTTED[children[0], children[1]]
+    if node.tag == "msubsup":
+        assert children[2] == "2"
+        return f"{children[0]}{children[1]}²"
+    if node.tag == "msup":
+        return f"e{children[1]}" if children[0] == "10" else f"{children[0]}²"
+    shown = (node.text or "") + "".join(children)
+    return {"−": "-", "·": "", "τ": "tau", "\u2061": ""}.get(shown, shown)
+
+
+def plainly(mathml: str) -> str:
+    return squeezed(read(ElementTree.fromstring(mathml)))
+
+
+def squeezed(line: str) -> str:
+    return re.sub(r"\s", "", line)
+
+
+def assert_reads_as_plain(formula: Formula) -> None:
+    assert plainly(PAGE.left(formula)) + "".join(map(plainly, PAGE.elements(formula))) == squeezed(
+        PLAIN.line(formula)
+    )
+    assert plainly(PAGE.line(formula)) == plainly(MathML().line(formula)) == squeezed(PLAIN.line(formula))
+
+
+@pytest.fixture(scope="module", params=ARMS)
+def harmonics(request: pytest.FixtureRequest) -> Harmonics:
+    return identify(load_arm(request.param))
+
+
+@pytest.fixture(scope="module")
+def torques(harmonics: Harmonics) -> Torques:
+    return torques_of_energies(energy_terms(harmonics), harmonics.basis)
+
+
+def test_torques_read_as_their_plain_form(harmonics: Harmonics, torques: Torques) -> None:
+    formulas = torque_formulas(harmonics.basis, torques)
+    for formula in formulas:
+        assert_reads_as_plain(formula)
+        groups = PAGE.by_quantity(formula)
+        assert tuple(piece for _, pieces in groups for piece in pieces) == PAGE.elements(formula)
+        assert len({quantity for quantity, _ in groups}) == len(groups)
+    assert PAGE.by_quantity(formulas[0])[-1][0] in ("coriolis_centrifugal", "gravity_loading")
+
+
+def test_no_terms_are_a_zero(harmonics: Harmonics) -> None:
+    last = torque_formulas(harmonics.basis, {})[-1]
+    assert [*map(plainly, PAGE.elements(last))] == ["0"]
+
+
+def test_single_terms_and_energies_read_as_their_plain_form(harmonics: Harmonics, torques: Torques) -> None:
+    energies = energy_terms(harmonics)
+    for term, weight in (*torques.items(), *energies.items()):
+        assert_reads_as_plain(term_formula(term, weight))
+    for formula in energy_formulas(energies):
+        assert_reads_as_plain(formula)
+
+
+def test_elements_read_as_their_plain_form(harmonics: Harmonics) -> None:
+    for equation in equations(harmonics, ("D", "c", "h")):
+        assert_reads_as_plain(element_formula(equation))
+        assert len(PAGE.elements(element_formula(equation))) == len(equation.terms)
+
+
+def test_the_legend_names_every_shared_rate(harmonics: Harmonics, torques: Torques) -> None:
+    legend = [*map(plainly, PAGE.legend(torque_legend(harmonics.basis, torques)))]
+    for run in harmonics.basis.runs:
+        for place, joint in enumerate(run.joints[1:], start=2):
+            parts = "+".join(f"qdd{j + 1}" for j in run.joints[:place])
+            assert f"pd{joint + 1}={parts}" in legend
+    assert any(meaning.startswith("C") and "=cos(" in meaning for meaning in legend)
+
+
+def test_parts_of_elements_with_drives() -> None:
+    kept = {"D11": "both", "D12": "translation", "D22": "neither", "h1": "neither", "h2": "rotation"}
+    kept |= {"c1": "translation", "c2": "neither"}
+    first, second = (PLAIN.line(formula) for formula in parts_formulas(kept, 2, drives=True))
+    assert first == "tau1 = (D11 + J1) qdd1 + D12 qdd2 + c1"
+    assert second == "tau2 = D12 qdd1 + J2 qdd2 + h2"
+    assert PLAIN.right(parts_formulas(dict.fromkeys(kept, "neither"), 2, drives=False)[0]) == "0"
+    assert "<mtext>tran</mtext>" in PAGE.symbol(part_symbol("D12", "translation"))
+    assert "<mtext>" not in PAGE.symbol(part_symbol("c1", "translation"))

@@ -1,0 +1,143 @@
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+import typst
+
+from gd_analyze.formulas.formula import NOTHING, Function, Piece, Power, Product, Symbol, one
+from gd_analyze.formulas.legend import torque_legend
+from gd_analyze.formulas.parts import part_symbol
+from gd_analyze.formulas.plain import Plain
+from gd_analyze.formulas.typst import Typst
+from gd_analyze.formulas.writing import energy_formulas, term_formula, torque_formulas
+from gd_analyze.harmonics import Harmonics, identify
+from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
+from gd_analyze.harmonics.terms import Torques
+from gd_analyze.robots import load_arm
+
+ARMS = ("two_link", "puma560", "stanford")
+TYPST, PLAIN = Typst(), Plain()
+
+C2, S23, D3 = Symbol("C", "2"), Symbol("S", "23"), Symbol("d", "3")
+P1, P2, PD2 = Symbol("p", "1", dots=1), Symbol("p", "2", dots=1), Symbol("p", "2", dots=2)
+DIFFERENCE = Function(
+    "cos", (Product(2.0, (Power(Symbol("q", "2")),)), Product(-1.0, (Power(Symbol("q", "3")),)))
+)
+
+
+@pytest.mark.parametrize(
+    ("piece", "plain", "math"),
+    [
+        (Piece(Product(1.75, (Power(PD2),))), "1.75 pd2", "1.75 thin dot.double(p)_(2)"),
+        (
+            Piece(Product(3.2, (Power(C2), Power(S23, 2), Power(P1), Power(P2)))),
+            "3.2 C2 S23² p1 p2",
+            "3.2 thin C_(2) thin S_(23)^2 thin dot(p)_(1) thin dot(p)_(2)",
+        ),
+        (Piece(Product(4e-5, (Power(Symbol("C", "9,10")),))), "4e-5 C9,10", "4 times 10^(-5) thin C_(9,10)"),
+        (
+            Piece(Product(1.0, (Power(DIFFERENCE, 2), Power(D3), Power(P1, 2)))),
+            "cos²(2 q2 - q3) d3 p1²",
+            "cos^2(2 thin q_(2) - q_(3)) thin d_(3) thin dot(p)_(1)^2",
+        ),
+        (Piece(one(Symbol("tau", "3"))), "tau3", "tau_(3)"),
+        (Piece(one(Symbol("D'", "12"))), "D'12", "D'_(12)"),
+        (Piece(Product(-0.5, (Power(C2),)), opens=True), "(0.5 C2", "paren.l 0.5 thin C_(2)"),
+        (Piece(one(C2), behind=(Power(P1),)), "C2) p1", "C_(2) paren.r thin dot(p)_(1)"),
+        (NOTHING[0], "0", "0"),
+    ],
+)
+def test_pieces(piece: Piece, plain: str, math: str) -> None:
+    assert PLAIN.body(piece) == plain
+    assert TYPST.body(piece) == math
+
+
+def test_an_effect_stands_above() -> None:
+    assert TYPST.symbol(part_symbol("D12", "rotation")) == 'D_(12)^"rot"'
+
+
+@pytest.fixture(scope="module", params=ARMS)
+def harmonics(request: pytest.FixtureRequest) -> Harmonics:
+    return identify(load_arm(request.param))
+
+
+@pytest.fixture(scope="module")
+def torques(harmonics: Harmonics) -> Torques:
+    return torques_of_energies(energy_terms(harmonics), harmonics.basis)
+
+
+def test_every_term_is_written_under_its_quantity(harmonics: Harmonics, torques: Torques) -> None:
+    written = Counter(
+        (row, piece.quantity)
+        for row, formula in enumerate(torque_formulas(harmonics.basis, torques))
+        for piece in formula.pieces
+        if piece.quantity != "carried"
+    )
+    assert written == Counter((term.row, term.quantity) for term in torques)
+
+
+def test_signs_and_brackets_are_in_order(harmonics: Harmonics, torques: Torques) -> None:
+    formulas = torque_formulas(harmonics.basis, torques)
+    for formula in formulas:
+        bodies = [TYPST.body(piece) for piece in formula.pieces]
+        assert not any(body.startswith(("-", "+")) for body in bodies)
+        depth = 0
+        for body in bodies:
+            depth += body.count("paren.l") - body.count("paren.r")
+            assert depth in (0, 1)
+        assert depth == 0
+    carried = {joint: joint + 2 for run in harmonics.basis.runs for joint in run.joints[:-1]}
+    for joint, by in carried.items():
+        first = formulas[joint].pieces[0]
+        assert (TYPST.body(first), first.quantity) == (f"tau_({by})", "carried")
+
+
+def test_brackets_multiply_out_to_the_terms(harmonics: Harmonics, torques: Torques) -> None:
+    """With its bracket's sign and factors restored, every piece is one term with its weight."""
+    for row, formula in enumerate(torque_formulas(harmonics.basis, torques)):
+        found, outer, inside = [], 1.0, []
+        for piece in formula.pieces:
+            if piece.quantity == "carried":
+                continue
+            weight, powers = piece.product
+            if piece.opens:
+                outer = 1.0 if weight > 0 else -1.0
+            inside.append((weight if piece.opens or outer == 1.0 else -weight, powers))
+            if piece.behind or not (piece.opens or len(inside) > 1):
+                found += [(weight, powers + piece.behind) for weight, powers in inside]
+                outer, inside = 1.0, []
+        expected = [term_formula(t, w).pieces[0].product for t, w in torques.items() if t.row == row]
+        assert not inside
+        assert Counter(found) == Counter(map(tuple, expected))
+
+
+def test_typst_takes_all_of_it(harmonics: Harmonics, torques: Torques) -> None:
+    energies = energy_terms(harmonics)
+    formulas = [*torque_formulas(harmonics.basis, torques), *energy_formulas(energies)]
+    formulas += [term_formula(term, weight) for term, weight in torques.items()]
+    written = [part for f in formulas for part in (TYPST.symbol(f.left), *map(TYPST.body, f.pieces))]
+    written += [*map(TYPST.line, formulas), *TYPST.legend(torque_legend(harmonics.basis, torques))]
+    source = "\n\n".join(f"${piece}$" for piece in written).encode()
+    _, warnings = typst.compile_with_warnings(source, ignore_system_fonts=True)
+    assert warnings == []
+
+
+def test_the_legend_says_what_the_plain_one_says(harmonics: Harmonics, torques: Torques) -> None:
+    legend = torque_legend(harmonics.basis, torques)
+    plain, written = PLAIN.legend(legend), TYPST.legend(legend)
+    assert len(plain) == len(written)
+    (other,) = [entry for entry in plain if "p_j" in entry]
+    assert other.removeprefix("any other ") == "p_j is qd_j, pd_j is qdd_j"
+    assert ('"any other" dot(p)_(j) "is" dot(q)_(j)' in " ".join(written)) == bool(legend.shared)
+    assert all(entry.endswith(' "in m"') for entry in written if entry.startswith("d_"))
+
+
+def test_energy_is_gathered_by_element_with_the_potential_last() -> None:
+    energies = energy_terms(identify(load_arm("puma560")))
+    written = energy_formulas(energies)
+    assert sum(len(formula.pieces) for formula in written) == len(energies)
+    assert PLAIN.symbol(written[0].left) == "D'11"
+    assert PLAIN.symbol(written[-1].left) == "U"
+    largest = max((term for term in energies if term.is_potential), key=lambda term: abs(energies[term]))
+    assert written[-1].pieces[0] == term_formula(largest, energies[largest]).pieces[0]
