@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 from xml.sax.saxutils import escape
 
+from gd_analyze.report.colours import ON_PAPER
 from gd_analyze.report.comparison import ComparisonContext, Count, Curve
 
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58.0, 98.0, 8.0, 32.0
@@ -42,14 +43,8 @@ SCREEN = Palette(
     340.0,
 )
 PAPER = Palette(
-    dict(
-        zip(
-            _MARKERS,
-            ("#0072B2", "#D55E00", "#009E73", "#b0457f", "#8a6a00", "#1a1a1a"),
-            strict=True,
-        )
-    )
-    | {"soft": "#6f6f6f", "line": "#dcdcdc", "paper": "#ffffff"},
+    {name: ON_PAPER[f"series-{k}"] for k, name in enumerate(_MARKERS, start=1)}
+    | {name: ON_PAPER[name] for name in ("soft", "line", "paper")},
     "Libertinus Serif",
     380.0,
     300.0,

@@ -88,7 +88,7 @@ def load_findings(path: str | Path) -> Findings:
         As `load_results`.
     """
     tree = load_results(path)
-    tables = {name: tree[name].to_dataset() for name in GROUPS if name != "documents"}
+    tables = {name: _plain(tree[name].to_dataset()) for name in GROUPS if name != "documents"}
     documents = tree["documents"].to_dataset()
 
     def read(name: str) -> Any:
@@ -128,6 +128,15 @@ def load_findings(path: str | Path) -> Findings:
             if name not in ("format", "schema", "warnings")
         },
     )
+
+
+def _plain(dataset: xr.Dataset) -> xr.Dataset:
+    """Put attributes as they were before netCDF made NumPy's numbers of them."""
+    dataset.attrs = {
+        name: value.tolist() if isinstance(value, np.generic | np.ndarray) else value
+        for name, value in dataset.attrs.items()
+    }
+    return dataset
 
 
 def load_results(path: str | Path) -> xr.DataTree:
