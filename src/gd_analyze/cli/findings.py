@@ -127,7 +127,7 @@ def _show_ranking(findings: Findings, top: int) -> None:
     from gd_analyze.cli.terminal import table
     from gd_analyze.formatting import number, percent
     from gd_analyze.results.rows import element_rows
-    from gd_analyze.results.words import LETTERS, VERDICTS, kept_of, verdict_of
+    from gd_analyze.results.words import LETTERS, VERDICTS, told
 
     rows = element_rows(findings)
     with_text = any(row["text_verdict"] for row in rows)
@@ -146,8 +146,8 @@ def _show_ranking(findings: Findings, top: int) -> None:
                 number(row["torque_peak"]),
                 str(row["torque_joint"]),
                 percent(row["torque_share"]),
-                VERDICTS[verdict_of(row)],
-                LETTERS[kept_of(row)],
+                VERDICTS[told(row)],
+                LETTERS[told(row, "kept")],
                 *([LETTERS.get(row["text_verdict"], "")] if with_text else []),
             ]
             for row in shown

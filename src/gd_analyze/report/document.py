@@ -18,7 +18,7 @@ from gd_analyze.report.panel import MOST_POINTS
 from gd_analyze.report.terms import ranked_rows
 from gd_analyze.results import Findings, rows_of, summary
 from gd_analyze.results.rows import Row, dropped_parts, element_rows, joint_rows, trade_off_rows
-from gd_analyze.results.words import LETTERS, SYMBOLS, VERDICTS, kept_of, kind_name, verdict_of
+from gd_analyze.results.words import LETTERS, SYMBOLS, VERDICTS, kind_name, told
 
 # Rows of the ranking of single terms, and the longest budget that a table has room for.
 _TERMS, _LONGEST_BUDGET = 20, 12
@@ -53,7 +53,7 @@ def document(findings: Findings) -> dict[str, Any]:
         "joints": _joints(findings),
         "harmonic": harmonic_data(model),
         "elements": _elements(findings),
-        "kept": _kept_matrix({row["element"]: kept_of(row) for row in ranked}, arm.n_joints),
+        "kept": _kept_matrix({row["element"]: told(row, "kept") for row in ranked}, arm.n_joints),
         "dominance": _dominance(findings, ranked),
         "threshold": percent(float(findings.dominance.attrs["threshold"])),
         "verdicts": [
@@ -165,7 +165,6 @@ def _dominance(findings: Findings, rows: list[Row]) -> list[Row]:
         "rank",
         "element",
         "torque_joint",
-        "dominant",
         "text_verdict",
         peak=_torque("peak"),
         change_without_translation=lambda row: _change(row["change_without_translation"]),
@@ -178,8 +177,7 @@ def _dominance(findings: Findings, rows: list[Row]) -> list[Row]:
             "unit": pretty(row["unit"]),
             "torque_unit": row["torque_unit"],
             "is_split": row["quantity"] != "gravity_loading",
-            "verdict": verdict_of(row),
-            "kept": kept_of(row),
+            **{what: told(row, what) for what in ("dominant", "verdict", "kept")},
             "agrees": row["dominant"] == row["text_verdict"],
         }
     return written

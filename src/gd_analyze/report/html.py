@@ -31,7 +31,7 @@ from gd_analyze.report.terms import (
 )
 from gd_analyze.results import Findings, rows_of, summary
 from gd_analyze.results.rows import Row, dropped_parts, element_rows, joint_rows, trade_off_rows
-from gd_analyze.results.words import LETTERS, SYMBOLS, VERDICTS, kept_of, verdict_of
+from gd_analyze.results.words import LETTERS, SYMBOLS, VERDICTS, told
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -161,8 +161,7 @@ def environment() -> Environment:
         "typeset": formatting.markup,
         "powers": formatting.markup_of_powers,
         "unit": formatting.pretty,
-        "verdict": verdict_of,
-        "kept": kept_of,
+        "told": told,
         "symbol": _symbol,
         "cell": _cell,
         "formula": term_formula,

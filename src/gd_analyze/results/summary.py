@@ -75,7 +75,7 @@ def facts(findings: Findings) -> list[tuple[str, str]]:
         ),
         (
             pretty(f"{number(check['largest_difference'])} {check['unit']}"),
-            pretty(f"off Pinocchio, where round-off allows {number(check['round_off_bound'])}"),
+            pretty(f"difference from Pinocchio (round-off allows {number(check['round_off_bound'])})"),
         ),
     ]
 

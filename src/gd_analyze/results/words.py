@@ -34,22 +34,16 @@ def kind_name(level: str, refit: bool) -> str:
     return f"{level}, refitted" if refit else level
 
 
-def verdict_of(row: Mapping[str, Any]) -> str:
-    """Verdict on an element as it is told: gravity has no effects to tell apart.
+def told(row: Mapping[str, Any], what: str = "verdict") -> str:
+    """Effect that is dominant or kept, or a verdict, as it is told: gravity has no effects to tell apart.
 
     Parameters
     ----------
     row
-        Of the table "dominance".
+        Of `gd_analyze.results.rows.element_rows`.
+    what
+        "verdict", "dominant" or "kept".
     """
-    return _told(row["quantity"], row["verdict"])
-
-
-def kept_of(row: Mapping[str, Any]) -> str:
-    """What is kept of an element as it is told, see `element_rows`."""
-    return _told(row["quantity"], row["kept"])
-
-
-def _told(quantity: str, effect: str) -> str:
-    is_gravity = quantity == "gravity_loading" and effect not in ("negligible", "neither")
-    return "gravity" if is_gravity else effect
+    effect: str = row[what]
+    has_none = row["quantity"] == "gravity_loading" and effect not in ("negligible", "neither")
+    return "gravity" if has_none else effect
