@@ -10,7 +10,6 @@ from gd_analyze.dominance import text_verdicts as text_verdicts
 from gd_analyze.errors import GdAnalyzeError as GdAnalyzeError
 from gd_analyze.errors import GdAnalyzeWarning as GdAnalyzeWarning
 from gd_analyze.harmonics.equations import equations as equations
-from gd_analyze.harmonics.identification import identify as identify_harmonics
 from gd_analyze.levels import LEVELS as LEVELS
 from gd_analyze.levels import Budget as Budget
 from gd_analyze.levels import ExactDynamics as ExactDynamics

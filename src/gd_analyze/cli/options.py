@@ -10,7 +10,6 @@ from click.shell_completion import CompletionItem
 
 from gd_analyze.resources import shipped
 
-
 top_option = click.option(
     "--top",
     type=click.IntRange(min=0),

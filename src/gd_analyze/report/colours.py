@@ -1,7 +1,7 @@
 """One table of colours: the page's style, the figures on paper and Typst's templates take theirs from it.
 
-Translation and rotation have Okabe and Ito's blue and vermillion, told apart by all forms of colour vision and
-lightened on dark paper; forms for letters meet a contrast of 4.5 to 1.
+Translation and rotation have Okabe and Ito's blue and vermillion, told apart by all forms of colour vision
+and lightened on dark paper; forms for letters meet a contrast of 4.5 to 1.
 """
 
 from __future__ import annotations

@@ -14,8 +14,8 @@ from gd_analyze.comparison.agreement import AUTHORITY
 from gd_analyze.comparison.costs import exponent
 from gd_analyze.errors import UsageError
 from gd_analyze.files import replacing, write_text
-from gd_analyze.operations import OperationCount
 from gd_analyze.formatting import number
+from gd_analyze.operations import OperationCount
 from gd_analyze.robots import fingerprint
 
 FILES = {"html": "comparison.html", "pdf": "comparison.pdf", "json": "comparison.json"}

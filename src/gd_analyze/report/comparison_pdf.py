@@ -6,10 +6,10 @@ import datetime
 import json
 from typing import Any
 
+from gd_analyze.formatting import figures, pretty
 from gd_analyze.report.comparison import SHORT, ComparisonContext, Count
 from gd_analyze.report.comparison_chart import PAPER, growth_chart
 from gd_analyze.report.pdf import TEMPLATES, typeset
-from gd_analyze.formatting import figures, pretty
 
 
 def render_comparison_pdf(context: ComparisonContext, created: str) -> bytes:

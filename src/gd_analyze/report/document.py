@@ -76,7 +76,9 @@ def document(findings: Findings) -> dict[str, Any]:
             for row in rows_of(tables["cross_check"], "quantity")
         ],
         "arm": arm_data(arm),
-        "provenance": [[label.replace("_", " "), value] for label, value in summary.provenance_lines(findings)],
+        "provenance": [
+            [label.replace("_", " "), value] for label, value in summary.provenance_lines(findings)
+        ],
     }
 
 
@@ -115,7 +117,7 @@ def _joints(findings: Findings) -> list[Row]:
     noise = findings.round_off
     rows = joint_rows(findings, "simplified_model", "beyond")
     errors = ("peak_torque", "allowed_error", "largest_error", "rms_error", "certified", "worst_found")
-    elsewhere = ("within_limits", "torque_per_kg", "mass_within_budget", "uncertainty")
+    elsewhere = ("within_limits", "torque_per_kg", "uncertainty")
     shares = ("largest_share", "certified_share", "within_limits_share")
     written = _formatted(
         rows,
@@ -123,6 +125,7 @@ def _joints(findings: Findings) -> list[Row]:
         "joint_name",
         **{name: _torque(name, noise) for name in errors},
         **{name: _torque(name) for name in elsewhere},
+        mass_within_budget=lambda row: _any_or(row["mass_within_budget"]),
         **{name: _share(name, findings) for name in shares},
     )
     for row, shown in zip(rows, written, strict=True):
@@ -131,6 +134,10 @@ def _joints(findings: Findings) -> list[Row]:
         shown["used"] = min(largest / allowed, 1.0) if largest > noise else 0.0
         shown["over"] = largest > max(allowed, noise)
     return written
+
+
+def _any_or(mass: float) -> str:
+    return figures(mass) if mass < float("inf") else "any"
 
 
 def _kept_matrix(kept: dict[str, str], n_joints: int) -> list[list[str]]:
@@ -303,6 +310,6 @@ def _beyond(findings: Findings) -> dict[str, Any]:
         "ratio": "" if ratio is None else f"{ratio:.2f}",
         "drawn": findings.tables["beyond"].attrs["states_drawn"],
         "uncertain": rows[0]["uncertainty"] is not None,
-        "largest_mass": figures(payload["mass_within_budget"]),
+        "largest_mass": _any_or(payload["mass_within_budget"]),
         "limiting_joint": payload["joint"] if limited else None,
     }

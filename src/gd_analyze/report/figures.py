@@ -57,9 +57,7 @@ def motion_figure(findings: Findings) -> Figure:
                 y_ticks=ticks(span, 3 if row > 40 else 2),
                 power=power_of_ten(span),
             )
-            add_curve(
-                figure, panel, trajectory.time, curve, color=INK, linewidth=1.1, label=f"{name}{i + 1}"
-            )
+            add_curve(figure, panel, trajectory.time, curve, color=INK, linewidth=1.1, label=f"{name}{i + 1}")
     for i, joint in enumerate(arm.joints):
         middle = foot + (n - 0.5 - i) * row
         add_text(figure, 0, middle, f"joint {i + 1}", 7.5, weight="bold")
@@ -108,9 +106,7 @@ def torque_figure(findings: Findings) -> Figure:
             (panels[1], error, "error", "accent", 1.2),
         ):
             colour = ON_PAPER[colour]
-            add_curve(
-                figure, panel, seconds, curve, color=colour, linewidth=width, label=f"{label} {i + 1}"
-            )
+            add_curve(figure, panel, seconds, curve, color=colour, linewidth=width, label=f"{label} {i + 1}")
         middle = bottom + 0.5 * row
         add_text(figure, 0, middle, f"joint {i + 1}", 7.5, weight="bold")
         add_text(figure, 0, middle - 8, _clipped(joint.name, 17), 7, color=GREY)

@@ -64,6 +64,4 @@ def _energy_kept(
         [*((i, j) if i <= j else None for j in range(n)), (-1, -1) if i == 0 else None] for i in range(n)
     ]
     every, left = (Counter((term.i, term.j) for term in terms) for terms in (exact, kept))
-    return [
-        [None if key is None else {"kept": left[key], "of": every[key]} for key in row] for row in places
-    ]
+    return [[None if key is None else {"kept": left[key], "of": every[key]} for key in row] for row in places]

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gd_analyze.formatting import pretty
 from gd_analyze.report.colours import GREY, INK, ON_PAPER, PALE
 from gd_analyze.report.thinning import thinned
-from gd_analyze.formatting import pretty
 from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:

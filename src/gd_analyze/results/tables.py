@@ -40,11 +40,11 @@ def trajectory_table(arm: RobotArm, trajectory: Trajectory) -> xr.Dataset:
 
 
 def cross_check_table(residuals: Sequence[Residual], arm: RobotArm) -> xr.Dataset:
-    """Tabulate the differences from Pinocchio; where units differ between rows of D or h, the unit is "SI"."""
+    """Tabulate the differences from Pinocchio."""
     turning = arm.is_revolute
-    uniform = all(turning) or not any(turning)
-    units = {"inertia": unit_of("inertia", *turning[:1] * 2)} if uniform else {}
-    other = arm.joints[0].effort_unit if uniform else "SI"
+    inertias = dict.fromkeys(unit_of("inertia", one, other) for one in turning for other in turning)
+    units = {"inertia": " or ".join(inertias)}
+    efforts = " or ".join(dict.fromkeys(joint.effort_unit for joint in arm.joints))
     return table(
         "cross_check",
         {
@@ -54,7 +54,7 @@ def cross_check_table(residuals: Sequence[Residual], arm: RobotArm) -> xr.Datase
         turning,
         {
             "quantity": [residual.quantity for residual in residuals],
-            "unit": ("quantity", [units.get(residual.quantity, other) for residual in residuals]),
+            "unit": ("quantity", [units.get(residual.quantity, efforts) for residual in residuals]),
         },
     )
 
