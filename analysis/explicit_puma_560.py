@@ -56,7 +56,7 @@ def one_percent_rule(torques: Torques) -> dict[TorqueTerm, float]:
 def model_of(exact: ExactDynamics, torques: Torques, rewritten: bool = False) -> HarmonicModel:
     """Make a model of these terms, nested as one would by hand, or rewritten; it promises nothing."""
     n = exact.arm.n_joints
-    program = torque_programs(exact.harmonics.basis, torques)["torque"] if rewritten else None
+    program = torque_programs(exact.harmonics.rates, torques)["torque"] if rewritten else None
     return HarmonicModel(
         arm=exact.arm,
         level="term",

@@ -8,28 +8,70 @@ parts, and says why they differ. Writes `tables_3_1_3_4_3_5.md` beside this file
 
 from __future__ import annotations
 
+import linecache
+import math
+import re
+import sys
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple, get_args
 
-from gd_analyze.comparison import (
-    METHODS,
-    Growth,
-    Place,
-    Polynomial,
-    count_by_place,
-    generic_chain,
-    growth,
-    text_costs,
-)
-from gd_analyze.comparison.costs import exponent
-from gd_analyze.comparison.explanation import explanations
+import numpy as np
+
+from gd_analyze import formulations
+from gd_analyze.comparison import Growth, count_cost, generic_chain, growth, text_costs
+from gd_analyze.comparison.cost_explanations import explanation
+from gd_analyze.comparison.costs import SIZES, Counted
 from gd_analyze.comparison.text_costs import TextCost
+from gd_analyze.formulations.methods import METHODS
 from gd_analyze.operations import OperationCount
+from gd_analyze.operations.counting import Tally, counting_array, counting_function
 
 N = 6
 
-Parts = Mapping[Place, OperationCount]
+
+class Place(NamedTuple):
+    """Who asks for an operation: a function of the formulation's file, what its statement assigns to, the helper called; "" outside."""
+
+    function: str
+    target: str
+    helper: str
+
+
+Parts = Mapping[Place, Tally]
+
+
+def count_by_place(method: str) -> Parts:
+    """Count a formulation's torque on the generic chain, statement by statement of its file, sines and cosines apart."""
+    file = str(Path(formulations.__file__).with_name(f"{method}.py"))
+    parts: dict[Place, Tally] = defaultdict(Tally)
+
+    def asking() -> Place:
+        frame, callers = sys._getframe(), []
+        while frame := frame.f_back:  # type: ignore[assignment]
+            callers += [frame] if frame.f_code.co_filename == file else []
+        if not callers:
+            return Place("", "", "")
+        statement = linecache.getline(file, callers[-1].f_lineno).strip()
+        helper = next(name for f in callers if not (name := f.f_code.co_name).startswith("<"))
+        return Place(callers[-1].f_code.co_name, re.split(r" [-+]?= ", statement)[0], helper)
+
+    class Located(Tally):
+        """Every operation is booked to the place that asks for it as well."""
+
+        def __setattr__(self, name: str, value: int) -> None:
+            if value and name != "sines_cosines":
+                part = parts[asking()]
+                setattr(part, name, getattr(part, name) + 1)
+            super().__setattr__(name, value)
+
+    tally = Located()
+    states = (counting_array(state, tally) for state in np.full((3, N), 0.5))
+    cos, sin = (counting_function(function, tally) for function in (math.cos, math.sin))
+    METHODS[method].torque(generic_chain(N), *states, gravity=True, cos=cos, sin=sin)
+    return parts
 
 
 @dataclass(frozen=True)
@@ -44,7 +86,7 @@ class Row:
 
 def lagrange_euler_rows() -> tuple[Row, ...]:
     """Parts of `lagrange_euler.py` in the order of Table 3.1."""
-    in_solve = {"steps", "(first, second)"}
+    in_solve = {"steps", "first, second"}
     return (
         Row(
             "products of A_i",
@@ -88,7 +130,7 @@ def lagrange_euler_rows() -> tuple[Row, ...]:
         Row(
             "",
             "D qdd + h + c",
-            lambda p: p.function == "torque",
+            lambda p: p.function in ("coriolis_centrifugal", ""),
             "the text's table ends with the coefficients",
         ),
     )
@@ -151,7 +193,7 @@ def breakdown(table: str, method: str, rows: Sequence[Row]) -> list[str]:
     text = {row.name: row for row in text_costs().rows_of(table)}
     total = text_costs().of(method, table)
     assert total is not None  # the shipped reference has both tables
-    ours = booked(count_by_place(METHODS[method], generic_chain(N)), rows)
+    ours = booked(count_by_place(method), rows)
     lines = [
         f"| the text's row | multiplications | additions | at n = {N} | our part | at n = {N} | why they differ |",
         "|---|---|---|---|---|---|---|",
@@ -165,8 +207,11 @@ def breakdown(table: str, method: str, rows: Sequence[Row]) -> list[str]:
         sum(count.multiplications for count in ours), sum(count.additions for count in ours), 0
     )
     lines.append(f"| {_cells('**total**', total)} | **total** | {_pair(whole)} | |")
-    added = _added(list(text.values()))
-    verdict = "add up to" if added == (total.multiplications, total.additions) else "do NOT add up to"
+    executed = count_cost(METHODS[method], generic_chain(N)).executed
+    assert (whole.multiplications, whole.additions) == (executed.multiplications, executed.additions)
+    # Twelve values fix polynomials of the fourth degree.
+    added = all(sum(row.at(n).total for row in text.values()) == total.at(n).total for n in SIZES)
+    verdict = "add up to" if added else "do NOT add up to"
     return [*lines, "", f"The text's rows {verdict} its total."]
 
 
@@ -193,23 +238,17 @@ def table_3_5(grown: Growth) -> list[str]:
 
 def growth_table(grown: Growth) -> list[str]:
     """Total operations over n, and the fitted exponents."""
-    large = [n for n in grown.sizes if n >= N]
     lines = [
-        "| formulation | | " + " | ".join(str(n) for n in grown.sizes) + f" | slope from {large[0]} |",
+        "| formulation | | " + " | ".join(str(n) for n in grown.sizes) + f" | slope from {N} |",
         "|---|---|" + "---|" * (len(grown.sizes) + 1),
     ]
     for name, method in METHODS.items():
-        costs, stated = grown.costs[name], text_costs().of(name)
-        rows = [
-            ("as executed", [cost.executed.total for cost in costs], grown.exponents[name]),
-            ("folded", [cost.folded.total for cost in costs], grown.exponents_folded[name]),
-        ]
-        if stated:
-            slope = exponent(large, [stated.total(n) for n in large])
-            rows.append(("the text", [stated.total(n) for n in grown.sizes], slope))
-        for k, (label, totals, slope) in enumerate(rows):
-            numbers = " | ".join(str(total) for total in totals)
-            lines.append(f"| {'' if k else method.title} | {label} | {numbers} | {slope:.2f} |")
+        for k, which in enumerate(get_args(Counted)):
+            label = {"executed": "as executed", "text": "the text"}.get(which, which)
+            if counts := grown.counts(name, which):
+                numbers = " | ".join(str(count.total) for count in counts)
+                slope = grown.slope(name, which)
+                lines.append(f"| {'' if k else method.title} | {label} | {numbers} | {slope:.2f} |")
     return lines
 
 
@@ -267,7 +306,7 @@ def report() -> str:
         "",
         "## Where ours differ, and why",
         "",
-        *(f"- **{METHODS[told.method].title}.** {told.sentence}" for told in explanations(grown, N)),
+        *(f"- **{METHODS[name].title}.** {explanation(name, grown)}" for name in METHODS),
         "",
     ]
     return "\n".join(lines)
@@ -281,10 +320,10 @@ def _answer(grown: Growth) -> str:
         if stated:
             cost = grown.costs[name][at]
             parts.append(
-                f"{METHODS[name].title} takes {cost.executed.total / stated.total(N):.2f} times the text's "
-                f"operations as executed and {cost.folded.total / stated.total(N):.2f} times folded"
+                f"{METHODS[name].title} takes {cost.executed.total / stated.at(N).total:.2f} times the text's "
+                f"operations as executed and {cost.folded.total / stated.at(N).total:.2f} times folded"
             )
-    by_text = _ranked({n: c.total(N) for n in METHODS if (c := text_costs().of(n, "3.5"))})
+    by_text = _ranked({n: c.at(N).total for n in METHODS if (c := text_costs().of(n, "3.5"))})
     by_ours = _ranked({n: grown.costs[n][at].executed.total for n in by_text})
     agree = "the same" if by_text == by_ours else "another"
     return f"At n = {N}: {'; '.join(parts)}. The ranking is {agree}: {' < '.join(METHODS[n].title for n in by_ours)}."
@@ -294,13 +333,6 @@ def _ranked(totals: Mapping[str, int]) -> list[str]:
     return sorted(totals, key=totals.__getitem__)
 
 
-def _added(rows: Sequence[TextCost]) -> tuple[Polynomial, Polynomial]:
-    multiplications, additions = rows[0].multiplications, rows[0].additions
-    for row in rows[1:]:
-        multiplications, additions = multiplications + row.multiplications, additions + row.additions
-    return multiplications, additions
-
-
 def _cells(name: str, stated: TextCost | None) -> str:
     if stated is None:
         return "- | - | - | -"
@@ -308,7 +340,7 @@ def _cells(name: str, stated: TextCost | None) -> str:
 
 
 def _pair_of(stated: TextCost) -> str:
-    return f"{stated.multiplications(N)} + {stated.additions(N)}"
+    return _pair(stated.at(N))
 
 
 def _pair(count: OperationCount) -> str:

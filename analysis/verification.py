@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 import gd_analyze as gd
-from gd_analyze.authority import pinocchio_dynamics, round_off_bounds
 from gd_analyze.formulations import generalized_dalembert as dalembert
 from gd_analyze.kinematics import solve_kinematics
+from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
 
 N_STATES = 2000
 EPS = float(np.finfo(float).eps)
@@ -215,7 +215,7 @@ def report() -> str:
         "",
         f"Largest residual over {N_STATES} random states drawn evenly from each arm's ranges and its rate and "
         "acceleration limits, beside what floating-point round-off (or the truncation of a central difference) "
-        "explains. The bounds are derived in `gd_analyze.authority.round_off_bounds` and beside each measurement. "
+        "explains. The bounds are derived in `gd_analyze.pinocchio_check.round_off_bounds` and beside each measurement. "
         "Rows and columns of the Stanford arm's sliding joint are in N, kg m and kg.",
         "",
         "| identity | arm | measured | bound | unit |",

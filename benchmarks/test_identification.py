@@ -62,12 +62,12 @@ def n_terms(harmonics: Harmonics) -> int:
 
 def test_built_in_arms(benchmark) -> None:
     puma = gd.load_arm("puma560")
-    benchmark.pedantic(lambda: gd.identify_harmonics(puma), rounds=ROUNDS, warmup_rounds=1)
+    benchmark.pedantic(lambda: gd.harmonics_of(puma), rounds=ROUNDS, warmup_rounds=1)
     for name in gd.builtin_arms():
         arm = gd.load_arm(name)
-        identified = gd.identify_harmonics(arm)
+        identified = gd.harmonics_of(arm)
         took, written = (
-            seconds(lambda a=arm: gd.identify_harmonics(a)),
+            seconds(lambda a=arm: gd.harmonics_of(a)),
             seconds(lambda h=identified: gd.equations(h)),
         )
         benchmark.extra_info[name] = took
@@ -82,17 +82,17 @@ def test_growth_with_the_number_of_joints(benchmark) -> None:
     print("\nchain of n revolute joints, no parallel axes:")
     before = None
     for n, arm in arms.items():
-        took = seconds(lambda a=arm: gd.identify_harmonics(a), rounds=1 if n == 8 else 3)
+        took = seconds(lambda a=arm: gd.harmonics_of(a), rounds=1 if n == 8 else 3)
         benchmark.extra_info[f"n={n}"] = took
         times = f", {took / before:.1f} times" if before else ""
-        print(f"  n = {n}: {took:.4f} s, {n_terms(gd.identify_harmonics(arm))} terms of D{times}")
+        print(f"  n = {n}: {took:.4f} s, {n_terms(gd.harmonics_of(arm))} terms of D{times}")
         before = took
     print("rods in a plane (one run of n parallel axes):")
     for n in range(2, 9):
         arm = rods(n)
-        took = seconds(lambda a=arm: gd.identify_harmonics(a), rounds=1)
-        print(f"  n = {n}: {took:.4f} s, {n_terms(gd.identify_harmonics(arm))} terms of D")
-    benchmark.pedantic(lambda: gd.identify_harmonics(arms[7]), rounds=3)
+        took = seconds(lambda a=arm: gd.harmonics_of(a), rounds=1)
+        print(f"  n = {n}: {took:.4f} s, {n_terms(gd.harmonics_of(arm))} terms of D")
+    benchmark.pedantic(lambda: gd.harmonics_of(arms[7]), rounds=3)
 
 
 def lagranges_method(n: int) -> tuple[Any, Any]:
@@ -145,7 +145,7 @@ def test_against_sympys_lagrangian_mechanics(benchmark, n: int) -> None:
         return lagranges_method(n)
 
     def ours() -> tuple[object, ...]:
-        harmonics = gd.identify_harmonics(arm)
+        harmonics = gd.harmonics_of(arm)
         return gd.equations(harmonics, ("D", "h", "c"))
 
     mass, forcing = theirs()

@@ -9,7 +9,7 @@ import pinocchio
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.authority import pinocchio_model
+from gd_analyze.pinocchio_check import pinocchio_model
 
 STATES = 4000
 
@@ -32,7 +32,7 @@ def test_simplify_at_the_default_budget(benchmark, level) -> None:
     model = benchmark.pedantic(
         lambda: gd.simplify(arm, states, level=level, drives=True), rounds=3, iterations=1
     )
-    identified = seconds(lambda: gd.identify_harmonics(arm))
+    identified = seconds(lambda: gd.harmonics_of(arm))
     made = benchmark.stats.stats.min
     benchmark.extra_info["operations"] = model.operations.total
     benchmark.extra_info["times_the_identification"] = made / identified

@@ -10,9 +10,12 @@ import xarray as xr
 from hypothesis import settings
 
 from gd_analyze.decomposition import decompose
-from gd_analyze.findings import Findings
-from gd_analyze.main_job import find
+from gd_analyze.levels import SimplifiedModel
+from gd_analyze.main_job import Origin, Settings, find
+from gd_analyze.results import Findings
 from gd_analyze.robots import RobotArm, load_arm
+from gd_analyze.search import simplify
+from gd_analyze.states import states_in_box
 from gd_analyze.trajectories import Trajectory, read_trajectory
 from strategies import PROFILE
 
@@ -55,17 +58,20 @@ def puma_findings(puma: RobotArm, pick_and_place: Trajectory) -> Findings:
     return find(
         puma,
         pick_and_place,
-        drives=True,
-        by_link=True,
-        terms=True,
-        command="gd-analyze puma560",
-        warned=("odd",),
+        Settings(drives=True, by_link=True, terms=True),
+        origin=Origin("gd-analyze puma560", ("odd",)),
     )
 
 
 @pytest.fixture(scope="session")
 def swing_findings(two_link: RobotArm, swing: Trajectory) -> Findings:
-    return find(two_link, swing, command="gd-analyze two_link")
+    return find(two_link, swing, origin=Origin("gd-analyze two_link"))
+
+
+@pytest.fixture(scope="session")
+def puma_energy(puma: RobotArm) -> SimplifiedModel:
+    """The PUMA with drives at 1 % over its box: what the energy level is for."""
+    return simplify(puma, states_in_box(puma), level="energy", drives=True)
 
 
 @pytest.fixture

@@ -7,7 +7,6 @@ askew, plain or general placements, massless links. The numbers inside come from
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 
 from gd_analyze.robots import Joint, Link, Placement, RobotArm
+from gd_analyze.states import States
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray
 
@@ -26,20 +26,6 @@ settings.register_profile(PROFILE, derandomize=True, deadline=None, database=Non
 def examples(count: int) -> Callable[[Any], Any]:
     """Number of examples of one test, on the project's own profile whichever is loaded."""
     return settings(settings.get_profile(PROFILE), max_examples=count)
-
-
-@dataclass(frozen=True)
-class States:
-    """States of one arm, shape (N, n)."""
-
-    q: FloatArray
-    qd: FloatArray
-    qdd: FloatArray
-
-    @property
-    def last(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """With the set points last, (n, N), as the formulations want them."""
-        return self.q.T.copy(), self.qd.T.copy(), self.qdd.T.copy()
 
 
 def names_in(folder: Path) -> list[str]:
@@ -63,7 +49,8 @@ def random_inertia(rng: np.random.Generator, thickness: float = 0.01) -> FloatAr
 def random_states(n: int, count: int, seed: int) -> States:
     rng = np.random.default_rng(seed)
     q = rng.uniform(-np.pi, np.pi, (count, n))
-    return States(q, rng.uniform(-3, 3, (count, n)), rng.uniform(-10, 10, (count, n)))
+    drawn = {"box": "drawn", "states": count, "seed": seed}
+    return States(q, rng.uniform(-3, 3, (count, n)), rng.uniform(-10, 10, (count, n)), drawn)
 
 
 @st.composite

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from gd_analyze.authority import pinocchio_dynamics, round_off_bounds
-from gd_analyze.decomposition import CHUNK, decompose, decompose_states
+from gd_analyze.decomposition import decompose, decompose_states
 from gd_analyze.errors import ArmError, TrajectoryError
+from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.robots import load_arm
 from gd_analyze.schema import DECOMPOSITION
 from gd_analyze.trajectories import Trajectory, read_trajectory, shipped_trajectories
+from gd_analyze.vectors import CHUNK
 from strategies import arms_with_states, examples, motions, random_states
 
 EPS = float(np.finfo(float).eps)

@@ -7,6 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 import xarray as xr
+from gd_analyze.models import parts_of
+from gd_analyze.models.element_level import torque_by_part
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -19,8 +21,6 @@ from gd_analyze.dominance import (
     rank,
     text_verdicts,
 )
-from gd_analyze.models import parts_of
-from gd_analyze.models.element_level import torque_by_part
 from gd_analyze.robots import Joint, Link, RobotArm
 from gd_analyze.trajectories import Trajectory
 from strategies import arms_with_states, examples, motions

@@ -12,13 +12,13 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
+from gd_analyze.store import GROUPS, load_results, save_results
+from gd_analyze.tables import as_tree
 from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.errors import OutputError, StoreError
 from gd_analyze.schema import DECOMPOSITION
-from gd_analyze.store import GROUPS, load_results, save_results
-from gd_analyze.tables import as_tree
 from strategies import examples, names_in
 
 

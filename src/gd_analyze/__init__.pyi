@@ -1,4 +1,3 @@
-from gd_analyze.authority import cross_check as cross_check
 from gd_analyze.certification import Box as Box
 from gd_analyze.certification import certify as certify
 from gd_analyze.certification import certify_positive_definite as certify_positive_definite
@@ -10,6 +9,7 @@ from gd_analyze.dominance import text_verdicts as text_verdicts
 from gd_analyze.errors import GdAnalyzeError as GdAnalyzeError
 from gd_analyze.errors import GdAnalyzeWarning as GdAnalyzeWarning
 from gd_analyze.harmonics.equations import equations as equations
+from gd_analyze.harmonics.transform import harmonics_of as harmonics_of
 from gd_analyze.levels import LEVELS as LEVELS
 from gd_analyze.levels import Budget as Budget
 from gd_analyze.levels import ExactDynamics as ExactDynamics
@@ -21,6 +21,7 @@ from gd_analyze.levels import save_model as save_model
 from gd_analyze.main_job import Settings as Settings
 from gd_analyze.main_job import analyze as analyze
 from gd_analyze.main_job import find as find
+from gd_analyze.pinocchio_check import cross_check as cross_check
 from gd_analyze.results import load_findings as load_findings
 from gd_analyze.results import load_results as load_results
 from gd_analyze.results import save_results as save_results
@@ -34,6 +35,7 @@ from gd_analyze.search import trade_off as trade_off
 from gd_analyze.states import States as States
 from gd_analyze.states import states_in_box as states_in_box
 from gd_analyze.states import states_of as states_of
+from gd_analyze.trajectories import Schedule as Schedule
 from gd_analyze.trajectories import Trajectory as Trajectory
 from gd_analyze.trajectories import plan as plan
 from gd_analyze.trajectories import read_trajectory as read_trajectory

@@ -7,23 +7,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.drives import drive_inertia_torque
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.formulations import composite_moments as composite
 from gd_analyze.formulations import generalized_dalembert as dalembert
 from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.robots import RobotArm, fingerprint
-from gd_analyze.schema import SCHEMA_VERSION, table
+from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
 from gd_analyze.trajectories import Trajectory
-from gd_analyze.vectors import Array, FloatArray, set_points_last
+from gd_analyze.trajectories.checks import require_joints
+from gd_analyze.vectors import Array, FloatArray, chunks, set_points_last
 
 if TYPE_CHECKING:
     import xarray as xr
 
 EFFECTS = dalembert.EFFECTS
-
-# Long enough to hide the cost of an array call, short enough that one chunk's moments stay in the cache.
-CHUNK = 4096
 
 
 def decompose(
@@ -47,7 +44,7 @@ def decompose(
     by_link
         Also give what each link adds to D, h and c (slower).
     terms
-        Also give the text's terms of h apart (slower).
+        Also give FGL87's terms of h apart (slower).
     drives
         Add the torque that accelerates the drives, as `drive_torque` and within `torque`.
     progress
@@ -74,13 +71,7 @@ def decompose(
     >>> dataset.inertia.dims
     ('time', 'effect', 'joint', 'joint_j')
     """
-    if trajectory.n_joints != arm.n_joints:
-        raise TrajectoryError(
-            "the trajectory is of another arm",
-            where=trajectory.name,
-            expected=f"{arm.n_joints} joints ({arm.name})",
-            found=f"{trajectory.n_joints} joints",
-        )
+    require_joints(trajectory, arm)
     arrays = decompose_states(
         arm,
         trajectory.q,
@@ -164,28 +155,17 @@ def decompose_states(
             )
     states = [set_points_last(np.asarray(x, dtype=float)) for x in (q, qd, qdd)]
     n, count = states[0].shape
-    shapes: dict[str, tuple[int, ...]] = {
-        "inertia": (2, n, n),
-        "coriolis_centrifugal": (2, n),
-        "centrifugal": (2, n),
-        "coriolis": (2, n),
-        "gravity_loading": (n,),
-        "torque": (n,),
+    names = ["inertia", "coriolis_centrifugal", "centrifugal", "coriolis", "gravity_loading", "torque"]
+    names += ["coupling"] * coupling + ["drive_torque"] * drives
+    names += ["inertia_by_link", "coriolis_centrifugal_by_link", "gravity_loading_by_link"] * by_link
+    names += ["coriolis_centrifugal_terms"] * terms
+    sizes = {"effect": 2, "term": len(dalembert.terms_of(arm))}
+    out = {
+        name: np.empty((*(sizes.get(dim, n) for dim in GROUPS["decomposition"][name].dims[1:]), count))
+        for name in names
     }
-    if coupling:
-        shapes["coupling"] = (2, n, n, n)
-    if drives:
-        shapes["drive_torque"] = (n,)
-    if by_link:
-        shapes["inertia_by_link"] = (2, n, n, n)
-        shapes["coriolis_centrifugal_by_link"] = (2, n, n)
-        shapes["gravity_loading_by_link"] = (n, n)
-    if terms:
-        shapes["coriolis_centrifugal_terms"] = (len(dalembert.terms_of(arm)), n)
-    out = {name: np.empty((*shape, count)) for name, shape in shapes.items()}
     _keep_freed_memory()
-    for start in range(0, count, CHUNK):
-        chunk = slice(start, min(start + CHUNK, count))
+    for chunk in chunks(count):
         views = {name: array[..., chunk] for name, array in out.items()}
         _fill(arm, states[0][:, chunk], states[1][:, chunk], states[2][:, chunk], views)
         if progress is not None:
@@ -226,7 +206,7 @@ def _fill(arm: RobotArm, q: Array, qd: Array, qdd: Array, out: dict[str, Array])
     np.einsum("eijn,jn->in", inertia, qdd, out=torque)
     torque += h.sum(axis=0) + out["gravity_loading"]
     if "drive_torque" in out:
-        out["drive_torque"][:] = drive_inertia_torque(arm, qdd.T).T
+        np.multiply(arm.drive_inertia[:, None], qdd, out=out["drive_torque"])
         torque += out["drive_torque"]
     if "inertia_by_link" in out:
         out["inertia_by_link"][:] = dalembert.inertia_by_link(arm, kinematics)

@@ -1,6 +1,6 @@
 """What the drives ask for beside the arm's own dynamics, each cause by itself.
 
-The text's D, h and c are those of the links. Motors and gears add the torque that accelerates them and what
+FGL87's D, h and c are those of the links. Motors and gears add the torque that accelerates them and what
 their friction takes away; none of it is part of D, and all of it is seen at the joint here.
 """
 
@@ -81,15 +81,10 @@ def drive_contributions(
                 found=str(array.shape),
             )
     return DriveTorque(
-        drive_inertia_torque(arm, qdd),
+        arm.drive_inertia * qdd,
         viscous_coefficients(arm) * qd,
         coulomb_friction(arm, qd, rest_rate=rest_rate),
     )
-
-
-def drive_inertia_torque(arm: RobotArm, qdd: FloatArray) -> FloatArray:
-    """J_i qdd_i, shape (..., n); raises ArmError if the arm describes no drives."""
-    return arm.drive_inertia * qdd
 
 
 def viscous_coefficients(arm: RobotArm) -> FloatArray:
@@ -121,13 +116,7 @@ def coulomb_friction(arm: RobotArm, qd: FloatArray, *, rest_rate: float = 0.0) -
 
 
 def _require_drives(arm: RobotArm) -> None:
-    if not arm.drives:
-        raise ArmError(
-            f"arm {arm.name} describes no drives",
-            where=f"arm {arm.name}",
-            expected="one [[drives]] table per joint",
-            next_step="add the drives to the arm file, or leave drives and their friction out",
-        )
+    _ = arm.drive_inertia  # which refuses an arm without drives
     for joint, drive in zip(arm.joints, arm.drives, strict=True):
         forward, backward = drive.coulomb
         if not (drive.viscous >= 0 and forward >= 0 >= backward):

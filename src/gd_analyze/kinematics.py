@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import Array, Elementwise
+from gd_analyze.vectors import Array, Elementwise, turn_about
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,12 @@ class Kinematics:
     def com_positions(self) -> Array:
         """r_s, centre of mass of link s from the base origin, m, shape (n, 3, N)."""
         return self.joint_origins + self.com_from_joint
+
+
+def joint_motions(arm: RobotArm, kinematics: Kinematics) -> tuple[Array, Array]:
+    """w_i and u_i of every joint, shape (n, 3, N): z_{i-1} as it turns, or slides, and zero otherwise."""
+    revolute = np.array(arm.is_revolute, dtype=float)[:, None, None]
+    return kinematics.joint_axes * revolute, kinematics.joint_axes * (1.0 - revolute)
 
 
 def solve_kinematics(
@@ -150,6 +156,4 @@ def _rotate_about(rotation: Array, axis: _Sparse, cos_q: Array, sin_q: Array) ->
     u = np.zeros(3)
     for b, value in axis:
         u[b] = value
-    skew = np.array([[0.0, -u[2], u[1]], [u[2], 0.0, -u[0]], [-u[1], u[0], 0.0]])
-    turn = np.eye(3)[:, :, None] + skew[:, :, None] * sin_q + (skew @ skew)[:, :, None] * (1.0 - cos_q)
-    return np.einsum("acn,cbn->abn", rotation, turn, out=turned)
+    return np.einsum("acn,cbn->abn", rotation, turn_about(u, cos_q, sin_q), out=turned)

@@ -8,7 +8,7 @@ symbols).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,15 @@ from numpy.typing import NDArray
 Array = NDArray[Any]
 FloatArray = NDArray[np.float64]
 Elementwise = Callable[[Array], Array]
+
+# Set points at a time: long enough to hide the cost of an array call, short enough that what one pass needs
+# stays in the cache.
+CHUNK = 4096
+
+
+def chunks(count: int) -> Iterator[slice]:
+    """Cut `count` set points into slices of `CHUNK`."""
+    return (slice(start, min(start + CHUNK, count)) for start in range(0, count, CHUNK))
 
 
 def cross(a: Array, b: Array, out: Array | None = None) -> Array:
@@ -44,11 +53,35 @@ def outer(a: Array, b: Array) -> Array:
     return np.einsum("...an,...bn->...abn", a, b)
 
 
+def rigid_acceleration(omega: Array, omega_dot: Array, lever: Array) -> Array:
+    """Acceleration of a point of a rigid body relative to another of its points, a lever away."""
+    return cross(omega_dot, lever) + cross(omega, cross(omega, lever))
+
+
+def skew(axis: Array) -> Array:
+    """Matrix of the vector product with a constant vector, (3, 3)."""
+    x, y, z = axis
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def turn_parts(axis: Array) -> tuple[Array, Array, Array]:
+    """Constants F, S, C of the turn F + S sin q + C cos q about a unit axis (Rodrigues), (3, 3) each."""
+    by_sin = skew(axis)
+    square = by_sin @ by_sin
+    return np.eye(3) + square, by_sin, -square
+
+
+def turn_about(axis: Array, cos_q: Array, sin_q: Array) -> Array:
+    """Turn about a constant unit axis, 1 + S sin q + S^2 (1 - cos q) with S its `skew`, (3, 3, N)."""
+    by_sin = skew(axis)
+    square = by_sin @ by_sin
+    out = np.empty((3, 3, len(cos_q)), np.result_type(cos_q, float))
+    for a, b in np.ndindex(3, 3):
+        # A whole number, which no count takes for an addition where it is zero.
+        out[a, b] = int(a == b) + by_sin[a, b] * sin_q + square[a, b] * (1.0 - cos_q)
+    return out
+
+
 def set_points_last(states: Array) -> Array:
     """Turn ``(..., n)`` states into ``(n, N)`` with N contiguous."""
     return np.ascontiguousarray(states.reshape(-1, states.shape[-1]).T)
-
-
-def set_points_first(values: Array, leading: tuple[int, ...]) -> Array:
-    """Turn ``(..., N)`` results into ``(*leading, ...)``: the inverse of `set_points_last`."""
-    return np.moveaxis(values, -1, 0).reshape(*leading, *values.shape[:-1])

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from gd_analyze.simplification import Budget, ExactDynamics
+from gd_analyze.simplification.states import States
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -11,8 +13,6 @@ import gd_analyze as gd
 from gd_analyze.certification import Box, simplify_certified
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.errors import UsageError
-from gd_analyze.simplification import Budget, ExactDynamics
-from gd_analyze.simplification.states import States
 from strategies import arms_with_states, examples
 
 

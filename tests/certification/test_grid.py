@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.grid import Grid, grid_of, shared_out
-from gd_analyze.certification.waves import Expansion, Waves
+from gd_analyze.harmonics import Waves
+from gd_analyze.harmonics.conversion import to_waves
 from strategies import examples
 
 EPS = float(np.finfo(float).eps)
@@ -34,7 +35,7 @@ def drawn(seed: int, joints: int, polynomials: int = 3) -> tuple[list[dict], Wav
         written.append(polynomial)
     middle, half = rng.uniform(-2.0, 2.0, joints), rng.choice([0.0, 0.2, 1.5, 3.5], joints)
     nothing = np.zeros(joints)
-    return written, Waves.of(written, Expansion(sliding)), Box(middle - half, middle + half, nothing, nothing)
+    return written, to_waves(written, sliding), Box(middle - half, middle + half, nothing, nothing)
 
 
 def directly(polynomials: list[dict], q: np.ndarray) -> np.ndarray:
@@ -97,7 +98,7 @@ def test_nothing_larger_hides_between_the_nodes(seed: int, joints: int, effort: 
 
 def test_the_loss_between_nodes_is_what_a_cosine_needs() -> None:
     """cos q around q = 0 with the nodes at +-h: the bound 1 <= cos h + h^2 / 2 is met to fourth order."""
-    waves = Waves.of([{(("cos", (1,)),): 1.0}], Expansion([False]))
+    waves = to_waves([{(("cos", (1,)),): 1.0}], [False])
     box = Box(np.array([-0.1]), np.array([0.1]), np.zeros(1), np.zeros(1))
     grid = grid_of(waves, box, 2)
     assert grid is not None
@@ -112,8 +113,8 @@ def test_groups_and_rest_are_all_the_waves(seed: int, joints: int, effort: int) 
     _, waves, box = drawn(seed, joints)
     shares, rest = shared_out(waves, box, effort, groups=3)
     assert len(shares) <= 3
-    assert all(share.grid.size <= effort for share in shares)
-    parts = [*(share.waves for share in shares), rest]
+    assert all(grid.size <= effort for _, grid in shares)
+    parts = [*(part for part, _ in shares), rest]
     assert sum(len(part.multiples) for part in parts) == len(waves.multiples)
     q = np.random.default_rng(seed).uniform(box.lower, box.upper, (20, joints)).T
     together = sum(part(q) for part in parts)
@@ -125,7 +126,7 @@ def test_more_positions_lose_less(sliding: bool) -> None:
     """Twice as many nodes per joint: a quarter of the loss, within what whole numbers of nodes allow."""
     kind = "power" if sliding else "cos"
     square = tuple((kind, tuple(int(j == k) for j in range(2))) for k in (0, 0, 1, 1))
-    waves = Waves.of([{square: 1.0}], Expansion([sliding, sliding]))
+    waves = to_waves([{square: 1.0}], [sliding, sliding])
     box = Box(*(sign * np.full(2, 1.5) for sign in (-1, 1)), np.zeros(2), np.zeros(2))
     losses = []
     for effort in (400, 1600, 6400):
@@ -136,7 +137,7 @@ def test_more_positions_lose_less(sliding: bool) -> None:
 
 
 def test_what_is_linear_is_largest_at_an_end() -> None:
-    waves = Waves.of([{(("power", (1,)),): 1.0}], Expansion([True]))
+    waves = to_waves([{(("power", (1,)),): 1.0}], [True])
     box = Box(np.array([-4.0]), np.array([5.0]), np.zeros(1), np.zeros(1))
     grid = grid_of(waves, box, 10)
     assert grid is not None

@@ -5,7 +5,7 @@ import json
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.comparison import METHODS
+from gd_analyze.formulations.methods import METHODS
 
 
 def test_files_and_tables(run, here, motion):

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-import gd_analyze as gd
 from gd_analyze.models import save_model
 from gd_analyze.models.evaluation import evaluate_states
-from gd_analyze.robots import load_arm, with_payload
 from gd_analyze.simplification import States, simplify, states_in_box
 from gd_analyze.simplification.payload_effect import payload_effect
+
+import gd_analyze as gd
+from gd_analyze.robots import load_arm, with_payload
 
 LEVELS = ("element", "term", "energy")
 

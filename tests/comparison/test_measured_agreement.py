@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from gd_analyze.comparison import METHODS, agreement, dynamics_of_states, time_methods, torque_of_states
-from gd_analyze.comparison.evaluation import CHUNK
-from gd_analyze.comparison.states import random_states, states_of
+from gd_analyze.comparison import agreement, compare, time_methods
 from gd_analyze.errors import TrajectoryError
+from gd_analyze.formulations.interface import torque_of_states
+from gd_analyze.formulations.methods import METHODS
 from gd_analyze.robots import load_arm
+from gd_analyze.states import States, states_in_box
 from gd_analyze.trajectories import read_trajectory
+from gd_analyze.vectors import CHUNK
 from strategies import arms_with_states, examples
 
 
@@ -21,8 +23,8 @@ from strategies import arms_with_states, examples
 @given(arms_with_states(max_joints=6))
 def test_all_formulations_agree(drawn):
     arm, states = drawn
-    found = agreement(arm, states.q, states.qd, states.qdd)
-    assert found.holds, (found.torque, found.from_authority, found.bounds)
+    found = agreement(arm, States(states.q, states.qd, states.qdd))
+    assert found.holds, (found.torque, found.from_pinocchio, found.bounds)
     assert found.names == (*METHODS, "pinocchio")
     np.testing.assert_array_equal(found.torque, found.torque.T)
     assert not np.diagonal(found.torque).any()
@@ -31,7 +33,7 @@ def test_all_formulations_agree(drawn):
 
 @pytest.mark.parametrize("quantity", ["torque", "dynamics"])
 def test_a_wrong_formulation_is_noticed(two_link, quantity):
-    states = random_states(two_link, 20)
+    states = states_in_box(two_link, 20)
     right = METHODS["newton_euler_link"]
 
     def wrong_torque(arm, q, qd, qdd, **rest):
@@ -43,51 +45,31 @@ def test_a_wrong_formulation_is_noticed(two_link, quantity):
 
     wrong = {"torque": wrong_torque, "dynamics": wrong_dynamics}[quantity]
     methods = METHODS | {"newton_euler_link": dataclasses.replace(right, **{quantity: wrong})}
-    found = agreement(two_link, states.q, states.qd, states.qdd, methods=methods)
+    found = agreement(two_link, states, methods=methods)
     assert not found.holds
-    worst = max(found.from_authority, key=lambda name: max(found.from_authority[name].values()))
+    worst = max(found.from_pinocchio, key=lambda name: max(found.from_pinocchio[name].values()))
     assert worst == "newton_euler_link"
 
 
 def test_chunks_do_not_show():
     arm = load_arm("two_link")
-    states = random_states(arm, CHUNK + 7)
+    states = states_in_box(arm, CHUNK + 7)
     method = METHODS["composite_moments"]
     whole = torque_of_states(method, arm, states.q, states.qd, states.qdd)
     part = torque_of_states(method, arm, states.q[CHUNK:], states.qd[CHUNK:], states.qdd[CHUNK:])
     # Vector instructions may round the last elements of an array differently: a few roundings.
     np.testing.assert_allclose(whole[CHUNK:], part, rtol=0, atol=1e-14 * np.abs(whole).max())
-    dynamics = dynamics_of_states(method, arm, states.q, states.qd)
-    rebuilt = np.einsum("ijn,nj->ni", dynamics.inertia, states.qdd)
-    rebuilt += dynamics.coriolis_centrifugal.T + dynamics.gravity_loading.T
-    np.testing.assert_allclose(rebuilt, whole, rtol=0, atol=1e-14 * np.abs(whole).max())
 
 
-def test_states_stay_within_the_limits(puma):
-    states = random_states(puma, 1000)
-    assert (states.q >= puma.limits("lower")).all()
-    assert (states.q <= puma.limits("upper")).all()
-    assert (np.abs(states.qd) <= puma.limits("rate_limit")).all()
-    assert (np.abs(states.qdd) <= puma.limits("acceleration_limit")).all()
-
-
-def test_states_of_a_trajectory(two_link, puma):
-    motion = read_trajectory("two-link-swing", two_link)
-    count = motion.n_set_points
-    every = states_of(two_link, motion, count)
-    assert every.origin == f"{count} set points of two-link-swing"
-    np.testing.assert_array_equal(every.q, motion.q)
-    few = states_of(two_link, motion, 5)
-    assert few.origin == f"5 of the {count} set points of two-link-swing"
-    np.testing.assert_array_equal(few.q[[0, -1]], motion.q[[0, -1]])
+def test_a_trajectory_of_another_arm_is_refused(two_link, puma):
     with pytest.raises(TrajectoryError, match="another arm"):
-        states_of(puma, motion, 5)
+        compare(puma, read_trajectory("two-link-swing", two_link))
 
 
 def test_times_are_measured_of_every_method(two_link):
-    states = random_states(two_link, 50)
+    states = states_in_box(two_link, 50)
     done = []
-    timing = time_methods(two_link, states.q, states.qd, states.qdd, repeats=2, progress=done.append)
+    timing = time_methods(two_link, states, repeats=2, progress=done.append)
     assert list(timing.seconds) == list(METHODS)
     assert all(0 < seconds < 1 for seconds in (*timing.seconds.values(), timing.pinocchio))
     assert (timing.set_points, timing.repeats, sum(done)) == (50, 2, 3)

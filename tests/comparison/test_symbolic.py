@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import sympy
 
-from gd_analyze.comparison import METHODS
 from gd_analyze.comparison.symbolic import same, text_closed_forms, two_link_closed_forms
 from gd_analyze.errors import UsageError
+from gd_analyze.formulations.methods import METHODS
 from gd_analyze.robots import load_arm
 
 
@@ -54,7 +54,7 @@ def test_the_text_is_the_built_in_arm():
 
 
 def test_an_unknown_method_is_refused():
-    with pytest.raises(UsageError, match="no method 'kane'"):
+    with pytest.raises(UsageError, match="no formulation 'kane'"):
         two_link_closed_forms("kane")
 
 

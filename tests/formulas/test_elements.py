@@ -19,7 +19,7 @@ from gd_analyze.formulas.numbers import number, rounded
 from gd_analyze.formulas.plain import Plain
 from gd_analyze.formulas.sympy import to_sympy
 from gd_analyze.formulas.writing import element_formula, term_formula
-from gd_analyze.harmonics import Harmonics, identify
+from gd_analyze.harmonics import Harmonics, harmonics_of
 from gd_analyze.harmonics.equations import Equation, Term, equations
 from gd_analyze.harmonics.terms import EnergyTerm, Factor
 from gd_analyze.robots import load_arm
@@ -30,12 +30,12 @@ EVERYTHING = ("D", "h", "c")
 
 @pytest.fixture(scope="module")
 def puma_harmonics() -> Harmonics:
-    return identify(load_arm("puma560"))
+    return harmonics_of(load_arm("puma560"))
 
 
 @pytest.fixture(scope="module")
 def stanford_harmonics() -> Harmonics:
-    return identify(load_arm("stanford"))
+    return harmonics_of(load_arm("stanford"))
 
 
 def to_plain(equation: Equation, digits: int = 3, width: int | None = None) -> str:
@@ -156,7 +156,7 @@ def test_mathml_reads_as_the_plain_form_does():
 def test_sympy_is_the_series(name, rng):
     sympy = pytest.importorskip("sympy", reason="needs SymPy: pip install 'gd-analyze[symbolic]'")
     arm = load_arm(name)
-    harmonics = identify(arm)
+    harmonics = harmonics_of(arm)
     q = rng.uniform(-3.0, 3.0, (arm.n_joints, 20))
     symbols = sympy.symbols([f"q{j + 1}" for j in range(arm.n_joints)], real=True)
     for equation in equations(harmonics, ("D", "c")):

@@ -13,7 +13,7 @@ from gd_analyze.formulas.mathml import MathML, PageMathML
 from gd_analyze.formulas.parts import part_symbol, parts_formulas
 from gd_analyze.formulas.plain import Plain
 from gd_analyze.formulas.writing import element_formula, energy_formulas, term_formula, torque_formulas
-from gd_analyze.harmonics import Harmonics, identify
+from gd_analyze.harmonics import Harmonics, harmonics_of
 from gd_analyze.harmonics.equations import equations
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Torques
@@ -55,7 +55,7 @@ def assert_reads_as_plain(formula: Formula) -> None:
 
 @pytest.fixture(scope="module", params=ARMS)
 def harmonics(request: pytest.FixtureRequest) -> Harmonics:
-    return identify(load_arm(request.param))
+    return harmonics_of(load_arm(request.param))
 
 
 @pytest.fixture(scope="module")

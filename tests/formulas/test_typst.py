@@ -11,7 +11,7 @@ from gd_analyze.formulas.parts import part_symbol
 from gd_analyze.formulas.plain import Plain
 from gd_analyze.formulas.typst import Typst
 from gd_analyze.formulas.writing import energy_formulas, term_formula, torque_formulas
-from gd_analyze.harmonics import Harmonics, identify
+from gd_analyze.harmonics import Harmonics, harmonics_of
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.robots import load_arm
@@ -59,7 +59,7 @@ def test_an_effect_stands_above() -> None:
 
 @pytest.fixture(scope="module", params=ARMS)
 def harmonics(request: pytest.FixtureRequest) -> Harmonics:
-    return identify(load_arm(request.param))
+    return harmonics_of(load_arm(request.param))
 
 
 @pytest.fixture(scope="module")
@@ -134,7 +134,7 @@ def test_the_legend_says_what_the_plain_one_says(harmonics: Harmonics, torques: 
 
 
 def test_energy_is_gathered_by_element_with_the_potential_last() -> None:
-    energies = energy_terms(identify(load_arm("puma560")))
+    energies = energy_terms(harmonics_of(load_arm("puma560")))
     written = energy_formulas(energies)
     assert sum(len(formula.pieces) for formula in written) == len(energies)
     assert PLAIN.symbol(written[0].left) == "D'11"

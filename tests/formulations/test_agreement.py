@@ -15,12 +15,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.authority import pinocchio_dynamics, round_off_bounds
-from gd_analyze.comparison.methods import METHODS
 from gd_analyze.formulations import composite_moments as composite
 from gd_analyze.formulations import lagrange_euler, newton_euler_base, newton_euler_link, probing
-from gd_analyze.formulations.hand_load import HandLoad
+from gd_analyze.formulations.loads import Loads
+from gd_analyze.formulations.methods import METHODS
 from gd_analyze.kinematics import solve_kinematics
+from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.robots import RobotArm, load_arm
 from gd_analyze.vectors import FloatArray
 from strategies import States, arms_with_states, examples, random_states
@@ -121,10 +121,10 @@ def test_probed_coupling_is_the_coupling(case):
     bound = round_off_bounds(arm, states.q, 0 * states.qd, 0 * states.qdd)["inertia"]
 
     def link(qd: FloatArray, qdd: FloatArray, *, gravity: bool) -> FloatArray:
-        return newton_euler_link.torque(arm, q, qd, qdd, gravity=gravity)
+        return newton_euler_link.torque(arm, q, qd, qdd, loads=Loads(gravity))
 
     def base(qd: FloatArray, qdd: FloatArray, *, gravity: bool) -> FloatArray:
-        return newton_euler_base.torque(arm, kinematics, qd, qdd, gravity=gravity)
+        return newton_euler_base.torque(arm, kinematics, qd, qdd, loads=Loads(gravity))
 
     # h_ijk sums the products of masses and two levers that D_ij sums; of e_j + e_k it holds four of them, of
     # e_j and e_k one each: half of six, and what it is compared with.
@@ -159,7 +159,7 @@ def test_a_load_at_the_hand_costs_its_virtual_work(case, load):
     """tau = J^T f, J from the hand's pose: what the arm adds to carry what its hand exerts."""
     arm, states = case
     q, qd, qdd = states.last
-    hand = HandLoad(force=load[0], moment=load[1])
+    hand = Loads(force=load[0], moment=load[1])
     expected = np.einsum("icN,c->iN", hand_rates(arm, states.q), load.ravel())
     kinematics = solve_kinematics(arm, q)
     bounds = round_off_bounds(arm, states.q, states.qd, states.qdd)
@@ -167,9 +167,9 @@ def test_a_load_at_the_hand_costs_its_virtual_work(case, load):
     # Two torques are subtracted; the load's own round-off is 20 roundings per joint of force times reach.
     tolerance = 2 * bounds["torque"] + 40 * arm.n_joints * np.finfo(float).eps * reach * np.abs(load).sum()
     for name, found in {
-        "base": newton_euler_base.torque(arm, kinematics, qd, qdd, load=hand)
+        "base": newton_euler_base.torque(arm, kinematics, qd, qdd, loads=hand)
         - newton_euler_base.torque(arm, kinematics, qd, qdd),
-        "link": newton_euler_link.torque(arm, q, qd, qdd, load=hand)
+        "link": newton_euler_link.torque(arm, q, qd, qdd, loads=hand)
         - newton_euler_link.torque(arm, q, qd, qdd),
     }.items():
         assert np.abs(found - expected).max() <= tolerance, name
@@ -184,11 +184,11 @@ def test_damping_adds_its_share_at_each_joint(case, seed):
     kinematics = solve_kinematics(arm, q)
     pairs = (
         (
-            newton_euler_base.torque(arm, kinematics, qd, qdd, damping=damping),
+            newton_euler_base.torque(arm, kinematics, qd, qdd, loads=Loads(damping=damping)),
             newton_euler_base.torque(arm, kinematics, qd, qdd),
         ),
         (
-            newton_euler_link.torque(arm, q, qd, qdd, damping=damping),
+            newton_euler_link.torque(arm, q, qd, qdd, loads=Loads(damping=damping)),
             newton_euler_link.torque(arm, q, qd, qdd),
         ),
     )

@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import transforms as tf
-from gd_analyze.authority import pinocchio_dynamics, round_off_bounds
 from gd_analyze.formulations import composite_moments as composite
 from gd_analyze.formulations import generalized_dalembert as dalembert
 from gd_analyze.kinematics import Kinematics, solve_kinematics
+from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.robots import RobotArm, load_arm
 from gd_analyze.vectors import FloatArray
 from strategies import States, arms_with_states, examples, random_states

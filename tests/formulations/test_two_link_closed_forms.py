@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.authority import round_off_bounds
 from gd_analyze.decomposition import decompose_states
+from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import RobotArm
 from gd_analyze.vectors import FloatArray
 from strategies import States, examples, random_states, two_link_of

@@ -52,16 +52,15 @@ def tolerances(harmonics: Harmonics) -> dict[str, float]:
     """How far the harmonic form may be from the numeric one at a state of `states_of`.
 
     `noise` is 2^runs g, where g bounds the error of a value on the grid. Parseval: the squares of the errors
-    of all coefficients sum to at most 2 g^2 per revolute axis of the grid (a cosine and sine for a pair of
-    exponentials), hence 2^runs g^2 <= noise^2 in all; the inverse Vandermonde matrix of a sliding axis has
-    6 (its squared norm, 2, times 3 places) where a revolute one has 2. By Cauchy and Schwarz K coefficients
-    with functions of at most 1 make an error of at most sqrt(K) noise, times sqrt(6 / 4) per sliding joint.
-    The numeric value adds g < noise. h is half of three slopes, each at most twice as steep; c_i is one.
+    of all exponentials sum to at most g^2, and those of the waves, twice an exponential for half of them, to
+    2 g^2; the inverse Vandermonde matrix of a sliding axis makes 6 of it (its squared norm, 2, times 3
+    places), for which the noise allows 4. By Cauchy and Schwarz K waves of at most 1 make an error of at most
+    sqrt(K) noise, times sqrt(6 / 4) per sliding joint. The numeric value adds g < noise. h is half of three
+    slopes, each at most twice as steep; c_i is one.
     """
     arm = harmonics.arm
     sliding = 1.5 ** (arm.is_revolute.count(False) / 2)
-    series = [part for parts in harmonics.inertia_by_link.values() for part in parts]
-    kept = max((len(part) for part in series), default=0)
+    kept = max((len(part) for part in harmonics.inertia_by_link.values()), default=0)
     inertia = harmonics.noise[0] * (sliding * np.sqrt(arm.n_joints * kept) + 1)
-    gravity = harmonics.noise[1] * (sliding * np.sqrt(len(harmonics.potential)) + 1)
+    gravity = harmonics.noise[1] * (sliding * np.sqrt(len(harmonics.potential_by_link)) + 1)
     return {"inertia": inertia, "coupling": 3 * inertia, "gravity_loading": gravity}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
 
 import numpy as np
 import pytest
@@ -12,17 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.decomposition import decompose_states
-from gd_analyze.harmonics import Harmonics, identify
-from gd_analyze.harmonics.lagrangian import (
-    TorqueTerm,
-    absolute_rates,
-    as_product,
-    energy_terms,
-    literals,
-    sum_of_torques,
-    torques_of,
-)
-from gd_analyze.harmonics.reading import Factor
+from gd_analyze.harmonics import Harmonics, harmonics_of
+from gd_analyze.harmonics.lagrangian import energy_terms, torques_of, torques_of_energies
+from gd_analyze.harmonics.terms import Torques
 from gd_analyze.robots import RobotArm, load_arm
 from gd_analyze.robots.parts import Drive
 from strategies import States, arms, examples, two_link_of
@@ -31,9 +22,7 @@ BUILT_IN = ("puma560", "stanford", "two_link")
 QUANTITIES = ("inertia", "coriolis_centrifugal", "gravity_loading")
 
 
-def values(
-    arm: RobotArm, torques: Mapping[TorqueTerm, float], rates, states: States
-) -> dict[str, np.ndarray]:
+def values(arm: RobotArm, torques: Torques, rates: np.ndarray, states: States) -> dict[str, np.ndarray]:
     """D qdd, h and c by the definition of a torque term; tau = A^-T tau'."""
     back = np.linalg.inv(rates)
     moving = {1: back @ states.qd.T, 2: back @ states.qdd.T}
@@ -52,31 +41,31 @@ def values(
 def allowances(harmonics: Harmonics, states: States) -> dict[str, float]:
     """How far D qdd, h and c may be off.
 
-    The series themselves are as exact as `tolerances` argues. Writing them out leaves terms below the noise
-    away: at most as many as an element has functions, none of them above 1. An element in absolute rates is a
-    sum of r^2 series, r the longest run, and one in the joints' rates of r^2 of those; h_ijk is half of three
-    slopes, each at most twice as steep.
+    The waves themselves are as exact as `tolerances` argues. Writing them out leaves products below the noise
+    away: at most 2^(runs - 1) per wave, a cosine or sine of every run but for its sign, none of them above 1.
+    An element in absolute rates is a sum of r^2 others, r the longest run, and one in the joints' rates of
+    r^2 of those; h_ijk is half of three slopes, each at most twice as steep.
     """
     n, known = harmonics.arm.n_joints, tolerances(harmonics)
-    run = max(len(r.joints) for r in harmonics.basis.runs)
-    functions = max(len(a) + len(b) for a, b in harmonics.inertia.values())
+    run, products = max(map(len, harmonics.rates.runs)), 2 ** (len(harmonics.rates.runs) - 1)
+    functions = products * max(map(len, harmonics.inertia.values()))
     left_out = run**4 * functions * harmonics.noise[0]
     rate, acceleration = np.abs(states.qd).max(), np.abs(states.qdd).max()
     # Two effects add up.
     return {
         "inertia": (2 * known["inertia"] + left_out) * n * acceleration,
         "coriolis_centrifugal": (2 * known["coupling"] + 3 * left_out) * (n * rate) ** 2,
-        "gravity_loading": known["gravity_loading"] + 2 * len(harmonics.potential) * harmonics.noise[1],
+        "gravity_loading": known["gravity_loading"]
+        + 2 * products * len(harmonics.potential) * harmonics.noise[1],
     }
 
 
 def assert_exact(arm: RobotArm, seed: int, count: int = 5) -> None:
-    harmonics, states = identify(arm), states_of(arm, count, seed)
+    harmonics, states = harmonics_of(arm), states_of(arm, count, seed)
     drives = bool(arm.drives)
     numeric = decompose_states(arm, states.q, states.qd, states.qdd, drives=drives)
     terms = energy_terms(harmonics, arm.drive_inertia if drives else None)
-    rates = absolute_rates(harmonics.basis)
-    found = values(arm, sum_of_torques({t: t.coefficient for t in terms}, rates), rates, states)
+    found = values(arm, torques_of_energies(terms, harmonics.rates), harmonics.rates.matrix, states)
     inertia = numeric["inertia"].sum(axis=1) + (np.diag(arm.drive_inertia) if drives else 0.0)
     wanted = {
         "inertia": np.einsum("tij,tj->ti", inertia, states.qdd),
@@ -119,16 +108,16 @@ def test_drives(arm, seed):
 def test_two_rods_as_everybody_writes_them(length, m1, m2):
     arm = two_link_of(length, m1, m2)
     found = {
-        (t.i, t.j, tuple((f.kind, f.multiples, f.exponent) for f in t.product)): t.coefficient
-        for t in energy_terms(identify(arm))
+        (t.i, t.j, tuple(map(tuple, t.monomial))): coefficient
+        for t, coefficient in energy_terms(harmonics_of(arm)).items()
     }
     g = 9.8062
     wanted = {
         (0, 0, ()): (m1 / 3 + m2) * length**2,
-        (0, 1, (("cos", (0, 1), 1),)): m2 * length**2 / 2,
+        (0, 1, (("cos", (0, 1)),)): m2 * length**2 / 2,
         (1, 1, ()): m2 * length**2 / 3,
-        (-1, -1, (("sin", (1, 0), 1),)): (m1 / 2 + m2) * g * length,
-        (-1, -1, (("sin", (1, 1), 1),)): m2 / 2 * g * length,
+        (-1, -1, (("sin", (1, 0)),)): (m1 / 2 + m2) * g * length,
+        (-1, -1, (("sin", (1, 1)),)): m2 / 2 * g * length,
     }
     assert found.keys() == wanted.keys()
     # Each is a sum of a few products of the arm's numbers: some eps of the largest.
@@ -138,7 +127,7 @@ def test_two_rods_as_everybody_writes_them(length, m1, m2):
 
 
 def test_absolute_rates_of_a_run(puma):
-    rates = absolute_rates(identify(puma).basis)
+    rates = harmonics_of(puma).rates.matrix
     wanted = np.eye(6)
     wanted[2, 1] = -1.0  # qd3 = p3 - p2
     np.testing.assert_array_equal(rates, wanted)
@@ -147,8 +136,8 @@ def test_absolute_rates_of_a_run(puma):
 def test_one_term_by_hand():
     """C2 in D'_12: tau'_1 = C2 pd2 + S2 .., where q2 = the difference of the absolute angles."""
     arm = two_link_of(1.0, 1.0, 1.0)
-    term = next(t for t in energy_terms(identify(arm)) if (t.i, t.j) == (0, 1))
-    rates = absolute_rates(identify(arm).basis)
+    term = next(t for t in energy_terms(harmonics_of(arm)) if (t.i, t.j) == (0, 1))
+    rates = harmonics_of(arm).rates
     cos, sin = (("cos", (0, 1)),), (("sin", (0, 1)),)
     named = {
         (t.row, tuple((r.order, r.joint) for r in t.rates), t.monomial): weight
@@ -162,9 +151,3 @@ def test_one_term_by_hand():
         (1, ((2, 0),), cos): 1.0,
         (1, ((1, 0), (1, 0)), sin): 1.0,
     }
-
-
-def test_products_and_monomials_are_the_same_thing():
-    product = (Factor("cos", (0, 1), 2), Factor("power", (1, 0)), Factor("sin", (0, 1)))
-    assert set(as_product(literals(product))) == set(product)
-    assert literals(as_product(literals(product))) == literals(product)

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 import gd_analyze as gd
 from gd_analyze.errors import UsageError
-from gd_analyze.harmonics import identify
+from gd_analyze.harmonics import AbsoluteRates, Waves, harmonics_of
+from gd_analyze.harmonics.conversion import to_terms, to_waves
 from gd_analyze.harmonics.equations import equations
-from gd_analyze.harmonics.reading import read
-from gd_analyze.harmonics.terms import Monomial
+from gd_analyze.harmonics.terms import Factor, Monomial
 from gd_analyze.robots import load_arm
 from gd_analyze.vectors import FloatArray
 from strategies import arms, examples
@@ -27,12 +27,12 @@ FUNCTIONS = {"cos": np.cos, "sin": np.sin, "power": lambda x: x}
 
 @pytest.fixture(scope="module")
 def puma_harmonics():
-    return identify(load_arm("puma560"))
+    return harmonics_of(load_arm("puma560"))
 
 
 @pytest.fixture(scope="module")
 def stanford_harmonics():
-    return identify(load_arm("stanford"))
+    return harmonics_of(load_arm("stanford"))
 
 
 def value(factors: Monomial, q: FloatArray) -> FloatArray:
@@ -44,7 +44,7 @@ def value(factors: Monomial, q: FloatArray) -> FloatArray:
 
 
 def assert_read_exactly(arm, seed: int) -> None:
-    harmonics = identify(arm)
+    harmonics = harmonics_of(arm)
     q = states_of(arm, 4, seed).q.T
     for equation in equations(harmonics, EVERYTHING):
         indices = tuple(int(digit) - 1 for digit in equation.symbol[1:])
@@ -53,22 +53,20 @@ def assert_read_exactly(arm, seed: int) -> None:
         elif equation.symbol[0] == "h":
             parts, noise = harmonics.coupling(*indices), 2 * harmonics.noise[0]
         else:
-            parts, noise = (harmonics.gravity_loading[indices[0]],), harmonics.noise[1]
-        whole = sum(part(q) for part in parts)
+            parts, noise = harmonics.gravity_loading[indices[0]], harmonics.noise[1]
+        values = parts(q)
         written = sum(term.coefficient * value(term.factors, q) for term in equation.terms)
-        # Weights within twice the noise are taken for equal, and terms below it left out: once per
-        # coefficient and run at most. The rest is a rounding per operation.
-        count = sum(map(len, parts))
-        size = sum(part.size for part in parts)
-        allowed = 2 * noise * count * len(harmonics.basis.runs) + 10 * count * np.finfo(float).eps * size
-        assert np.abs(whole - written).max() <= allowed, equation.symbol
+        # Weights within twice the noise are taken for equal, and products below it left out: once per
+        # product, of which a wave makes at most 2^(runs - 1), and run. The rest is a rounding per operation.
+        count = 2 ** len(harmonics.rates.runs) * len(parts)
+        size = float(np.abs(parts.coefficients).sum())
+        allowed = 2 * noise * count * len(harmonics.rates.runs) + 10 * count * np.finfo(float).eps * size
+        assert np.abs(values.sum(axis=0) - written).max() <= allowed, equation.symbol
         # By effect as well, where a term may have nothing left in the whole.
-        ids = np.unique(np.concatenate([part.ids for part in parts]))
-        weights = np.stack([sum(part.on(ids) for part in parts), *(part.on(ids) for part in parts)], axis=1)
-        rows = read(harmonics.basis, ids, weights, noise)
-        for k, part in enumerate(parts):
+        rows = to_terms(Waves.stacked([parts.total(), parts]), harmonics.rates, noise, deciding=3)
+        for k, exact in enumerate(values):
             written = sum(row[1 + k] * value(factors, q) for factors, row in rows.items())
-            assert np.abs(part(q) - written).max() <= allowed, (equation.symbol, k)
+            assert np.abs(exact - written).max() <= allowed, (equation.symbol, k)
 
 
 @examples(40)
@@ -90,15 +88,15 @@ def test_reading_is_exact_for_built_in_arms(name):
 
 def test_reading_loses_nothing_small(rng):
     """Weights that differ by more than noise are not equal, however small the difference."""
-    basis = identify(arm_of(["askew", "same"], rng)).basis
-    ids = np.arange(1, 7)
+    arm = arm_of(["askew", "same"], rng)
     q = rng.uniform(-3, 3, (2, 50))
-    weights = np.ones((6, 1))
-    weights[3] += 1e-11
-    rows = read(basis, ids, weights, noise=1e-14)
+    multiples = [(0, 1), (0, 2), (1, 0), (1, 1), (1, 2), (2, 1)]
+    polynomial = {(Factor("cos", m),): 1.0 + 1e-11 * (k == 3) for k, m in enumerate(multiples)}
+    rows = to_terms(to_waves([polynomial], [False, False]), AbsoluteRates.of(arm), noise=1e-14)
     written = sum(row[0] * value(factors, q) for factors, row in rows.items())
+    exact = sum(weight * value(factors, q) for factors, weight in polynomial.items())
     # Twenty roundings of values near 6.
-    assert np.abs(written - weights[:, 0] @ basis.evaluate(ids, q)).max() < 20 * np.finfo(float).eps * 6
+    assert np.abs(written - exact).max() < 20 * np.finfo(float).eps * 6
 
 
 def test_effects_and_shares_add_up(puma_harmonics):
@@ -179,7 +177,7 @@ def test_labels_that_name_nothing(puma_harmonics, label):
 
 
 def test_commas_part_indices_of_two_digits(rng):
-    harmonics = identify(arm_of(["slides"] * 8 + ["askew", "same"], rng))
+    harmonics = harmonics_of(arm_of(["slides"] * 8 + ["askew", "same"], rng))
 
     def symbols(*labels: str) -> list[str]:
         return [equation.symbol for equation in equations(harmonics, labels)]
@@ -223,4 +221,4 @@ def test_units(stanford_harmonics):
 
 
 def test_an_arm_is_identified_on_the_way(two_link):
-    assert gd.equations(two_link) == equations(gd.identify_harmonics(two_link))
+    assert gd.equations(two_link) == equations(gd.harmonics_of(two_link))

@@ -190,10 +190,11 @@ def test_chunks_of_a_run_leave_no_seam(trace, count, rng):
 
 def test_traced_formulation_computes_the_torque(puma, rng):
     """The whole formulation, run on expressions, against the same code run on numbers."""
-    from gd_analyze.authority import round_off_bounds
-    from gd_analyze.decomposition import decompose_states
     from gd_analyze.models import parts_of
     from gd_analyze.models.element_level import trace_parts
+
+    from gd_analyze.decomposition import decompose_states
+    from gd_analyze.pinocchio_check import round_off_bounds
 
     traced = trace_parts(puma)
     every = [part.label for part in parts_of(6)]

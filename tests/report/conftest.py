@@ -3,9 +3,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from gd_analyze.findings import Findings
 from report_arms import ONE_JOINT, SLIDING
 
-from gd_analyze.findings import Findings
 from gd_analyze.main_job import find
 from gd_analyze.robots import RobotArm, load_arm, read_arm
 from gd_analyze.trajectories import read_trajectory

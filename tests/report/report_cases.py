@@ -5,8 +5,8 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-
 from gd_analyze.findings import Findings
+
 from gd_analyze.main_job import find
 from gd_analyze.robots import Joint, Link, Placement, RobotArm
 from gd_analyze.robots.parts import JointKind

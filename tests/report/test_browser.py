@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
 from gd_analyze.findings import Findings
+
 from gd_analyze.report.html import render_html
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")

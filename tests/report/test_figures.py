@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from gd_analyze.findings import Findings
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -11,7 +12,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from report_cases import made_findings, resting_findings
 
-from gd_analyze.findings import Findings
 from gd_analyze.report.figure_arm import arm_figure, equal_panel, upright_frame
 from gd_analyze.report.figure_elements import coriolis_figure, gravity_figure, inertia_figure
 from gd_analyze.report.figure_trade_off import trade_off_figure

@@ -9,16 +9,16 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from gd_analyze.findings import Findings
+from gd_analyze.models import HarmonicModel, Level, parts_of
 from report_arms import swing
 
 from gd_analyze.dominance import elements
-from gd_analyze.findings import Findings
 from gd_analyze.formulas.formula import Symbol
 from gd_analyze.formulas.parts import parts_formulas
 from gd_analyze.formulas.writing import term_formula, torque_formulas
 from gd_analyze.harmonics import Basis
 from gd_analyze.main_job import find
-from gd_analyze.models import HarmonicModel, Level, parts_of
 from gd_analyze.report.beyond_chart import beyond_chart
 from gd_analyze.report.context import TERMS_SHOWN, build_context
 from gd_analyze.report.html import MATHS, SYMBOLS, render_html

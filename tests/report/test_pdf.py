@@ -11,22 +11,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from gd_analyze.findings import Findings
+from gd_analyze.models import HarmonicModel
+from gd_analyze.simplification import Budget
 from report_cases import HOSTILE, made_findings, resting_findings
 
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.findings import Findings
 from gd_analyze.formulas.parts import part_symbol
 from gd_analyze.formulas.typst import Typst
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.main_job import find
-from gd_analyze.models import HarmonicModel
 from gd_analyze.report.context import build_context
 from gd_analyze.report.document import document
 from gd_analyze.report.pdf import TEMPLATES, render_pdf, report_figures, typeset
 from gd_analyze.report.units import aligned, figures, hundredths, pretty
 from gd_analyze.robots import RobotArm
 from gd_analyze.robots.parts import JointKind
-from gd_analyze.simplification import Budget
 from gd_analyze.trajectories import Trajectory
 
 EIGHT: list[JointKind] = [*("prismatic",) * 5, *("revolute",) * 3]

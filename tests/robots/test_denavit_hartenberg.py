@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.authority import round_off_bounds
 from gd_analyze.decomposition import decompose_states
+from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import DHRow, Joint, Link, RobotArm
 from gd_analyze.robots.denavit_hartenberg import exact_cos_sin, modified_placements, standard_placements
 from strategies import examples, random_inertia, random_states

@@ -8,10 +8,10 @@ import warnings
 import numpy as np
 import pytest
 
-from gd_analyze.authority import pinocchio_dynamics, round_off_bounds
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.errors import ArmError
 from gd_analyze.kinematics import solve_kinematics
+from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.robots import RobotArm, builtin_arms, load_arm
 
 

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.authority import pinocchio_dynamics, pinocchio_model, round_off_bounds
-from gd_analyze.comparison.methods import METHODS
 from gd_analyze.drives import drive_contributions
 from gd_analyze.errors import ArmError, GdAnalyzeError, UsageError
+from gd_analyze.formulations.methods import METHODS
+from gd_analyze.pinocchio_check import pinocchio_dynamics, pinocchio_model, round_off_bounds
 from gd_analyze.robots import Joint, Link, RobotArm, load_arm
-from gd_analyze.simulation import joint_accelerations
+from gd_analyze.simulation import Drivetrain, joint_accelerations
 from gd_analyze.vectors import FloatArray
 from strategies import States, arms_with_states, examples, random_states
 
@@ -101,9 +101,7 @@ def test_drives_and_friction_take_their_share(puma):
         states.q,
         states.qd,
         without + asked.total + damping * states.qd,
-        drives=True,
-        friction=True,
-        damping=damping,
+        drivetrain=Drivetrain(inertia=True, friction=True, damping=damping),
     )
     inertia = pinocchio_dynamics(puma, states.q, states.qd, states.qdd)["inertia"] + np.diag(
         puma.drive_inertia
@@ -161,8 +159,8 @@ def test_the_drives_inertia_helps(puma):
     q = 0.3 * np.ones(6)
     with pytest.raises(GdAnalyzeError, match=r"joint 6 \(flange\)") as caught:
         joint_accelerations(arm, q, 0 * q, 0 * q)
-    assert "drives=True" in caught.value.details["next"]
-    assert np.isfinite(joint_accelerations(arm, q, 0 * q, 0 * q, drives=True)).all()
+    assert "Drivetrain(inertia=True)" in caught.value.details["next"]
+    assert np.isfinite(joint_accelerations(arm, q, 0 * q, 0 * q, drivetrain=Drivetrain(inertia=True))).all()
 
 
 @examples(20)
@@ -200,11 +198,11 @@ def test_bad_input(puma, two_link):
     assert caught.value.details["where"] == "qd[2]"
     with pytest.raises(UsageError, match="torque is not numbers"):
         joint_accelerations(puma, q, q, ["a"] * 6)
-    for switch in ("drives", "friction"):
+    for asked in (Drivetrain(inertia=True), Drivetrain(friction=True)):
         with pytest.raises(ArmError, match="describes no drives"):
-            joint_accelerations(two_link, np.zeros(2), np.zeros(2), np.zeros(2), **{switch: True})
+            joint_accelerations(two_link, np.zeros(2), np.zeros(2), np.zeros(2), drivetrain=asked)
     for damping in (-q - 1.0, np.ones((2, 6))):
         with pytest.raises(UsageError, match="damping must oppose motion"):
-            joint_accelerations(puma, q, q, q, damping=damping)
+            joint_accelerations(puma, q, q, q, drivetrain=Drivetrain(damping=damping))
     with pytest.raises(UsageError, match="rest rate must be positive"):
-        joint_accelerations(puma, q, q, q, friction=True, rest_rate=0.0)
+        joint_accelerations(puma, q, q, q, drivetrain=Drivetrain(friction=True, rest_rate=0.0))

@@ -12,44 +12,49 @@ from scipy.interpolate import CubicSpline
 from scipy.special import ellipk
 from tolerances import energy_bound, per_step
 
-from gd_analyze.comparison.methods import METHODS
 from gd_analyze.decomposition import decompose, decompose_states
 from gd_analyze.errors import ArmError, GdAnalyzeError, UsageError
+from gd_analyze.formulations.methods import METHODS
 from gd_analyze.robots import Joint, Link, Placement, RobotArm, load_arm
-from gd_analyze.simulation import Simulation, simulate
+from gd_analyze.simulation import Drivetrain, Integration, Simulation, simulate
+from gd_analyze.simulation.drivetrain import NO_DRIVES
 from gd_analyze.trajectories import Trajectory
 from strategies import arms_with_states, examples
+
+DRIVEN = Drivetrain(inertia=True)
+RUBBING = Drivetrain(inertia=True, friction=True)
 
 
 def limp(n: int):
     return lambda t, q, qd: np.zeros(n)
 
 
-def undriven(arm: RobotArm, duration: float, **options) -> Simulation:
+def undriven(arm: RobotArm, duration: float, drivetrain: Drivetrain = NO_DRIVES, **integration) -> Simulation:
     n = arm.n_joints
     start, rates = np.linspace(0.4, 0.9, n), np.linspace(-0.5, 0.5, n)
-    return simulate(arm, limp(n), start, rates, duration, set_points=41, **options)
+    how = Integration(set_points=41, **integration)
+    return simulate(arm, limp(n), start, rates, duration, drivetrain, how)
 
 
 # The bare wrist of the PUMA has inertias down to 4e-5 kg m^2, and D is all but singular where axes 4 and 6
 # line up; with the drives' inertia, as in the real arm, it takes half as many steps.
 PASSIVE = [
-    ("puma560", 1.0, {"drives": True}),
-    ("puma560", 0.2, {}),
-    ("stanford", 1.0, {}),
-    ("stanford", 1.0, {"drives": True}),
-    ("two_link", 2.0, {}),
+    ("puma560", 1.0, DRIVEN),
+    ("puma560", 0.2, NO_DRIVES),
+    ("stanford", 1.0, NO_DRIVES),
+    ("stanford", 1.0, DRIVEN),
+    ("two_link", 2.0, NO_DRIVES),
 ]
 
 
-@pytest.mark.parametrize(("name", "duration", "options"), PASSIVE)
-def test_energy_is_conserved_without_torque_and_friction(name, duration, options):
+@pytest.mark.parametrize(("name", "duration", "drivetrain"), PASSIVE)
+def test_energy_is_conserved_without_torque_and_friction(name, duration, drivetrain):
     arm = load_arm(name)
-    found = undriven(arm, duration, rtol=1e-12, atol=1e-12, **options)
+    found = undriven(arm, duration, drivetrain, rtol=1e-12, atol=1e-12)
     assert np.ptp(found.kinetic) > 1.0  # joules: it does fall
     assert not found.work.any()
     assert not found.dissipated.any()
-    bound = energy_bound(arm, found, **options)
+    bound = energy_bound(arm, found, drives=drivetrain.inertia)
     assert np.abs(found.energy_residual).max() <= bound
     assert bound < 1e-6  # far below the joules that change hands
 
@@ -59,7 +64,7 @@ def test_every_integrator_conserves_energy_within_its_tolerance(two_link, integr
     # Low orders take the square or the cube of the steps: ask for less.
     found = undriven(two_link, 0.5, integrator=integrator, rtol=1e-6, atol=1e-6)
     assert np.abs(found.energy_residual).max() <= energy_bound(two_link, found)
-    assert found.integrator == integrator
+    assert found.integration.integrator == integrator
 
 
 def test_energy_is_conserved_better_when_asked_to(two_link):
@@ -82,7 +87,7 @@ def test_work_is_the_energy_gained_less_what_was_dissipated(case, seed):
     history = rng.uniform(-20, 20, (13, n))
     damping = rng.uniform(0, 1, n)
     start = (states.q[0], states.qd[0], 0.3)
-    found = simulate(arm, (time, history), *start, set_points=31, damping=damping)
+    found = simulate(arm, (time, history), *start, Drivetrain(damping=damping), Integration(31))
     assert np.abs(found.work).max() > 0
     assert (np.diff(found.dissipated) >= -energy_bound(arm, found)).all()
     assert found.dissipated[-1] > 0
@@ -92,7 +97,7 @@ def test_work_is_the_energy_gained_less_what_was_dissipated(case, seed):
 def test_work_is_the_energy_gained_with_drives_under_a_torque_history(puma):
     time = np.linspace(0, 1, 21)
     history = np.sin(np.outer(time, np.arange(1, 7))) * [40.0, 90.0, 30.0, 2.0, 2.0, 1.0]
-    found = simulate(puma, (time, history), np.full(6, 0.3), np.zeros(6), 1.0, set_points=41, drives=True)
+    found = simulate(puma, (time, history), np.full(6, 0.3), np.zeros(6), 1.0, DRIVEN, Integration(41))
     assert found.work[-1] > 1.0
     assert np.abs(found.energy_residual).max() <= energy_bound(puma, found, drives=True)
     # The spline goes through its set points; those are every other one of the simulation's.
@@ -100,7 +105,7 @@ def test_work_is_the_energy_gained_with_drives_under_a_torque_history(puma):
 
 
 def test_friction_only_takes_energy(puma):
-    found = undriven(puma, 0.5, drives=True, friction=True)
+    found = undriven(puma, 0.5, RUBBING)
     slack = energy_bound(puma, found, drives=True)
     assert (np.diff(found.dissipated) >= -slack).all()
     assert (np.diff(found.energy) <= slack).all()
@@ -110,8 +115,9 @@ def test_friction_only_takes_energy(puma):
 
 
 def test_a_stiff_integrator_agrees_when_friction_holds_the_arm(puma):
-    options = {"drives": True, "friction": True, "rtol": 1e-8, "atol": 1e-8}
-    explicit, implicit = (undriven(puma, 0.3, integrator=name, **options) for name in ("DOP853", "LSODA"))
+    explicit, implicit = (
+        undriven(puma, 0.3, RUBBING, integrator=name, rtol=1e-8, atol=1e-8) for name in ("DOP853", "LSODA")
+    )
     # Friction contracts, so no error grows: each motion is within its steps' local errors, the others' too.
     allowed = sum(2 * s.steps * per_step(s).max() for s in (explicit, implicit))
     assert np.abs(explicit.q - implicit.q).max() <= allowed
@@ -122,7 +128,7 @@ def test_every_formulation_simulates_the_same_motion(two_link, method):
     found, reference = undriven(two_link, 0.3, method=method), undriven(two_link, 0.3)
     # Equal right-hand sides but for round-off, hence equal steps: 1e-13 of the accelerations, over 0.3 s.
     np.testing.assert_allclose(found.q, reference.q, atol=1e-11)
-    assert found.method == method
+    assert found.integration.method == method
 
 
 LENGTH, GRAVITY = 0.7, 9.8062
@@ -150,7 +156,9 @@ def period(swing: float) -> float:
 @pytest.mark.parametrize("swing", [0.1, 1.0, 2.5, 3.1])
 def test_a_pendulum_keeps_its_exact_period(swing):
     turns = 2
-    found = simulate(pendulum(), limp(1), [swing], [0.0], turns * period(swing), set_points=4 * turns + 1)
+    found = simulate(
+        pendulum(), limp(1), [swing], [0.0], turns * period(swing), integration=Integration(4 * turns + 1)
+    )
     expected = swing * np.array([1, 0, -1, 0] * turns + [1])
     # An error of the state is one of the swing and of the phase. Of the swing: d = l qd dqd / (g sin swing)
     # at the bottom, where the rate is largest. Of the phase: the period changes with the swing, per turn.
@@ -190,8 +198,8 @@ def sensitivity(arm: RobotArm, history, begin, duration: float, drives: bool) ->
     n, nudge = arm.n_joints, 1e-5
 
     def motion(state):
-        options = {"drives": drives, "rtol": 1e-8, "atol": 1e-8}
-        found = simulate(arm, history, state[:n], state[n:], duration, **options)
+        how = Integration(rtol=1e-8, atol=1e-8)
+        found = simulate(arm, history, state[:n], state[n:], duration, Drivetrain(inertia=drives), how)
         return np.concatenate([found.q, found.qd], axis=1)
 
     reference = motion(begin)
@@ -207,7 +215,7 @@ def test_a_torque_history_reproduces_the_planned_trajectory(name):
     torque = decompose(arm, motion, coupling=False, drives=drives).torque.values
     begin = np.concatenate([plan.start, 0 * plan.start])
     found = simulate(
-        arm, (time, torque), plan.start, 0 * plan.start, plan.duration, set_points=101, drives=drives
+        arm, (time, torque), plan.start, 0 * plan.start, plan.duration, Drivetrain(drives), Integration(101)
     )
     q, qd, qdd = plan(found.time)
     fine = np.linspace(0, plan.duration, 4001)
@@ -247,7 +255,7 @@ def test_a_simulation_does_not_change(two_link):
 
 
 def test_drives_slow_the_fall(puma):
-    light, heavy = undriven(puma, 0.1), undriven(puma, 0.1, drives=True)
+    light, heavy = undriven(puma, 0.1), undriven(puma, 0.1, DRIVEN)
     assert np.abs(heavy.qdd[0]).max() < np.abs(light.qdd[0]).max()
 
 
@@ -281,15 +289,16 @@ TIME, VALUES = [0.0, 0.5, 1.0], np.zeros((3, 2))
 )
 def test_bad_input(two_link, change, what, where):
     arguments = {"torque": limp(2), "q0": [0.0, 0.0], "qd0": [0.0, 0.0], "duration": 0.5} | change
+    how = {name: arguments.pop(name) for name in vars(Integration()) if name in arguments}
     with pytest.raises(UsageError, match=what) as caught:
-        simulate(two_link, **arguments)
+        simulate(two_link, **arguments, integration=Integration(**how))
     assert caught.value.details["where"] == where
 
 
 def test_an_arm_without_drives(two_link):
-    for switch in ("drives", "friction"):
+    for asked in (DRIVEN, Drivetrain(friction=True)):
         with pytest.raises(ArmError, match="describes no drives"):
-            undriven(two_link, 0.1, **{switch: True})
+            undriven(two_link, 0.1, asked)
 
 
 def test_a_torque_function_that_misbehaves(two_link):
@@ -307,6 +316,7 @@ def test_an_integrator_that_gives_up():
     """qdd grows with the square of the rate: infinite at t = 1, and no step is small enough there."""
     arm = dataclasses.replace(pendulum(), gravity=np.zeros(3))
     inertia = 2.0 * LENGTH**2
+    rough = Integration(rtol=1e-6, atol=1e-6)
     with pytest.raises(GdAnalyzeError, match=r"gives up|grows without bounds") as caught:
-        simulate(arm, lambda t, q, qd: inertia * qd**2, [0.0], [1.0], 2.0, rtol=1e-6, atol=1e-6)
+        simulate(arm, lambda t, q, qd: inertia * qd**2, [0.0], [1.0], 2.0, integration=rough)
     assert caught.value.details["where"].startswith(("t = 1 ", "t = 1.0", "t = 0.99"))

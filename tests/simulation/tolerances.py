@@ -17,8 +17,8 @@ def per_step(simulation: Simulation) -> FloatArray:
     2n + 2 states; a single one may therefore have sqrt(2n + 2) of it.
     """
     states = np.concatenate([simulation.q, simulation.qd], axis=1)
-    count = states.shape[1] + 2
-    return np.sqrt(count) * (simulation.atol + simulation.rtol * np.abs(states))
+    count, how = states.shape[1] + 2, simulation.integration
+    return np.sqrt(count) * (how.atol + how.rtol * np.abs(states))
 
 
 def energy_bound(arm: RobotArm, simulation: Simulation, *, drives: bool = False) -> float:
@@ -37,8 +37,9 @@ def energy_bound(arm: RobotArm, simulation: Simulation, *, drives: bool = False)
     of_q = np.einsum("Nj,Nejki,Nk->Ni", qd, found["coupling"], qd) + found["gravity_loading"]
     slopes = np.abs(np.concatenate([of_q, momentum], axis=1))
     local = per_step(simulation)
+    how = simulation.integration
     books = np.sqrt(local.shape[1] + 2) * (
-        2 * simulation.atol + simulation.rtol * (np.abs(simulation.work) + np.abs(simulation.dissipated))
+        2 * how.atol + how.rtol * (np.abs(simulation.work) + np.abs(simulation.dissipated))
     )
     each = (slopes * local).sum(axis=1) + books
     return 2 * simulation.steps * float(each.max())

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.robots import Joint, Link, RobotArm
-from gd_analyze.trajectories import PROFILES, limit_report, make_plan, plan
+from gd_analyze.trajectories import PROFILES, Schedule, limit_report, plan
 from gd_analyze.trajectories.planning import round_up
 
 FREE = RobotArm(
@@ -43,15 +44,7 @@ def test_set_points_carry_the_derivatives_of_the_positions(
 ) -> None:
     assume(apart(knots) and apart([knots[0], knots[3]]))
     via = via_of(profile, knots)
-    planned = make_plan(
-        FREE,
-        knots[0],
-        knots[3],
-        via,
-        duration=duration,
-        profile=profile,
-        n_set_points=2001,
-    )
+    planned = plan(FREE, knots[0], knots[3], via, schedule=Schedule(duration, profile, n_set_points=2001))
     trajectory = planned.trajectory
     h = duration / 2000
     central_q = (trajectory.q[2:] - trajectory.q[:-2]) / (2 * h)
@@ -81,7 +74,7 @@ def test_stretching_time_divides_rates(
 ) -> None:
     assume(apart(knots))
     plans = [
-        plan(FREE, knots[0], knots[3], knots[1:3], duration=t, profile=profile)
+        plan(FREE, knots[0], knots[3], knots[1:3], schedule=Schedule(t, profile)).trajectory
         for t in (duration, stretch * duration)
     ]
     for order, what in enumerate(("q", "qd", "qdd")):
@@ -93,7 +86,7 @@ def test_stretching_time_divides_rates(
 @given(knots_of_two, st.sampled_from(sorted(PROFILES)))
 def test_ends_hold_exactly_and_set_points_are_even(knots: list[tuple[float, float]], profile: str) -> None:
     assume(apart(knots))
-    trajectory = plan(FREE, knots[0], knots[3], knots[1:3], duration=9.0, profile=profile)
+    trajectory = plan(FREE, knots[0], knots[3], knots[1:3], schedule=Schedule(9.0, profile)).trajectory
     assert trajectory.n_set_points == 31
     assert trajectory.rates_from == "given"
     np.testing.assert_array_equal(trajectory.time, np.linspace(0, 9.0, 31))
@@ -107,8 +100,8 @@ def test_ends_hold_exactly_and_set_points_are_even(knots: list[tuple[float, floa
 def test_vias_are_passed_at_the_times_asked_for(two_link: RobotArm, profile: str) -> None:
     via = np.array([[0.3, -0.2], [0.1, 0.5]])
     times = [1.5, 4.0]
-    planned = make_plan(
-        two_link, [0, 0], [1, 1], via, duration=6.0, n_set_points=13, profile=profile, via_times=times
+    planned = plan(
+        two_link, [0, 0], [1, 1], via, schedule=Schedule(6.0, profile, n_set_points=13, via_times=times)
     )
     np.testing.assert_array_equal(planned.knot_times, [0, 1.5, 4.0, 6.0])
     at = np.searchsorted(planned.trajectory.time, times)
@@ -117,7 +110,7 @@ def test_vias_are_passed_at_the_times_asked_for(two_link: RobotArm, profile: str
 
 def test_default_via_times_follow_the_slowest_joint(two_link: RobotArm) -> None:
     # Rate limits 3 and 4 rad/s: the stretches ask for 0.3 / 3 and 1.6 / 4 s, shares 1 : 2.
-    planned = make_plan(two_link, [0, 0], [0.3, 1.6], [[0.3, 0.1]], duration=6.0, profile="cubic")
+    planned = plan(two_link, [0, 0], [0.3, 1.6], [[0.3, 0.1]], schedule=Schedule(6.0, "cubic"))
     np.testing.assert_allclose(
         planned.knot_times, [0.0, 6.0 / (1 + np.sqrt(1.5 / 4 / 0.1)), 6.0], rtol=4 * EPS
     )
@@ -126,7 +119,7 @@ def test_default_via_times_follow_the_slowest_joint(two_link: RobotArm) -> None:
 def test_accelerations_at_a_jump_are_those_just_after_it(two_link: RobotArm) -> None:
     # Set points 10 and 20 of 31 lie on the jumps at a third and two thirds, up to round-off.
     for duration in (1.0, 1.1, 1.3, 1.7, 2.9, 3.1):
-        planned = plan(two_link, [0, 0], [0.5, 0.5], duration=duration, profile="trapezoidal")
+        planned = plan(two_link, [0, 0], [0.5, 0.5], schedule=Schedule(duration, "trapezoidal")).trajectory
         signs = np.sign(np.round(planned.qdd[:, 0], 9))
         np.testing.assert_array_equal(signs, [1] * 10 + [0] * 10 + [-1] * 11)
 
@@ -134,18 +127,18 @@ def test_accelerations_at_a_jump_are_those_just_after_it(two_link: RobotArm) -> 
 @pytest.mark.parametrize("profile", sorted(PROFILES))
 def test_shortest_duration_is_shortest(two_link: RobotArm, profile: str) -> None:
     ends = ([-1.0, -0.5], [1.0, 2.0])
-    shortest = make_plan(two_link, *ends, duration=20.0, profile=profile).shortest_duration
+    shortest = plan(two_link, *ends, schedule=Schedule(20.0, profile)).shortest_duration
     assert shortest is not None
     # Limits are judged with 1e-9 of slack, so 1e-8 either way decides.
-    plan(two_link, *ends, duration=shortest * (1 + 1e-8), profile=profile)
+    plan(two_link, *ends, schedule=Schedule(shortest * (1 + 1e-8), profile))
     with pytest.raises(TrajectoryError, match="too fast"):
-        plan(two_link, *ends, duration=shortest * (1 - 1e-8), profile=profile)
+        plan(two_link, *ends, schedule=Schedule(shortest * (1 - 1e-8), profile))
     # What the message recommends is enough too.
-    plan(two_link, *ends, duration=float(round_up(shortest)), profile=profile)
+    plan(two_link, *ends, schedule=Schedule(float(round_up(shortest)), profile))
 
 
 def test_limits_of_the_plan_are_those_of_the_motion_not_of_its_set_points(two_link: RobotArm) -> None:
-    planned = make_plan(two_link, [0, 0], [1, 1], duration=2.0, profile="quintic", n_set_points=4)
+    planned = plan(two_link, [0, 0], [1, 1], schedule=Schedule(2.0, "quintic", n_set_points=4))
     # The rate of the quintic peaks half-way, 15/8 of the mean; four set points miss it.
     assert planned.limits.rows[0].rate == pytest.approx(15 / 16, rel=1e-12)
     assert limit_report(two_link, planned.trajectory).rows[0].rate < 0.9
@@ -153,7 +146,7 @@ def test_limits_of_the_plan_are_those_of_the_motion_not_of_its_set_points(two_li
 
 def test_too_fast_names_joint_amount_and_duration(two_link: RobotArm) -> None:
     with pytest.raises(TrajectoryError) as caught:
-        plan(two_link, [0, 0], [1, 0.1], duration=0.5, profile="quintic")
+        plan(two_link, [0, 0], [1, 0.1], schedule=Schedule(0.5, "quintic"))
     text = str(caught.value)
     # 15/8 rad in 0.5 s is 3.75 rad/s, a quarter above 3; the acceleration 5.774 / 0.25 = 23.09 needs
     # sqrt(0.5774) = 0.76 s for 10.
@@ -165,25 +158,23 @@ def test_too_fast_names_joint_amount_and_duration(two_link: RobotArm) -> None:
 
 def test_violations_can_be_allowed(two_link: RobotArm) -> None:
     with pytest.warns(GdAnalyzeWarning, match=r"joint 1 \(shoulder\): rate .* a duration of 0.76 s"):
-        planned = make_plan(
-            two_link, [0, 0], [1, 0.1], duration=0.5, profile="quintic", allow_violations=True
-        )
+        planned = plan(two_link, [0, 0], [1, 0.1], schedule=Schedule(0.5, "quintic"), allow_violations=True)
     assert {v.quantity for v in planned.limits.violations} == {"rate", "acceleration"}
 
 
 def test_overshoot_past_a_position_limit_is_an_error(two_link: RobotArm) -> None:
     near_limit = np.deg2rad([[179.0, 0.0], [179.5, 10.0]])
     with pytest.raises(TrajectoryError, match="between its knots") as caught:
-        plan(two_link, [0, 0], [0, 0.1], near_limit, duration=20.0, profile="cubic", allow_violations=True)
+        plan(two_link, [0, 0], [0, 0.1], near_limit, schedule=Schedule(20.0, "cubic"), allow_violations=True)
     assert re.search(
         r"joint 1 \(shoulder\): position .* above its upper limit 3.142 rad \(180 deg\), at",
         str(caught.value),
     )
-    plan(two_link, [0, 0], [0, 0.1], near_limit, duration=20.0, profile="trapezoidal")
+    plan(two_link, [0, 0], [0, 0.1], near_limit, schedule=Schedule(20.0, "trapezoidal"))
 
 
 def test_joints_without_limits_are_not_checked_and_said_so(slider: RobotArm) -> None:
-    planned = make_plan(slider, [0, 0.1], [100, 0.2], duration=1.0)
+    planned = plan(slider, [0, 0.1], [100, 0.2], schedule=Schedule(1.0))
     assert planned.limits.violations == ()
     assert planned.limits.unchecked == (
         "joint 1: no limit stated for position, rate, acceleration; not checked",
@@ -194,29 +185,31 @@ def test_joints_without_limits_are_not_checked_and_said_so(slider: RobotArm) -> 
 
 def test_messages_about_sliding_joints_speak_of_metres(slider: RobotArm) -> None:
     with pytest.raises(TrajectoryError, match=r"joint 2 \(slide\)") as caught:
-        plan(slider, [0, 0.1], [1, 0.7], duration=1.0)
+        plan(slider, [0, 0.1], [1, 0.7], schedule=Schedule(1.0))
     assert "0 m .. 0.5 m" in str(caught.value)
     with pytest.raises(TrajectoryError, match=r"m/s\^2"):
-        plan(slider, [0, 0.1], [1, 0.4], duration=0.1)
+        plan(slider, [0, 0.1], [1, 0.4], schedule=Schedule(0.1))
 
 
 def test_there_and_back_is_a_motion(two_link: RobotArm) -> None:
-    trajectory = plan(two_link, [0, 0], [0, 0], [[0.5, 0.5]], duration=3.0, profile="quintic", n_set_points=3)
+    trajectory = plan(
+        two_link, [0, 0], [0, 0], [[0.5, 0.5]], schedule=Schedule(3.0, "quintic", n_set_points=3)
+    ).trajectory
     assert np.abs(trajectory.q[1] - 0.5).max() <= TOLERANCE
 
 
 @pytest.mark.parametrize("profile", sorted(PROFILES))
 def test_a_joint_may_move_by_next_to_nothing(profile: str) -> None:
     for least in (1e-320, 1e-300, 1e-17):
-        planned = make_plan(FREE, [0, 0], [1, least], duration=1.0, profile=profile)
+        planned = plan(FREE, [0, 0], [1, least], schedule=Schedule(1.0, profile))
         assert planned.limits.rows[1].highest <= 2 * least
 
 
 def test_name_and_origin(two_link: RobotArm) -> None:
-    trajectory = plan(two_link, [0, 0], [1, 1], duration=3.0)
+    trajectory = plan(two_link, [0, 0], [1, 1], schedule=Schedule(3.0)).trajectory
     assert trajectory.name == "two_link-4-3-4"
     assert "4-3-4, 3 s, 31 set points" in trajectory.origin
-    assert plan(two_link, [0, 0], [1, 1], duration=3.0, name="mine").name == "mine"
+    assert plan(two_link, [0, 0], [1, 1], schedule=Schedule(3.0), name="mine").trajectory.name == "mine"
 
 
 @pytest.mark.parametrize(
@@ -252,8 +245,9 @@ def test_name_and_origin(two_link: RobotArm) -> None:
 )
 def test_bad_arguments_are_named(two_link: RobotArm, changes: dict[str, object], expected: list[str]) -> None:
     arguments = {"start": [0.0, 0.0], "goal": [1.0, 1.0], "duration": 5.0} | changes
+    when = {field.name: arguments.pop(field.name) for field in fields(Schedule) if field.name in arguments}
     with pytest.raises(TrajectoryError) as caught:
-        plan(two_link, **arguments)
+        plan(two_link, **arguments, schedule=Schedule(**when))
     for text in expected:
         assert text in str(caught.value)
 
@@ -268,5 +262,5 @@ def test_round_up(value: float, text: str) -> None:
 
 def test_warning_points_at_the_caller(two_link: RobotArm, warned: Callable[[], object]) -> None:
     with pytest.warns(GdAnalyzeWarning) as caught:
-        plan(two_link, [0, 0], [1, 0.1], duration=0.5, allow_violations=True)
+        plan(two_link, [0, 0], [1, 0.1], schedule=Schedule(0.5), allow_violations=True)
     assert caught[0].filename == __file__

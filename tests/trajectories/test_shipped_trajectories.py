@@ -12,9 +12,10 @@ from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.robots import load_arm
 from gd_analyze.trajectories import (
     Plan,
+    Schedule,
     Trajectory,
     limit_report,
-    make_plan,
+    plan,
     read_trajectory,
     recorded_command,
     shipped_trajectories,
@@ -34,14 +35,14 @@ def replan(command: str) -> tuple[Plan, Path]:
     def knot(text: str) -> np.ndarray:
         return np.deg2rad([float(value) for value in text.split(",")])
 
-    planned = make_plan(
+    planned = plan(
         load_arm(arm),
         knot(single["--from"]),
         knot(single["--to"]),
         [knot(value) for option, value in options if option == "--via"],
-        n_set_points=int(single["--points"]),
-        duration=float(single["--duration"]),
-        profile=single["--profile"],
+        schedule=Schedule(
+            float(single["--duration"]), single["--profile"], n_set_points=int(single["--points"])
+        ),
     )
     return planned, Path(single["-o"])
 

@@ -7,7 +7,7 @@ exceeds its maximum over a grid by no more than its curvature allows between the
 for the worst rates and accelerations too, whose error at a grid position has a closed bound (`motion`). Waves
 in too many joints for a grid are bounded by their amplitudes.
 
-To this comes what the identified dynamics themselves can be off by (`identification_slack`) and what
+To this comes what the exact dynamics can be off by, being read off numbers (`harmonics_slack`), and what
 evaluating the error can (`ErrorField.round_off`). The bound is on the model as its coefficients say; the
 rounding of its own evaluation in floating point, some 1e-15 of the torque, is not in it.
 """
@@ -20,14 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.error_field import ErrorField, error_rows
+from gd_analyze.certification.error_field import ErrorField
 from gd_analyze.certification.grid import shared_out
-from gd_analyze.certification.identification_slack import identification_slack
-from gd_analyze.certification.waves import Expansion, Waves
-from gd_analyze.certification.worst_case import WorstState, worst_state
+from gd_analyze.certification.harmonics_slack import harmonics_slack
+from gd_analyze.certification.torque_rows import exact_row, model_roundings, model_rows
 from gd_analyze.errors import UsageError
-from gd_analyze.harmonics import Harmonics, identify
-from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
+from gd_analyze.harmonics import Harmonics, Waves, harmonics_of
 from gd_analyze.levels import SimplifiedModel
 from gd_analyze.vectors import FloatArray
 
@@ -65,7 +63,7 @@ class Certificate:
 
     @property
     def ratio(self) -> FloatArray:
-        """Certified over worst found, at least 1; infinite where only the identification's noise is left."""
+        """Certified over worst found, at least 1; infinite where only round-off is left."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(self.certified == 0.0, 1.0, self.certified / self.worst_found)
 
@@ -95,7 +93,7 @@ def certify(
         Most positions per joint at which the error is evaluated (of each of at most 3 groups of waves): more
         bring the bound closer to the truth, and any number gives a proven bound.
     harmonics
-        The arm's identified dynamics where they are at hand.
+        The arm's exact dynamics where they are at hand.
 
     Returns
     -------
@@ -113,26 +111,19 @@ def certify(
     arm = model.arm
     box = box or Box.of(arm)
     require_box(box, arm.n_joints, effort)
-    harmonics = harmonics or identify(arm)
-    drives = arm.drive_inertia if model.drives else None
-    exact = torques_of_energies(energy_terms(harmonics, drives), harmonics.basis)
-    expansion = Expansion([not turns for turns in arm.is_revolute])
-    found = [
-        _bounded(ErrorField.of(row, box, expansion), box, effort) if row else (0.0, WorstState.none(box))
-        for row in error_rows(harmonics.basis, exact, model.torques)
-    ]
-    slack = identification_slack(harmonics, box)
-    bounds = np.array([bound for bound, _ in found]) + slack
-    return Certificate(
-        box,
-        np.where(bounds > 0.0, np.nextafter(bounds, np.inf), 0.0),
-        np.array([state.error for _, state in found]),
-        (
-            np.array([state.q for _, state in found]),
-            np.array([state.qd for _, state in found]),
-            np.array([state.qdd for _, state in found]),
-        ),
-    )
+    harmonics = harmonics or harmonics_of(arm)
+    inertia = harmonics.whole_inertia(arm.drive_inertia if model.drives else None)
+    rows = model_rows(model.torques, harmonics.rates, harmonics.potential.sliding)
+    roundings = model_roundings(model.torques, harmonics.rates, box)
+    found = []
+    for i, (row, rounding) in enumerate(zip(rows, roundings, strict=True)):
+        field = ErrorField.of(exact_row(harmonics, inertia, i), row, float(rounding), box)
+        bound, starts = _bounded(field, box, effort)
+        found.append((bound, *field.worst(box, starts)))
+    bounds, errors, *states = (np.array(values) for values in zip(*found, strict=True))
+    bounds = bounds + harmonics_slack(harmonics, box)
+    certified = np.where(bounds > 0.0, np.nextafter(bounds, np.inf), 0.0)
+    return Certificate(box, certified, errors, (states[0], states[1], states[2]))
 
 
 def require_box(box: Box, n_joints: int, effort: int) -> None:
@@ -150,20 +141,20 @@ def require_box(box: Box, n_joints: int, effort: int) -> None:
         )
 
 
-def _bounded(field: ErrorField, box: Box, effort: int) -> tuple[float, WorstState]:
-    """Proven bound of one joint without the identification's slack, and the worst state found."""
+def _bounded(field: ErrorField, box: Box, effort: int) -> tuple[float, FloatArray]:
+    """Proven bound of one joint without the slack of the exact dynamics, and positions to climb from."""
     shares, rest = shared_out(field.waves, box, effort, _GROUPS)
-    bound = float(rest.sizes(box.farthest).sum())
+    bound = field.rest + float(rest.sizes(box.farthest).sum())
     starts = [box.centre]
-    for share in shares:
-        amplitudes = float(share.waves.sizes(box.farthest).sum())
-        largest, positions = _over_grid(field, share.waves, share.grid.nodes)
-        starts += list(share.grid.positions(positions).T)
-        between = float(share.grid.between(share.waves, box).sum())
+    for waves, grid in shares:
+        amplitudes = float(waves.sizes(box.farthest).sum())
+        largest, positions = _over_grid(field, waves, grid.nodes)
+        starts += list(grid.positions(positions).T)
+        between = float(grid.between(waves, box).sum())
         bound += min(largest + field.round_off + between, amplitudes)
     # Some roundings of these sums.
     bound = bound * (1.0 + 64 * float(np.finfo(float).eps)) + field.round_off
-    return bound, worst_state(field, box, np.array(starts).T)
+    return bound, np.array(starts).T
 
 
 def _over_grid(

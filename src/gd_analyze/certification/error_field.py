@@ -1,56 +1,22 @@
-"""The torque error of a model: polynomials in the positions times accelerations and products of rates."""
+"""The torque error of a model: exact torque minus the model's, as waves."""
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from gd_analyze.certification.box import Box
+from gd_analyze.certification.local_maximum import local_maximum
 from gd_analyze.certification.motion import Motion, RateFactor
-from gd_analyze.certification.waves import Expansion, Polynomial, Waves
-from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.terms import Monomial, TorqueTerm
+from gd_analyze.certification.torque_rows import rate_factors
+from gd_analyze.harmonics import Waves
 from gd_analyze.vectors import FloatArray
 
-ErrorRow = dict[RateFactor, dict[Monomial, float]]
-
-
-def error_rows(
-    basis: Basis, exact: Mapping[TorqueTerm, float], simplified: Mapping[TorqueTerm, float]
-) -> list[ErrorRow]:
-    """Error of every joint's torque by rates and accelerations of the joints themselves."""
-    inboard = {joint: run.joints[: k + 1] for run in basis.runs for k, joint in enumerate(run.joints)}
-    rows: list[dict[RateFactor, dict[Monomial, float]]] = [
-        defaultdict(lambda: defaultdict(float)) for _ in range(basis.n_joints)
-    ]
-    for term in {**exact, **simplified}:
-        weight = simplified.get(term, 0.0) - exact.get(term, 0.0)
-        if weight == 0.0:
-            continue
-        factors: dict[RateFactor, float] = defaultdict(float)
-        if not term.rates:
-            factors["1", ()] = 1.0
-        elif term.rates[0].order == 2:
-            for a in inboard[term.rates[0].joint]:
-                factors["qdd", (a,)] += 1.0
-        else:
-            for a in inboard[term.rates[0].joint]:
-                for b in inboard[term.rates[1].joint]:
-                    factors["qd", (min(a, b), max(a, b))] += 1.0
-        for joint in inboard[term.row]:
-            for factor, times in factors.items():
-                rows[joint][factor][term.monomial] += times * weight
-    return [
-        {
-            factor: kept
-            for factor, polynomial in row.items()
-            if (kept := {m: w for m, w in polynomial.items() if w != 0.0})
-        }
-        for row in rows
-    ]
+_EPS = float(np.finfo(float).eps)
+# What should cancel between model and exact form leaves waves of this share of the torque, or less. There may
+# be many, in many joints; a bound by their amplitudes costs nothing and keeps them from the choice of grids.
+_CANCELLED = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,49 +31,71 @@ class ErrorField:
         The factors.
     round_off
         What evaluating it, at any position of the box, can be off by.
+    rest
+        Largest value of what is not in it: what should cancel, and the rounding of all coefficients.
     """
 
     waves: Waves
     motion: Motion
     round_off: float
+    rest: float
 
     @classmethod
-    def of(cls, row: ErrorRow, box: Box, expansion: Expansion) -> ErrorField:
-        """Prepare a joint's row of the error."""
-        largest = np.array([_largest(factor, box) for factor in row])
-        waves = Waves.of(list(row.values()), expansion).times(largest)
-        reach = sum(
-            size * magnitude(polynomial, box.farthest)
-            for size, polynomial in zip(largest, row.values(), strict=True)
-        )
-        return cls(waves, Motion(box.n_joints, tuple(row)), round_off_of(reach, waves, box))
+    def of(cls, exact: tuple[Waves, list[int]], model: Waves, roundings: float, box: Box) -> ErrorField:
+        """Prepare a joint's row of the error.
+
+        Parameters
+        ----------
+        exact
+            What adds up to the exact torque, see `exact_row`.
+        model, roundings
+            The model's row, and what its coefficients' rounding makes of the torque.
+        box
+            The states.
+        """
+        parts, places = exact
+        factors = rate_factors(box.n_joints)
+        largest = np.array([_largest(factor, box) for factor in factors])
+        waves = largest * Waves.summed([parts.added(places, len(factors)), -1.0 * model])
+        # Every coefficient is the sum of three slopes of sums over links and a drive, and a difference.
+        size = float(largest[places] @ parts.sizes(box.farthest).sum(axis=1))
+        rest = (box.n_joints + 8) * _EPS * size + roundings
+        sizes = waves.sizes(box.farthest)
+        cancelled = sizes <= _CANCELLED * size
+        kept = np.where(cancelled, 0.0, waves.coefficients)
+        there = (kept != 0.0).any(axis=1)
+        waves = Waves(waves.sliding, waves.multiples, kept)[there].above(0.0)
+        motion = Motion(box.n_joints, tuple(f for f, used in zip(factors, there, strict=True) if used))
+        return cls(waves, motion, round_off_of(waves, box), rest + float(sizes[cancelled].sum()))
+
+    def worst(self, box: Box, starts: FloatArray) -> tuple[float, FloatArray, FloatArray, FloatArray]:
+        """Largest error that climbing from positions (n, S) finds, and its state: q, qd and qdd, shape (n,).
+
+        Rates and accelerations are the worst at each position.
+        """
+        if not len(self.waves):
+            return 0.0, box.centre, np.zeros(box.n_joints), np.zeros(box.n_joints)
+        q, _ = local_maximum(lambda q: self.motion.reached(self.waves(q)), box, starts)
+        error, rates, pushes = self.motion.worst(self.waves(q[:, None])[:, 0])
+        return error, q, rates * box.rate, pushes * box.acceleration
 
 
-def round_off_of(reach: float, waves: Waves, box: Box) -> float:
+def round_off_of(waves: Waves, box: Box) -> float:
     """What the value of a sum of waves can be off by.
 
-    Every value is a sum of products in which no more than `count` roundings follow one another, each of them
-    eps/2 of terms that add up to `reach`: the weights' subtraction and expansion, one contraction per joint,
-    the sum over the factors. An angle m.q, and the place of a node, is off by some eps of the farthest one.
+    Every value is a sum of products in which no more than `count` roundings follow one another: one per wave
+    and polynomial, some ten per joint. Each is eps/2 of terms that add up to `reach`: on a grid products of
+    cosines and sines, which add up to sqrt(2) times a wave's amplitude per turning joint at most. An angle
+    m.q, and the place of a node, is off by some eps of the farthest one.
     """
-    count = waves.coefficients.size + 32 * (1 + len(waves.sliding))
-    angle = 1.0 + float((np.array(waves.degrees) * box.farthest).sum())
-    return count * angle * float(np.finfo(float).eps) * reach
+    degrees = np.array(waves.degrees)
+    count = sum(waves.coefficients.shape) + 32 * (1 + len(degrees))
+    turning = int((degrees[~np.array(waves.sliding)] > 0).sum())
+    reach = 2.0 ** (turning / 2) * float(waves.sizes(box.farthest).sum())
+    return count * (1.0 + float(degrees @ box.farthest)) * _EPS * reach
 
 
 def _largest(factor: RateFactor, box: Box) -> float:
     kind, joints = factor
     limit = box.acceleration if kind == "qdd" else box.rate
     return float(np.prod([limit[joint] for joint in joints]))
-
-
-def magnitude(polynomial: Polynomial, farthest: FloatArray) -> float:
-    """Bound of a polynomial's magnitude over the box: sines and cosines have 1."""
-    total = 0.0
-    for monomial, weight in polynomial.items():
-        size = abs(weight)
-        for kind, multiples in monomial:
-            if kind == "power":
-                size *= float(np.dot(multiples, farthest))
-        total += size
-    return total

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.waves import Waves
+from gd_analyze.harmonics import Waves
 from gd_analyze.vectors import FloatArray
 
 # Gaps per unit of a joint's order, beyond which 1 / (2 gaps^2) of the maximum has nothing left to give.
@@ -135,15 +135,7 @@ class _Axes:
         return gaps if positions(gaps) <= effort else None
 
 
-@dataclass(frozen=True, eq=False)
-class Share:
-    """Some of a sum's waves, and the grid that bounds them."""
-
-    waves: Waves
-    grid: Grid
-
-
-def shared_out(waves: Waves, box: Box, effort: int, groups: int) -> tuple[list[Share], Waves]:
+def shared_out(waves: Waves, box: Box, effort: int, groups: int) -> tuple[list[tuple[Waves, Grid]], Waves]:
     """Part waves into groups of few joints with a grid each, and a rest that is bounded by its amplitudes.
 
     A grid over many joints would be too coarse. So the joints are chosen that promise the smallest bound when
@@ -158,14 +150,14 @@ def shared_out(waves: Waves, box: Box, effort: int, groups: int) -> tuple[list[S
     groups
         Most grids.
     """
-    shares: list[Share] = []
+    shares: list[tuple[Waves, Grid]] = []
     while len(shares) < groups and waves.multiples.size:
         chosen = _promising(waves, box, effort)
         part = waves.only(chosen)
         grid = grid_of(part, box, effort)
         if grid is None or not chosen.any():
             break
-        shares.append(Share(part, grid))
+        shares.append((part, grid))
         waves = waves.only(~chosen)
     return shares, waves
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gd_analyze.vectors import FloatArray
 
@@ -38,41 +39,45 @@ class Motion:
     factors: tuple[RateFactor, ...]
 
     @cached_property
-    def _pushed(self) -> list[int]:
-        return [p for p, (kind, _) in enumerate(self.factors) if kind == "qdd"]
+    def _kinds(self) -> tuple[list[int], list[int], list[int], list[int]]:
+        """Places of 1, accelerations, squares and products of two rates."""
+        kinds = [kind if len(set(joints)) < 2 else "pair" for kind, joints in self.factors]
+        still, pushed, squares, pairs = (
+            [p for p, kind in enumerate(kinds) if kind == wanted] for wanted in ("1", "qdd", "qd", "pair")
+        )
+        return still, pushed, squares, pairs
 
-    @cached_property
-    def _still(self) -> list[int]:
-        return [p for p, (kind, _) in enumerate(self.factors) if kind == "1"]
+    def _split(self, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Values that do not move, what accelerations add, and values of squares and products of rates."""
+        still, pushed, squares, pairs = self._kinds
+        return values[still].sum(axis=0), np.abs(values[pushed]).sum(axis=0), values[squares], values[pairs]
 
-    @cached_property
-    def _squares(self) -> list[int]:
-        return [p for p, (kind, joints) in enumerate(self.factors) if kind == "qd" and joints[0] == joints[1]]
+    def _joints(self, factors: list[int]) -> list[int]:
+        return sorted({joint for p in factors for joint in self.factors[p][1]})
 
-    @cached_property
-    def _pairs(self) -> list[int]:
-        return [p for p, (kind, joints) in enumerate(self.factors) if kind == "qd" and joints[0] != joints[1]]
+    def _ends(self, factors: list[int]) -> NDArray[np.int64]:
+        """First and second joint of factors of rates, shape (2, K)."""
+        return np.array([self.factors[p][1] for p in factors], dtype=np.int64).reshape(-1, 2).T
 
     @cached_property
     def _signs(self) -> FloatArray:
         """Every choice of signs of the rates, up to the sign of all, shape (choices, n)."""
-        paired = sorted({j for p in self._pairs for j in self.factors[p][1]})[1:]
+        paired = self._joints(self._kinds[3])[1:]
         free = paired if len(paired) < _MOST_SIGNED else []
         out = np.ones((2 ** len(free), self.n_joints))
-        for row, choice in enumerate(itertools.product((1.0, -1.0), repeat=len(free))):
-            out[row, free] = choice
+        out[:, free] = list(itertools.product((1.0, -1.0), repeat=len(free)))
         return out
 
     @cached_property
     def _pair_signs(self) -> FloatArray:
         """Sign of every product of two rates in every choice, shape (choices, pairs)."""
-        a, b = np.array([self.factors[p][1] for p in self._pairs], dtype=int).reshape(-1, 2).T
+        a, b = self._ends(self._kinds[3])
         return np.asarray(self._signs[:, a] * self._signs[:, b])
 
     @property
     def _all_tried(self) -> bool:
         """Whether the choices are complete."""
-        return len(self._signs) == 2 ** max(0, len({j for p in self._pairs for j in self.factors[p][1]}) - 1)
+        return len(self._signs) == 2 ** max(0, len(self._joints(self._kinds[3])) - 1)
 
     def quick_bound(self, values: FloatArray) -> FloatArray:
         """Upper bound of the error's magnitude over all rates and accelerations, shape (K,).
@@ -85,13 +90,12 @@ class Motion:
         values
             Shape (P, K).
         """
-        pushed = np.abs(values[self._pushed]).sum(axis=0)
-        still, squares, pairs = (values[p] for p in (self._still, self._squares, self._pairs))
+        still, pushed, squares, pairs = self._split(values)
         if not self._all_tried:
-            return np.asarray(pushed + sum(np.abs(part).sum(axis=0) for part in (still, squares, pairs)))
+            return np.asarray(pushed + np.abs(still) + sum(np.abs(p).sum(axis=0) for p in (squares, pairs)))
         moved = self._pair_signs @ pairs
-        up = still.sum(axis=0) + np.maximum(squares, 0.0).sum(axis=0) + moved.max(axis=0)
-        down = still.sum(axis=0) + np.minimum(squares, 0.0).sum(axis=0) + moved.min(axis=0)
+        up = still + np.maximum(squares, 0.0).sum(axis=0) + moved.max(axis=0)
+        down = still + np.minimum(squares, 0.0).sum(axis=0) + moved.min(axis=0)
         return np.asarray(pushed + np.maximum(up, -down))
 
     def bound(self, values: FloatArray) -> FloatArray:
@@ -103,13 +107,12 @@ class Motion:
         quick = self.quick_bound(values)
         if not len(self._thirds):
             return quick
-        pushed = np.abs(values[self._pushed]).sum(axis=0)
-        still, squares, pairs = (values[p] for p in (self._still, self._squares, self._pairs))
+        still, pushed, squares, pairs = self._split(values)
         sides = []
         for sign in (1.0, -1.0):
             taking = np.minimum(sign * squares, 0.0)
             linear = np.vstack([sign * squares + taking, sign * pairs])
-            sides.append(sign * still.sum(axis=0) - taking.sum(axis=0) + (self._thirds @ linear).max(axis=0))
+            sides.append(sign * still - taking.sum(axis=0) + (self._thirds @ linear).max(axis=0))
         return np.asarray(np.minimum(quick, pushed + np.maximum(*sides)))
 
     @cached_property
@@ -118,29 +121,24 @@ class Motion:
 
         Shape (choices, squares + pairs); of two choices with opposite signs one.
         """
-        joints = sorted({j for p in (*self._squares, *self._pairs) for j in self.factors[p][1]})
-        if len(joints) > _MOST_THIRDS or not self._squares:
-            return np.empty((0, len(self._squares) + len(self._pairs)))
+        moving = [*self._kinds[2], *self._kinds[3]]
+        joints = self._joints(moving)
+        if len(joints) > _MOST_THIRDS or not self._kinds[2]:
+            return np.empty((0, len(moving)))
         choices = np.zeros(((3 ** len(joints) + 1) // 2, self.n_joints))
-        for row, choice in zip(
-            choices, itertools.product((1.0, 0.0, -1.0), repeat=len(joints)), strict=False
-        ):
-            row[joints] = choice
-        squares, pairs = (
-            np.array([self.factors[p][1] for p in group], dtype=int).reshape(-1, 2).T
-            for group in (self._squares, self._pairs)
-        )
-        return np.hstack([np.abs(choices[:, squares[0]]), choices[:, pairs[0]] * choices[:, pairs[1]]])
+        thirds = itertools.product((1.0, 0.0, -1.0), repeat=len(joints))
+        choices[:, joints] = list(itertools.islice(thirds, len(choices)))
+        a, b = self._ends(moving)
+        return np.where(a == b, np.abs(choices[:, a]), choices[:, a] * choices[:, b])
 
     def reached(self, values: FloatArray) -> FloatArray:
         """Error's magnitude that rates at their limits, or none, reach at every position, shape (K,)."""
         return self._at_vertices(values).max(axis=0)
 
     def _at_vertices(self, values: FloatArray) -> FloatArray:
-        still, squares, pairs = (values[p] for p in (self._still, self._squares, self._pairs))
-        moved = still.sum(axis=0) + squares.sum(axis=0) + self._pair_signs @ pairs
-        at_rest = still.sum(axis=0)[None]
-        return np.abs(np.vstack([at_rest, moved])) + np.abs(values[self._pushed]).sum(axis=0)
+        still, pushed, squares, pairs = self._split(values)
+        moved = still + squares.sum(axis=0) + self._pair_signs @ pairs
+        return np.abs(np.vstack([still[None], moved])) + pushed
 
     def worst(self, values: FloatArray) -> tuple[float, FloatArray, FloatArray]:
         """Search the rates and accelerations of one position's largest error.
@@ -161,10 +159,10 @@ class Motion:
         n = self.n_joints
         place = int(self._at_vertices(values[:, None])[:, 0].argmax())
         rates = self._signs[place - 1].copy() if place else np.zeros(n)
-        constant = float(values[self._still].sum())
+        constant, pushed, _, _ = self._split(values)
         form = np.zeros((n, n))
-        for p in (*self._squares, *self._pairs):
-            a, b = self.factors[p][1]
+        moving = [*self._kinds[2], *self._kinds[3]]
+        for p, (a, b) in zip(moving, self._ends(moving).T, strict=True):
             form[a, b] += values[p] / 2
             form[b, a] += values[p] / 2
         sign = 1.0 if constant + rates @ form @ rates >= 0.0 else -1.0
@@ -173,8 +171,8 @@ class Motion:
             slope -= 2 * curve * rates[joint]
             choices = [-1.0, 1.0] + ([float(np.clip(-slope / (2 * curve), -1.0, 1.0))] if curve < 0.0 else [])
             rates[joint] = max(choices, key=lambda t: curve * t * t + slope * t)
-        moving = constant + float(rates @ form @ rates)
+        reached = float(constant + rates @ form @ rates)
         pushes = np.zeros(n)
-        for p in self._pushed:
-            pushes[self.factors[p][1][0]] = np.copysign(1.0, values[p] * moving)
-        return abs(moving) + float(np.abs(values[self._pushed]).sum()), rates, pushes
+        for p in self._kinds[1]:
+            pushes[self.factors[p][1][0]] = np.copysign(1.0, values[p] * reached)
+        return abs(reached) + float(pushed), rates, pushes

@@ -18,13 +18,12 @@ import numpy as np
 
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import require_box
-from gd_analyze.certification.climbing import climbed
-from gd_analyze.certification.error_field import error_rows, magnitude, round_off_of
+from gd_analyze.certification.error_field import round_off_of
 from gd_analyze.certification.grid import Grid, shared_out
-from gd_analyze.certification.waves import Expansion, Waves
+from gd_analyze.certification.local_maximum import local_maximum
+from gd_analyze.certification.torque_rows import model_roundings, model_rows
 from gd_analyze.errors import ModelError
-from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.terms import Monomial
+from gd_analyze.harmonics import AbsoluteRates, Waves
 from gd_analyze.levels import SimplifiedModel
 from gd_analyze.vectors import FloatArray
 
@@ -122,18 +121,20 @@ class _GriddedInertia:
     @classmethod
     def of(cls, model: SimplifiedModel, box: Box, effort: int) -> _GriddedInertia:
         n = model.arm.n_joints
-        elements = _elements(model)
-        every = Waves.of(elements, Expansion([not turns for turns in model.arm.is_revolute]))
+        rates, sliding = AbsoluteRates.of(model.arm), [not turns for turns in model.arm.is_revolute]
+        # Of every row what the accelerations are multiplied by.
+        rows = model_rows(model.torques, rates, sliding)
+        every = Waves.stacked([row[1 : n + 1] for row in rows])
         # The constant part is the same everywhere and says nothing about where to look.
         constant = (every.multiples == 0).all(axis=1)
         shares, rest = shared_out(every.only(~constant), box, effort, groups=1)
         chosen = constant.copy()
         if shares:
-            chosen |= (every.multiples[:, None] == shares[0].waves.multiples).all(axis=2).any(axis=1)
+            chosen |= (every.multiples[:, None] == shares[0][0].multiples).all(axis=2).any(axis=1)
         left_out = rest.sizes(box.farthest).sum(axis=1).reshape(n, n)
-        reach = sum(magnitude(polynomial, box.farthest) for polynomial in elements)
-        left_out += round_off_of(reach, every, box)
-        grid = shares[0].grid if shares else Grid.at(box.centre)
+        pushed = Box(box.lower, box.upper, np.zeros(n), np.ones(n))
+        left_out += model_roundings(model.torques, rates, pushed).sum() + round_off_of(every, box)
+        grid = shares[0][1] if shares else Grid.at(box.centre)
         left_out += grid.between(every.only(chosen), box).reshape(n, n)
         return cls(box, every, every.only(chosen), grid, left_out)
 
@@ -153,7 +154,7 @@ class _GriddedInertia:
         """Smallest eigenvalue that a search finds, and where."""
         lows = np.concatenate([np.linalg.eigvalsh(d)[:, 0] for d in self._on_grid()])
         starts = self.grid.positions(np.array([lows.argmin()]))
-        position, value = climbed(
+        position, value = local_maximum(
             lambda q: np.asarray(-np.linalg.eigvalsh(self(q))[:, 0], dtype=float), self.box, starts
         )
         return -value, position
@@ -179,13 +180,6 @@ class _GriddedInertia:
         sizes = self.every.sizes(self.box.farthest).sum(axis=1).reshape(self.left_out.shape)
         sizes = sizes + abs(shift) * np.eye(len(k))
         return float(np.linalg.norm(np.abs(k) @ sizes @ np.abs(k).T, 2))
-
-
-def _elements(model: SimplifiedModel) -> list[dict[Monomial, float]]:
-    """D_ij of the model in the joints' own rates, row by row."""
-    n = model.arm.n_joints
-    rows = error_rows(Basis.of(model.arm), {}, model.torques)
-    return [rows[i].get(("qdd", (j,)), {}) for i in range(n) for j in range(n)]
 
 
 def _matrices(values: FloatArray) -> FloatArray:

@@ -20,7 +20,7 @@ from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.terminal import print_json
 
 if TYPE_CHECKING:
-    from gd_analyze.report.comparison import ComparisonContext, Count
+    from gd_analyze.comparison.symbolic import ClosedForms
 
 FORMATS = ("html", "pdf", "json")
 
@@ -82,13 +82,8 @@ def compare(
         from gd_analyze.comparison import compare as compare_formulations
         from gd_analyze.comparison.compare import STEPS
         from gd_analyze.main_job.folder import require_writable
-        from gd_analyze.report.comparison import (
-            FILES,
-            as_document,
-            comparison_context,
-            default_folder,
-            write_comparison,
-        )
+        from gd_analyze.report.comparison_document import comparison_document
+        from gd_analyze.report.comparison_files import FILES, default_folder, write_comparison
         from gd_analyze.trajectories import read_trajectory
 
         arm = load_arm_carrying(robot, payload)
@@ -100,82 +95,74 @@ def compare(
             arm, motion, command=command_line(), warned=output.warnings, progress=stage.advance
         )
         output.warnings.extend(warning for warning in comparison.warnings if warning not in output.warnings)
-        context = comparison_context(comparison)
         stage(f"writing {', '.join(formats)}")
-        write_comparison(comparison, context, folder, formats)
+        write_comparison(comparison, folder, formats)
         files = [folder / FILES[name] for name in formats]
+    document = comparison_document(comparison)
     if output.as_json:
-        print_json(as_document(context) | {"files": [str(path) for path in files]})
+        print_json(document | {"files": [str(path) for path in files]})
     elif not output.quiet:
-        _show(context, files)
+        _show(document, files)
 
 
-def _show(context: ComparisonContext, files: list[Path]) -> None:
+def _show(told: dict[str, Any], files: list[Path]) -> None:
     from gd_analyze.cli.terminal import line, sentence, table
     from gd_analyze.formatting import number
 
-    sentence(f"{context.title}, {context.subtitle}", bold=True)
-    sentence(context.headline)
+    def pair(count: dict[str, int] | None) -> str:
+        return "-" if count is None else f"{count['multiplications']} + {count['additions']}"
+
+    def microseconds(seconds: float) -> str:
+        return f"{1e6 * seconds:.2f}"
+
+    sentence(f"{told['title']}, {told['subtitle']}", bold=True)
+    sentence(told["headline"])
+    methods = told["methods"]
     table(
         "Kinematics and form of the equations",
         [("", "left"), ("kinematics", "left"), ("equations", "left"), ("order", "left")],
-        [[row.short, row.kinematics, row.form, row.order] for row in context.methods],
+        [[row["short"], row["kinematics"], row["form"], row["order"]] for row in methods],
     )
     rows = [
         [
-            row.short,
-            _sum(row.executed),
-            _sum(row.folded),
-            _sum(row.text),
-            _microseconds(row.seconds),
-            number(row.difference),
+            row["short"],
+            *(pair(row[which]) for which in ("executed", "folded", "text")),
+            microseconds(row["seconds"]),
+            number(row["difference"]),
         ]
-        for row in context.methods
+        for row in methods
     ]
-    theirs = number(max(context.torque_differences[-1]))
-    rows.append(["Pinocchio", "-", "-", "-", _microseconds(context.seconds_pinocchio), theirs])
+    theirs = number(max(told["torque_differences"][-1]))
+    rows.append(["Pinocchio", "-", "-", "-", microseconds(told["seconds_pinocchio"]), theirs])
     headings = ("executed", "folded", "text", "time", "difference")
     table(
         "Operations per set point (multiplications + additions): as executed, folded, and the text's "
-        f"polynomial at n = {context.n_joints}; time in µs; largest difference of torque, "
-        f"{'N m' if context.all_turning else 'N m or N'}",
+        f"polynomial at n = {told['n_joints']}; time in µs; largest difference of torque, "
+        f"{'N m' if told['all_turning'] else 'N m or N'}",
         [("", "left"), *((heading, "right") for heading in headings)],
         rows,
     )
+    slopes = ("exponent", "exponent_folded", "exponent_text")
     table(
-        f"Growth: slope of log(operations) over log(n), n = 6 to {context.sizes[-1]}, on a generic chain",
+        f"Growth: slope of log(operations) over log(n), n = 6 to {told['sizes'][-1]}, on a generic chain",
         [("", "left"), ("order", "left"), ("executed", "right"), ("folded", "right"), ("text", "right")],
         [
-            [
-                row.short,
-                row.order,
-                f"{row.exponent:.2f}",
-                f"{row.exponent_folded:.2f}",
-                "-" if row.exponent_text is None else f"{row.exponent_text:.2f}",
-            ]
-            for row in context.methods
+            [row["short"], row["order"], *("-" if row[s] is None else f"{row[s]:.2f}" for s in slopes)]
+            for row in methods
         ],
     )
     line()
-    line(f"round-off   explains differences up to {number(context.bounds[3])}")
+    line(f"round-off   explains differences up to {number(told['bounds'][3])}")
     for path in files:
         line(f"wrote       {path}")
-
-
-def _sum(count: Count | None) -> str:
-    return "-" if count is None else f"{count.multiplications} + {count.additions}"
-
-
-def _microseconds(seconds: float) -> str:
-    return f"{1e6 * seconds:.2f}"
 
 
 def _symbolic(robot: str, as_json: bool) -> None:
     """Print D, h and c of the two-link arm by every formulation, and whether they are the text's."""
     from gd_analyze.cli.terminal import line
-    from gd_analyze.comparison import METHODS
-    from gd_analyze.comparison.symbolic import ClosedForms, same, text_closed_forms, two_link_closed_forms
+    from gd_analyze.comparison.symbolic import same, text_closed_forms, two_link_closed_forms
     from gd_analyze.errors import UsageError
+    from gd_analyze.formulations.methods import METHODS
 
     if robot != "two_link":
         raise UsageError(

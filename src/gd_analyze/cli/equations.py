@@ -106,14 +106,14 @@ def equations(
         import time
 
         from gd_analyze.files import write_text
-        from gd_analyze.harmonics import identify
+        from gd_analyze.harmonics import harmonics_of
         from gd_analyze.harmonics.equations import equations as write_out
         from gd_analyze.robots import load_arm
 
         arm = load_arm(robot)
         stage("identifying")
         start = time.perf_counter()
-        harmonics = identify(arm)
+        harmonics = harmonics_of(arm)
         seconds = time.perf_counter() - start
         stage("writing out")
         found = write_out(harmonics, elements, min_share=min_share)

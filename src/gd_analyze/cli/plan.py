@@ -86,19 +86,18 @@ def plan(
     with output.working() as stage:
         stage("planning")
         from gd_analyze.robots import load_arm
-        from gd_analyze.trajectories import make_plan, trajectory_csv, write_trajectory
+        from gd_analyze.trajectories import Schedule, trajectory_csv, write_trajectory
+        from gd_analyze.trajectories import plan as plan_motion
 
         arm = load_arm(robot)
-        knots = [_joint_values(arm, text, option) for option, text in _points(start, goal, via)]
+        knots = [_joint_values(arm, listed, option) for option, listed in _points(start, goal, via)]
         try:
-            made = make_plan(
+            made = plan_motion(
                 arm,
                 knots[0],
                 knots[1],
                 knots[2:],
-                duration=duration,
-                n_set_points=points,
-                profile=profile,
+                schedule=Schedule(duration, profile, points),
                 allow_violations=allow_violations,
                 name=out.stem if out is not None else None,
             )
@@ -137,15 +136,15 @@ def _in_words_of_the_command(error: TrajectoryError) -> TrajectoryError:
     return TrajectoryError(error.what, **details, next_step=next_step)
 
 
-def _joint_values(arm: RobotArm, text: str, option: str) -> list[float]:
+def _joint_values(arm: RobotArm, listed: str, option: str) -> list[float]:
     """Comma-separated degrees (m for sliding joints) as rad (m)."""
-    entries = [entry.strip() for entry in text.split(",")]
+    entries = [entry.strip() for entry in listed.split(",")]
     if len(entries) != arm.n_joints:
         raise UsageError(
             f"{option} has a wrong number of joint values",
             where=option,
             expected=f"{arm.n_joints} values for {arm.name}, comma-separated",
-            found=f"{len(entries)}: {text!r}",
+            found=f"{len(entries)}: {listed!r}",
         )
     values = []
     for column, (entry, joint) in enumerate(zip(entries, arm.joints, strict=True), start=1):

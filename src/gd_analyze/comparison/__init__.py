@@ -1,37 +1,27 @@
 """The formulations side by side: what they cost, how long they take, how far they agree."""
 
 from gd_analyze.comparison.agreement import Agreement, agreement
-from gd_analyze.comparison.breakdown import Place, count_by_place
-from gd_analyze.comparison.chain import generic_chain
 from gd_analyze.comparison.compare import Comparison, compare
 from gd_analyze.comparison.costs import Cost, Growth, count_cost, growth
-from gd_analyze.comparison.evaluation import dynamics_of_states, torque_of_states
-from gd_analyze.comparison.methods import METHODS, Dynamics, Method
+from gd_analyze.comparison.generic_chain import generic_chain
 from gd_analyze.comparison.polynomial import Polynomial, exact_polynomial
 from gd_analyze.comparison.text_costs import TextCosts, text_costs
 from gd_analyze.comparison.timing import Timing, time_methods
 
 __all__ = [
-    "METHODS",
     "Agreement",
     "Comparison",
     "Cost",
-    "Dynamics",
     "Growth",
-    "Method",
-    "Place",
     "Polynomial",
     "TextCosts",
     "Timing",
     "agreement",
     "compare",
-    "count_by_place",
     "count_cost",
-    "dynamics_of_states",
     "exact_polynomial",
     "generic_chain",
     "growth",
     "text_costs",
     "time_methods",
-    "torque_of_states",
 ]

@@ -8,17 +8,18 @@ from types import MappingProxyType
 
 import numpy as np
 
-from gd_analyze.authority import pinocchio_dynamics, round_off_bounds
-from gd_analyze.comparison.evaluation import dynamics_of_states, torque_of_states
-from gd_analyze.comparison.methods import METHODS, Method
+from gd_analyze.formulations.interface import Method, torque_of_states
+from gd_analyze.formulations.methods import METHODS
+from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.robots import RobotArm
+from gd_analyze.states import States
 from gd_analyze.vectors import FloatArray
 
 # Products of 4x4 or 3x3 matrices take twice the roundings per joint of turning a vector, and probing adds up
 # whole torques: each of two formulations may be off by twice what `round_off_bounds` allows.
 _ROUNDINGS = 4
 
-AUTHORITY = "pinocchio"
+PINOCCHIO = "pinocchio"
 QUANTITIES = ("inertia", "coriolis_centrifugal", "gravity_loading", "torque")
 
 
@@ -32,7 +33,7 @@ class Agreement:
         The methods, and "pinocchio" last.
     torque
         Largest difference of torque between any two of them, N m (N), shape (m, m).
-    from_authority
+    from_pinocchio
         By method and quantity (D, h, c and torque): largest difference from Pinocchio.
     bounds
         What round-off explains, by quantity.
@@ -40,7 +41,7 @@ class Agreement:
 
     names: tuple[str, ...]
     torque: FloatArray
-    from_authority: Mapping[str, Mapping[str, float]]
+    from_pinocchio: Mapping[str, Mapping[str, float]]
     bounds: Mapping[str, float]
 
     @property
@@ -53,7 +54,7 @@ class Agreement:
         """Whether round-off explains every difference."""
         return bool(self.torque.max() <= self.bounds["torque"]) and all(
             row[quantity] <= self.bounds[quantity]
-            for row in self.from_authority.values()
+            for row in self.from_pinocchio.values()
             for quantity in QUANTITIES
         )
 
@@ -64,9 +65,7 @@ class Agreement:
 
 def agreement(
     arm: RobotArm,
-    q: FloatArray,
-    qd: FloatArray,
-    qdd: FloatArray,
+    states: States,
     *,
     methods: Mapping[str, Method] = MappingProxyType(METHODS),
 ) -> Agreement:
@@ -74,28 +73,28 @@ def agreement(
 
     Parameters
     ----------
-    arm
-        The arm.
-    q, qd, qdd
-        States, shape (N, n).
+    arm, states
+        The arm and its states.
     methods
         Which methods; those that give torque only are probed for D, h and c.
     """
+    q, qd, qdd = states.q, states.qd, states.qdd
+    q_last, qd_last, _ = states.last
     theirs = pinocchio_dynamics(arm, *(np.ascontiguousarray(x) for x in (q, qd, qdd)))
-    torques, from_authority = [], {}
+    torques, from_pinocchio = [], {}
     for name, method in methods.items():
         torques.append(torque_of_states(method, arm, q, qd, qdd))
-        given = dynamics_of_states(method, arm, q, qd)
+        given = method.dynamics(arm, q_last, qd_last)
         ours = {
             "inertia": np.moveaxis(given.inertia, -1, 0),
             "coriolis_centrifugal": given.coriolis_centrifugal.T,
             "gravity_loading": given.gravity_loading.T,
             "torque": torques[-1],
         }
-        from_authority[name] = {
+        from_pinocchio[name] = {
             quantity: float(np.abs(ours[quantity] - theirs[quantity]).max()) for quantity in QUANTITIES
         }
     torques.append(theirs["torque"])
     differences = np.array([[np.abs(a - b).max() for b in torques] for a in torques])
     bounds = {name: _ROUNDINGS * float(b) for name, b in round_off_bounds(arm, q, qd, qdd).items()}
-    return Agreement((*methods, AUTHORITY), differences, from_authority, bounds)
+    return Agreement((*methods, PINOCCHIO), differences, from_pinocchio, bounds)

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 from gd_analyze.comparison.agreement import Agreement, agreement
 from gd_analyze.comparison.costs import SIZES, Cost, Growth, count_cost, growth
-from gd_analyze.comparison.explanation import Explanation, explanations
-from gd_analyze.comparison.methods import METHODS
-from gd_analyze.comparison.states import random_states, states_of
 from gd_analyze.comparison.timing import N_SET_POINTS, REPEATS, Timing, time_methods
+from gd_analyze.formulations.methods import METHODS
 from gd_analyze.provenance import provenance
 from gd_analyze.robots import RobotArm
+from gd_analyze.states import States, states_in_box, states_of
 from gd_analyze.trajectories import Trajectory
+from gd_analyze.trajectories.checks import require_joints
 
 # States at which the formulations are held against each other; Pinocchio takes them one by one.
 MOST_SET_POINTS = 5000
@@ -31,7 +31,7 @@ class Comparison:
     ----------
     arm
         The arm.
-    states
+    compared_at
         Where agreement was measured, in words.
     trajectory
         The trajectory given, if any.
@@ -39,8 +39,6 @@ class Comparison:
         By method, of this arm.
     growth
         Costs on the generic chain.
-    explanations
-        Why they differ from the text's.
     timing
         Seconds per set point, at random states.
     agreement
@@ -52,15 +50,19 @@ class Comparison:
     """
 
     arm: RobotArm
-    states: str
+    compared_at: str
     trajectory: Trajectory | None
     costs: Mapping[str, Cost]
     growth: Growth
-    explanations: tuple[Explanation, ...]
     timing: Timing
     agreement: Agreement
     warnings: tuple[str, ...]
     provenance: Mapping[str, str]
+
+    @property
+    def unit(self) -> str:
+        """Unit of torques of any joint of the arm."""
+        return "N m" if all(self.arm.is_revolute) else "N m or N"
 
 
 def compare(
@@ -100,15 +102,10 @@ def compare(
     source = provenance(command)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        compared = (
-            random_states(arm, N_RANDOM)
-            if trajectory is None
-            else states_of(arm, trajectory, MOST_SET_POINTS)
-        )
-        agreed = agreement(arm, compared.q, compared.qd, compared.qdd)
+        compared, origin = _compared(arm, trajectory)
+        agreed = agreement(arm, compared)
         step(1)
-        timed = random_states(arm, N_SET_POINTS)
-        times = time_methods(arm, timed.q, timed.qd, timed.qdd, progress=step)
+        times = time_methods(arm, _drawn(arm, N_SET_POINTS), progress=step)
         costs = {}
         for name, method in METHODS.items():
             costs[name] = count_cost(method, arm)
@@ -116,13 +113,27 @@ def compare(
         grown = growth(progress=step)
     return Comparison(
         arm=arm,
-        states=compared.origin,
+        compared_at=origin,
         trajectory=trajectory,
         costs=costs,
         growth=grown,
-        explanations=explanations(grown),
         timing=times,
         agreement=agreed,
         warnings=(*warned, *(str(item.message) for item in caught)),
         provenance=source,
     )
+
+
+def _compared(arm: RobotArm, trajectory: Trajectory | None) -> tuple[States, str]:
+    """States to compare at, and what they are."""
+    if trajectory is None:
+        return _drawn(arm, N_RANDOM), f"{N_RANDOM} random states within the arm's limits"
+    require_joints(trajectory, arm)
+    every = states_of(trajectory)
+    few = every.evenly(MOST_SET_POINTS)
+    return few, f"{len(few)} of the {every.in_words}" if len(few) < len(every) else every.in_words
+
+
+def _drawn(arm: RobotArm, count: int) -> States:
+    """Draw random states within the arm's limits, the same ones every time."""
+    return states_in_box(arm, count, 1987, assumed=True)

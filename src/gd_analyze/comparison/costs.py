@@ -4,17 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from types import MappingProxyType
+from typing import Literal
 
 import numpy as np
 
-from gd_analyze.comparison.chain import generic_chain
-from gd_analyze.comparison.methods import METHODS, Method
+from gd_analyze.comparison.generic_chain import generic_chain
 from gd_analyze.comparison.polynomial import Polynomial, exact_polynomial
+from gd_analyze.comparison.text_costs import text_costs
+from gd_analyze.formulations.interface import Method
+from gd_analyze.formulations.methods import METHODS
 from gd_analyze.operations import OperationCount, Program, Trace, count_operations
 from gd_analyze.robots import RobotArm
 from gd_analyze.vectors import Array, Elementwise
+
+Counted = Literal["executed", "folded", "text"]
 
 # The text's polynomials are set beside ours for these numbers of joints.
 SIZES = tuple(range(1, 13))
@@ -41,7 +46,7 @@ class Cost:
     folded: OperationCount
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Growth:
     """Costs on the generic chain over the number of joints.
 
@@ -51,21 +56,37 @@ class Growth:
         Numbers of joints.
     costs
         By method, one per size.
-    exponents
-        By method: slope of log(executed operations) against log(n) from six joints on; empty where fewer
-        than two such sizes were counted.
-    exponents_folded
-        The same of the folded operations.
-    polynomials
-        By method: multiplications and additions as executed, as the polynomials in n that all counts from
-        three joints on obey; left out where there are none.
     """
 
     sizes: tuple[int, ...]
     costs: Mapping[str, tuple[Cost, ...]]
-    exponents: Mapping[str, float]
-    exponents_folded: Mapping[str, float]
-    polynomials: Mapping[str, tuple[Polynomial, Polynomial]]
+
+    def counts(self, method: str, which: Counted) -> tuple[OperationCount, ...]:
+        """Counts by size, ours or the text's; none where the text has no polynomial of the method."""
+        if which != "text":
+            return tuple(getattr(cost, which) for cost in self.costs[method])
+        stated = text_costs().of(method)
+        return () if stated is None else tuple(stated.at(n) for n in self.sizes)
+
+    def slope(self, method: str, which: Counted) -> float | None:
+        """Slope of log(operations) over log(n) from six joints on; None where less than two are counted."""
+        counts = zip(self.sizes, self.counts(method, which), strict=False)
+        large = [(n, count.total) for n, count in counts if n >= _ASYMPTOTIC]
+        return exponent(*zip(*large, strict=True)) if len(large) > 1 else None
+
+    @cached_property
+    def polynomials(self) -> dict[str, tuple[Polynomial, Polynomial]]:
+        """Multiplications and additions as executed: the polynomials that all from three joints on obey."""
+        found = {}
+        for name, costs in self.costs.items():
+            regular = {n: cost.executed for n, cost in zip(self.sizes, costs, strict=True) if n >= _REGULAR}
+            multiplications, additions = (
+                exact_polynomial(list(regular), [getattr(count, what) for count in regular.values()])
+                for what in ("multiplications", "additions")
+            )
+            if multiplications is not None and additions is not None:
+                found[name] = (multiplications, additions)
+        return found
 
 
 def count_cost(method: Method, arm: RobotArm) -> Cost:
@@ -115,27 +136,7 @@ def growth(
             if progress is not None:
                 progress(1)
         costs[name] = tuple(counted)
-    large = [k for k, n in enumerate(sizes) if n >= _ASYMPTOTIC]
-    executed, folded = {}, {}
-    if len(large) > 1:
-        for name, counted_ in costs.items():
-            executed[name] = _slope(sizes, [counted_[k].executed.total for k in large], large)
-            folded[name] = _slope(sizes, [counted_[k].folded.total for k in large], large)
-    return Growth(tuple(sizes), costs, executed, folded, _polynomials(sizes, costs))
-
-
-def _polynomials(
-    sizes: Sequence[int], costs: Mapping[str, tuple[Cost, ...]]
-) -> dict[str, tuple[Polynomial, Polynomial]]:
-    chosen = [k for k, n in enumerate(sizes) if n >= _REGULAR]
-    found = {}
-    for name, counted in costs.items() if chosen else ():
-        regular = [sizes[k] for k in chosen]
-        multiplications = exact_polynomial(regular, [counted[k].executed.multiplications for k in chosen])
-        additions = exact_polynomial(regular, [counted[k].executed.additions for k in chosen])
-        if multiplications is not None and additions is not None:
-            found[name] = (multiplications, additions)
-    return found
+    return Growth(tuple(sizes), costs)
 
 
 @cache
@@ -147,7 +148,3 @@ def _count_chain(method: Method, n: int) -> Cost:
 def exponent(sizes: Sequence[int], totals: Sequence[int]) -> float:
     """Slope of log(total) against log(size): the power that fits best."""
     return float(np.polyfit(np.log(sizes), np.log(totals), 1)[0])
-
-
-def _slope(sizes: Sequence[int], totals: Sequence[int], chosen: Sequence[int]) -> float:
-    return exponent([sizes[k] for k in chosen], totals)

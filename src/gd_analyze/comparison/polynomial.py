@@ -19,17 +19,6 @@ class Polynomial:
         assert value == int(value), "a count is whole"
         return int(value)
 
-    def __add__(self, other: Polynomial) -> Polynomial:
-        """Sum, without leading zeros."""
-        most = max(len(self.coefficients), len(other.coefficients))
-        sums = [
-            sum((p.coefficients[k] for p in (self, other) if k < len(p.coefficients)), Fraction())
-            for k in range(most)
-        ]
-        while len(sums) > 1 and sums[-1] == 0:
-            sums.pop()
-        return Polynomial(tuple(sums))
-
     def __str__(self) -> str:
         """Highest power first, e.g. "128/3 n^4 - 7 n"."""
         terms = []
@@ -70,10 +59,10 @@ def exact_polynomial(sizes: Sequence[int], counts: Sequence[int]) -> Polynomial 
         newton.pop()
     if len(newton) == len(sizes):
         return None
-    total = Polynomial((Fraction(),))
-    basis = [Fraction(1)]
-    for size, factor in zip(sizes, newton, strict=False):
-        total = total + Polynomial(tuple(factor * c for c in basis))
-        # Times (n - size), for the next difference.
-        basis = [a - size * b for a, b in zip([Fraction(), *basis], [*basis, Fraction()], strict=True)]
-    return total
+    # Horner's scheme: times (n - size), plus the difference before.
+    coefficients: list[Fraction] = []
+    for size, factor in reversed(list(zip(sizes, newton, strict=False))):
+        raised, lowered = [Fraction(), *coefficients], [size * c for c in coefficients] + [Fraction()]
+        coefficients = [a - b for a, b in zip(raised, lowered, strict=True)]
+        coefficients[0] += factor
+    return Polynomial(tuple(coefficients) or (Fraction(),))

@@ -7,15 +7,15 @@ loss; the rods' m l^2 / 12, which is not, enters afterwards.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from gd_analyze.comparison.methods import METHODS
 from gd_analyze.errors import UsageError
-from gd_analyze.robots import Placement, RobotArm
-from gd_analyze.vectors import Array
+from gd_analyze.formulations.methods import known_method
+from gd_analyze.robots import Joint, RobotArm
 
 if TYPE_CHECKING:
     import sympy
@@ -59,15 +59,14 @@ def two_link_closed_forms(method: str) -> ClosedForms:
     >>> two_link_closed_forms("newton_euler_link").inertia[1, 1]
     l**2*m2/3
     """
-    if method not in METHODS:
-        raise UsageError(f"there is no method {method!r}", expected=", ".join(METHODS))
+    formulation = known_method(method)
     sp = _sympy()
     s = _symbols()
     arm = _symbolic_arm(s)
     cos, sin = (np.frompyfunc(function, 1, 1) for function in (sp.cos, sp.sin))
     q = np.array([[s["theta1"]], [s["theta2"]]], dtype=object)
     qd = np.array([[s["thetad1"]], [s["thetad2"]]], dtype=object)
-    given = METHODS[method].dynamics(cast("RobotArm", arm), q, qd, cos, sin)
+    given = formulation.dynamics(cast("RobotArm", arm), q, qd, cos, sin)
 
     def exact(expression: Any) -> Any:
         rational = sp.sympify(expression).replace(lambda x: x.is_Float, lambda x: sp.Rational(float(x)))
@@ -112,57 +111,31 @@ def text_closed_forms() -> ClosedForms:
 def same(one: ClosedForms, other: ClosedForms) -> bool:
     """Whether D, h and c are equal, whatever their form."""
     sp = _sympy()
-    pairs = (
-        (one.inertia, other.inertia),
-        (one.coriolis_centrifugal, other.coriolis_centrifugal),
-        (one.gravity_loading, other.gravity_loading),
-    )
-    return all(sp.simplify(a - b) == sp.zeros(*a.shape) for a, b in pairs)
+    parts = ("inertia", "coriolis_centrifugal", "gravity_loading")
+    differences = (getattr(one, part) - getattr(other, part) for part in parts)
+    return all(sp.simplify(difference) == sp.zeros(*difference.shape) for difference in differences)
 
 
-@dataclass(frozen=True, eq=False)
-class _SymbolicPlacement:
-    rotation: Array
-    translation: Array
-
-
-@dataclass(frozen=True, eq=False)
-class _SymbolicLink:
-    com: Array
-    frame: _SymbolicPlacement
-
-
-@dataclass(frozen=True, eq=False)
-class _SymbolicJoint:
-    placement: Placement = field(default_factory=Placement)
-    axis: Array = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
-
-
-@dataclass(frozen=True, eq=False)
-class _SymbolicArm:
+class _SymbolicArm(SimpleNamespace):
     """What the formulations read of a `RobotArm`, whose own checks want numbers."""
 
-    mass: Array
-    com: Array
-    inertia_com: Array
-    gravity: Array
-    links: tuple[_SymbolicLink, ...]
-    joints: tuple[_SymbolicJoint, ...] = field(default_factory=lambda: (_SymbolicJoint(), _SymbolicJoint()))
-    is_revolute: tuple[bool, ...] = (True, True)
-    n_joints: int = 2
+    __hash__ = object.__hash__  # type: ignore[assignment]
 
 
 def _symbolic_arm(s: dict[str, Any]) -> _SymbolicArm:
     length = s["l"]
     com = np.array([-0.5 * length, 0.0, 0.0], dtype=object)
-    frame = _SymbolicPlacement(np.eye(3), np.array([length, 0.0, 0.0], dtype=object))
+    frame = SimpleNamespace(rotation=np.eye(3), translation=np.array([length, 0.0, 0.0], dtype=object))
     across = [np.diag(np.array([0.0, s[f"I{k}"], s[f"I{k}"]], dtype=object)) for k in (1, 2)]
     return _SymbolicArm(
         mass=np.array([s["m1"], s["m2"]], dtype=object),
         com=np.array([com, com]),
         inertia_com=np.array(across),
         gravity=np.array([0.0, -s["g"], 0.0], dtype=object),
-        links=(_SymbolicLink(com, frame), _SymbolicLink(com, frame)),
+        links=(SimpleNamespace(com=com, frame=frame),) * 2,
+        joints=(Joint("1"), Joint("2")),
+        is_revolute=(True, True),
+        n_joints=2,
     )
 
 

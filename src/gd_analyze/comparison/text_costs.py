@@ -10,6 +10,7 @@ from functools import cache
 from typing import Any
 
 from gd_analyze.comparison.polynomial import Polynomial
+from gd_analyze.operations import OperationCount
 from gd_analyze.resources import data_folder
 
 
@@ -26,9 +27,9 @@ class TextCost:
     additions: Polynomial
     remark: str = ""
 
-    def total(self, n: int) -> int:
-        """Multiplications plus additions at n joints."""
-        return self.multiplications(n) + self.additions(n)
+    def at(self, n: int) -> OperationCount:
+        """Count at n joints; sines and cosines, which the text leaves out, as 0."""
+        return OperationCount(self.multiplications(n), self.additions(n), 0)
 
 
 @dataclass(frozen=True)

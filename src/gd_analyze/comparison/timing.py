@@ -11,10 +11,11 @@ from types import MappingProxyType
 
 import numpy as np
 
-from gd_analyze.authority import pinocchio_model
-from gd_analyze.comparison.evaluation import torque_of_states
-from gd_analyze.comparison.methods import METHODS, Method
+from gd_analyze.formulations.interface import Method, torque_of_states
+from gd_analyze.formulations.methods import METHODS
+from gd_analyze.pinocchio_check import pinocchio_model
 from gd_analyze.robots import RobotArm
+from gd_analyze.states import States
 from gd_analyze.vectors import FloatArray
 
 N_SET_POINTS = 2000
@@ -43,9 +44,7 @@ class Timing:
 
 def time_methods(
     arm: RobotArm,
-    q: FloatArray,
-    qd: FloatArray,
-    qdd: FloatArray,
+    states: States,
     *,
     methods: Mapping[str, Method] = MappingProxyType(METHODS),
     repeats: int = REPEATS,
@@ -57,10 +56,8 @@ def time_methods(
 
     Parameters
     ----------
-    arm
-        The arm.
-    q, qd, qdd
-        States, shape (N, n).
+    arm, states
+        The arm and its states.
     methods
         Which methods.
     repeats
@@ -68,6 +65,7 @@ def time_methods(
     progress
         Called with the number of repeats done since the last call.
     """
+    q, qd, qdd = states.q, states.qd, states.qdd
     works: dict[str, Callable[[], object]] = {
         name: partial(torque_of_states, method, arm, q, qd, qdd) for name, method in methods.items()
     }

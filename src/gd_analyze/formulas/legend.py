@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from gd_analyze.formulas.formula import Formula, Function, Legend, Piece, Symbol, one
 from gd_analyze.formulas.writing import abbreviation, rate_symbol, written_out
-from gd_analyze.harmonics.basis import Basis
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.equations import Equation
 from gd_analyze.harmonics.terms import Factor, TorqueTerm
 from gd_analyze.labels import joined
@@ -18,27 +18,26 @@ def element_legend(equations: Iterable[Equation]) -> Legend:
     return Legend((), (), _factors(used))
 
 
-def torque_legend(basis: Basis, terms: Iterable[TorqueTerm]) -> Legend:
+def torque_legend(rates: AbsoluteRates, terms: Iterable[TorqueTerm]) -> Legend:
     """Say what the names in torques mean.
 
     Parameters
     ----------
-    basis
-        The arm's basis functions.
+    rates
+        The arm's absolute rates.
     terms
         The torques' terms.
     """
     terms = tuple(terms)
-    rates = sorted({rate for term in terms for rate in term.rates})
-    # Joints up to each one within its run: those whose rates add up to its own absolute one.
-    inner = {joint: run.joints[:k] for run in basis.runs for k, joint in enumerate(run.joints, start=1)}
+    used = sorted({rate for term in terms for rate in term.rates})
+    inner = {joint: rates.inboard(joint) for joint in range(rates.n_joints)}
     shared = tuple(
         _equal(rate_symbol(rate), *(Symbol("q", joined((j,)), dots=rate.order) for j in joints))
         for joint, joints in inner.items()
-        for rate in rates
+        for rate in used
         if rate.joint == joint and len(joints) > 1
     )
-    orders = sorted({rate.order for rate in rates if len(inner[rate.joint]) == 1})
+    orders = sorted({rate.order for rate in used if len(inner[rate.joint]) == 1})
     others = tuple(_equal(Symbol("p", "j", dots=order), Symbol("q", "j", dots=order)) for order in orders)
     return Legend(shared, others, _factors({factor for term in terms for factor in term.monomial}))
 

@@ -16,7 +16,7 @@ from gd_analyze.formulas.formula import (
     bracketed,
     one,
 )
-from gd_analyze.harmonics.basis import Basis
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.equations import Equation
 from gd_analyze.harmonics.terms import (
     Energies,
@@ -44,28 +44,26 @@ def element_formula(equation: Equation) -> Formula:
     )
 
 
-def torque_formulas(basis: Basis, torques: Torques) -> tuple[Formula, ...]:
+def torque_formulas(rates: AbsoluteRates, torques: Torques) -> tuple[Formula, ...]:
     """Formulas of all joints' torques: what a joint carries, then inertia, velocity, gravity.
 
     Within each the largest come first; terms with the same rates stand in brackets before them.
 
     Parameters
     ----------
-    basis
-        The arm's basis functions.
+    rates
+        The arm's absolute rates.
     torques
         Weights of the terms, in absolute rates.
     """
-    rows: list[dict[tuple[Rate, ...], list[Product]]] = [defaultdict(list) for _ in range(basis.n_joints)]
+    rows: list[dict[tuple[Rate, ...], list[Product]]] = [defaultdict(list) for _ in range(rates.n_joints)]
     for term, weight in sorted(torques.items(), key=lambda item: -abs(item[1])):
         rows[term.row][term.rates].append(Product(weight, powers(term.monomial)))
-    # Within a run a joint carries what the next one carries, in absolute rates.
-    carried = {joint for run in basis.runs for joint in run.joints[:-1]}
     out = []
     for joint, row in enumerate(rows):
-        pieces = [Piece(one(_torque(joint + 1)), "carried")] if joint in carried else []
-        for rates in sorted(row, key=lambda rates: _ORDER.index(quantity_of(rates))):
-            pieces += bracketed(quantity_of(rates), tuple(row[rates]), _rates(rates))
+        pieces = [Piece(one(_torque(joint + 1)), "carried")] if rates.carries_next(joint) else []
+        for before in sorted(row, key=lambda before: _ORDER.index(quantity_of(before))):
+            pieces += bracketed(quantity_of(before), tuple(row[before]), _rates(before))
         out.append(Formula(_torque(joint), tuple(pieces) or NOTHING))
     return tuple(out)
 

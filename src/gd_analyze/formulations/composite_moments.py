@@ -1,6 +1,6 @@
 r"""The generalized d'Alembert elements from the moments of composite links.
 
-The text sums over links s for every element, [FGL87] Eqs. (3.4-25) to (3.4-28). Each of those sums is a
+FGL87 sums over links s for every element, Eqs. (3.4-25) to (3.4-28). Each of those sums is a
 moment of the composite of links m..n, taken about the origin of joint m, so suffix sums do them all at once:
 
     mass            M_m = sum_{s>=m} m_s
@@ -32,7 +32,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.kinematics import Kinematics
+from gd_analyze.formulations.second_moment import about_com
+from gd_analyze.kinematics import Kinematics, joint_motions
 from gd_analyze.robots import RobotArm
 from gd_analyze.vectors import Array, apply, cross, dot, outer
 
@@ -75,13 +76,16 @@ def composite_moments(arm: RobotArm, kinematics: Kinematics) -> CompositeMoments
     """Sum the links' moments from the last link to the first."""
     n, count = arm.n_joints, kinematics.joint_axes.shape[-1]
     origins = kinematics.joint_origins
-    turning, sliding = _turning_and_sliding(arm, kinematics)
+    # Without sliding joints there is nothing to multiply by zero.
+    turning, sliding = (
+        (kinematics.joint_axes, None) if all(arm.is_revolute) else joint_motions(arm, kinematics)
+    )
     mass = np.cumsum(arm.mass[::-1])[::-1]
     first = np.empty_like(origins)
     second = np.empty((2, n, 3, 3, count), origins.dtype)
     for s in reversed(range(n)):
         com = kinematics.com_from_joint[s]
-        matter = _matter(arm.inertia_com[s])
+        matter = about_com(arm.inertia_com[s])
         rotation = kinematics.link_rotations[s]
         first[s] = arm.mass[s] * com
         second[TRANSLATION, s] = outer(first[s], com)
@@ -175,18 +179,6 @@ def coriolis_centrifugal(moments: CompositeMoments, pairs: Array, qd: Array) -> 
 def gravity_loading(arm: RobotArm, moments: CompositeMoments) -> Array:
     """c_i = -g . f_i, shape (n, N). [FGL87] Eq. (3.4-28)."""
     return -np.einsum("a,ian->in", arm.gravity, moments.momentum)
-
-
-def _turning_and_sliding(arm: RobotArm, kinematics: Kinematics) -> tuple[Array, Array | None]:
-    if all(arm.is_revolute):
-        return kinematics.joint_axes, None
-    revolute = np.array(arm.is_revolute, dtype=float)[:, None, None]
-    return kinematics.joint_axes * revolute, kinematics.joint_axes * (1.0 - revolute)
-
-
-def _matter(inertia_com: Array) -> Array:
-    """Second moment of a link's matter about its centre of mass from its inertia tensor."""
-    return 0.5 * np.trace(inertia_com) * np.eye(3) - inertia_com
 
 
 def _turned_tensor(rotation: Array, constant: Array) -> Array:

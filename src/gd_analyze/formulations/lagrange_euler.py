@@ -1,8 +1,8 @@
 """The Lagrange-Euler formulation with 4x4 homogeneous matrices and pseudo-inertia.
 
-[FGL87] section 3.2, for rotary and prismatic joints. In the text joint i moves about or along z_{i-1}, so
+[FGL87] section 3.2, for rotary and prismatic joints. In FGL87 joint i moves about or along z_{i-1}, so
 dA_i/dq_i = Q_i A_i with a constant Q_i. Here A_j leads from joint frame j-1 (where joint j's axis stands
-still) to joint frame j, which for a Denavit-Hartenberg table are the text's link frames; Q_j is the generator
+still) to joint frame j, which for a Denavit-Hartenberg table are FGL87's link frames; Q_j is the generator
 of the joint's own axis.
 """
 
@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.formulations.second_moment import about_origin
 from gd_analyze.robots import Placement, RobotArm
-from gd_analyze.vectors import Array, Elementwise
+from gd_analyze.vectors import Array, Elementwise, skew, turn_about
 
 
 @dataclass(frozen=True)
@@ -38,11 +39,6 @@ class LagrangeEuler:
         """h_i = sum_k sum_m h_ikm qd_k qd_m, shape (n, N). Eq. (3.2-33)."""
         return np.einsum("ikmn,kn,mn->in", self.coupling, qd, qd)
 
-    def torque(self, qd: Array, qdd: Array) -> Array:
-        """Tau = D qdd + h + c, shape (n, N). Eq. (3.2-26)."""
-        accelerated = np.einsum("ikn,kn->in", self.inertia, qdd)
-        return accelerated + self.coriolis_centrifugal(qd) + self.gravity_loading
-
 
 def solve(arm: RobotArm, q: Array, cos: Elementwise = np.cos, sin: Elementwise = np.sin) -> LagrangeEuler:
     """Evaluate D, h_ikm and c.
@@ -61,7 +57,7 @@ def solve(arm: RobotArm, q: Array, cos: Elementwise = np.cos, sin: Elementwise =
     steps = _steps(arm, q, cos(q), sin(q))
     generators = [_generator(arm, i) for i in range(n)]
     first, second = _derivatives(arm, steps, generators)
-    masses = [pseudo_inertia(arm, i) for i in range(n)]
+    masses = [_pseudo_inertia(arm, i) for i in range(n)]
     inertia = np.zeros((n, n, count), dtype)
     coupling = np.zeros((n, n, n, count), dtype)
     gravity_loading = np.zeros((n, count), dtype)
@@ -79,17 +75,16 @@ def solve(arm: RobotArm, q: Array, cos: Elementwise = np.cos, sin: Elementwise =
     return LagrangeEuler(inertia, coupling, gravity_loading)
 
 
-def pseudo_inertia(arm: RobotArm, link: int) -> Array:
+def _pseudo_inertia(arm: RobotArm, link: int) -> Array:
     """J_i about the origin of link frame i, shape (4, 4). Eq. (3.2-18).
 
-    Its 3x3 block is the second moment of the link's matter about that origin: tr(I) / 2 - I about the centre
-    of mass, shifted by m r r^T.
+    Its 3x3 block is the second moment of the link's matter about that origin.
     """
-    mass, com, inertia = arm.mass[link], arm.com[link], arm.inertia_com[link]
-    out = np.empty((4, 4), np.result_type(com, inertia))
-    out[:3, :3] = 0.5 * np.trace(inertia) * np.eye(3) - inertia + mass * np.outer(com, com)
-    out[:3, 3] = out[3, :3] = mass * com
-    out[3, 3] = mass
+    first = arm.mass[link] * arm.com[link]
+    out = np.empty((4, 4), first.dtype)
+    out[:3, :3] = about_origin(arm, link)
+    out[:3, 3] = out[3, :3] = first
+    out[3, 3] = arm.mass[link]
     return out
 
 
@@ -152,14 +147,9 @@ def _motion(arm: RobotArm, i: int, q: Array, cos_q: Array, sin_q: Array) -> Arra
     for a in range(4):
         out[a, a] = out[a, a] + 1.0
     if arm.is_revolute[i]:
-        skew = _skew(axis)
-        square = skew @ skew
-        for a in range(3):
-            for b in range(3):
-                out[a, b] = out[a, b] + skew[a, b] * sin_q + square[a, b] * (1.0 - cos_q)
+        out[:3, :3] = turn_about(axis, cos_q, sin_q)
     else:
-        for a in range(3):
-            out[a, 3] = axis[a] * q
+        out[:3, 3] = axis[:, None] * q
     return out
 
 
@@ -167,15 +157,10 @@ def _generator(arm: RobotArm, i: int) -> Array:
     """Q_i with dA_i/dq_i = Q_i A_i. Eqs. (3.2-8), (3.2-9)."""
     out = np.zeros((4, 4))
     if arm.is_revolute[i]:
-        out[:3, :3] = _skew(arm.joints[i].axis)
+        out[:3, :3] = skew(arm.joints[i].axis)
     else:
         out[:3, 3] = arm.joints[i].axis
     return out
-
-
-def _skew(axis: Array) -> Array:
-    x, y, z = axis
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def _homogeneous(placement: Placement) -> Array:

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.formulations.hand_load import NO_LOAD, HandLoad
+from gd_analyze.formulations.loads import GRAVITY, Loads
 from gd_analyze.kinematics import Kinematics
 from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import Array, apply, cross, dot
+from gd_analyze.vectors import Array, apply, cross, dot, rigid_acceleration
 
 
 def torque(
@@ -21,9 +21,7 @@ def torque(
     qd: Array,
     qdd: Array,
     *,
-    gravity: bool = True,
-    damping: Array | None = None,
-    load: HandLoad = NO_LOAD,
+    loads: Loads = GRAVITY,
 ) -> Array:
     """Generalized torque by Newton-Euler, shape (n, N). [FGL87] Table 3.2.
 
@@ -33,17 +31,12 @@ def torque(
         The arm and where it is.
     qd, qdd
         Rates and accelerations, set points last, shape (n, N).
-    gravity
-        Whether gravity acts.
-    damping
-        Viscous damping b_i at the joints, N m s, shape (n,).
-    load
-        Force and moment that the hand exerts on the world, in the base frame.
+    loads
+        What acts besides inertia.
     """
     n, count = qd.shape
     omega = omega_dot = np.zeros((3, count))
-    base_acceleration = -arm.gravity if gravity else np.zeros(3)
-    acceleration: Array = np.broadcast_to(base_acceleration[:, None], (3, count))
+    acceleration = loads.base_acceleration(arm.gravity, count)
     forces, moments = [], []
     for i in range(n):
         z = kinematics.joint_axes[i]
@@ -55,14 +48,14 @@ def torque(
         else:
             sliding = z * qdd[i] + 2.0 * cross(omega, z * qd[i])
         com = kinematics.com_from_joint[i]
-        com_acceleration = acceleration + sliding + _rigid(omega, omega_dot, com)
+        com_acceleration = acceleration + sliding + rigid_acceleration(omega, omega_dot, com)
         if arm_vector is not None:
-            acceleration = acceleration + sliding + _rigid(omega, omega_dot, arm_vector)
+            acceleration = acceleration + sliding + rigid_acceleration(omega, omega_dot, arm_vector)
         forces.append(arm.mass[i] * com_acceleration)
         tensor = _base_tensor(kinematics.link_rotations[i], arm.inertia_com[i])
         moments.append(apply(tensor, omega_dot) + cross(omega, apply(tensor, omega)))
     out = np.empty((n, count), np.result_type(qd, kinematics.joint_axes))
-    force, moment = load.force[:, None], load.moment[:, None]
+    force, moment = loads.force[:, None], loads.moment[:, None]
     for i in reversed(range(n)):
         z = kinematics.joint_axes[i]
         arm_vector = _link_vector(kinematics, i)
@@ -73,14 +66,9 @@ def torque(
         )
         force = force + forces[i]
         out[i] = dot(z, moment) if arm.is_revolute[i] else dot(z, force)
-        if damping is not None:
-            out[i] += damping[i] * qd[i]
+        if loads.damping is not None:
+            out[i] += loads.damping[i] * qd[i]
     return out
-
-
-def _rigid(omega: Array, omega_dot: Array, lever: Array) -> Array:
-    """Acceleration of a point of a rigid body relative to another of its points."""
-    return cross(omega_dot, lever) + cross(omega, cross(omega, lever))
 
 
 def _link_vector(kinematics: Kinematics, i: int) -> Array | None:

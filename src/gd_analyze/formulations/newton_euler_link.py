@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.formulations.hand_load import NO_LOAD, HandLoad
+from gd_analyze.formulations.loads import GRAVITY, Loads
 from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import Array, Elementwise, cross
+from gd_analyze.vectors import Array, Elementwise, cross, rigid_acceleration, turn_parts
 
 
 def torque(
@@ -21,9 +21,7 @@ def torque(
     qd: Array,
     qdd: Array,
     *,
-    gravity: bool = True,
-    damping: Array | None = None,
-    load: HandLoad = NO_LOAD,
+    loads: Loads = GRAVITY,
     cos: Elementwise = np.cos,
     sin: Elementwise = np.sin,
 ) -> Array:
@@ -35,12 +33,8 @@ def torque(
         The arm.
     q, qd, qdd
         Joint variables, rates and accelerations, set points last, shape (n, N).
-    gravity
-        Whether gravity acts.
-    damping
-        Viscous damping b_i at the joints, N m s, shape (n,).
-    load
-        Force and moment that the hand exerts on the world, in the base frame.
+    loads
+        What acts besides inertia.
     cos, sin
         Elementwise functions of an array; replaced when q holds something other than numbers.
     """
@@ -48,13 +42,12 @@ def torque(
     cos_q, sin_q = cos(q), sin(q)
     steps = [_step(arm, i, q[i], cos_q[i], sin_q[i]) for i in range(n)]
     omega = omega_dot = np.zeros((3, count))
-    base_acceleration = -arm.gravity if gravity else np.zeros(3)
-    acceleration: Array = np.broadcast_to(base_acceleration[:, None], (3, count))
+    acceleration = loads.base_acceleration(arm.gravity, count)
     motions = []
     for i, step in enumerate(steps):
         # Up to the joint's origin with the link before, then into link frame i.
         if step.to_joint is not None:
-            acceleration = acceleration + _rigid(omega, omega_dot, step.to_joint)
+            acceleration = acceleration + rigid_acceleration(omega, omega_dot, step.to_joint)
         acceleration = step.into(acceleration)
         omega_dot = step.into(omega_dot)
         omega = step.into(omega)
@@ -63,14 +56,14 @@ def torque(
             omega = omega + step.axis * qd[i]
         else:
             acceleration = acceleration + step.axis * qdd[i] + 2.0 * cross(omega, step.axis * qd[i])
-        acceleration = acceleration + _rigid(omega, omega_dot, step.link_vector)
-        com_acceleration = acceleration + _rigid(omega, omega_dot, arm.com[i][:, None])
+        acceleration = acceleration + rigid_acceleration(omega, omega_dot, step.link_vector)
+        com_acceleration = acceleration + rigid_acceleration(omega, omega_dot, arm.com[i][:, None])
         inertial_force = arm.mass[i] * com_acceleration
         tensor = arm.inertia_com[i]
         couple = _times(tensor, omega_dot) + cross(omega, _times(tensor, omega))
         motions.append((inertial_force, couple))
     out = np.empty((n, count), np.result_type(q, float))
-    force, moment = (_from_base(steps, vector) for vector in (load.force, load.moment))
+    force, moment = (_from_base(steps, vector) for vector in (loads.force, loads.moment))
     for i in reversed(range(n)):
         step = steps[i]
         inertial, couple = motions[i]
@@ -81,8 +74,8 @@ def torque(
         moment = moment + cross(step.link_vector, force)
         effort = moment if arm.is_revolute[i] else force
         out[i] = np.einsum("an,an->n", np.broadcast_to(step.axis, effort.shape), effort)
-        if damping is not None:
-            out[i] = out[i] + damping[i] * qd[i]
+        if loads.damping is not None:
+            out[i] = out[i] + loads.damping[i] * qd[i]
         moment = step.out_of(moment)
         force = step.out_of(force)
         if step.to_joint is not None:
@@ -119,17 +112,9 @@ def _step(arm: RobotArm, i: int, q: Array, cos_q: Array, sin_q: Array) -> _Step:
     before, behind = joint.placement.rotation, frame.rotation
     axis = behind.T @ joint.axis
     link_vector: Array = (behind.T @ frame.translation)[:, None]
-    # B (1 + skew sin q + skew^2 (1 - cos q)) F, gathered by the functions of q.
-    x, y, z = joint.axis
-    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    square = skew @ skew
-    constant_part = (before @ (np.eye(3) + square) @ behind)[:, :, None]
     if arm.is_revolute[i]:
-        rotation = (
-            constant_part
-            - (before @ square @ behind)[:, :, None] * cos_q
-            + (before @ skew @ behind)[:, :, None] * sin_q
-        )
+        fixed, by_sin, by_cos = ((before @ part @ behind)[:, :, None] for part in turn_parts(joint.axis))
+        rotation = fixed + by_cos * cos_q + by_sin * sin_q
     else:
         rotation = np.broadcast_to((before @ behind)[:, :, None], (3, 3, len(q)))
         link_vector = link_vector + axis[:, None] * q
@@ -154,8 +139,3 @@ def _times(tensor: Array, vector: Array) -> Array:
     if np.count_nonzero(tensor - np.diag(principal)) == 0:
         return principal[:, None] * vector
     return np.einsum("ab,bn->an", tensor, vector)
-
-
-def _rigid(omega: Array, omega_dot: Array, lever: Array) -> Array:
-    """Acceleration of a point of a rigid body relative to another of its points."""
-    return cross(omega_dot, lever) + cross(omega, cross(omega, lever))

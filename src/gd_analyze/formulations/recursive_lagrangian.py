@@ -22,8 +22,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.formulations.second_moment import about_origin
 from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import Array, Elementwise, apply, dot, outer
+from gd_analyze.vectors import Array, Elementwise, apply, dot, outer, turn_parts
 
 
 def torque(
@@ -74,7 +75,7 @@ def torque(
     big_d: Array = np.zeros((3, 3, count))
     for i in reversed(range(n)):
         first = (arm.mass[i] * arm.com[i])[:, None]
-        second = _second_moment(arm, i)
+        second = about_origin(arm, i)
         if i + 1 < n:
             big_d = _product(steps[i + 1].rotation, big_d) + outer(steps[i + 1].place, e)
         e = e + arm.mass[i] * origins[i] + apply(rotations[i], first)
@@ -106,24 +107,14 @@ def _step(arm: RobotArm, i: int, q: Array, cos_q: Array, sin_q: Array) -> _Step:
         axis = (before @ joint.axis)[:, None]
         place = base + (before @ offset)[:, None] + axis * q
         return _Step(constant, zero, zero, place, np.broadcast_to(axis, place.shape), np.zeros(place.shape))
-    x, y, z = joint.axis
-    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    square = skew @ skew
-    # The turn is 1 + square + skew sin q - square cos q; each derivative moves sin and cos on by one.
-    fixed, by_sin, by_cos = before @ (np.eye(3) + square), before @ skew, -before @ square
+    # Each derivative of the turn moves sin and cos on by one.
+    fixed, by_sin, by_cos = (before @ part for part in turn_parts(joint.axis))
     turn = fixed[:, :, None] + by_sin[:, :, None] * sin_q + by_cos[:, :, None] * cos_q
     slope = by_sin[:, :, None] * cos_q - by_cos[:, :, None] * sin_q
     curve = -(by_sin[:, :, None] * sin_q + by_cos[:, :, None] * cos_q)
     turned = [np.einsum("abn,bc->acn", matrix, behind) for matrix in (turn, slope, curve)]
     placed = [np.einsum("abn,b->an", matrix, offset) for matrix in (turn, slope, curve)]
     return _Step(turned[0], turned[1], turned[2], base + placed[0], placed[1], placed[2])
-
-
-def _second_moment(arm: RobotArm, i: int) -> Array:
-    """J_i about the origin of link frame i, shape (3, 3)."""
-    mass, com, inertia = arm.mass[i], arm.com[i], arm.inertia_com[i]
-    moment: Array = 0.5 * np.trace(inertia) * np.eye(3) - inertia + mass * np.outer(com, com)
-    return moment
 
 
 def _product(a: Array, b: Array) -> Array:

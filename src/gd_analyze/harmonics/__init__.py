@@ -1,7 +1,7 @@
 """The exact trigonometric-polynomial form of an arm's dynamics."""
 
-from gd_analyze.harmonics.basis import Basis, Mode, Run
-from gd_analyze.harmonics.identification import Harmonics, identify
-from gd_analyze.harmonics.series import Series
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
+from gd_analyze.harmonics.transform import Harmonics, harmonics_of
+from gd_analyze.harmonics.waves import Waves
 
-__all__ = ["Basis", "Harmonics", "Mode", "Run", "Series", "identify"]
+__all__ = ["AbsoluteRates", "Harmonics", "Waves", "harmonics_of"]

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from gd_analyze.errors import UsageError
 from gd_analyze.formulations.generalized_dalembert import EFFECTS
-from gd_analyze.harmonics.basis import DEGREE
-from gd_analyze.harmonics.identification import Harmonics, identify
-from gd_analyze.harmonics.reading import Weights, read
-from gd_analyze.harmonics.series import Series
+from gd_analyze.harmonics.conversion import to_terms
 from gd_analyze.harmonics.terms import Monomial
+from gd_analyze.harmonics.transform import Harmonics, christoffel, harmonics_of
+from gd_analyze.harmonics.waves import DEGREE, Waves
 from gd_analyze.labels import joined, parted
 from gd_analyze.robots import RobotArm
+from gd_analyze.vectors import FloatArray
 
 Indices = tuple[int, ...]
 
@@ -71,7 +70,7 @@ def equations(
     Parameters
     ----------
     dynamics
-        The identified dynamics, or an arm, which then is identified.
+        An arm, or its exact dynamics where they are at hand.
     elements
         Labels: "D12", "h112", "c2"; "h1" for all h_1jk (j <= k) that are not zero; "D", "h", "c" for all of
         a kind that are not zero. All of D and c by default. Commas part indices of two digits: "D1,10".
@@ -102,16 +101,11 @@ def equations(
     """
     if isinstance(elements, str):
         elements = (elements,)
-    wanted = [
-        pair for label in elements or ("D", "c") for pair in _resolve(label, _joints_of(dynamics).n_joints)
-    ]
-    harmonics = identify(dynamics) if isinstance(dynamics, RobotArm) else dynamics
+    n = (dynamics if isinstance(dynamics, RobotArm) else dynamics.arm).n_joints
+    wanted = [pair for label in elements or ("D", "c") for pair in _resolve(label, n)]
+    harmonics = harmonics_of(dynamics) if isinstance(dynamics, RobotArm) else dynamics
     made = ((_equation(harmonics, kind, indices, min_share), named) for kind, indices, named in wanted)
     return tuple(equation for equation, named in made if equation.terms or named)
-
-
-def _joints_of(dynamics: Harmonics | RobotArm) -> RobotArm:
-    return dynamics if isinstance(dynamics, RobotArm) else dynamics.arm
 
 
 def _resolve(label: str, n: int) -> Iterator[tuple[str, Indices, bool]]:
@@ -149,22 +143,18 @@ def _equation(harmonics: Harmonics, kind: str, indices: Indices, min_share: floa
     arm = harmonics.arm
     turning = sum(arm.is_revolute[joint] for joint in indices)
     if kind == "D":
-        effects: tuple[Series, ...] = harmonics.inertia[indices[0], indices[1]]
+        effects = harmonics.inertia[indices[0], indices[1]]
         unit, noise = ("kg", "kg m", "kg m^2")[turning], harmonics.noise[0]
     elif kind == "h":
         effects = harmonics.coupling(*indices)
         unit, noise = ("kg/m", "kg", "kg m", "kg m^2")[turning], DEGREE * harmonics.noise[0]
     else:
-        effects = (harmonics.gravity_loading[indices[0]],)
+        effects = harmonics.gravity_loading[indices[0]].added([0], 2)
         unit, noise = arm.joints[indices[0]].effort_unit, harmonics.noise[1]
-    ids = np.unique(np.concatenate([series.ids for series in effects]))
-    by_effect = np.zeros((len(ids), 2))
-    for column, series in enumerate(effects):
-        by_effect[:, column] = series.on(ids)
-    links, by_link = _by_link(harmonics, kind, indices, ids)
-    written = read(
-        harmonics.basis, ids, np.hstack([by_effect.sum(axis=1, keepdims=True), by_effect, by_link]), noise
-    )
+    links = tuple(range(max(indices), arm.n_joints))
+    by_link = [_of_link(harmonics, kind, indices, s) for s in links]
+    waves = Waves.stacked([effects.total(), effects, *by_link])
+    written = to_terms(waves, harmonics.rates, noise, deciding=3)
     written = {factors: row for factors, row in written.items() if abs(row[0]) > noise}
     sizes = {factors: abs(float(row[0])) * _largest_value(arm, factors) for factors, row in written.items()}
     largest = max(sizes.values(), default=0.0)
@@ -180,7 +170,7 @@ def _equation(harmonics: Harmonics, kind: str, indices: Indices, min_share: floa
     )
 
 
-def _term(factors: Monomial, row: Weights, links: tuple[int, ...], noise: float, share: float) -> Term:
+def _term(factors: Monomial, row: FloatArray, links: tuple[int, ...], noise: float, share: float) -> Term:
     coefficient, translation, rotation = (float(value) for value in row[:3])
     acts = (abs(translation) > noise, abs(rotation) > noise)
     effect = "both" if all(acts) else EFFECTS[acts[1]]
@@ -189,37 +179,13 @@ def _term(factors: Monomial, row: Weights, links: tuple[int, ...], noise: float,
 
 
 def _largest_value(arm: RobotArm, factors: Monomial) -> float:
-    size = 1.0
-    for factor in factors:
-        if factor.kind == "power":
-            joint = arm.joints[factor.joints[0]]
-            farthest = max(abs(joint.lower or 0.0), abs(joint.upper or 0.0)) or 1.0
-            size *= farthest
-    return size
+    slides = (arm.joints[factor.joints[0]] for factor in factors if factor.kind == "power")
+    return math.prod(max(abs(joint.lower or 0.0), abs(joint.upper or 0.0)) or 1.0 for joint in slides)
 
 
-def _by_link(
-    harmonics: Harmonics, kind: str, indices: Indices, ids: np.ndarray
-) -> tuple[tuple[int, ...], Weights]:
-    """What each link adds to the coefficients: the links that can (from 0), and shape (len(ids), links)."""
-    links = tuple(range(max(indices), harmonics.arm.n_joints))
-    columns = np.zeros((len(ids), len(links)))
-    for column, s in enumerate(links):
-        for factor, series in _summands(harmonics, kind, indices, s):
-            # What cancels between links, or effects, is in no term of the whole.
-            shown, place = np.isin(series.ids, ids), np.searchsorted(ids, series.ids)
-            columns[place[shown], column] += factor * series.coefficients[shown]
-    return links, columns
-
-
-def _summands(harmonics: Harmonics, kind: str, indices: Indices, s: int) -> Iterator[tuple[float, Series]]:
-    """What link s adds to an element, as a sum of series with factors."""
-    if kind == "D":
-        yield from ((1.0, part) for part in harmonics.inertia_by_link[s, indices[0], indices[1]])
-    elif kind == "c":
-        yield 1.0, harmonics.potential_by_link[s].derivative(indices[0])
-    else:
-        i, j, k = indices
-        for sign, a, b, by in ((0.5, i, j, k), (0.5, i, k, j), (-0.5, j, k, i)):
-            for part in harmonics.inertia_by_link[s, min(a, b), max(a, b)]:
-                yield sign, part.derivative(by)
+def _of_link(harmonics: Harmonics, kind: str, indices: Indices, s: int) -> Waves:
+    """What link s adds to an element."""
+    if kind == "c":
+        return harmonics.potential_by_link[[s]].derivative(*indices)
+    own = {(i, j): parts for (link, i, j), parts in harmonics.inertia_by_link.items() if link == s}
+    return (own[indices[0], indices[1]] if kind == "D" else christoffel(own, *indices)).total()

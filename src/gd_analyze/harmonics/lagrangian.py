@@ -15,29 +15,21 @@ acceleration.
 
 from __future__ import annotations
 
+import itertools
 from collections import defaultdict
 from collections.abc import Iterable
 
 import numpy as np
 
-from gd_analyze.harmonics.basis import Basis
-from gd_analyze.harmonics.identification import Harmonics
-from gd_analyze.harmonics.reading import read
-from gd_analyze.harmonics.series import Series
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
+from gd_analyze.harmonics.conversion import to_terms
 from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, Rate, Torques, TorqueTerm
+from gd_analyze.harmonics.transform import Harmonics
+from gd_analyze.harmonics.waves import Waves
 from gd_analyze.vectors import FloatArray
 
 # Sums of a few products: what is left of their sizes when they cancel.
 _CANCELLED = 1e-13
-
-
-def absolute_rates(basis: Basis) -> FloatArray:
-    """A of qd = A p, shape (n, n): in a run qd_j = p_j - p_{j-1}."""
-    matrix = np.eye(basis.n_joints)
-    for run in basis.runs:
-        for inner, outer in zip(run.joints[:-1], run.joints[1:], strict=True):
-            matrix[outer, inner] = -1.0
-    return matrix
 
 
 def energy_terms(harmonics: Harmonics, drive_inertia: FloatArray | None = None) -> dict[EnergyTerm, float]:
@@ -46,46 +38,36 @@ def energy_terms(harmonics: Harmonics, drive_inertia: FloatArray | None = None) 
     Parameters
     ----------
     harmonics
-        The identified dynamics.
+        The exact dynamics.
     drive_inertia
         Added to the diagonal of D in the joints' own rates, shape (n,); None without drives.
     """
-    basis, n = harmonics.basis, harmonics.arm.n_joints
-    a = absolute_rates(basis)
-    whole = {key: translation + rotation for key, (translation, rotation) in harmonics.inertia.items()}
-    if drive_inertia is not None:
-        for i in range(n):
-            whole[i, i] = whole[i, i] + Series(basis, np.zeros(1, dtype=np.int64), drive_inertia[i : i + 1])
-    out: dict[EnergyTerm, float] = {}
-    for i in range(n):
-        for j in range(i, n):
-            parts = [
-                float(a[k, i] * a[m, j]) * whole[min(k, m), max(k, m)]
-                for k in np.flatnonzero(a[:, i]).tolist()
-                for m in np.flatnonzero(a[:, j]).tolist()
-            ]
-            total = sum(parts[1:], start=parts[0])
-            out |= _written(basis, i, j, total, len(parts) * harmonics.noise[0])
+    n, a = harmonics.arm.n_joints, harmonics.rates.matrix
+    whole = harmonics.whole_inertia(drive_inertia)
+    elements = []
+    for i, j in itertools.combinations_with_replacement(range(n), 2):
+        parts = [
+            float(a[k, i] * a[m, j]) * whole[min(k, m), max(k, m)]
+            for k in np.flatnonzero(a[:, i]).tolist()
+            for m in np.flatnonzero(a[:, j]).tolist()
+        ]
+        elements.append((i, j, Waves.summed(parts), len(parts) * harmonics.noise[0]))
     # A constant potential makes no torque.
-    out |= _written(basis, -1, -1, harmonics.potential, harmonics.noise[1])
-    out.pop(EnergyTerm(-1, -1, ()), None)
-    return out
-
-
-def _written(basis: Basis, i: int, j: int, series: Series, noise: float) -> dict[EnergyTerm, float]:
-    """Write a series in products; what rewriting leaves of cancelled terms is noise."""
-    products = read(basis, series.ids, series.coefficients[:, None], noise)
+    potential = harmonics.potential.only((harmonics.potential.multiples != 0).any(axis=1))
+    elements.append((-1, -1, potential, harmonics.noise[1]))
+    # What rewriting leaves of cancelled terms is noise.
     return {
         EnergyTerm(i, j, monomial): float(weight[0])
-        for monomial, weight in products.items()
+        for i, j, waves, noise in elements
+        for monomial, weight in to_terms(waves, harmonics.rates, noise).items()
         if abs(weight[0]) > noise
     }
 
 
-def torques_of(term: EnergyTerm, rates: FloatArray) -> dict[TorqueTerm, float]:
-    """Torque terms of one energy term with unit coefficient; `rates` is `absolute_rates`."""
+def torques_of(term: EnergyTerm, rates: AbsoluteRates) -> dict[TorqueTerm, float]:
+    """Torque terms of one energy term with unit coefficient."""
     monomial = term.monomial
-    slopes = [slope_of(monomial, rates[:, m]) for m in range(len(rates))]
+    slopes = [slope_of(monomial, direction) for direction in rates.matrix.T]
     out: dict[TorqueTerm, float] = defaultdict(float)
     if term.is_potential:
         for m, slope in enumerate(slopes):
@@ -105,9 +87,8 @@ def torques_of(term: EnergyTerm, rates: FloatArray) -> dict[TorqueTerm, float]:
     return {key: weight for key, weight in out.items() if weight != 0.0}
 
 
-def torques_of_energies(energies: Energies, basis: Basis) -> dict[TorqueTerm, float]:
+def torques_of_energies(energies: Energies, rates: AbsoluteRates) -> dict[TorqueTerm, float]:
     """Torque terms of energy terms, each with its coefficient; those that cancel are left out."""
-    rates = absolute_rates(basis)
     return gathered((coefficient, torques_of(term, rates)) for term, coefficient in energies.items())
 
 

@@ -8,11 +8,11 @@ energies are mappings from terms to numbers.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
-from gd_analyze.harmonics.basis import FactorKind
+FactorKind = Literal["cos", "sin", "power"]
 
 
 class Factor(NamedTuple):

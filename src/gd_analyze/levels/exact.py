@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.decomposition import decompose_states
-from gd_analyze.harmonics import Basis, Harmonics, identify
-from gd_analyze.harmonics.lagrangian import absolute_rates, energy_terms, gathered, torques_of
+from gd_analyze.harmonics import AbsoluteRates, Harmonics, harmonics_of
+from gd_analyze.harmonics.lagrangian import energy_terms, gathered, torques_of
 from gd_analyze.harmonics.terms import Energies, EnergyTerm, Torques
 from gd_analyze.levels.budget import Budget
 from gd_analyze.operations import OperationCount
@@ -47,14 +47,14 @@ class ExactForm:
         return self.arm.drive_inertia if self.drives else None
 
     @cached_property
-    def basis(self) -> Basis:
-        """The arm's basis functions."""
-        return Basis.of(self.arm)
+    def rates(self) -> AbsoluteRates:
+        """The arm's absolute rates."""
+        return AbsoluteRates.of(self.arm)
 
     @cached_property
     def harmonics(self) -> Harmonics:
         """The dynamics as sums of basis functions, by effect and link."""
-        return identify(self.arm)
+        return harmonics_of(self.arm)
 
     @cached_property
     def energies(self) -> Energies:
@@ -73,16 +73,12 @@ class ExactForm:
     def source(self, term: EnergyTerm) -> Torques:
         """Torque terms that an energy term makes with a coefficient of 1."""
         if term not in self._sources:
-            self._sources[term] = torques_of(term, self._absolute_rates)
+            self._sources[term] = torques_of(term, self.rates)
         return self._sources[term]
 
     @cached_property
     def _sources(self) -> dict[EnergyTerm, Torques]:
         return {}
-
-    @cached_property
-    def _absolute_rates(self) -> FloatArray:
-        return absolute_rates(self.basis)
 
     @cached_property
     def counts(self) -> dict[Hashable, OperationCount]:

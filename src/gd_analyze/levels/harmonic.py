@@ -14,9 +14,8 @@ from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.legend import torque_legend
 from gd_analyze.formulas.writing import torque_formulas
-from gd_analyze.harmonics.basis import DEGREE
-from gd_analyze.harmonics.lagrangian import absolute_rates
 from gd_analyze.harmonics.terms import Energies, Factor, Monomial, Rate, Torques, TorqueTerm
+from gd_analyze.harmonics.waves import DEGREE
 from gd_analyze.levels.exact import ExactDynamics, ExactForm
 from gd_analyze.levels.level import Effort, Level, Terms
 from gd_analyze.levels.torque_program import torque_program
@@ -39,38 +38,34 @@ class HarmonicLevel(Level):
 
     def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
         """Factor the torques that the terms make."""
-        return torque_program(form.basis, self.torques(form, terms), effort)
+        return torque_program(form.rates, self.torques(form, terms), effort)
 
     def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
         """Torques in absolute rates, terms with the same rates in brackets before them."""
-        return torque_formulas(form.basis, self.torques(form, terms))
+        return torque_formulas(form.rates, self.torques(form, terms))
 
     def legend(self, form: ExactForm, terms: Terms) -> Legend:
         """Absolute rates, sines and cosines."""
-        return torque_legend(form.basis, self.torques(form, terms))
+        return torque_legend(form.rates, self.torques(form, terms))
 
 
 def group_effects(exact: ExactDynamics, groups: Sequence[Torques]) -> FloatArray:
     """Torques of every group of terms at every state, N m, at the joints themselves, shape (K, n, N)."""
     values = _Values(exact)
-    effects = np.zeros((len(groups), exact.arm.n_joints, len(exact.states)))
+    rows = np.zeros((exact.arm.n_joints, len(groups), len(exact.states)))
     for k, group in enumerate(groups):
         for term, weight in group.items():
-            effects[k, term.row] += weight * values(term)
-    for run in exact.form.basis.runs:
-        for inner, outer in reversed(list(zip(run.joints[:-1], run.joints[1:], strict=True))):
-            effects[:, inner] += effects[:, outer]
-    return effects
+            rows[term.row, k] += weight * values(term)
+    return np.stack(exact.form.rates.joint_rows(rows), axis=1)
 
 
 class _Values:
     """Values of monomials times rates at the states, each factor and each product formed once."""
 
     def __init__(self, exact: ExactDynamics) -> None:
-        back = np.linalg.inv(absolute_rates(exact.form.basis))
-        states = exact.states
+        rates, states = exact.form.rates, exact.states
         self._q = states.q.T
-        self._moving = {1: back @ states.qd.T, 2: back @ states.qdd.T}
+        self._moving = {1: rates.absolute(states.qd.T), 2: rates.absolute(states.qdd.T)}
         self._factors: dict[Factor, FloatArray] = {}
         self._known: dict[tuple[tuple[Rate, ...], Monomial], FloatArray] = {}
 

@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Hashable, Mapping
 from typing import Any
 
-from gd_analyze.harmonics.basis import Basis
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.terms import Monomial, Rate, Torques
 from gd_analyze.levels.torque_variables import TorqueVariables
 from gd_analyze.operations import Program, Trace
@@ -20,33 +20,34 @@ _Polynomials = dict[_Key, dict[Monomial, float]]
 _Brackets = dict[_Key, tuple[int, float]]
 
 
-def nested_program(basis: Basis, terms: Torques, *, in_line: bool = False) -> Program:
+def nested_program(rates: AbsoluteRates, terms: Torques, *, in_line: bool = False) -> Program:
     """Write torques in nested form: a few milliseconds for some hundred terms.
 
     Parameters
     ----------
-    basis
-        The arm's basis functions.
+    rates
+        The arm's absolute rates.
     terms
         Weights of the torque terms, in absolute rates.
     in_line
         Whether a bracket of a single term is multiplied out, so that sums of rates are taken out of it.
     """
-    nest = _Nest(basis, in_line)
+    nest = _Nest(rates, in_line)
     polynomials: _Polynomials = defaultdict(dict)
     for term, weight in terms.items():
         if weight != 0.0:
             polynomials[term.row, term.rates][term.monomial] = weight
-    return Program.of(nest.trace, _rows(basis.n_joints, polynomials, _brackets(polynomials, nest), nest))
+    return Program.of(nest.trace, _rows(rates.n_joints, polynomials, _brackets(polynomials, nest), nest))
 
 
 class _Nest:
     """Expressions of variables and, by number, of brackets on one trace."""
 
-    def __init__(self, basis: Basis, in_line: bool) -> None:
+    def __init__(self, rates: AbsoluteRates, in_line: bool) -> None:
         self.in_line = in_line
         self.trace = Trace()
-        self.variables = TorqueVariables(basis, self.trace)
+        self.variables = TorqueVariables(rates, self.trace)
+        self.joint_rows = rates.joint_rows
         self.brackets: list[Any] = []
 
     def __call__(self, variable: Any) -> Any:
@@ -90,4 +91,4 @@ def _rows(n: int, polynomials: _Polynomials, brackets: _Brackets, nest: _Nest) -
             rows[row][(*rates, *monomial)] = weight
         else:
             rows[row][(*rates, number)] = ratio
-    return nest.variables.joint_rows([factored(row, nest) for row in rows])
+    return nest.joint_rows([factored(row, nest) for row in rows])

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.formulations import newton_euler_link
+from gd_analyze.formulations.regressor import regressor
 from gd_analyze.levels.exact import ExactDynamics
 from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.robots import RobotArm
 from gd_analyze.round_off import ROUND_OFF_SHARE
 from gd_analyze.states import States
-from gd_analyze.vectors import FloatArray, set_points_last
+from gd_analyze.vectors import FloatArray, chunks
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,9 +71,7 @@ def payload_effect(model: SimplifiedModel, states: States) -> PayloadEffect:
 
 
 def _torque_of_a_kilogram(arm: RobotArm, states: States) -> FloatArray:
-    """Torque of the arm without any mass but one kilogram in the hand, N m, shape (N, n)."""
-    bare = [dataclasses.replace(link, mass=0.0, inertia_com=np.zeros((3, 3))) for link in arm.links]
-    bare[-1] = dataclasses.replace(bare[-1], mass=1.0, com=np.zeros(3))
-    carrying = dataclasses.replace(arm, links=tuple(bare))
-    last = (set_points_last(np.asarray(x, dtype=float)) for x in (states.q, states.qd, states.qdd))
-    return newton_euler_link.torque(carrying, *last).T
+    """Torque that one kilogram in the hand needs, N m, shape (N, n): one column of the regressor."""
+    last = states.last
+    parts = [regressor(arm, *(x[:, chunk] for x in last))[:, -1, 0] for chunk in chunks(len(states))]
+    return np.concatenate(parts, axis=-1).T

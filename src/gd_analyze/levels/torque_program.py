@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterator
 from typing import Any
 
-from gd_analyze.harmonics.basis import Basis
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.levels.level import Effort
 from gd_analyze.levels.nested_program import nested_program
@@ -16,7 +16,7 @@ from gd_analyze.operations.sharing import shared_sums
 _PARTNER = {"cos": "sin", "sin": "cos"}
 
 
-def torque_program(basis: Basis, terms: Torques, effort: Effort) -> Program:
+def torque_program(rates: AbsoluteRates, terms: Torques, effort: Effort) -> Program:
     """Write torques as a program: of several ways the one of fewest operations.
 
     Brackets nested take milliseconds. Looking for what all rows share takes 10 ms for 50 terms, 0.1 s for 150
@@ -25,8 +25,8 @@ def torque_program(basis: Basis, terms: Torques, effort: Effort) -> Program:
 
     Parameters
     ----------
-    basis
-        The arm's basis functions.
+    rates
+        The arm's absolute rates.
     terms
         Weights of the torque terms, in absolute rates.
     effort
@@ -38,20 +38,20 @@ def torque_program(basis: Basis, terms: Torques, effort: Effort) -> Program:
         Torques of the joints themselves.
     """
     if len(terms) > effort.shared:
-        return nested_program(basis, terms)
-    shared = _shared(basis, terms)
+        return nested_program(rates, terms)
+    shared = _shared(rates, terms)
     if effort.alone:
         return next(shared)
-    ways = [nested_program(basis, terms)]
+    ways = [nested_program(rates, terms)]
     if effort.thorough:
-        ways += [nested_program(basis, terms, in_line=True), *shared]
+        ways += [nested_program(rates, terms, in_line=True), *shared]
     else:
         ways.append(next(shared))
     return min(ways, key=lambda way: way.count.total)
 
 
-def _shared(basis: Basis, terms: Torques) -> Iterator[Program]:
-    rows: list[dict[Any, float]] = [{} for _ in range(basis.n_joints)]
+def _shared(rates: AbsoluteRates, terms: Torques) -> Iterator[Program]:
+    rows: list[dict[Any, float]] = [{} for _ in range(rates.n_joints)]
     # In an order of its own: the program must not depend on the order the terms came in.
     for term in sorted(terms):
         if terms[term] != 0.0:
@@ -64,5 +64,5 @@ def _shared(basis: Basis, terms: Torques) -> Iterator[Program]:
     }
     for sums in shared_sums(rows, circles):
         trace = Trace()
-        variables = TorqueVariables(basis, trace)
-        yield Program.of(trace, variables.joint_rows(sums.values(variables)))
+        variables = TorqueVariables(rates, trace)
+        yield Program.of(trace, rates.joint_rows(sums.values(variables)))

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.harmonics.basis import Basis
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.terms import Factor, Rate
 from gd_analyze.operations import Trace
 
@@ -16,23 +16,18 @@ class TorqueVariables:
 
     Parameters
     ----------
-    basis
-        The arm's basis functions.
+    rates
+        The arm's absolute rates.
     trace
         Where the expressions are kept.
     """
 
-    def __init__(self, basis: Basis, trace: Trace) -> None:
-        n = basis.n_joints
+    def __init__(self, rates: AbsoluteRates, trace: Trace) -> None:
+        n = rates.n_joints
         self._trace = trace
-        self._runs = basis.runs
         self._q, qd, qdd = (trace.inputs(name, n)[:, 0] for name in ("q", "qd", "qdd"))
         self._known: dict[Rate | Factor, Any] = {}
-        self._moving = {1: list(qd), 2: list(qdd)}
-        for moving in self._moving.values():
-            for run in self._runs:
-                for inner, outer in zip(run.joints[:-1], run.joints[1:], strict=True):
-                    moving[outer] = moving[inner] + moving[outer]
+        self._moving = {1: rates.absolute(qd), 2: rates.absolute(qdd)}
 
     def __call__(self, variable: Rate | Factor) -> Any:
         """Expression of a rate or a factor."""
@@ -53,11 +48,3 @@ class TorqueVariables:
         one = np.empty(1, dtype=object)
         one[0] = argument
         return (self._trace.cos if kind == "cos" else self._trace.sin)(one)[0]
-
-    def joint_rows(self, rows: list[Any]) -> list[Any]:
-        """Tau = A^-T tau': within a run a joint carries what the joints behind it carry."""
-        out = list(rows)
-        for run in self._runs:
-            for inner, outer in reversed(list(zip(run.joints[:-1], run.joints[1:], strict=True))):
-                out[inner] = out[inner] + out[outer]
-        return out

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gd_analyze.authority import cross_check
 from gd_analyze.certification import Box, Certificate, certify
 from gd_analyze.decomposition import decompose
 from gd_analyze.dominance import rank
@@ -22,6 +21,7 @@ from gd_analyze.levels import (
     payload_effect,
 )
 from gd_analyze.main_job.how import Origin, Progress, Settings, Silent
+from gd_analyze.pinocchio_check import cross_check
 from gd_analyze.provenance import provenance
 from gd_analyze.results import tables
 from gd_analyze.results.findings import Findings

@@ -72,5 +72,11 @@ class Progress(Protocol):
         """Note that some steps are done."""
 
 
-class Silent(Progress):
+class Silent:
     """Keeps it to itself."""
+
+    def __call__(self, label: str, total: int | None = None) -> None:
+        """Do nothing."""
+
+    def advance(self, steps: int) -> None:
+        """Do nothing."""

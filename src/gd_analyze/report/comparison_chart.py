@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 from xml.sax.saxutils import escape
 
+from gd_analyze.comparison import Growth
+from gd_analyze.comparison.costs import Counted
+from gd_analyze.formulations.methods import METHODS
 from gd_analyze.report.colours import ON_PAPER
-from gd_analyze.report.comparison import ComparisonContext, Count, Curve
 
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58.0, 98.0, 8.0, 32.0
 _LABEL_PITCH = 12.0
@@ -51,32 +53,37 @@ PAPER = Palette(
 )
 
 
-def growth_chart(context: ComparisonContext, which: Literal["executed", "folded"], palette: Palette) -> str:
+def growth_chart(growth: Growth, which: Literal["executed", "folded"], palette: Palette) -> str:
     """Draw the total operations of every method; the text's polynomials are dashed.
 
     Parameters
     ----------
-    context
-        The comparison's numbers.
+    growth
+        Operations on the generic chain.
     which
         As executed, or folded.
     palette
         `SCREEN` or `PAPER`.
     """
-    totals = [c.total for curve in context.curves for c in (*curve.executed, *curve.folded, *curve.text)]
+
+    def totals(name: str, counted: Counted) -> list[int]:
+        return [count.total for count in growth.counts(name, counted)]
+
+    every = [
+        total for name in growth.costs for counted in get_args(Counted) for total in totals(name, counted)
+    ]
     # Both charts of a report share their scale.
-    axes = _Axes(context.sizes, min(totals), max(totals), palette.width, palette.height)
+    axes = _Axes(growth.sizes, min(every), max(every), palette.width, palette.height)
     parts = [_frame(axes, palette)]
     ends = []
-    for curve in context.curves:
-        colour = palette.colours[curve.name]
-        counts: tuple[Count, ...] = getattr(curve, which)
-        if curve.text:
-            parts.append(_line(axes, [c.total for c in curve.text], colour, dashed=True))
-        parts.append(_line(axes, [c.total for c in counts], colour))
-        for n, count in zip(context.sizes, counts, strict=True):
-            parts.append(_marker(axes, n, count.total, curve, palette))
-        ends.append((axes.y(counts[-1].total), curve))
+    for name in growth.costs:
+        colour = palette.colours[name]
+        if stated := totals(name, "text"):
+            parts.append(_line(axes, stated, colour, dashed=True))
+        ours = totals(name, which)
+        parts.append(_line(axes, ours, colour))
+        parts += [_marker(axes, n, total, name, palette) for n, total in zip(growth.sizes, ours, strict=True)]
+        ends.append((axes.y(ours[-1]), name))
     parts += _labels(axes, ends, palette)
     style = f"font-family:{palette.font};font-size:10.5px"
     counted = "as executed" if which == "executed" else "after folding"
@@ -146,22 +153,22 @@ def _line(axes: _Axes, totals: list[int], colour: str, dashed: bool = False) -> 
     return f'<polyline points="{points}" style="fill:none;stroke:{colour}{dash}"/>'
 
 
-def _marker(axes: _Axes, n: int, total: int, curve: Curve, palette: Palette) -> str:
-    x, y, colour = axes.x(n), axes.y(total), palette.colours[curve.name]
+def _marker(axes: _Axes, n: int, total: int, name: str, palette: Palette) -> str:
+    x, y, colour = axes.x(n), axes.y(total), palette.colours[name]
     shape = {
         "square": f"M{x - 2.6:.1f} {y - 2.6:.1f}h5.2v5.2h-5.2z",
         "triangle": f"M{x - 3.1:.1f} {y + 2.5:.1f}h6.2l-3.1 -5.6z",
         "diamond": f"M{x:.1f} {y - 3.5:.1f}l3.5 3.5l-3.5 3.5l-3.5 -3.5z",
         "cross": f"M{x - 2.8:.1f} {y - 2.8:.1f}l5.6 5.6m0 -5.6l-5.6 5.6",
-    }.get(_MARKERS[curve.name], f"M{x - 2.7:.1f} {y:.1f}a2.7 2.7 0 1 0 5.4 0a2.7 2.7 0 1 0 -5.4 0z")
-    fill = palette.colours["paper"] if _MARKERS[curve.name] == "open" else colour
-    told = escape(f"{curve.short}, n = {n}: {total} operations")
+    }.get(_MARKERS[name], f"M{x - 2.7:.1f} {y:.1f}a2.7 2.7 0 1 0 5.4 0a2.7 2.7 0 1 0 -5.4 0z")
+    fill = palette.colours["paper"] if _MARKERS[name] == "open" else colour
+    told = escape(f"{METHODS[name].short}, n = {n}: {total} operations")
     return (
         f'<path d="{shape}" style="fill:{fill};stroke:{colour};stroke-width:1.3"><title>{told}</title></path>'
     )
 
 
-def _labels(axes: _Axes, ends: list[tuple[float, Curve]], palette: Palette) -> list[str]:
+def _labels(axes: _Axes, ends: list[tuple[float, str]], palette: Palette) -> list[str]:
     """Name the curves at their ends, moved apart where they would overlap."""
     ordered = sorted(ends, key=lambda end: end[0])
     places: list[float] = []
@@ -170,8 +177,8 @@ def _labels(axes: _Axes, ends: list[tuple[float, Curve]], palette: Palette) -> l
     overshoot = max(0.0, places[-1] - axes.bottom)
     return [
         f'<text x="{axes.right + 8:g}" y="{place - overshoot + 3.5:.1f}" '
-        f'style="fill:{palette.colours[curve.name]};font-weight:600">{escape(curve.short)}</text>'
-        for place, (_, curve) in zip(places, ordered, strict=True)
+        f'style="fill:{palette.colours[name]};font-weight:600">{escape(METHODS[name].short)}</text>'
+        for place, (_, name) in zip(places, ordered, strict=True)
     ]
 
 

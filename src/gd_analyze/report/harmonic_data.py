@@ -21,18 +21,18 @@ def harmonic_data(model: SimplifiedModel) -> dict[str, Any] | None:
     """Describe a model for the template; None for one that has no harmonic terms."""
     if not model.level.has_torque_terms:
         return None
-    basis, form = model.form.basis, model.form
+    form, rates = model.form, model.form.rates
     if model.level.is_mechanical:
         return {
             "equations": [equation_data(formula) for formula in energy_formulas(model.terms)],
-            "legend": _TYPST.legend(torque_legend(basis, map(_with_rates, model.terms))),
-            "kept": _energy_kept(form.energies, model.terms, basis.n_joints),
+            "legend": _TYPST.legend(torque_legend(rates, map(_with_rates, model.terms))),
+            "kept": _energy_kept(form.energies, model.terms, rates.n_joints),
         }
     return {
         "equations": [equation_data(formula) for formula in model.formulas],
         "legend": _TYPST.legend(model.legend),
-        "kept": _torques_kept(form.torques, model.torques, basis.n_joints),
-        "carried": [{"joint": joint + 1, "by": joint + 2} for run in basis.runs for joint in run.joints[:-1]],
+        "kept": _torques_kept(form.torques, model.torques, rates.n_joints),
+        "carried": [{"joint": joint + 1, "by": joint + 2} for run in rates.runs for joint in run[:-1]],
     }
 
 

@@ -129,16 +129,16 @@ def _panels(ranked: dict[str, Row], n_joints: int) -> dict[str, list[Row]]:
 def _mathematics(findings: Findings) -> dict[str, Any]:
     """Formulas of the model, of the parts that the element level keeps and of the exact elements."""
     n, model, form = findings.arm.n_joints, findings.model, findings.model.form
-    has_terms, listed = model.level.has_torque_terms, findings.is_written_out
+    has_terms = model.level.has_torque_terms
     return {
         "torque_formulas": model.formulas if has_terms else (),
         "torque_legend": _legend(torque_names(findings)),
         "tallies": tallies(form.torques, model.torques, n) if has_terms else (),
         "kept_torques": model.torques if has_terms else {},
-        "shared_accelerations": _legend(shared_accelerations(form.basis)),
+        "shared_accelerations": _legend(shared_accelerations(form.rates)),
         "parts_formulas": findings.element_model.formulas,
         "inertia_labels": [[inertia_label(i, j) for j in range(n)] for i in range(n)],
-        "exact_elements": exact_elements(form.harmonics) if listed else (),
+        "exact_elements": exact_elements(findings),
     }
 
 

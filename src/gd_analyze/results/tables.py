@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.authority import Residual
 from gd_analyze.certification import Certificate
 from gd_analyze.formulas.plain import Plain
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.levels import ErrorTable, ExactDynamics, PayloadEffect, SimplifiedModel, losses, parts_of
+from gd_analyze.pinocchio_check import Residual
 from gd_analyze.robots import RobotArm
 from gd_analyze.round_off import ROUND_OFF_SHARE
 from gd_analyze.schema import table, unit_of

@@ -3,7 +3,7 @@
 The description is placement-based. From link frame i-1 a constant `Joint.placement` leads to the
 joint frame, whose origin is p_{i-1} and in which the joint turns about (or slides along) `Joint.axis`;
 from there a constant `Link.frame` leads to link frame i, in which the link's data are given. In the
-Denavit-Hartenberg convention of the text the first is the identity for a revolute joint and the second
+Denavit-Hartenberg convention of FGL87 the first is the identity for a revolute joint and the second
 holds d, a and alpha.
 """
 
@@ -18,7 +18,8 @@ from typing import Literal
 import numpy as np
 
 from gd_analyze.errors import ArmError, GdAnalyzeWarning
-from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, constant
+from gd_analyze.robots.constants import constant
+from gd_analyze.robots.parts import DHRow, Drive, Joint, Link
 from gd_analyze.vectors import FloatArray
 
 

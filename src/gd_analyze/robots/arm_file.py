@@ -42,7 +42,7 @@ def read_arm(path: str | Path) -> RobotArm:
     """
     path = Path(path)
     try:
-        text = path.read_bytes().decode("utf-8")
+        content = path.read_bytes().decode("utf-8")
     except OSError as error:
         raise ArmError("cannot read the arm file", where=Location(path), found=error.strerror) from None
     except UnicodeDecodeError as error:
@@ -52,20 +52,20 @@ def read_arm(path: str | Path) -> RobotArm:
             expected="a TOML file in UTF-8",
             found=f"byte 0x{error.object[error.start]:02x} at offset {error.start}",
         ) from None
-    if text.lstrip("\ufeff \t\r\n").startswith("<"):
+    if content.lstrip("\ufeff \t\r\n").startswith("<"):
         raise ArmError(
             "the arm file is XML, such as URDF or MJCF, which is not read",
             where=Location(path),
             expected="a TOML file with a Denavit-Hartenberg table, masses, centres of mass and inertias",
-            found=text.lstrip("\ufeff \t\r\n").split("\n", 1)[0][:60],
+            found=content.lstrip("\ufeff \t\r\n").split("\n", 1)[0][:60],
             next_step="`gd-analyze arms puma560 --toml` prints a complete example; docs/arms.md has the keys",
         )
-    lines = TableLines(path, text)
+    lines = TableLines(path, content)
     try:
-        document = tomllib.loads(text)
+        document = tomllib.loads(content)
     except tomllib.TOMLDecodeError as error:
         place = re.search(r"line (\d+), column (\d+)", str(error))
-        line, column = (int(place[1]), int(place[2])) if place else (text.count("\n") + 1, None)
+        line, column = (int(place[1]), int(place[2])) if place else (content.count("\n") + 1, None)
         raise ArmError(
             "the arm file is not valid TOML",
             where=Location(path, line, column),
@@ -97,13 +97,30 @@ def _build(parsed: ArmFile, lines: TableLines) -> RobotArm:
                 expected=f"{len(parsed.joints)} [[{what}]] tables",
                 found=str(count),
             )
+    joints, links = _joints_and_links(parsed, lines)
+    return RobotArm(
+        name=parsed.name,
+        title=parsed.title or parsed.name,
+        gravity=np.array(parsed.gravity),
+        joints=joints,
+        links=links,
+        drives=tuple(
+            Drive(**{**dict(drive), "coulomb": (drive.coulomb[0], drive.coulomb[1])})
+            for drive in parsed.drives
+        ),
+        dh_table=tuple(DHRow(joint.theta, joint.d, joint.a, joint.alpha) for joint in parsed.joints),
+        convention=f"{parsed.convention} Denavit-Hartenberg",
+        sources=tuple(parsed.sources),
+        assumptions=tuple(parsed.assumptions),
+    )
+
+
+def _joints_and_links(parsed: ArmFile, lines: TableLines) -> tuple[tuple[Joint, ...], tuple[Link, ...]]:
     placements = standard_placements if parsed.convention == "standard" else modified_placements
-    joints, links, rows = [], [], []
+    joints, links = [], []
     for i, (joint, link) in enumerate(zip(parsed.joints, parsed.links, strict=True)):
-        row = DHRow(joint.theta, joint.d, joint.a, joint.alpha)
-        before, behind = placements(joint.kind, row)
+        before, behind = placements(joint.kind, DHRow(joint.theta, joint.d, joint.a, joint.alpha))
         lower, upper = joint.range or (None, None)
-        rows.append(row)
         joints.append(
             Joint(
                 name=joint.name or str(i + 1),
@@ -129,28 +146,7 @@ def _build(parsed: ArmFile, lines: TableLines) -> RobotArm:
                 source=lines.locate(("links", i)),
             )
         )
-    return RobotArm(
-        name=parsed.name,
-        title=parsed.title or parsed.name,
-        gravity=np.array(parsed.gravity),
-        joints=tuple(joints),
-        links=tuple(links),
-        drives=tuple(
-            Drive(
-                drive.inertia,
-                drive.inertia_uncertainty,
-                drive.gear_ratio,
-                drive.viscous,
-                (drive.coulomb[0], drive.coulomb[1]),
-                drive.torque_limit,
-            )
-            for drive in parsed.drives
-        ),
-        dh_table=tuple(rows),
-        convention=f"{parsed.convention} Denavit-Hartenberg",
-        sources=tuple(parsed.sources),
-        assumptions=tuple(parsed.assumptions),
-    )
+    return tuple(joints), tuple(links)
 
 
 def _dotted(keys: tuple[str | int, ...]) -> str:

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from gd_analyze.robots.inertia import of_point_mass, symmetric_tensor
 from gd_analyze.robots.link_uncertainty import LinkUncertainty
 from gd_analyze.robots.parts import JointKind
 from gd_analyze.vectors import FloatArray
@@ -73,9 +74,7 @@ class _InertiaTable(_Table):
     yz: float = 0.0
 
     def tensor(self) -> FloatArray:
-        return np.array(
-            [[self.xx, self.xy, self.xz], [self.xy, self.yy, self.yz], [self.xz, self.yz, self.zz]]
-        )
+        return symmetric_tensor(self.xx, self.yy, self.zz, self.xy, self.xz, self.yz)
 
 
 _Uncertainty = Annotated[float, Field(ge=0)]
@@ -121,11 +120,8 @@ class _LinkTable(_Table):
     def inertia_com(self) -> FloatArray:
         """Inertia about the centre of mass, by the parallel-axis theorem where given elsewhere."""
         tensor = self.inertia.tensor()
-        if self.inertia_about == "com":
-            return tensor
-        com = np.array(self.com)
-        shifted: FloatArray = tensor - self.mass * ((com @ com) * np.eye(3) - np.outer(com, com))
-        return shifted
+        about_com = self.inertia_about == "com"
+        return tensor if about_com else tensor - of_point_mass(self.mass, np.array(self.com))
 
 
 class _DriveTable(_Table):

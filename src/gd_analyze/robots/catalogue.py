@@ -41,16 +41,16 @@ def load_arm(name_or_path: str | Path) -> RobotArm:
     6
     """
     builtin = builtin_arms()
-    text = str(name_or_path)
-    if text in builtin:
-        return read_arm(builtin[text])
+    given = str(name_or_path)
+    if given in builtin:
+        return read_arm(builtin[given])
     path = Path(name_or_path)
     with suppress(OSError):  # a name too long for the file system is no file either
         if path.is_file():
             return read_arm(path)
-    near = difflib.get_close_matches(text, builtin, n=1)
+    near = difflib.get_close_matches(given, builtin, n=1)
     raise ArmError(
-        f"there is no arm {text!r}",
+        f"there is no arm {given!r}",
         expected=f"a built-in arm ({', '.join(builtin)}) or the path of an arm's TOML file",
         found="neither a known name nor an existing file",
         next_step=f"did you mean {near[0]!r}?" if near else "`gd-analyze arms` lists the built-in arms",

@@ -1,4 +1,4 @@
-"""Denavit-Hartenberg tables into placements, standard (the text's) and modified (Craig's)."""
+"""Denavit-Hartenberg tables into placements, standard (FGL87's) and modified (Craig's)."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def standard_placements(kind: JointKind, row: DHRow) -> tuple[Placement, Placeme
     """Joint placement and link frame of A_i = Rot_z(theta) Trans_z(d) Trans_x(a) Rot_x(alpha).
 
     The constant part of the joint's own motion (theta for a revolute, d for a prismatic joint) commutes
-    with the motion and is put behind it, so that the joint frame's origin stays the text's p_{i-1}; a
+    with the motion and is put behind it, so that the joint frame's origin stays FGL87's p_{i-1}; a
     prismatic joint's constant theta turns the joint frame. [FGL87] Eq. (3.2-5).
     """
     behind = Placement(about_x(row.alpha), np.array([row.a, 0.0, row.d]))

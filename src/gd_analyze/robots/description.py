@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 from dataclasses import asdict
@@ -20,32 +21,8 @@ def describe(arm: RobotArm) -> dict[str, Any]:
         "name": arm.name,
         "title": arm.title,
         "gravity": arm.gravity.tolist(),
-        "joints": [
-            {
-                "name": joint.name,
-                "kind": joint.kind,
-                "placement": _placement(joint.placement),
-                "axis": joint.axis.tolist(),
-                "lower": joint.lower,
-                "upper": joint.upper,
-                "rate_limit": joint.rate_limit,
-                "acceleration_limit": joint.acceleration_limit,
-            }
-            for joint in arm.joints
-        ],
-        "links": [
-            {
-                "name": link.name,
-                "mass": link.mass,
-                "com": link.com.tolist(),
-                "inertia_com": link.inertia_com.tolist(),
-                "frame": _placement(link.frame),
-                "as_measured": link.as_measured,
-                "axial_only": link.axial_only,
-                "uncertainty": None if link.uncertainty is None else link.uncertainty.describe(),
-            }
-            for link in arm.links
-        ],
+        "joints": [_plain(joint) for joint in arm.joints],
+        "links": [_plain(link) for link in arm.links],
         "drive_inertia": [drive.inertia for drive in arm.drives],
         "drive_inertia_uncertainty": [drive.inertia_uncertainty for drive in arm.drives],
     }
@@ -82,22 +59,10 @@ def arm_from_description(description: dict[str, Any]) -> RobotArm:
         title=description["title"],
         gravity=np.array(description["gravity"]),
         joints=tuple(
-            Joint(**{**joint, "placement": _placed(joint["placement"]), "axis": np.array(joint["axis"])})
+            Joint(**{**joint, "placement": Placement(**joint["placement"])})
             for joint in description["joints"]
         ),
-        links=tuple(
-            Link(
-                name=link["name"],
-                mass=link["mass"],
-                com=np.array(link["com"]),
-                inertia_com=np.array(link["inertia_com"]),
-                frame=_placed(link["frame"]),
-                as_measured=link["as_measured"],
-                axial_only=link["axial_only"],
-                uncertainty=_uncertain(link.get("uncertainty")),
-            )
-            for link in description["links"]
-        ),
+        links=tuple(_link(link) for link in description["links"]),
         drives=(
             tuple(Drive(**{**drive, "coulomb": tuple(drive["coulomb"])}) for drive in description["drives"])
             if "drives" in description
@@ -129,13 +94,17 @@ def fingerprint(arm: RobotArm, drives: bool = False) -> str:
     return hashlib.sha256(json.dumps(acting, sort_keys=True).encode()).hexdigest()
 
 
-def _uncertain(value: dict[str, Any] | None) -> LinkUncertainty | None:
-    return None if value is None else LinkUncertainty.from_description(value)
+def _link(value: dict[str, Any]) -> Link:
+    stated = value.get("uncertainty")
+    uncertainty = None if stated is None else LinkUncertainty(**stated)
+    return Link(**{**value, "frame": Placement(**value["frame"]), "uncertainty": uncertainty})
 
 
-def _placement(value: Placement) -> dict[str, Any]:
-    return {"rotation": value.rotation.tolist(), "translation": value.translation.tolist()}
-
-
-def _placed(value: dict[str, Any]) -> Placement:
-    return Placement(np.array(value["rotation"]), np.array(value["translation"]))
+def _plain(value: Any) -> Any:
+    """A part as plain JSON values, by its fields; where it is described is not part of it."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if not dataclasses.is_dataclass(value):
+        return value
+    names = (entry.name for entry in dataclasses.fields(value) if entry.name != "source")
+    return {name: _plain(getattr(value, name)) for name in names}

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from gd_analyze.errors import ArmError
-from gd_analyze.robots.parts import constant
+from gd_analyze.robots.constants import constant
 from gd_analyze.vectors import FloatArray
 
 
@@ -73,18 +73,3 @@ class LinkUncertainty:
         if self.body_mass is not None:
             return self
         return dataclasses.replace(self, body_mass=mass, body_com=com)
-
-    def describe(self) -> dict[str, Any]:
-        """Plain JSON values, of which `from_description` makes the same again."""
-        values = {entry.name: getattr(self, entry.name) for entry in dataclasses.fields(self)}
-        return {name: v.tolist() if isinstance(v, np.ndarray) else v for name, v in values.items()}
-
-    @classmethod
-    def from_description(cls, description: dict[str, Any]) -> LinkUncertainty:
-        """Make it of what `describe` gave."""
-        arrays = {
-            name: np.array(description[name])
-            for name in ("com", "inertia", "body_com")
-            if description[name] is not None
-        }
-        return cls(**{**description, **arrays})

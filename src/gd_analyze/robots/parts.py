@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location
+from gd_analyze.robots.constants import constant
+from gd_analyze.robots.link_uncertainty import LinkUncertainty
 from gd_analyze.vectors import FloatArray
-
-if TYPE_CHECKING:
-    from gd_analyze.robots.link_uncertainty import LinkUncertainty
 
 JointKind = Literal["revolute", "prismatic"]
 
@@ -24,31 +23,6 @@ MEASUREMENT_TOLERANCE = 0.1
 ROUNDING_TOLERANCE = 1e-3
 # Products of inertia are typed once and mirrored; a rotation into other axes adds round-off only.
 SYMMETRY_TOLERANCE = 1e-9
-
-
-def constant(values: Any, shape: tuple[int, ...], what: str, where: Location | str) -> FloatArray:
-    """Copy numbers into a read-only array of the given shape, or say what is wrong with them.
-
-    Raises
-    ------
-    ArmError
-        If the shape differs or a number is not finite.
-    """
-    array = np.array(values, dtype=float)
-    if array.shape != shape:
-        raise ArmError(
-            f"{what} has the wrong shape", where=where, expected=str(shape), found=str(array.shape)
-        )
-    if not np.isfinite(array).all():
-        raise ArmError(
-            f"{what} is not finite",
-            where=where,
-            expected="finite numbers",
-            found=str(array.tolist()),
-            next_step="replace nan and inf by measured or estimated values",
-        )
-    array.flags.writeable = False
-    return array
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,7 +233,7 @@ def _numbers(values: FloatArray) -> str:
 
 @dataclass(frozen=True)
 class Drive:
-    """One joint's drive; not part of the text's D, added only on request.
+    """One joint's drive; not part of FGL87's D, added only on request.
 
     Parameters
     ----------

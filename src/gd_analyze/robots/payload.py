@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.inertia import of_point_mass, symmetric_tensor
 from gd_analyze.robots.parts import Link
 from gd_analyze.vectors import FloatArray
 
@@ -94,9 +95,9 @@ def with_payload(
         mass=together,
         com=com,
         inertia_com=last.inertia_com
-        + _shift(last.mass, last.com - com)
+        + of_point_mass(last.mass, last.com - com)
         + payload.inertia
-        + _shift(payload.mass, payload.position - com),
+        + of_point_mass(payload.mass, payload.position - com),
         uncertainty=None if stated is None else stated.of_body(last.mass, last.com),
     )
     place = ", ".join(f"{x:g}" for x in payload.position)
@@ -104,18 +105,18 @@ def with_payload(
     return dataclasses.replace(arm, links=(*arm.links[:-1], merged), assumptions=(*arm.assumptions, note))
 
 
-def parse_payload(text: str) -> Payload:
+def parse_payload(line: str) -> Payload:
     """Read a payload from one line: mass,x,y,z[,xx,yy,zz[,xy,xz,yz]].
 
     Parameters
     ----------
-    text
+    line
         kg, m, kg m^2, separated by commas; meanings as for `Payload`.
 
     Raises
     ------
     UsageError
-        If the text is not 4, 7 or 10 numbers.
+        If the line is not 4, 7 or 10 numbers.
     ArmError
         If no body is like that.
 
@@ -126,20 +127,20 @@ def parse_payload(text: str) -> Payload:
     """
     expected = "mass,x,y,z in kg and m, then xx,yy,zz (and xy,xz,yz) in kg m^2 if it is no point mass"
     numbers = []
-    for count, word in enumerate(text.split(","), start=1):
+    for count, word in enumerate(line.split(","), start=1):
         try:
             numbers.append(float(word))
         except ValueError:
             raise UsageError(
                 "the payload is not a list of numbers",
-                where=f"number {count} of {text!r}",
+                where=f"number {count} of {line!r}",
                 expected=expected,
                 found=repr(word.strip()),
             ) from None
     if len(numbers) not in (4, 7, 10):
         raise UsageError(
             "the payload has the wrong count of numbers",
-            where=repr(text),
+            where=repr(line),
             expected=f"4, 7 or 10 of them: {expected}",
             found=str(len(numbers)),
         )
@@ -150,11 +151,8 @@ def _tensor(inertia: ArrayLike | None) -> FloatArray:
     if inertia is None:
         return np.zeros((3, 3))
     given = np.asarray(inertia, dtype=float)
-    if given.shape == (3,):
-        return np.diag(given)
-    if given.shape == (6,):
-        xx, yy, zz, xy, xz, yz = given
-        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if given.shape in ((3,), (6,)):
+        return symmetric_tensor(*given)
     if given.shape == (3, 3):
         return given
     raise ArmError(
@@ -163,9 +161,3 @@ def _tensor(inertia: ArrayLike | None) -> FloatArray:
         expected="3 principal moments, 6 components (xx, yy, zz, xy, xz, yz) or a 3x3 tensor",
         found=f"shape {given.shape}",
     )
-
-
-def _shift(mass: float, lever: FloatArray) -> FloatArray:
-    """What a mass adds to the inertia about a point at -lever from it: the parallel-axis theorem."""
-    added: FloatArray = mass * (float(lever @ lever) * np.eye(3) - np.outer(lever, lever))
-    return added

@@ -12,12 +12,12 @@ from gd_analyze.robots.arm_schema import UNIT_SUFFIXES
 class TableLines:
     """Line numbers of tables and keys; the TOML parser of the standard library keeps none."""
 
-    def __init__(self, path: Path, text: str) -> None:
+    def __init__(self, path: Path, content: str) -> None:
         self.path = path
         self._lines: dict[tuple[str | int, ...], int] = {}
         counts: dict[str, int] = {}
         table: tuple[str | int, ...] = ()
-        for number, line in enumerate(text.splitlines(), start=1):
+        for number, line in enumerate(content.splitlines(), start=1):
             if header := re.match(r"\s*\[\[\s*([\w.-]+)\s*\]\]", line):
                 index = counts[header[1]] = counts.get(header[1], -1) + 1
                 table = (header[1], index)

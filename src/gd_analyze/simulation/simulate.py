@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from gd_analyze.errors import GdAnalyzeError, UsageError
+from gd_analyze.formulations.interface import Method
+from gd_analyze.formulations.methods import known_method
 from gd_analyze.robots import RobotArm
+from gd_analyze.simulation.accelerations import solve_accelerations
+from gd_analyze.simulation.drivetrain import NO_DRIVES, Drivetrain
 from gd_analyze.simulation.energy import kinetic_energy, potential_energy
-from gd_analyze.simulation.forward import DEFAULT_METHOD, known_method, solve_accelerations
-from gd_analyze.simulation.resistance import REST_RATE, Resistance
-from gd_analyze.simulation.states import checked_states
+from gd_analyze.simulation.input_checks import checked_states
+from gd_analyze.simulation.integration import USUAL, Integration
 from gd_analyze.simulation.torques import TorqueFunction, TorqueHistory, torque_function
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray, set_points_last
-
-Integrator = Literal["RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"]
-
-# SciPy's Runge-Kutta methods cannot be asked for more.
-TIGHTEST_RTOL = 100 * float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,10 +43,8 @@ class Simulation:
         By friction and damping since the start, J, shape (N,).
     steps, evaluations
         Steps the integrator took, and times it asked for accelerations.
-    method, integrator
-        The formulation, and SciPy's name of the integrator.
-    rtol, atol
-        Tolerances of the integrator, per step.
+    integration
+        How it was integrated.
     """
 
     time: FloatArray
@@ -61,10 +58,7 @@ class Simulation:
     dissipated: FloatArray
     steps: int
     evaluations: int
-    method: str
-    integrator: str
-    rtol: float
-    atol: float
+    integration: Integration
 
     def __post_init__(self) -> None:
         for value in vars(self).values():
@@ -93,7 +87,7 @@ class Simulation:
             self.qd,
             self.qdd,
             name,
-            f"simulated: {self.method}, {self.integrator}, rtol {self.rtol:g}, atol {self.atol:g}",
+            f"simulated: {self.integration}",
         )
 
 
@@ -103,16 +97,8 @@ def simulate(
     q0: ArrayLike,
     qd0: ArrayLike,
     duration: float,
-    *,
-    set_points: int = 201,
-    drives: bool = False,
-    friction: bool = False,
-    damping: FloatArray | None = None,
-    rest_rate: float = REST_RATE,
-    method: str = DEFAULT_METHOD,
-    rtol: float = 1e-9,
-    atol: float = 1e-9,
-    integrator: Integrator = "DOP853",
+    drivetrain: Drivetrain = NO_DRIVES,
+    integration: Integration = USUAL,
 ) -> Simulation:
     """Follow the motion that torques cause.
 
@@ -129,14 +115,10 @@ def simulate(
         State at t = 0, shape (n,).
     duration
         s.
-    set_points
-        How many, evenly spaced from 0 to the duration, to report.
-    drives, friction, damping, rest_rate, method
-        As for `joint_accelerations`.
-    rtol, atol
-        Tolerances per step of the integrator, of every joint variable and rate and of work and dissipation.
-    integrator
-        `scipy.integrate.solve_ivp`'s. An arm that friction holds nearly at rest is stiff: "LSODA" or "BDF".
+    drivetrain
+        What the drives add to D, and what opposes the motion.
+    integration
+        Formulation, integrator, tolerances, and how many set points to report.
 
     Returns
     -------
@@ -161,8 +143,6 @@ def simulate(
     >>> bool(abs(fall.energy_residual).max() < 1e-7)
     True
     """
-    from scipy.integrate import solve_ivp
-
     leading, (start, rates) = checked_states(arm, q0=q0, qd0=qd0)
     if leading:
         raise UsageError(
@@ -171,20 +151,57 @@ def simulate(
             expected=f"shape ({arm.n_joints},)",
             found=str((*leading, arm.n_joints)),
         )
-    time = _times(duration, set_points)
-    _check_integrator(integrator, rtol, atol)
-    formulation = known_method(method)
-    resistance = Resistance(arm, friction, damping, rest_rate)
-    added = arm.drive_inertia if drives else np.zeros(arm.n_joints)
-    actuators = torque_function(arm, torque, float(duration))
+    if not (np.isfinite(duration) and duration > 0):
+        raise UsageError(
+            "the duration is not positive", where="duration", expected="seconds", found=str(duration)
+        )
+    time = np.linspace(0.0, float(duration), int(integration.set_points))
+    system = _System(
+        arm,
+        known_method(integration.method),
+        torque_function(arm, torque, float(duration)),
+        drivetrain.resistance_of(arm),
+        drivetrain.inertia_of(arm),
+    )
+    solved = _solve(system, np.concatenate([start, rates, [0.0, 0.0]]), float(duration), integration)
+    states = solved.sol(time).T
     n = arm.n_joints
+    q, qd, work, dissipated = (part.copy() for part in np.split(states, [n, 2 * n, 2 * n + 1], axis=1))
+    applied = np.array([system.torque(float(t), *state) for t, *state in zip(time, q, qd, strict=True)])
+    return Simulation(
+        time,
+        q,
+        qd,
+        system.accelerations(q, qd, applied - system.resistance(qd)),
+        applied,
+        kinetic_energy(arm, q, qd, drives=drivetrain.inertia),
+        potential_energy(arm, q),
+        work[:, 0],
+        dissipated[:, 0],
+        len(solved.sol.ts) - 1,
+        int(solved.nfev),
+        integration,
+    )
 
-    def accelerations(q: FloatArray, qd: FloatArray, driving: FloatArray) -> FloatArray:
+
+@dataclass(frozen=True, eq=False)
+class _System:
+    """The arm as a differential equation of q, qd, work and dissipation."""
+
+    arm: RobotArm
+    formulation: Method
+    torque: Callable[[float, FloatArray, FloatArray], FloatArray]
+    resistance: Callable[[FloatArray], FloatArray]
+    added: FloatArray
+
+    def accelerations(self, q: FloatArray, qd: FloatArray, driving: FloatArray) -> FloatArray:
         """Of one state (n,) or several (N, n)."""
-        columns, speeds, torques = (set_points_last(x) for x in (q, qd, driving))
-        return solve_accelerations(arm, formulation, columns, speeds, torques, added).T.reshape(q.shape)
+        last = (set_points_last(x) for x in (q, qd, driving))
+        return solve_accelerations(self.arm, self.formulation, self.added, *last).T.reshape(q.shape)
 
-    def rate(t: float, state: FloatArray) -> FloatArray:
+    def rate(self, t: float, state: FloatArray) -> FloatArray:
+        """Slope of the state."""
+        n = self.arm.n_joints
         q, qd = state[:n], state[n : 2 * n]
         if not np.isfinite(state).all():
             raise GdAnalyzeError(
@@ -192,73 +209,28 @@ def simulate(
                 where=f"t = {t:g} s",
                 next_step="check the torque function's signs",
             )
-        active, resisting = actuators(t, q, qd), resistance.torque(qd)
-        return np.concatenate([qd, accelerations(q, qd, active - resisting), [active @ qd, resisting @ qd]])
+        active, resisting = self.torque(t, q, qd), self.resistance(qd)
+        qdd = self.accelerations(q, qd, active - resisting)
+        return np.concatenate([qd, qdd, [active @ qd, resisting @ qd]])
+
+
+def _solve(system: _System, start: FloatArray, duration: float, integration: Integration) -> Any:
+    from scipy.integrate import solve_ivp
 
     solved: Any = solve_ivp(
-        rate,
-        (0.0, float(duration)),
-        np.concatenate([start, rates, [0.0, 0.0]]),
-        method=integrator,
+        system.rate,
+        (0.0, duration),
+        start,
+        method=integration.integrator,
         dense_output=True,
-        rtol=rtol,
-        atol=atol,
+        rtol=integration.rtol,
+        atol=integration.atol,
     )
     if not solved.success:
         raise GdAnalyzeError(
-            f"the integrator {integrator} gives up",
+            f"the integrator {integration.integrator} gives up",
             where=f"t = {solved.t[-1]:g} of {duration:g} s",
             found=solved.message,
             next_step='take integrator="LSODA" or "Radau" for a stiff motion, or larger tolerances',
         )
-    states = solved.sol(time).T
-    q, qd = states[:, :n].copy(), states[:, n : 2 * n].copy()
-    applied = np.array([actuators(float(t), *state) for t, *state in zip(time, q, qd, strict=True)])
-    return Simulation(
-        time,
-        q,
-        qd,
-        accelerations(q, qd, applied - resistance.torque(qd)),
-        applied,
-        kinetic_energy(arm, q, qd, drives=drives),
-        potential_energy(arm, q),
-        states[:, 2 * n].copy(),
-        states[:, 2 * n + 1].copy(),
-        len(solved.sol.ts) - 1,
-        int(solved.nfev),
-        method,
-        integrator,
-        float(rtol),
-        float(atol),
-    )
-
-
-def _times(duration: float, set_points: int) -> FloatArray:
-    if not (np.isfinite(duration) and duration > 0):
-        raise UsageError(
-            "the duration is not positive", where="duration", expected="seconds", found=str(duration)
-        )
-    if int(set_points) != set_points or set_points < 2:
-        raise UsageError(
-            "a simulation has at least two set points",
-            where="set_points",
-            expected="a whole number of 2 or more",
-            found=str(set_points),
-        )
-    return np.linspace(0.0, float(duration), int(set_points))
-
-
-def _check_integrator(integrator: str, rtol: float, atol: float) -> None:
-    if integrator not in get_args(Integrator):
-        raise UsageError(
-            f"there is no integrator {integrator!r}",
-            where="integrator",
-            expected=", ".join(get_args(Integrator)),
-        )
-    if not (np.isfinite(rtol) and rtol >= TIGHTEST_RTOL and np.isfinite(atol) and atol > 0):
-        raise UsageError(
-            "the integrator cannot keep these tolerances",
-            where="rtol, atol",
-            expected=f"rtol of {TIGHTEST_RTOL:.1e} or more, atol above 0",
-            found=f"{rtol:g}, {atol:g}",
-        )
+    return solved

@@ -9,7 +9,7 @@ from gd_analyze.trajectories.csv_file import (
     write_trajectory,
 )
 from gd_analyze.trajectories.limits import JointExtremes, LimitReport, Violation, limit_report
-from gd_analyze.trajectories.planning import Plan, make_plan, plan
+from gd_analyze.trajectories.planning import Plan, Schedule, plan
 from gd_analyze.trajectories.profiles import PROFILES, Profile
 from gd_analyze.trajectories.trajectory import Trajectory
 
@@ -19,11 +19,11 @@ __all__ = [
     "LimitReport",
     "Plan",
     "Profile",
+    "Schedule",
     "Trajectory",
     "Violation",
     "check_against_arm",
     "limit_report",
-    "make_plan",
     "plan",
     "read_trajectory",
     "recorded_command",

@@ -59,6 +59,17 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
             _warn(_limit_warning(trajectory, violation))
 
 
+def require_joints(trajectory: Trajectory, arm: RobotArm) -> None:
+    """Refuse a trajectory of another number of joints; raises TrajectoryError."""
+    if trajectory.n_joints != arm.n_joints:
+        raise TrajectoryError(
+            "the trajectory is of another arm",
+            where=trajectory.name,
+            expected=f"{arm.n_joints} joints ({arm.name})",
+            found=f"{trajectory.n_joints} joints",
+        )
+
+
 def degree_suspects(arm: RobotArm, q: FloatArray) -> tuple[int, ...]:
     """Joints (from 0) whose angles look like degrees taken for radians.
 
@@ -119,15 +130,15 @@ def warn_if_radians(name: str, degrees: FloatArray) -> None:
 
 def _limit_warning(trajectory: Trajectory, violation: Violation) -> str:
     set_point = int(np.searchsorted(trajectory.time, violation.time)) + 1
-    text = f"trajectory {trajectory.name}: {violation}, at set point {set_point} ({violation.time:.4g} s)"
+    message = f"trajectory {trajectory.name}: {violation}, at set point {set_point} ({violation.time:.4g} s)"
     derived = {"rate": "qd", "acceleration": "qdd"}.get(violation.quantity)
     if derived and derived in trajectory.rates_from.partition(" derived")[0].split(" and "):
-        text += (
+        message += (
             f"; {derived} was derived from the file's numbers, which amplifies their noise and rounding: "
             f"smooth them or add {derived} columns if that is the cause"
         )
-    return text
+    return message
 
 
-def _warn(text: str) -> None:
-    warnings.warn(text, GdAnalyzeWarning, stacklevel=4)
+def _warn(message: str) -> None:
+    warnings.warn(message, GdAnalyzeWarning, stacklevel=4)

@@ -15,9 +15,9 @@ from gd_analyze.files import write_text
 from gd_analyze.robots import RobotArm
 from gd_analyze.trajectories.catalogue import shipped_trajectories
 from gd_analyze.trajectories.checks import check_against_arm, warn_if_radians
-from gd_analyze.trajectories.columns import KINDS, Columns, header_for, read_columns
-from gd_analyze.trajectories.rates import FEWEST_SET_POINTS, complete_rates
-from gd_analyze.trajectories.rows import Rows, split_cells
+from gd_analyze.trajectories.csv_columns import KINDS, Columns, header_for, read_columns
+from gd_analyze.trajectories.csv_rows import Rows, split_cells
+from gd_analyze.trajectories.derived_rates import FEWEST_SET_POINTS, complete_rates
 from gd_analyze.trajectories.trajectory import Trajectory
 from gd_analyze.vectors import FloatArray
 
@@ -128,26 +128,26 @@ def write_trajectory(trajectory: Trajectory, path: str | Path, comments: Iterabl
     write_text(path, trajectory_csv(trajectory, comments))
 
 
-def recorded_command(text: str) -> str | None:
+def recorded_command(comments: str) -> str | None:
     """Find the `gd-analyze plan` command that a trajectory file's comments record, or None."""
-    matches = (_COMMAND.fullmatch(line) for line in text.splitlines())
+    matches = (_COMMAND.fullmatch(line) for line in comments.splitlines())
     return next((match[1] for match in matches if match), None)
 
 
 def _fetch(path_or_name: str | Path) -> tuple[str | Path, str, str, bytes]:
     """Path for messages, name, origin and bytes of a trajectory."""
-    text = str(path_or_name)
-    if text == "-":
+    given = str(path_or_name)
+    if given == "-":
         return "standard input", "stdin", "read from standard input", sys.stdin.buffer.read()
     shipped = shipped_trajectories()
-    path = shipped.get(text, Path(path_or_name))
-    source = f"shipped trajectory {text}" if text in shipped else f"read from {text}"
+    path = shipped.get(given, Path(path_or_name))
+    source = f"shipped trajectory {given}" if given in shipped else f"read from {given}"
     try:
         return path, path.stem, source, path.read_bytes()
     except FileNotFoundError:
-        near = difflib.get_close_matches(Path(text).stem, shipped, n=1)
+        near = difflib.get_close_matches(Path(given).stem, shipped, n=1)
         raise TrajectoryError(
-            f"there is no trajectory {text!r}",
+            f"there is no trajectory {given!r}",
             where=Location(path),
             expected=f"a CSV file or a shipped trajectory ({', '.join(shipped)})",
             found="neither an existing file nor a known name",

@@ -26,6 +26,66 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
+class Schedule:
+    """When and how smoothly a motion gets from start to goal.
+
+    Parameters
+    ----------
+    duration
+        Time from start to goal, s.
+    profile
+        One of `PROFILES`.
+    n_set_points
+        Number of set points, evenly spaced in time, both ends included.
+    via_times
+        Instants of the vias, s; by default each stretch takes a time in proportion to the square root of
+        what it asks of its slowest joint.
+
+    Raises
+    ------
+    TrajectoryError
+        If there is no such profile or a number is impossible.
+    """
+
+    duration: float
+    profile: str = "4-3-4"
+    n_set_points: int = 31
+    via_times: ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        if self.profile not in PROFILES:
+            near = difflib.get_close_matches(self.profile, PROFILES, n=1)
+            raise wrong_argument(
+                f"there is no profile {self.profile!r}",
+                "profile",
+                ", ".join(PROFILES),
+                repr(self.profile),
+                f"did you mean {near[0]!r}?" if near else "choose one of these",
+            )
+        if not (math.isfinite(self.duration) and self.duration > 0):
+            raise wrong_argument(
+                "the duration of a motion is positive", "duration", "more than 0 s", f"{self.duration:g} s"
+            )
+        if self.n_set_points < 2:
+            raise wrong_argument(
+                "a planned motion has two ends", "n_set_points", "2 or more", str(self.n_set_points)
+            )
+
+    def profile_for(self, n_vias: int) -> Profile:
+        """The profile, if it can take so many vias."""
+        chosen = PROFILES[self.profile]
+        if chosen.via_counts is not None and n_vias not in chosen.via_counts:
+            raise wrong_argument(
+                f"profile {self.profile} cannot take this number of vias",
+                "via",
+                "none, or two: lift-off and set-down",
+                str(n_vias),
+                "choose the profile quintic, cubic or trapezoidal for other numbers of vias",
+            )
+        return chosen
+
+
+@dataclass(frozen=True, eq=False)
 class Plan:
     """A planned motion.
 
@@ -54,14 +114,11 @@ def plan(
     goal: ArrayLike,
     via: Sequence[ArrayLike] = (),
     *,
-    duration: float,
-    n_set_points: int = 31,
-    profile: str = "4-3-4",
-    via_times: ArrayLike | None = None,
+    schedule: Schedule,
     allow_violations: bool = False,
     name: str | None = None,
-) -> Trajectory:
-    """Plan the set points of a motion from rest to rest; `make_plan` tells its limits as well.
+) -> Plan:
+    """Plan a motion from rest to rest and report what it asks of every joint.
 
     Parameters
     ----------
@@ -71,15 +128,8 @@ def plan(
         Joint variables at the ends, rad (m), shape (n,).
     via
         Joint variables to pass in between, in order. For 4-3-4 and 3-5-3: none, or lift-off and set-down.
-    duration
-        Time from start to goal, s.
-    n_set_points
-        Number of set points, evenly spaced in time, both ends included.
-    profile
-        One of `PROFILES`.
-    via_times
-        Instants of the vias, s; by default each stretch takes a time in proportion to the square root of
-        what it asks of its slowest joint.
+    schedule
+        When and how smoothly.
     allow_violations
         Warn, rather than fail, when rates or accelerations exceed their limits.
     name
@@ -87,9 +137,9 @@ def plan(
 
     Returns
     -------
-    Trajectory
-        Set points with exact rates and accelerations of the profile. Where an acceleration jumps, the
-        value is the one just after the jump, at the goal the one just before.
+    Plan
+        Set points with exact rates and accelerations of the profile, and the limits. Where an acceleration
+        jumps, the value is the one just after the jump, at the goal the one just before.
 
     Raises
     ------
@@ -105,97 +155,30 @@ def plan(
     Examples
     --------
     >>> from gd_analyze.robots import load_arm
-    >>> swing = plan(load_arm("two_link"), [0, 0], [1, -1], duration=2, profile="quintic")
-    >>> swing.n_set_points
+    >>> swing = plan(load_arm("two_link"), [0, 0], [1, -1], schedule=Schedule(2, "quintic"))
+    >>> swing.trajectory.n_set_points
     31
     """
-    return make_plan(
-        arm,
-        start,
-        goal,
-        via,
-        duration=duration,
-        n_set_points=n_set_points,
-        profile=profile,
-        via_times=via_times,
-        allow_violations=allow_violations,
-        name=name,
-    ).trajectory
-
-
-def make_plan(
-    arm: RobotArm,
-    start: ArrayLike,
-    goal: ArrayLike,
-    via: Sequence[ArrayLike] = (),
-    *,
-    duration: float,
-    n_set_points: int = 31,
-    profile: str = "4-3-4",
-    via_times: ArrayLike | None = None,
-    allow_violations: bool = False,
-    name: str | None = None,
-) -> Plan:
-    """Plan a motion and report what it asks of every joint; parameters and errors as for `plan`.
-
-    Returns
-    -------
-    Plan
-        The trajectory, the extremes of the motion beside the limits, and the shortest duration.
-    """
-    chosen = _profile(profile, len(via))
-    if not (math.isfinite(duration) and duration > 0):
-        raise wrong_argument(
-            "the duration of a motion is positive", "duration", "more than 0 s", f"{duration:g} s"
-        )
-    if n_set_points < 2:
-        raise wrong_argument("a planned motion has two ends", "n_set_points", "2 or more", str(n_set_points))
+    chosen = schedule.profile_for(len(via))
+    duration, count = float(schedule.duration), schedule.n_set_points
     knots = checked_knots(arm, start, via, goal)
-    times = knot_times(arm, knots, float(duration), via_times)
+    times = knot_times(arm, knots, duration, schedule.via_times)
     path = chosen.path(times, knots)
     report = limit_report(arm, extremes_of_path(path))
     stretch = report.least_stretch
-    shortest = None if stretch is None else stretch * float(duration)
-    _judge(arm, chosen, report, float(duration), shortest, allow_violations)
+    shortest = None if stretch is None else stretch * duration
+    _judge(arm, report, f"profile {chosen.name} over {duration:g} s", shortest, allow_violations)
     trajectory = Trajectory(
-        *_sample(path, chosen, knots, n_set_points),
+        *_sample(path, chosen, knots, count),
         name=name or f"{arm.name}-{chosen.name}",
-        origin=f"planned: profile {chosen.name}, {duration:g} s, {n_set_points} set points, {len(via)} vias",
+        origin=f"planned: profile {chosen.name}, {duration:g} s, {count} set points, {len(via)} vias",
     )
     return Plan(trajectory, report, times, shortest)
 
 
-def _profile(name: str, n_vias: int) -> Profile:
-    if name not in PROFILES:
-        near = difflib.get_close_matches(name, PROFILES, n=1)
-        raise wrong_argument(
-            f"there is no profile {name!r}",
-            "profile",
-            ", ".join(PROFILES),
-            repr(name),
-            f"did you mean {near[0]!r}?" if near else "choose one of these",
-        )
-    chosen = PROFILES[name]
-    if chosen.via_counts is not None and n_vias not in chosen.via_counts:
-        raise wrong_argument(
-            f"profile {name} cannot take this number of vias",
-            "via",
-            "none, or two: lift-off and set-down",
-            str(n_vias),
-            "choose the profile quintic, cubic or trapezoidal for other numbers of vias",
-        )
-    return chosen
-
-
 def _judge(
-    arm: RobotArm,
-    profile: Profile,
-    report: LimitReport,
-    duration: float,
-    shortest: float | None,
-    allow_violations: bool,
+    arm: RobotArm, report: LimitReport, where: str, shortest: float | None, allow_violations: bool
 ) -> None:
-    where = f"profile {profile.name} over {duration:g} s"
     overshoots = [v for v in report.violations if v.quantity == "position"]
     if overshoots:
         raise TrajectoryError(
@@ -217,7 +200,7 @@ def _judge(
             found=found,
             next_step=f"{enough}; allow_violations=True plans it all the same",
         )
-    warnings.warn(f"the motion is too fast for {arm.name}: {found}; {enough}", GdAnalyzeWarning, stacklevel=4)
+    warnings.warn(f"the motion is too fast for {arm.name}: {found}; {enough}", GdAnalyzeWarning, stacklevel=3)
 
 
 def round_up(value: float) -> str:

@@ -38,8 +38,6 @@ class Profile:
     ----------
     name
         As on the command line.
-    summary
-        Segments, continuity and boundary conditions in one line.
     via_counts
         Numbers of vias it takes; None for any.
     rest_orders
@@ -49,7 +47,6 @@ class Profile:
     """
 
     name: str
-    summary: str
     via_counts: tuple[int, ...] | None
     rest_orders: int
     path: Callable[[FloatArray, FloatArray], PPoly[np.float64]]
@@ -157,41 +154,11 @@ PROFILES = MappingProxyType(
     {
         profile.name: profile
         for profile in (
-            Profile(
-                "4-3-4",
-                "quartic, cubic, quartic, C2; at rest without acceleration at the ends; lift-off, set-down",
-                (0, 2),
-                2,
-                partial(_three_segments, (4, 3, 4)),
-            ),
-            Profile(
-                "3-5-3",
-                "cubic, quintic, cubic, C2; at rest without acceleration at the ends; lift-off, set-down",
-                (0, 2),
-                2,
-                partial(_three_segments, (3, 5, 3)),
-            ),
-            Profile(
-                "quintic",
-                "quintic spline through any vias, C4; at rest without acceleration at the ends",
-                None,
-                2,
-                _quintic,
-            ),
-            Profile(
-                "cubic",
-                "cubic spline through any vias, C2; at rest at the ends, accelerations jump there",
-                None,
-                1,
-                _cubic,
-            ),
-            Profile(
-                "trapezoidal",
-                "straight in joint space, thirds at constant acceleration, rate, deceleration; stops at vias",
-                None,
-                1,
-                _trapezoidal,
-            ),
+            Profile("4-3-4", (0, 2), 2, partial(_three_segments, (4, 3, 4))),
+            Profile("3-5-3", (0, 2), 2, partial(_three_segments, (3, 5, 3))),
+            Profile("quintic", None, 2, _quintic),
+            Profile("cubic", None, 1, _cubic),
+            Profile("trapezoidal", None, 1, _trapezoidal),
         )
     }
 )

@@ -1,0 +1,133 @@
+"""From waves to terms and back: the form that is calculated with, and the form that is written."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
+from gd_analyze.harmonics.products import ByRun, with_products
+from gd_analyze.harmonics.terms import Factor, Monomial
+from gd_analyze.harmonics.waves import Waves, numbers
+from gd_analyze.vectors import Array, FloatArray
+
+# cos x = (e^ix + e^-ix) / 2, sin x = -i (e^ix - e^-ix) / 2; a power is itself.
+_EXPONENTIALS = {"cos": (0.5, 0.5), "sin": (-0.5j, 0.5j), "power": (1.0, 0.0)}
+
+
+def to_terms(
+    waves: Waves, rates: AbsoluteRates, noise: float = 0.0, deciding: int = 1
+) -> dict[Monomial, FloatArray]:
+    """Write polynomials in products of sines and cosines; exact, and the same for all of them.
+
+    Parameters
+    ----------
+    waves
+        K polynomials: the first is the sum that shall be short, the others (its effects, its links) follow.
+    rates
+        The arm's runs: within a run the sines and cosines are of sums of its angles.
+    noise
+        What round-off can do to a weight: products below it are left out, and two weights no farther apart
+        than twice this are taken for equal; nothing larger is ever lost.
+    deciding
+        So many of the first polynomials decide which products there are.
+
+    Returns
+    -------
+    dict
+        Weights of shape (K,) by monomial, largest of the first polynomial first.
+    """
+    keys, weights = _split(waves, rates)
+    kept = (np.abs(weights[:deciding]) > noise).any(axis=0)
+    table: ByRun = {
+        _factors(key, waves.sliding, rates): row
+        for key, row in zip(keys[kept].tolist(), weights.T[kept], strict=True)
+    }
+    for r, run in enumerate(rates.runs):
+        if not waves.sliding[run[0]]:
+            table = with_products(table, r, 2 * noise)
+    joined = {tuple(sorted(f for factors in key for f in factors)): value for key, value in table.items()}
+    return dict(sorted(joined.items(), key=lambda item: -abs(item[1][0])))
+
+
+def _split(waves: Waves, rates: AbsoluteRates) -> tuple[NDArray[np.int64], FloatArray]:
+    """Waves as products of one cosine or sine, or power, per run.
+
+    A wave is Re(C prod_r exp(i s_r a_r)), a_r the angle of run r with the sign s_r taken out that makes its
+    multiples lexically positive, and exp(i s a) = cos a + i s sin a. Keys, shape (T, n + runs), are every
+    run's multiples and then whether it is a sine, ascending; weights have shape (P, T).
+    """
+    ends = np.cumsum([len(run) for run in rates.runs])
+    keys, weights = np.insert(waves.multiples, ends, 0, axis=1), waves.coefficients
+    for r, run in enumerate(rates.runs):
+        if waves.sliding[run[0]]:
+            continue
+        place = slice(run[0] + r, run[-1] + r + 1)
+        sign = np.sign(numbers(keys[:, place]))
+        keys[:, place] *= np.where(sign < 0, -1, 1)[:, None]
+        turned = np.flatnonzero(sign)
+        sines = keys[turned]
+        sines[:, place.stop] = 1
+        keys = np.concatenate([keys, sines])
+        weights = np.concatenate([weights, weights[:, turned] * (1j * sign[turned])], axis=1)
+        keys, weights = _gathered(keys, weights)
+    return keys, np.ascontiguousarray(weights.real)
+
+
+def _gathered(keys: NDArray[np.int64], weights: Array) -> tuple[NDArray[np.int64], Array]:
+    """Sum up the columns of equal keys, which come out ascending."""
+    number = numbers(keys)
+    order = np.argsort(number, kind="stable")
+    starts = np.flatnonzero(np.diff(number[order], prepend=np.iinfo(np.int64).min))
+    if not starts.size:
+        return keys, weights
+    return keys[order[starts]], np.add.reduceat(weights[:, order], starts, axis=1)
+
+
+def _factors(key: list[int], sliding: tuple[bool, ...], rates: AbsoluteRates) -> tuple[Monomial, ...]:
+    """Factors of every run."""
+    out: list[Monomial] = []
+    for r, run in enumerate(rates.runs):
+        part, sine = key[run[0] + r : run[-1] + r + 1], key[run[-1] + r + 1]
+        multiples = (0,) * run[0] + tuple(part) + (0,) * (len(sliding) - run[-1] - 1)
+        if sliding[run[0]]:
+            out.append((Factor("power", tuple(int(j == run[0]) for j in range(len(sliding)))),) * part[0])
+        else:
+            out.append((Factor("sin" if sine else "cos", multiples),) if any(part) else ())
+    return tuple(out)
+
+
+def to_waves(polynomials: Sequence[Mapping[Monomial, float]], sliding: Sequence[bool]) -> Waves:
+    """Multiply products of sines and cosines out.
+
+    Parameters
+    ----------
+    polynomials
+        P sums of monomials with their weights.
+    sliding
+        Whether each joint slides.
+    """
+    pairs = [(p, *item) for p, polynomial in enumerate(polynomials) for item in polynomial.items()]
+    rows = np.array([p for p, _, _ in pairs], dtype=np.int64)
+    multiples = np.zeros((len(pairs), len(sliding)), dtype=np.int64)
+    weights = np.array([weight for _, _, weight in pairs], dtype=complex)
+    source = np.arange(len(pairs))
+    for place in range(max((len(monomial) for _, monomial, _ in pairs), default=0)):
+        nothing = Factor("power", (0,) * len(sliding))
+        factors = [monomial[place] if place < len(monomial) else nothing for _, monomial, _ in pairs]
+        step = np.array([factor[1] for factor in factors], dtype=np.int64)[source]
+        up, down = np.array([_EXPONENTIALS[factor[0]] for factor in factors])[source].T
+        weights = np.concatenate([weights * up, weights * down])
+        there = weights != 0.0
+        multiples = np.concatenate([multiples + step, multiples - step])[there]
+        weights, source = weights[there], np.tile(source, 2)[there]
+    turning = ~np.array(sliding)
+    mirrored = numbers(multiples * turning) < 0
+    multiples = np.where(mirrored[:, None] & turning, -multiples, multiples)
+    weights = np.where(mirrored, weights.conj(), weights)
+    _, first, column = np.unique(numbers(multiples), return_index=True, return_inverse=True)
+    out = np.zeros((len(polynomials), len(first)), dtype=complex)
+    np.add.at(out, (rows[source], column), weights)
+    return Waves(tuple(sliding), multiples[first], out)

@@ -1,0 +1,249 @@
+"""The exact form of an arm's dynamics, read off from its numbers.
+
+Every element of D is a polynomial of degree 2 in (cos q_k, sin q_k) of each revolute and in q_k of each
+sliding joint, the potential energy of degree 1. Such a function is fixed by its values on a tensor grid of 5
+(3) angles per revolute and 3 (2) places per sliding joint; a discrete Fourier (Vandermonde) transform along
+each axis returns its waves. No computer algebra is involved, and effects stay apart because they are apart
+in the values.
+
+What link s adds to D_ij (i <= j <= s) depends on q_{i+1}..q_s only, and so does its grid; every link for
+itself costs hardly more than all together, since the last link's grid is larger than all others.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from gd_analyze.formulations import composite_moments as composite
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
+from gd_analyze.harmonics.waves import DEGREE, Waves
+from gd_analyze.kinematics import solve_kinematics
+from gd_analyze.robots import RobotArm
+from gd_analyze.vectors import Array, FloatArray
+
+_CHUNK = 4096
+
+
+@dataclass(frozen=True, eq=False)
+class Harmonics:
+    """An arm's dynamics as sums of waves.
+
+    Parameters
+    ----------
+    arm, rates
+        The arm and its runs of parallel joints.
+    inertia_by_link
+        What link s adds to D_ij, i <= j <= s, by (s, i, j) from 0; two polynomials: translation, rotation.
+    potential_by_link
+        What every link adds to the potential energy, J, up to a constant; n polynomials.
+    cut
+        Largest amplitude of a wave that round-off can feign: of D (kg m^2) and of the potential (J).
+    left_out
+        Largest amplitude left out as a structural zero, over `cut`; at most 1.
+    """
+
+    arm: RobotArm
+    rates: AbsoluteRates
+    inertia_by_link: dict[tuple[int, int, int], Waves]
+    potential_by_link: Waves
+    cut: tuple[float, float]
+    left_out: float
+
+    @property
+    def noise(self) -> tuple[float, float]:
+        """Largest coefficient of a product of sines and cosines that round-off can feign, like `cut`.
+
+        A product of sines and cosines of r runs is a sum of 2^(r-1) waves of 2^(1-r) of its size. So with r
+        all runs of turning joints the cut leaves out no wave of a product above the noise, and joining waves
+        of no more than the cut makes none.
+        """
+        turning = sum(self.arm.is_revolute[run[0]] for run in self.rates.runs)
+        of_inertia, of_potential = (cut * 2.0 ** (max(turning, 1) - 1) for cut in self.cut)
+        return of_inertia, of_potential
+
+    @property
+    def gap(self) -> float:
+        """Smallest amplitude kept over largest left out: how clear the cut is."""
+        families = [(part, self.cut[0]) for part in self.inertia_by_link.values()]
+        families.append((self.potential_by_link, self.cut[1]))
+        sizes = [np.abs(part.coefficients[part.coefficients != 0.0]) / cut for part, cut in families if cut]
+        smallest = min((float(size.min(initial=np.inf)) for size in sizes), default=np.inf)
+        return smallest / self.left_out if self.left_out > 0.0 else np.inf
+
+    @cached_property
+    def inertia(self) -> dict[tuple[int, int], Waves]:
+        """D_ij for i <= j, joints from 0; two polynomials: translation, rotation."""
+        n = self.arm.n_joints
+        # Links may cancel; what is left of two equal coefficients is round-off.
+        return {
+            (i, j): Waves.summed([self.inertia_by_link[s, i, j] for s in range(j, n)]).above(self.cut[0])
+            for i in range(n)
+            for j in range(i, n)
+        }
+
+    def whole_inertia(self, drive_inertia: FloatArray | None = None) -> dict[tuple[int, int], Waves]:
+        """D_ij, i <= j, both effects together; with drives, whose inertia (n,) is added to the diagonal."""
+        whole = {key: parts.total() for key, parts in self.inertia.items()}
+        for i, added in enumerate(() if drive_inertia is None else drive_inertia):
+            whole[i, i] += Waves.constant(whole[i, i].sliding, added)
+        return whole
+
+    @cached_property
+    def potential(self) -> Waves:
+        """Potential energy, J, up to a constant; c_i is its derivative by q_i."""
+        return self.potential_by_link.total().above(self.cut[1])
+
+    @cached_property
+    def gravity_loading(self) -> tuple[Waves, ...]:
+        """c_i, N m."""
+        return tuple(self.potential.derivative(i) for i in range(self.arm.n_joints))
+
+    def coupling(self, i: int, j: int, k: int) -> Waves:
+        """h_ijk, symmetric in j and k, by exact differentiation of D; two polynomials by effect."""
+        return christoffel(self.inertia, i, j, k).above(DEGREE * self.cut[0])
+
+
+def christoffel(inertia: Mapping[tuple[int, int], Waves], i: int, j: int, k: int) -> Waves:
+    """Christoffel symbol (dD_ij/dq_k + dD_ik/dq_j - dD_jk/dq_i) / 2 of D_ij, i <= j."""
+    slopes = ((0.5, i, j, k), (0.5, i, k, j), (-0.5, j, k, i))
+    return Waves.summed([sign * inertia[min(a, b), max(a, b)].derivative(by) for sign, a, b, by in slopes])
+
+
+def harmonics_of(arm: RobotArm) -> Harmonics:
+    """Read the exact form of D by effect and of the potential energy off the numbers.
+
+    Parameters
+    ----------
+    arm
+        Any serial arm.
+
+    Returns
+    -------
+    Harmonics
+        Waves that round-off cannot have made; everything else is a structural zero.
+
+    Examples
+    --------
+    >>> from gd_analyze.robots import load_arm
+    >>> len(harmonics_of(load_arm("two_link")).inertia[0, 0])
+    2
+    """
+    cut = _cut(arm)
+    inertia: dict[tuple[int, int, int], Waves] = {}
+    left_out = 0.0
+    for s in range(arm.n_joints):
+        for i, values in enumerate(_inertia_on_grid(_only_link(arm, s))):
+            waves, largest = _waves_of(arm, values, range(i + 1, s + 1), DEGREE, cut[0])
+            left_out = max(left_out, largest)
+            # Rows are the effects' D_ii .. D_is, one effect behind the other.
+            for j in range(i, s + 1):
+                inertia[s, i, j] = waves[j - i :: s + 1 - i].above(0.0)
+    potential, largest = _waves_of(arm, _potential_on_grid(arm), range(arm.n_joints), 1, cut[1])
+    return Harmonics(arm, AbsoluteRates.of(arm), inertia, potential, cut, max(left_out, largest))
+
+
+def _only_link(arm: RobotArm, s: int) -> RobotArm:
+    """Cut the arm off behind link s and leave that link alone its mass."""
+    weightless = tuple(
+        replace(link, mass=0.0, com=np.zeros(3), inertia_com=np.zeros((3, 3))) for link in arm.links[:s]
+    )
+    return replace(arm, joints=arm.joints[: s + 1], links=(*weightless, arm.links[s]), drives=(), dh_table=())
+
+
+def _cut(arm: RobotArm) -> tuple[float, float]:
+    """What round-off can make of the amplitude of a wave that is zero.
+
+    A value of D passes some 10 n roundings of terms that add up to at most sum_s m_s L^2 + |I_s| of the arm
+    stretched out. A transform's exponential is a mean of values with weights of magnitude 1, and a wave is
+    two of them, for m and -m. The weights for the powers of a sliding joint add up to 2.
+    """
+    # The grid moves sliding joints by up to 1 m, whatever their limits.
+    slides = arm.is_revolute.count(False)
+    reach = arm.reach + max(float(np.linalg.norm(com)) for com in arm.com) + slides
+    reach += float(np.linalg.norm(arm.joints[0].placement.translation))
+    unit = 10 * arm.n_joints * float(np.finfo(float).eps) / 2 * 2.0 ** (slides + any(arm.is_revolute))
+    inertia = float((arm.mass * max(reach, 1.0) ** 2 + np.abs(arm.inertia_com).sum(axis=(1, 2))).sum())
+    potential = float(arm.mass.sum() * reach * np.linalg.norm(arm.gravity))
+    return unit * inertia, unit * potential
+
+
+def _axis_nodes(arm: RobotArm, joint: int, degree: int) -> FloatArray:
+    """Evenly spaced angles, or places of a sliding joint around zero."""
+    if arm.is_revolute[joint]:
+        return 2 * np.pi * np.arange(2 * degree + 1) / (2 * degree + 1)
+    return np.linspace(-1.0, 1.0, degree + 1) if degree > 1 else np.array([0.0, 1.0])
+
+
+def _grid(arm: RobotArm, joints: range, degree: int) -> tuple[tuple[int, ...], FloatArray]:
+    nodes = [_axis_nodes(arm, joint, degree) for joint in joints]
+    shape = tuple(map(len, nodes))
+    q = np.zeros((arm.n_joints, math.prod(shape)))
+    for joint, mesh in zip(joints, np.meshgrid(*nodes, indexing="ij"), strict=True):
+        q[joint] = mesh.ravel()
+    return shape, q
+
+
+def _inertia_on_grid(arm: RobotArm) -> Iterator[FloatArray]:
+    """D_ii .. D_in by effect on the grid of the joints behind i, row by row, shape (2 (n - i), 5, 5, ...)."""
+    n = arm.n_joints
+    shape, q = _grid(arm, range(1, n), DEGREE)
+    out = np.empty((2, n, n, q.shape[1]))
+    for chunk in _chunks(q.shape[1]):
+        moments = composite.composite_moments(arm, solve_kinematics(arm, q[:, chunk]))
+        composite.inertia(moments, out[..., chunk])
+    for i in range(n):
+        # The grid's axes of joints 2..i stay at their first node.
+        behind = out[:, i, i:, : math.prod(shape[i:])]
+        yield behind.reshape(-1, *shape[i:])
+
+
+def _potential_on_grid(arm: RobotArm) -> FloatArray:
+    """Potential energy of every link, shape (n, 3, 3, ...)."""
+    shape, q = _grid(arm, range(arm.n_joints), 1)
+    out = np.empty((arm.n_joints, q.shape[1]))
+    for chunk in _chunks(q.shape[1]):
+        positions = solve_kinematics(arm, q[:, chunk]).com_positions
+        out[:, chunk] = -np.einsum("s,a,san->sn", arm.mass, arm.gravity, positions)
+    return out.reshape(-1, *shape)
+
+
+def _chunks(count: int) -> Iterator[slice]:
+    return (slice(start, min(start + _CHUNK, count)) for start in range(0, count, _CHUNK))
+
+
+def _waves_of(
+    arm: RobotArm, values: FloatArray, joints: range, degree: int, cut: float
+) -> tuple[Waves, float]:
+    """Waves of more than `cut` from P functions' values on the grid of `joints`; largest other over `cut`."""
+    turning = [a for a, joint in enumerate(joints, start=1) if arm.is_revolute[joint]]
+    table: Array = values
+    if turning:
+        # Values are real: of the first turning joint's multiples those from zero on say it all.
+        table = np.fft.rfftn(values, axes=(*turning[1:], turning[0]), norm="forward")
+    digits = [np.arange(size) for size in table.shape[1:]]
+    for a, joint in enumerate(joints, start=1):
+        if not arm.is_revolute[joint]:
+            inverse = np.linalg.inv(np.vander(_axis_nodes(arm, joint, degree), increasing=True))
+            table = np.moveaxis(np.tensordot(inverse, table, axes=(1, a)), 0, a)
+        elif a != turning[0]:
+            digits[a - 1] = (digits[a - 1] + degree) % (2 * degree + 1) - degree
+    # Of m and -m, which are conjugate, the lexically larger one counts for both.
+    mesh = np.ix_(*digits)
+    number = np.zeros((1,) * len(digits), dtype=np.int64)
+    for a in turning:
+        number = number * (2 * degree + 1) + mesh[a - 1]
+    shape = table.shape[1:] or (1,)
+    table = (table * (1 + np.sign(number))).reshape(len(table), -1)
+    amplitudes = np.abs(table)
+    left_out = float(amplitudes[amplitudes <= cut].max(initial=0.0)) / cut if cut else 0.0
+    found = np.flatnonzero((amplitudes > cut).any(axis=0))
+    multiples = np.zeros((len(found), arm.n_joints), dtype=np.int64)
+    for joint, digit, place in zip(joints, digits, np.unravel_index(found, shape), strict=False):
+        multiples[:, joint] = digit[place]
+    sliding = tuple(not turns for turns in arm.is_revolute)
+    return Waves(sliding, multiples, table[:, found].astype(complex)).above(cut), left_out

@@ -1,0 +1,226 @@
+"""Polynomials in sines, cosines and sliding variables as sums of waves.
+
+The wave of multiples m is Re(C prod_k b_k) with b_k = exp(i m_k q_k) of a turning and q_k^m_k of a sliding
+joint. Waves are what a Fourier transform finds and what bounds and grids can handle: a wave's amplitude |C|
+is the largest it can get, a derivative multiplies C by i m_k or lowers a power. Of m and -m, which are one
+wave, the one that is lexically larger in the turning joints is kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.vectors import Array, FloatArray
+
+# Of D in every joint variable: each of its two velocities turns (or moves) with the joint once.
+DEGREE = 2
+# Positions evaluated at once: their values of some twenty polynomials fit the cache.
+_CHUNK = 8192
+
+
+@dataclass(frozen=True, eq=False)
+class Waves:
+    """P polynomials over the same waves.
+
+    Parameters
+    ----------
+    sliding
+        Whether each joint slides.
+    multiples
+        m of every wave, shape (W, n), all distinct; of a sliding joint the power.
+    coefficients
+        C, shape (P, W).
+    """
+
+    sliding: tuple[bool, ...]
+    multiples: NDArray[np.int64]
+    coefficients: NDArray[np.complex128]
+
+    # An array times waves is for `__rmul__`.
+    __array_ufunc__ = None
+
+    @classmethod
+    def stacked(cls, parts: Sequence[Waves]) -> Waves:
+        """All polynomials of all parts, one after the other."""
+        multiples, places = _together(parts)
+        out = np.zeros((sum(len(part.coefficients) for part in parts), len(multiples)), dtype=complex)
+        row = 0
+        for part, place in zip(parts, places, strict=True):
+            out[row : row + len(part.coefficients), place] = part.coefficients
+            row += len(part.coefficients)
+        return cls(parts[0].sliding, multiples, out)
+
+    @classmethod
+    def summed(cls, parts: Sequence[Waves]) -> Waves:
+        """Sum of parts of P polynomials each."""
+        count = len(parts[0].coefficients)
+        return cls.stacked(parts).added([*range(count)] * len(parts), count)
+
+    @classmethod
+    def constant(cls, sliding: tuple[bool, ...], value: float) -> Waves:
+        """One polynomial that is the same everywhere."""
+        return cls(sliding, np.zeros((1, len(sliding)), dtype=np.int64), np.array([[value]], dtype=complex))
+
+    def __len__(self) -> int:
+        return len(self.multiples)
+
+    def __add__(self, other: Waves) -> Waves:
+        return Waves.summed([self, other])
+
+    def __mul__(self, factor: float | FloatArray) -> Waves:
+        """Multiply all polynomials, or each by its own factor, shape (P,)."""
+        return Waves(self.sliding, self.multiples, self.coefficients * np.reshape(factor, (-1, 1)))
+
+    __rmul__ = __mul__
+
+    def __getitem__(self, polynomials: slice | Sequence[int] | NDArray[Any]) -> Waves:
+        return Waves(self.sliding, self.multiples, self.coefficients[polynomials])
+
+    def added(self, places: Sequence[int], count: int) -> Waves:
+        """Sums of the polynomials, `count` of them: the p-th goes into the sum places[p]."""
+        out = np.zeros((count, len(self)), dtype=complex)
+        for place, row in zip(places, self.coefficients, strict=True):
+            out[place] += row
+        return Waves(self.sliding, self.multiples, out)
+
+    def total(self) -> Waves:
+        """Sum of the polynomials: of an element's effects, of a sum's links."""
+        return self.added([0] * len(self.coefficients), 1)
+
+    def only(self, chosen: NDArray[np.bool_]) -> Waves:
+        """Leave out the other waves."""
+        return Waves(self.sliding, self.multiples[chosen], self.coefficients[:, chosen])
+
+    def above(self, floor: float | FloatArray) -> Waves:
+        """Leave out coefficients of at most `floor`, and waves that are in no polynomial then."""
+        kept = np.where(np.abs(self.coefficients) > floor, self.coefficients, 0.0)
+        return Waves(self.sliding, self.multiples, kept).only((kept != 0.0).any(axis=0))
+
+    def derivative(self, joint: int) -> Waves:
+        """Derivative by q_joint (from 0); exact."""
+        there = self.only(self.multiples[:, joint] != 0)
+        m = there.multiples[:, joint]
+        if not self.sliding[joint]:
+            return Waves(self.sliding, there.multiples, there.coefficients * (1j * m))
+        lowered = there.multiples - np.eye(len(self.sliding), dtype=np.int64)[joint]
+        return Waves(self.sliding, lowered, there.coefficients * m)
+
+    @cached_property
+    def degrees(self) -> tuple[int, ...]:
+        """Largest multiple, or power, of every joint."""
+        return tuple(int(d) for d in np.abs(self.multiples).max(axis=0, initial=0))
+
+    def sizes(self, farthest: FloatArray) -> FloatArray:
+        """Largest magnitude of every wave in every polynomial, |q| being at most `farthest`, shape (P, W)."""
+        return np.asarray(np.abs(self.coefficients) * self._powers(farthest[:, None])[:, 0])
+
+    def curvatures(self, farthest: FloatArray) -> FloatArray:
+        """Largest second derivatives by every joint, |q| being at most `farthest`, shape (P, W, n)."""
+        sizes = self.sizes(farthest)
+        out = np.empty((*sizes.shape, len(self.sliding)))
+        for k, slides in enumerate(self.sliding):
+            m = self.multiples[:, k]
+            if not slides:
+                out[..., k] = sizes * m**2
+                continue
+            lowered = self.multiples.copy()
+            lowered[:, k] = np.maximum(m - 2, 0)
+            out[..., k] = Waves(self.sliding, lowered, self.coefficients).sizes(farthest) * (m * (m - 1))
+        return out
+
+    def __call__(self, q: FloatArray) -> FloatArray:
+        """Values at positions (n, K), shape (P, K)."""
+        turning = ~np.array(self.sliding)
+        angles = self.multiples[:, turning].astype(float) @ q[turning]
+        powers = self._powers(q)
+        values = self.coefficients.real @ (powers * np.cos(angles))
+        values -= self.coefficients.imag @ (powers * np.sin(angles))
+        return np.asarray(values)
+
+    def on_grid(self, nodes: Sequence[FloatArray]) -> Iterator[FloatArray]:
+        """Values on the tensor grid of every joint's nodes, in pieces (P, K) of its row-major order.
+
+        Joint after joint the nodes' values of 1, cos, sin, .. are contracted with the coefficients, so that a
+        position costs a few multiplications instead of its own sines and cosines.
+        """
+        bases = [self._basis(k, node) for k, node in enumerate(nodes)]
+        counts = [len(node) for node in nodes]
+        inner = len(counts)
+        while inner and np.prod(counts[inner - 1 :], dtype=float) <= _CHUNK:
+            inner -= 1
+        table = self._table()
+        kept = table.shape[inner + 1 :]
+        # Outer joints once, all their nodes; shape (P, outer positions, B of the inner joints).
+        table = _contracted(table.reshape(*table.shape[: inner + 1], -1), bases[:inner])
+        table = table.reshape(len(table), -1, *kept)
+        step = max(1, int(_CHUNK // np.prod(counts[inner:], dtype=float)))
+        for start in range(0, table.shape[1], step):
+            piece = table[:, start : start + step]
+            values = _contracted(piece.reshape(-1, *kept, 1), bases[inner:])
+            yield values.reshape(len(table), -1)
+
+    def _powers(self, q: FloatArray) -> FloatArray:
+        """Product of the sliding joints' powers, shape (W, K)."""
+        out = np.ones((len(self.multiples), q.shape[1]))
+        for k in np.flatnonzero(self.sliding):
+            out *= q[k] ** self.multiples[:, [k]]
+        return out
+
+    def _basis(self, joint: int, nodes: FloatArray) -> FloatArray:
+        """1, cos, sin, cos 2, sin 2, .. or 1, q, q^2, .. at the nodes, shape (N, B)."""
+        degree = self.degrees[joint]
+        if self.sliding[joint]:
+            return np.asarray(nodes[:, None] ** np.arange(degree + 1))
+        out = np.ones((len(nodes), 2 * degree + 1))
+        angles = np.outer(nodes, np.arange(1, degree + 1))
+        out[:, 1::2], out[:, 2::2] = np.cos(angles), np.sin(angles)
+        return out
+
+    def _table(self) -> FloatArray:
+        """Coefficients of the products of the joints' basis functions, shape (P, B_1, .., B_n)."""
+        lowest = np.array(self.degrees) * ~np.array(self.sliding)
+        shape = [degree + low + 1 for degree, low in zip(self.degrees, lowest, strict=True)]
+        table: Array = np.zeros((len(self.coefficients), *shape), dtype=complex)
+        table[(slice(None), *(self.multiples + lowest).T)] = self.coefficients
+        turns = [_euler(low).T if low else np.eye(size) for low, size in zip(lowest, shape, strict=True)]
+        return np.ascontiguousarray(_contracted(table[..., None], turns).real).reshape(-1, *shape)
+
+
+def numbers(multiples: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Number rows (K, n) of small integers: of their sign, and in order, as the first places that differ."""
+    radix = 2 * np.abs(multiples).max(axis=0, initial=0) + 1
+    return np.asarray(multiples @ np.append(np.cumprod(radix[:0:-1])[::-1], 1))
+
+
+def _together(parts: Sequence[Waves]) -> tuple[NDArray[np.int64], list[NDArray[np.int64]]]:
+    """Multiples of all waves in any of the parts, and the places of each part's."""
+    multiples = np.concatenate([part.multiples for part in parts])
+    _, first, place = np.unique(numbers(multiples), return_index=True, return_inverse=True)
+    return multiples[first], np.split(place, np.cumsum([len(part) for part in parts])[:-1])
+
+
+def _euler(degree: int) -> Array:
+    """exp(i m q), m = -d..d, in 1, cos q, sin q, .., shape (2 d + 1, 2 d + 1)."""
+    out = np.zeros((2 * degree + 1, 2 * degree + 1), dtype=complex)
+    out[degree, 0] = 1.0
+    for m in range(1, degree + 1):
+        out[degree + m, [2 * m - 1, 2 * m]] = 1.0, 1.0j
+        out[degree - m, [2 * m - 1, 2 * m]] = 1.0, -1.0j
+    return out
+
+
+def _contracted(table: Array, bases: Sequence[Array]) -> Array:
+    """Contract (P, B_1, .., B_m, rest) with bases (N_k, B_k) to (P, N_1, .., N_m, rest), the last first."""
+    counts = [len(basis) for basis in bases]
+    behind = table.shape[-1]
+    for k in reversed(range(len(bases))):
+        # As products of many small matrices, which no two threads quarrel about.
+        table = np.matmul(bases[k], table.reshape(-1, bases[k].shape[1], behind))
+        behind *= counts[k]
+    return table

@@ -1,0 +1,154 @@
+"""Every run is held against an independent authority: Pinocchio's algorithms on the same arm."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.robots import Placement, RobotArm
+from gd_analyze.vectors import FloatArray
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Enough to meet every region of a long trajectory, few enough to take milliseconds.
+MOST_SET_POINTS = 500
+
+
+@dataclass(frozen=True)
+class Residual:
+    """Largest difference from Pinocchio, beside what round-off can explain."""
+
+    quantity: str
+    largest: float
+    bound: float
+    unit: str
+
+
+def cross_check(arm: RobotArm, dataset: xr.Dataset) -> tuple[Residual, ...]:
+    """Compare D, h, c and torque with Pinocchio's crba, rnea and computeGeneralizedGravity.
+
+    A trajectory of more than `MOST_SET_POINTS` is compared at that many evenly spaced ones.
+
+    Returns
+    -------
+    tuple of Residual
+        One per quantity, in SI units.
+
+    Raises
+    ------
+    GdAnalyzeError
+        If a difference exceeds what round-off explains: then one of the two programs is wrong.
+    """
+    count = dataset.sizes["time"]
+    chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_SET_POINTS)).round().astype(int))
+    part = dataset.isel(time=chosen)
+    q, qd, qdd = (np.ascontiguousarray(part[name].values) for name in ("q", "qd", "qdd"))
+    theirs = pinocchio_dynamics(arm, q, qd, qdd)
+    ours = {
+        "inertia": part.inertia.sum("effect").values,
+        "coriolis_centrifugal": part.coriolis_centrifugal.sum("effect").values,
+        "gravity_loading": part.gravity_loading.values,
+        "torque": part.torque.values - (part.drive_torque.values if "drive_torque" in part else 0.0),
+    }
+    bounds = round_off_bounds(arm, q, qd, qdd)
+    residuals = tuple(
+        Residual(
+            name,
+            float(np.abs(ours[name] - theirs[name]).max()),
+            bounds[name],
+            "kg m^2" if name == "inertia" else "N m",
+        )
+        for name in ours
+    )
+    for residual in residuals:
+        if not residual.largest <= residual.bound:
+            raise GdAnalyzeError(
+                f"{residual.quantity} disagrees with Pinocchio",
+                where=f"arm {arm.name}",
+                expected=f"a difference of at most {residual.bound:.1e} {residual.unit} (round-off)",
+                found=f"{residual.largest:.1e} {residual.unit}",
+                next_step="please report this with the arm file and the trajectory",
+            )
+    return residuals
+
+
+def round_off_bounds(arm: RobotArm, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> dict[str, float]:
+    """How far two correct programs may differ in each quantity, over the given states.
+
+    A coordinate of link s passes some 10 roundings per joint on its way to the base, and a moment of the
+    composite is formed from products of two such coordinates: 2 * 10 n roundings, and two programs make
+    twice as many. With u = eps / 2 the difference is at most 40 n u = 20 n eps of the sum of the
+    magnitudes of what is added up, which is at most the arm stretched out: sum_s m_s L^2 + |I_s| for D,
+    the same times the squared sum of rates for h (two rates, and every h_i sums all j, k), sum_s m_s L |g|
+    for c. A sliding joint's rows have L once or not at all, hence max(L, 1).
+    """
+    slides = np.abs(np.where(arm.is_revolute, 0.0, q)).sum(axis=-1).max()
+    com_reach = max(float(np.linalg.norm(com)) for com in arm.com)
+    first = float(np.linalg.norm(arm.joints[0].placement.translation))
+    reach = max(arm.reach + com_reach + slides + first, 1.0)
+    inertia = float((arm.mass * reach**2 + np.abs(arm.inertia_com).sum(axis=(1, 2))).sum())
+    rates = float(np.abs(qd).sum(axis=-1).max())
+    accelerations = float(np.abs(qdd).sum(axis=-1).max())
+    gravity = float(arm.mass.sum() * reach * np.linalg.norm(arm.gravity))
+    unit = 20 * arm.n_joints * np.finfo(float).eps
+    # Newton-Euler gives h as a difference of torques that hold gravity, so gravity's round-off is in it.
+    h = inertia * rates**2 + gravity
+    return {
+        "inertia": unit * inertia,
+        "coriolis_centrifugal": unit * h,
+        "gravity_loading": unit * gravity,
+        "torque": unit * (inertia * accelerations + h),
+    }
+
+
+def pinocchio_dynamics(
+    arm: RobotArm, q: FloatArray, qd: FloatArray, qdd: FloatArray
+) -> dict[str, FloatArray]:
+    """D, h, c and torque of states (N, n) by Pinocchio, without any split by effect."""
+    import pinocchio as pin
+
+    model = pinocchio_model(arm)
+    data = model.createData()
+    n, count = arm.n_joints, len(q)
+    out = {
+        "inertia": np.empty((count, n, n)),
+        "coriolis_centrifugal": np.empty((count, n)),
+        "gravity_loading": np.empty((count, n)),
+        "torque": np.empty((count, n)),
+    }
+    for k in range(count):
+        upper = np.triu(pin.crba(model, data, q[k]))
+        out["inertia"][k] = upper + np.triu(upper, 1).T
+        out["gravity_loading"][k] = pin.computeGeneralizedGravity(model, data, q[k])
+        at_rest = pin.rnea(model, data, q[k], qd[k], np.zeros(n)).copy()
+        out["coriolis_centrifugal"][k] = at_rest - out["gravity_loading"][k]
+        out["torque"][k] = pin.rnea(model, data, q[k], qd[k], qdd[k])
+    return out
+
+
+def pinocchio_model(arm: RobotArm) -> Any:
+    """Build the arm as a `pinocchio.Model`, joint by joint."""
+    import pinocchio as pin
+
+    def placed(placement: Placement) -> Any:
+        return pin.SE3(np.array(placement.rotation), np.array(placement.translation))
+
+    model = pin.Model()
+    model.name = arm.name
+    model.gravity.linear = np.array(arm.gravity)
+    parent, behind = 0, pin.SE3.Identity()
+    for i, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True)):
+        unaligned = (
+            pin.JointModelRevoluteUnaligned if joint.kind == "revolute" else pin.JointModelPrismaticUnaligned
+        )
+        parent = model.addJoint(
+            parent, unaligned(np.array(joint.axis)), behind * placed(joint.placement), f"joint_{i + 1}"
+        )
+        behind = placed(link.frame)
+        body = pin.Inertia(link.mass, np.array(link.com), np.array(link.inertia_com))
+        model.appendBodyToJoint(parent, body, behind)
+    return model

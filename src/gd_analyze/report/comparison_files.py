@@ -1,0 +1,156 @@
+"""The comparison of formulations as files: a page that opens offline, a typeset PDF, and JSON."""
+
+from __future__ import annotations
+
+import datetime
+import json
+import re
+from collections.abc import Collection
+from pathlib import Path
+from typing import Any
+
+from markupsafe import Markup
+
+from gd_analyze.comparison import Comparison
+from gd_analyze.comparison.agreement import PINOCCHIO
+from gd_analyze.errors import UsageError
+from gd_analyze.files import replacing, write_text
+from gd_analyze.formatting import figures, pretty
+from gd_analyze.formulations.methods import METHODS
+from gd_analyze.report.comparison_chart import PAPER, SCREEN, growth_chart
+from gd_analyze.report.comparison_document import comparison_document, provenance_rows
+from gd_analyze.report.html import environment, style
+from gd_analyze.report.pdf import TEMPLATES, typeset
+
+FILES = {"html": "comparison.html", "pdf": "comparison.pdf", "json": "comparison.json"}
+
+_SHORT = {name: method.short for name, method in METHODS.items()} | {PINOCCHIO: "Pinocchio"}
+
+
+def default_folder(arm_name: str) -> Path:
+    """Folder the results go to when none is named."""
+    return Path("reports") / f"compare-{arm_name}"
+
+
+def write_comparison(comparison: Comparison, folder: Path, formats: Collection[str]) -> None:
+    """Write the chosen files of `FILES`; all are made before the first is written.
+
+    Raises
+    ------
+    UsageError
+        If there is no such format.
+    OutputError
+        If the folder cannot be written to.
+    """
+    unknown = sorted(set(formats) - set(FILES))
+    if unknown:
+        raise UsageError(
+            f"there is no format {unknown[0]!r}", where="formats", expected=", ".join(FILES), found=unknown[0]
+        )
+    html = render_comparison_html(comparison) if "html" in formats else ""
+    pdf = render_comparison_pdf(comparison) if "pdf" in formats else b""
+    if "json" in formats:
+        document = comparison_document(comparison)
+        write_text(folder / FILES["json"], json.dumps(document, indent=2, allow_nan=False) + "\n")
+    if html:
+        write_text(folder / FILES["html"], html)
+    if pdf:
+        with replacing(folder / FILES["pdf"]) as temporary:
+            temporary.write_bytes(pdf)
+
+
+def render_comparison_html(comparison: Comparison) -> str:
+    """Write the page of one comparison; styles, charts and the theme switch are inside it."""
+    return (
+        environment()
+        .get_template("comparison.html.j2")
+        .render(
+            c=comparison_document(comparison),
+            provenance=provenance_rows(comparison),
+            short=_SHORT,
+            charts={
+                which: Markup(growth_chart(comparison.growth, which, SCREEN))
+                for which in ("executed", "folded")
+            },
+            slowest=max(comparison.timing.pinocchio, *comparison.timing.seconds.values()),
+            style=style("report.css", "comparison.css"),
+        )
+    )
+
+
+def render_comparison_pdf(comparison: Comparison) -> bytes:
+    """Typeset one comparison; the same comparison gives the same bytes.
+
+    Raises
+    ------
+    GdAnalyzeError
+        If the document cannot be typeset.
+    """
+    when = datetime.datetime.fromisoformat(comparison.provenance["created"])
+    shown = _typeset_numbers(comparison) | {"date": [when.year, when.month, when.day]}
+    inputs = {
+        "data": json.dumps(shown, ensure_ascii=False, allow_nan=False),
+        "executed": growth_chart(comparison.growth, "executed", PAPER),
+        "folded": growth_chart(comparison.growth, "folded", PAPER),
+    }
+    return typeset(TEMPLATES / "comparison.typ", inputs, when)
+
+
+def _typeset_numbers(comparison: Comparison) -> dict[str, Any]:
+    """Take the document, its numbers and names as they are printed."""
+    document = comparison_document(comparison)
+
+    def microseconds(seconds: float) -> str:
+        return f"{1e6 * seconds:.2f}"
+
+    def slope(value: float | None) -> str:
+        return "–" if value is None else f"{value:.2f}"
+
+    return document | {
+        "headline": pretty(document["headline"]),
+        "unit": comparison.unit,
+        "facts": [{"value": _powers(value), "caption": pretty(said)} for value, said in document["facts"]],
+        "methods": [
+            row
+            | {
+                "order": _powers(row["order"]),
+                "time": microseconds(row["seconds"]),
+                "difference": figures(row["difference"]),
+                "slopes": [slope(row[f"exponent{which}"]) for which in ("", "_folded", "_text")],
+            }
+            for row in document["methods"]
+        ],
+        "pinocchio": {
+            "time": microseconds(comparison.timing.pinocchio),
+            "difference": figures(comparison.agreement.worst_of(PINOCCHIO)),
+        },
+        "names": [_SHORT[name] for name in document["names"]],
+        "torque_differences": [
+            ["–" if i == j else figures(value) for j, value in enumerate(row)]
+            for i, row in enumerate(document["torque_differences"])
+        ],
+        "from_pinocchio": [
+            [_SHORT[name], *map(figures, values)] for name, *values in document["from_pinocchio"]
+        ],
+        "bounds": [figures(value) for value in document["bounds"]],
+        "polynomials": [
+            [title, whose, _powers(multiplications), _powers(additions), remark]
+            for title, whose, multiplications, additions, remark in document["polynomials"]
+        ],
+        "provenance": [[label.replace("_", " "), value] for label, value in provenance_rows(comparison)],
+    }
+
+
+def _powers(formula: str) -> list[dict[str, Any]] | str:
+    """Cut a formula with carets into pieces, raised or not; leave one without as it is."""
+    formula = formula.replace(" - ", " − ")
+    if "^" not in formula:
+        return pretty(formula)
+    pieces: list[dict[str, Any]] = []
+    for k, part in enumerate(formula.split("^")):
+        raised = re.match(r"[\d.]*\d", part) if k else None
+        cut = raised.end() if raised else 0
+        if cut:
+            pieces.append({"text": part[:cut], "raised": True})
+        pieces.append({"text": part[cut:], "raised": False})
+    return pieces

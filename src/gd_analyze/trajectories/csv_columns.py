@@ -1,0 +1,258 @@
+"""The header of a trajectory file: which column holds which quantity, and in which unit.
+
+`time, q1..qn[, qd1..qdn][, qdd1..qdn]` in any order, SI and radians; a `_deg` suffix means degrees.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from gd_analyze.errors import Location, TrajectoryError
+from gd_analyze.robots import RobotArm
+
+KINDS = ("q", "qd", "qdd")
+
+_COLUMN = re.compile(r"(qdd|qd|q)([1-9]\d*)(_deg)?")
+# Names that logs of robots and simulators give their columns, most specific first.
+_KIND_HINTS = (
+    ("qdd", re.compile(r"acc|qdd")),
+    ("qd", re.compile(r"vel|speed|rate|qd")),
+    ("q", re.compile(r"pos|joint|angle|theta|axis|q")),
+)
+_TIME_HINT = re.compile(r"t|.*(time|stamp|sec)\w*")
+_EFFORT_HINT = re.compile(r"torque|effort|tau|force|current")
+# Columns per joint that a message can name and still be read.
+_MOST_NAMED = 8
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Where a file keeps what; columns count from 0.
+
+    Parameters
+    ----------
+    time
+        Column of the time.
+    by_kind
+        For "q" and, where given, "qd" and "qdd": the columns of joints 1..n.
+    degrees
+        Columns whose numbers are degrees.
+    names
+        All column names as written.
+    """
+
+    time: int
+    by_kind: dict[str, tuple[int, ...]]
+    degrees: frozenset[int]
+    names: tuple[str, ...]
+
+
+def read_columns(cells: Sequence[str], arm: RobotArm, path: str | Path, line: int) -> Columns:
+    """Understand a header line.
+
+    Parameters
+    ----------
+    cells
+        The header's cells.
+    arm
+        The arm the trajectory is for.
+    path, line
+        Where the header stands, for messages.
+
+    Raises
+    ------
+    TrajectoryError
+        If the line holds numbers, or a column is unknown, given twice or missing, or the columns are
+        those of an arm with another number of joints.
+    """
+    names = tuple(cell.strip() for cell in cells)
+    _refuse_numbers(names, Location(path, line))
+    found: dict[tuple[str, int], int] = {}
+    degrees = set()
+    for column, name in enumerate(names):
+        where = Location(path, line, column + 1)
+        match = _COLUMN.fullmatch(name.lower())
+        if name.lower() == "time":
+            key = ("time", 0)
+        elif match:
+            key = (match[1], int(match[2]))
+        else:
+            raise _unknown_column(name, names, arm, where)
+        if key in found:
+            raise TrajectoryError(
+                f"column {name} is given twice",
+                where=where,
+                expected="each quantity of each joint once",
+                found=f"{names[found[key]]} in column {found[key] + 1} as well",
+                next_step="remove one of the two",
+            )
+        found[key] = column
+        if match and match[3]:
+            _refuse_degrees_of_length(arm, int(match[2]), name, where)
+            degrees.add(column)
+    return Columns(
+        time=_time_column(found, names, Location(path, line)),
+        by_kind=_complete_kinds(found, arm, Location(path, line)),
+        degrees=frozenset(degrees),
+        names=names,
+    )
+
+
+def header_for(n_joints: int, kinds: Sequence[str] = KINDS) -> str:
+    """Write the header line for n joints."""
+    return ",".join(["time", *(f"{kind}{i}" for kind in kinds for i in range(1, n_joints + 1))])
+
+
+def _time_column(found: dict[tuple[str, int], int], names: Sequence[str], where: Location) -> int:
+    if ("time", 0) not in found:
+        raise TrajectoryError(
+            "column time is missing",
+            where=where,
+            expected="a column named time, in s",
+            found=", ".join(names)[:120],
+            next_step="add the instants of the set points",
+        )
+    return found["time", 0]
+
+
+def _complete_kinds(
+    found: dict[tuple[str, int], int], arm: RobotArm, where: Location
+) -> dict[str, tuple[int, ...]]:
+    n = arm.n_joints
+    by_kind = {}
+    for kind in KINDS:
+        given = sorted(joint for k, joint in found if k == kind)
+        if not given and kind != "q":
+            continue
+        if given == list(range(1, len(given) + 1)) and given and len(given) != n:
+            raise TrajectoryError(
+                f"the file's {kind} columns do not fit arm {arm.name}",
+                where=where,
+                expected=f"{n} joints: {kind}1..{kind}{n}",
+                found=f"{len(given)} {'joint' if len(given) == 1 else 'joints'}",
+                next_step=f"choose the arm the file was made for, or give {kind} of every joint",
+            )
+        missing = [f"{kind}{joint}" for joint in range(1, n + 1) if joint not in given]
+        surplus = [f"{kind}{joint}" for joint in given if joint > n]
+        if missing or surplus:
+            raise TrajectoryError(
+                f"column {missing[0]} is missing"
+                if missing
+                else f"column {surplus[0]} is one too many for arm {arm.name}",
+                where=where,
+                expected=f"{kind}1..{kind}{n}",
+                found=", ".join(f"{kind}{joint}" for joint in given) or f"no {kind} column",
+                next_step=f"the whole header: {header_for(n, ('q',))}, then qd1.. and qdd1.. if known",
+            )
+        by_kind[kind] = tuple(found[kind, joint] for joint in range(1, n + 1))
+    return by_kind
+
+
+def _refuse_numbers(names: Sequence[str], where: Location) -> None:
+    # A log without a header may have names among its first row's numbers.
+    if sum(map(_is_number, names)) <= len(names) / 2:
+        return
+    joints, kinds = len(names) - 1, 1
+    for count in (3, 2):
+        if joints % count == 0 and joints // count > 1:
+            joints, kinds = joints // count, count
+            break
+    raise TrajectoryError(
+        "the file has no header line",
+        where=where,
+        expected="the names of the columns",
+        found="numbers",
+        next_step=f"if these are the columns, put this line first: {header_for(joints, KINDS[:kinds])}",
+    )
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _refuse_degrees_of_length(arm: RobotArm, number: int, name: str, where: Location) -> None:
+    if number <= arm.n_joints and arm.joints[number - 1].kind == "prismatic":
+        raise TrajectoryError(
+            f"column {name} is in degrees, but joint {number} slides",
+            where=where,
+            expected=f"{name.lower().removesuffix('_deg')}, in metres and seconds",
+            found=name,
+            next_step="rename the column and give metres",
+        )
+
+
+def _unknown_column(name: str, names: Sequence[str], arm: RobotArm, where: Location) -> TrajectoryError:
+    n = arm.n_joints
+    if name:
+        what = f"column {name!r} is unknown"
+        next_step = _renaming(names, n) or (
+            f"rename or remove it; of a robot's log the position columns become q1..q{n}, in the order of "
+            "the arm's joints"
+        )
+    else:
+        what = f"column {where.column} has no name"
+        next_step = "name or remove it (pandas writes such a column unless told index=False)"
+    return TrajectoryError(
+        what,
+        where=where,
+        expected=f"time, q1..q{n}, qd1..qd{n}, qdd1..qdd{n}; _deg appended for degrees",
+        found=repr(name),
+        next_step=next_step,
+    )
+
+
+def _renaming(names: Sequence[str], n: int) -> str | None:
+    """How to rename the columns of a robot's log, or None when the names do not tell which joint is which."""
+    new_names: list[str | None] = [_guess(name) for name in names]
+    first = {
+        kind: min((int(m[2]) for m in map(_as_column, new_names) if m and m[1] == kind), default=1)
+        for kind in KINDS
+    }
+    for i, guess in enumerate(new_names):
+        match = _as_column(guess)
+        if match and first[match[1]] == 0:
+            new_names[i] = f"{match[1]}{int(match[2]) + 1}"
+    pairs = [
+        f"{old} -> {new}"
+        for old, new in zip(names, new_names, strict=True)
+        if new and new != old.lower().removesuffix("_deg")
+    ]
+    if not pairs or len(set(filter(None, new_names))) < len([new for new in new_names if new]):
+        return None
+    unguessed = [old or "(no name)" for old, new in zip(names, new_names, strict=True) if new is None]
+    # wrist_1 beside shoulder_pan is not the arm's first joint: a wrong order would pass unnoticed.
+    if any(_is_of_a_joint(name) for name in unguessed) or len(pairs) + len(unguessed) > _MOST_NAMED * n:
+        return None
+    advice = "if this is a robot's log, rename " + ", ".join(pairs)
+    if unguessed:
+        advice += "; remove " + ", ".join(unguessed)
+    return advice + " (append _deg where the numbers are degrees; time in s)"
+
+
+def _is_of_a_joint(name: str) -> bool:
+    lowered = name.lower()
+    hinted = any(hint.search(lowered) for _, hint in _KIND_HINTS[:2]) or re.search(r"pos|joint", lowered)
+    return bool(hinted) and not _EFFORT_HINT.search(lowered)
+
+
+def _as_column(name: str | None) -> re.Match[str] | None:
+    return re.fullmatch(r"(qdd|qd|q)(\d+)", name or "")
+
+
+def _guess(name: str) -> str | None:
+    """Our name of a column of a robot's log, its joint numbered as there."""
+    lowered = name.lower().removesuffix("_deg")
+    number = re.search(r"(\d+)(?!.*\d)", lowered)
+    if number is None:
+        return "time" if _TIME_HINT.fullmatch(lowered) else None
+    if _EFFORT_HINT.search(lowered):
+        return None
+    kind = next((kind for kind, hint in _KIND_HINTS if hint.search(lowered)), None)
+    return f"{kind}{int(number[0])}" if kind else None

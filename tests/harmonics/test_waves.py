@@ -1,0 +1,130 @@
+"""Waves and runs of parallel joints: derivatives, sums, and terms that are the same as their waves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from harmonic_arms import arm_of, arms_with_runs, states_of
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gd_analyze.harmonics import AbsoluteRates, Waves
+from gd_analyze.harmonics.conversion import to_terms, to_waves
+from gd_analyze.harmonics.waves import DEGREE, numbers
+from gd_analyze.robots import RobotArm
+from strategies import examples
+
+EPS = float(np.finfo(float).eps)
+
+
+def random_waves(arm: RobotArm, rng: np.random.Generator, count: int = 12, polynomials: int = 2) -> Waves:
+    """Waves of degree 2 of any multiples, distinct, of m and -m one."""
+    sliding = ~np.array(arm.is_revolute)
+    multiples = rng.integers(-DEGREE, DEGREE + 1, (count, arm.n_joints))
+    multiples[:, sliding] = np.abs(multiples[:, sliding])
+    mirrored = numbers(multiples * ~sliding) < 0
+    multiples = np.where(mirrored[:, None] & ~sliding, -multiples, multiples)
+    multiples = np.unique(multiples, axis=0)
+    real, imaginary = rng.normal(size=(2, polynomials, len(multiples)))
+    # Where nothing turns there is no phase.
+    turns = (multiples * ~sliding).any(axis=1)
+    return Waves(tuple(sliding.tolist()), multiples, real + 1j * imaginary * turns)
+
+
+def size(waves: Waves) -> float:
+    return float(waves.sizes(np.ones(len(waves.sliding))).sum())
+
+
+@examples(30)
+@given(arms_with_runs(max_joints=5), st.integers(0, 2**32 - 1))
+def test_derivatives_against_central_differences(arm, seed):
+    waves = random_waves(arm, np.random.default_rng(seed))
+    q = states_of(arm, 4, seed).q.T
+    step = 1e-4
+    for joint in range(arm.n_joints):
+        shift = step * np.eye(arm.n_joints)[:, [joint]]
+        difference = (waves(q + shift) - waves(q - shift)) / (2 * step)
+        # step^2 / 6 times the third derivative, at most 2^3 of the wave (a power has none), and eps / step
+        # from the difference: 1.4e-8 and 1e-12 of the sum of amplitudes. Powers near 1 may exceed 1.
+        allowed = 3e-8 * 1.01 ** (2 * arm.n_joints) * size(waves)
+        np.testing.assert_allclose(waves.derivative(joint)(q), difference, rtol=0, atol=allowed)
+
+
+@examples(20)
+@given(arms_with_runs(max_joints=4), st.integers(0, 2**32 - 1))
+def test_second_derivatives_commute(arm, seed):
+    waves = random_waves(arm, np.random.default_rng(seed))
+    for a in range(arm.n_joints):
+        for b in range(a):
+            one, other = waves.derivative(a).derivative(b), waves.derivative(b).derivative(a)
+            np.testing.assert_array_equal(one.multiples, other.multiples)
+            # Factors are 1, 2 and 4: no rounding.
+            np.testing.assert_array_equal(one.coefficients, other.coefficients)
+
+
+@examples(20)
+@given(arms_with_runs(max_joints=4), st.integers(0, 2**32 - 1))
+def test_sums_and_stacks_are_those_of_the_values(arm, seed):
+    rng = np.random.default_rng(seed)
+    parts = [random_waves(arm, rng) for _ in range(3)]
+    q = states_of(arm, 5, seed).q.T
+    values = [part(q) for part in parts]
+    # Sums of some forty waves, angles of up to 2 pi n.
+    allowed = 100 * 8 * arm.n_joints * EPS * sum(map(size, parts))
+    np.testing.assert_allclose(Waves.summed(parts)(q), sum(values), rtol=0, atol=allowed)
+    np.testing.assert_allclose((parts[0] + parts[1])(q), values[0] + values[1], rtol=0, atol=allowed)
+    np.testing.assert_allclose(Waves.stacked(parts)(q), np.vstack(values), rtol=0, atol=allowed)
+    np.testing.assert_allclose(parts[0].total()(q)[0], values[0].sum(axis=0), rtol=0, atol=allowed)
+    np.testing.assert_allclose((3.0 * parts[0])(q), 3 * values[0], rtol=0, atol=3 * allowed)
+    each = np.array([2.0, -1.0])
+    np.testing.assert_allclose((each * parts[0])(q), each[:, None] * values[0], rtol=0, atol=2 * allowed)
+    added = parts[0].added([1, 1], 3)(q)
+    np.testing.assert_allclose(added[1], values[0].sum(axis=0), rtol=0, atol=allowed)
+    assert not added[[0, 2]].any()
+
+
+@examples(40)
+@given(arms_with_runs(max_joints=4), st.integers(0, 2**32 - 1))
+def test_waves_to_terms_and_back(arm, seed):
+    waves = random_waves(arm, np.random.default_rng(seed), polynomials=1)
+    # Draws may come close to each other by chance; 1e-14 apart never.
+    terms = to_terms(waves, AbsoluteRates.of(arm), 1e-14)
+    back = to_waves([{monomial: float(row[0]) for monomial, row in terms.items()}], waves.sliding)
+    # A wave goes through a sum of some 2^runs products and back: as many roundings of numbers below 5.
+    rest = (waves + -1.0 * back).above(1e3 * EPS)
+    assert len(rest) == 0
+
+
+def test_numbers_order_rows_as_their_places_do():
+    rows = np.array([[0, 2, -1], [0, 0, 0], [-1, 2, 2], [0, 2, 1], [1, -2, -2], [0, -1, 2]])
+    found = numbers(rows)
+    assert rows[np.argsort(found)].tolist() == sorted(rows.tolist())
+    assert np.sign(found).tolist() == [1, 0, -1, 1, 1, -1]
+
+
+@pytest.mark.parametrize(
+    ("turns", "runs"),
+    [
+        (["same"] * 3, ((0, 1, 2),)),
+        (["same", "opposite", "same", "opposite"], ((0, 1, 2, 3),)),
+        (["askew", "same", "askew"], ((0, 1), (2,))),
+        (["same", "slides", "same", "same"], ((0,), (1,), (2, 3))),
+        (["slides", "slides"], ((0,), (1,))),
+    ],
+)
+def test_runs(turns, runs, rng):
+    assert AbsoluteRates.of(arm_of(turns, rng)).runs == runs
+
+
+@examples(20)
+@given(arms_with_runs(max_joints=6), st.integers(0, 2**32 - 1))
+def test_absolute_rates_and_rows_are_those_of_the_matrix(arm, seed):
+    """qd = A p, tau = A^-T tau'."""
+    rates, own = AbsoluteRates.of(arm), np.random.default_rng(seed).normal(size=(arm.n_joints, 4))
+    back = np.linalg.inv(rates.matrix)
+    # Sums of at most six numbers.
+    np.testing.assert_allclose(rates.absolute(own), back @ own, rtol=0, atol=100 * EPS)
+    np.testing.assert_allclose(rates.joint_rows(own), back.T @ own, rtol=0, atol=100 * EPS)
+    for joint in range(arm.n_joints):
+        assert np.flatnonzero(back[joint]).tolist() == list(rates.inboard(joint))
+        assert rates.carries_next(joint) == (joint + 1 < arm.n_joints and back[joint + 1, joint] == 1.0)

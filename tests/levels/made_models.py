@@ -1,0 +1,72 @@
+"""Models of chosen terms, made without a search: all of an arm's terms, or some of its parts."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+
+from gd_analyze.levels import ELEMENT, ENERGY, ErrorTable, ExactForm, Level, Promise, SimplifiedModel
+from gd_analyze.levels.level import QUICK, Effort, Terms
+from gd_analyze.operations import OperationCount
+from gd_analyze.robots import RobotArm
+from gd_analyze.search.simplify import with_promise
+from gd_analyze.states import States
+from gd_analyze.vectors import FloatArray
+
+# Identification is exact to a few hundred eps of the largest element (its noise is measured in
+# tests/harmonics); a torque sums some thousand terms of that size. Models that lack a term, or hold it with
+# a wrong factor, are off by its share, which in these arms is 1e-6 and more.
+ROUND_OFF = 1e-10
+
+
+def model_of(form: ExactForm, level: Level, terms: Terms, effort: Effort = QUICK) -> SimplifiedModel:
+    """A model of these terms that promises nothing."""
+    n = form.arm.n_joints
+    nothing = ErrorTable(np.ones(n), np.zeros(n), np.zeros(n))
+    return SimplifiedModel(
+        level=level,
+        form=form,
+        terms=terms,
+        program=level.write(form, terms, effort),
+        operations_full=OperationCount(3, 2, 1),
+        promise=Promise(np.ones(n), "1 N m", nothing, {"box": "drawn", "states": 5, "seed": 0}),
+    )
+
+
+def exact_model(arm: RobotArm, drives: bool = False, level: Level = ENERGY) -> SimplifiedModel:
+    """A model of all terms."""
+    form = ExactForm(arm, drives)
+    return model_of(form, level, level.terms(form))
+
+
+def model_of_parts(arm: RobotArm, labels: Collection[str], drives: bool = False) -> SimplifiedModel:
+    """A model that keeps the parts of these labels."""
+    form = ExactForm(arm, drives)
+    kept = {part: weight for part, weight in ELEMENT.terms(form).items() if part.label in labels}
+    assert len(kept) == len(set(labels))
+    return model_of(form, ELEMENT, kept)
+
+
+def allowing(model: SimplifiedModel, allowed: FloatArray) -> SimplifiedModel:
+    """The same model with another budget, N m, shape (n,)."""
+    return with_promise(model, allowed=allowed)
+
+
+def assert_same(model: SimplifiedModel, again: SimplifiedModel, states: States) -> None:
+    """Everything a file must keep, to the last bit."""
+    np.testing.assert_array_equal(again.torque(*states.arrays), model.torque(*states.arrays))
+    np.testing.assert_array_equal(again.inertia(states.q), model.inertia(states.q))
+    np.testing.assert_array_equal(again.gravity_loading(states.q), model.gravity_loading(states.q))
+    np.testing.assert_array_equal(
+        again.coriolis_centrifugal(states.q, states.qd), model.coriolis_centrifugal(states.q, states.qd)
+    )
+    for name in ("level", "terms", "drives", "refitted", "operations", "operations_full", "provenance"):
+        assert getattr(again, name) == getattr(model, name), name
+    for name in ("budget", "made_for", "steps", "solved"):
+        assert getattr(again.promise, name) == getattr(model.promise, name), name
+    np.testing.assert_array_equal(again.promise.allowed, model.promise.allowed)
+    for name in ("peak_torque", "largest", "rms"):
+        np.testing.assert_array_equal(
+            getattr(again.promise.errors, name), getattr(model.promise.errors, name)
+        )

@@ -1,0 +1,118 @@
+"""The search finds what trying all finds, and every step of it only gains."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from cases import candidate_sets, cheapest, cost_of, largest_error
+from hypothesis import given
+
+from gd_analyze.levels import ENERGY, TERM, Budget, ExactDynamics
+from gd_analyze.search import How, simplify_exact
+from gd_analyze.search.search import search
+from gd_analyze.states import States, states_in_box
+from strategies import examples
+
+
+@examples(60)
+@given(candidate_sets())
+def test_no_cheaper_selection_exists(candidates):
+    found = search(candidates, lambda kept, scale: cost_of(candidates, kept))
+    assert largest_error(candidates, found.kept) <= 1.0 + 1e-12
+    assert (found.scale == 1.0).all()
+    assert found.solved
+    cost = cost_of(candidates, found.kept)
+    # A first sweep may spend 2 % of the budget, and the integer program has what is left.
+    assert cheapest(candidates, 1.0) <= cost <= cheapest(candidates, 0.98 * (1 - 2e-6))
+
+
+@examples(40)
+@given(candidate_sets())
+def test_a_refit_costs_no_more_and_holds_the_budget(candidates):
+    def count(kept: np.ndarray, scale: np.ndarray) -> int:
+        return cost_of(candidates, kept)
+
+    plain, refitted = search(candidates, count), search(candidates, count, refit=True)
+    assert cost_of(candidates, refitted.kept) <= cost_of(candidates, plain.kept)
+    assert largest_error(candidates, refitted.kept, refitted.scale) <= 1.0 + 1e-9
+    steps = [cost_of(candidates, kept) for kept, _ in refitted.steps.values()]
+    assert steps == sorted(steps, reverse=True)
+
+
+@examples(40)
+@given(candidate_sets())
+def test_a_dive_alone_holds_the_budget_too(candidates):
+    found = search(candidates, lambda kept, scale: cost_of(candidates, kept), thorough=False)
+    assert largest_error(candidates, found.kept) <= 1.0 + 1e-12
+    assert not found.solved or not found.kept.any()
+
+
+@pytest.fixture(scope="module")
+def along(puma, pick_and_place) -> ExactDynamics:
+    return ExactDynamics.of(puma, pick_and_place)
+
+
+@pytest.fixture(scope="module")
+def in_box(puma) -> ExactDynamics:
+    return ExactDynamics.of(puma, states_in_box(puma, 100), drives=True)
+
+
+@pytest.mark.parametrize("level", [TERM, ENERGY], ids=str)
+def test_beyond_greedy_and_refit_gain_on_the_puma(along, level):
+    """What each step gains is told with the model, in the order the steps are made."""
+    model = simplify_exact(along, Budget(), How(level, refit=True))
+    names, counts = zip(*model.promise.steps, strict=True)
+    assert names[:2] == ("elimination", "integer program")
+    assert names[-2:] == ("refit", "shared coefficients")
+    # Along 31 set points the integer program saves an elimination's fifth (term) or twentieth (energy), and a
+    # refit again: 266, 210, 160 and 514, 480, 350 as measured.
+    assert counts[1] < 0.96 * counts[0]
+    assert counts[-1] < 0.9 * counts[1]
+    assert model.operations.total <= counts[-1]
+    assert model.refitted
+    told = ", ".join(f"{name} {count}" for name, count in model.promise.steps)
+    assert model.promise.search == told + ", solved to the end" * model.promise.solved
+
+
+def test_the_same_search_finds_the_same(puma):
+    states = states_in_box(puma, 100)
+    models = [
+        simplify_exact(ExactDynamics.of(puma, states, drives=True), Budget(), How(refit=True))
+        for _ in range(2)
+    ]
+    assert models[0].terms == models[1].terms
+    assert repr(models[0].program.outputs) == repr(models[1].program.outputs)
+
+
+@pytest.mark.parametrize("asked", [0, 40, 100, 10_000])
+def test_as_many_operations_as_asked_for(in_box, asked):
+    model = simplify_exact(in_box, Budget(), How(ENERGY, operations=asked, thorough=asked == 40))
+    assert model.operations.total <= asked
+    if asked == 40:
+        # The budget found cannot be much smaller: four fifths of it take more.
+        share = model.promise.allowed[0] / in_box.peak_torque[0]
+        tighter = simplify_exact(in_box, Budget((0.7 * share,), (True,)), How(ENERGY))
+        assert tighter.operations.total > asked
+
+
+def test_a_scaled_budget_is_scaled_for_every_joint(in_box):
+    budget = Budget.parse("1%,2%,1%,0.5,1%,1%")
+    model = simplify_exact(in_box, budget, How(ENERGY, operations=60, thorough=False))
+    ratio = model.promise.allowed / budget.allowed(in_box.peak_torque)
+    # Products in double precision.
+    assert np.ptp(ratio) <= 1e-14 * ratio[0]
+
+
+def test_a_long_trajectory_is_held_at_every_state(puma, rng):
+    """Some states stand for all while searching; what was promised is measured on all of them."""
+    count = 6_000
+    q, qd, qdd = (rng.uniform(-2.0, 2.0, (count, 6)) for _ in range(3))
+    q[4444], qd[4444] = 3.0, 9.0  # one that no thinning by the clock would meet
+    states = States(q, qd, qdd, {"box": "drawn", "states": count, "seed": 0})
+    exact = ExactDynamics.of(puma, states, drives=True)
+    assert len(exact.thinned().states) < 5100
+    model = simplify_exact(exact, Budget.parse("2%"), How(ENERGY, thorough=False))
+    error = np.abs(model.torque(*states.arrays) - exact.torque).max(axis=0)
+    assert (error <= 0.02 * exact.peak_torque).all()
+    np.testing.assert_allclose(model.promise.errors.largest, error, rtol=1e-9)
+    assert model.promise.made_for == states.described

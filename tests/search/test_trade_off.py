@@ -1,0 +1,56 @@
+"""The curve of operations against error."""
+
+from __future__ import annotations
+
+import pytest
+
+from gd_analyze.levels import ELEMENT, ENERGY, LEVELS, TERM, Budget, ExactDynamics
+from gd_analyze.levels.level import FULL, ROUGH
+from gd_analyze.search import curves, simplify_exact, trade_off
+from gd_analyze.search.trade_off import FACTORS, KINDS
+
+
+@pytest.fixture(scope="module")
+def swinging(two_link, swing) -> ExactDynamics:
+    return ExactDynamics.of(two_link, swing)
+
+
+@pytest.mark.parametrize("thorough", [True, False])
+def test_every_point_is_within_its_budget(swinging, thorough):
+    told: list[int] = []
+    points = trade_off(swinging, thorough=thorough, progress=told.append)
+    assert sum(told) == len(points) == len(KINDS) * len(FACTORS)
+    for point in points:
+        assert point.error_share <= 0.01 * point.factor * (1 + 1e-9)
+        assert point.budget == str(Budget((0.01 * point.factor,), (True,)))
+        effort = FULL if thorough else ROUGH
+        assert point.operations.total <= swinging.form.operations(point.level, effort).total
+    by_kind = curves(points)
+    assert tuple(by_kind) == KINDS
+    for kind, curve in by_kind.items():
+        assert tuple(point.factor for point in curve) == FACTORS
+        counts = [point.operations.total for point in curve]
+        assert counts == sorted(counts, reverse=True) or kind[1]  # a refit is not nested
+
+
+def test_a_thorough_point_is_the_model_that_simplify_makes(swinging):
+    [point] = trade_off(swinging, factors=(5.0,), kinds=((TERM, False),))
+    model = simplify_exact(swinging, Budget((0.05,), (True,)))
+    assert point.operations == model.operations
+    assert point.error_share == model.promise.errors.largest_share.max()
+
+
+def test_quick_points_of_the_puma(puma, pick_and_place):
+    exact = ExactDynamics.of(puma, pick_and_place)
+    points = {(p.level, p.refit, p.factor): p for p in trade_off(exact, thorough=False, factors=(0.5, 5.0))}
+    for (level, refit, _), point in points.items():
+        assert point.operations.total < exact.form.operations(level, ROUGH).total
+        assert not refit or level is not ELEMENT
+    for factor in (0.5, 5.0):
+        by_level = [points[level, False, factor].operations.total for level in (TERM, ENERGY, ELEMENT)]
+        assert by_level == sorted(by_level)
+
+
+def test_every_level_has_its_curves():
+    assert {level for level, _ in KINDS} == set(LEVELS.values())
+    assert {level for level, refit in KINDS if refit} == {TERM, ENERGY}

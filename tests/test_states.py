@@ -1,0 +1,70 @@
+"""States of an arm: drawn ones lie within its limits, and every state knows where it comes from."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from gd_analyze.errors import UsageError
+from gd_analyze.states import States, in_words, states_in_box, states_of
+
+
+def test_states_in_the_box(puma):
+    states, again, other = states_in_box(puma, 300), states_in_box(puma, 300), states_in_box(puma, 300, 1)
+    for name, low, high in (
+        ("q", puma.limits("lower"), puma.limits("upper")),
+        ("qd", -puma.limits("rate_limit"), puma.limits("rate_limit")),
+        ("qdd", -puma.limits("acceleration_limit"), puma.limits("acceleration_limit")),
+    ):
+        values = getattr(states, name)
+        assert ((low <= values) & (values <= high)).all()
+        # Even: of 300 draws, all within the inner 90 % has a chance of 0.9^300 = 2e-14.
+        assert (np.ptp(values, axis=0) > 0.9 * (high - low)).all()
+        np.testing.assert_array_equal(values, getattr(again, name))
+        assert not np.array_equal(values, getattr(other, name))
+    assert states.described["states"] == 300
+
+
+def test_a_box_without_a_limit(puma):
+    joints = (dataclasses.replace(puma.joints[0], rate_limit=None), *puma.joints[1:])
+    with pytest.raises(UsageError, match="does not state all its limits") as caught:
+        states_in_box(dataclasses.replace(puma, joints=joints))
+    assert "trajectory" in caught.value.details["next"]
+
+
+def test_states_of_a_trajectory(pick_and_place):
+    states = states_of(pick_and_place)
+    np.testing.assert_array_equal(states.qd, pick_and_place.qd)
+    assert states.described["trajectory_fingerprint"] == pick_and_place.fingerprint
+    assert len(states) == states.described["set_points"] == pick_and_place.n_set_points
+    assert states.in_words == in_words(states.described) == "31 set points of pick-and-place"
+
+
+def test_a_box_that_is_assumed(puma):
+    """Only what is not stated: the other joints keep their limits."""
+    joints = (dataclasses.replace(puma.joints[0], rate_limit=None, upper=None), *puma.joints[1:])
+    drawn = states_in_box(dataclasses.replace(puma, joints=joints), 500, assumed=True)
+    as_stated = states_in_box(puma, 500)
+    np.testing.assert_array_equal(drawn.q[:, 1:], as_stated.q[:, 1:])
+    np.testing.assert_array_equal(drawn.qd[:, 1:], as_stated.qd[:, 1:])
+    np.testing.assert_array_equal(drawn.qdd, as_stated.qdd)
+    assert np.abs(drawn.q[:, 0]).max() <= np.pi
+    assert np.abs(drawn.qd[:, 0]).max() <= 2.0
+
+
+def test_some_of_them(puma):
+    states = states_in_box(puma, 50, 4)
+    np.testing.assert_array_equal(states.at(slice(3, 7)).qd, states.qd[3:7])
+    assert states.at([1, 2]).described == states.described
+    joined = states.joined_by(*(x[:2] for x in states.arrays))
+    assert len(joined) == 52
+    np.testing.assert_array_equal(joined.qdd[50:], states.qdd[:2])
+    assert len(states.evenly(7)) == 7
+    np.testing.assert_array_equal(states.evenly(7).q[[0, -1]], states.q[[0, -1]])
+    assert len(states.evenly(80)) == 50
+    for last, first in zip(states.last, states.arrays, strict=True):
+        np.testing.assert_array_equal(last.T, first)
+    assert states.in_words.endswith("seed 4")
+    assert States(*np.zeros((3, 5, 2))).in_words == "5 states"
