@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from gd_analyze.findings import Findings
+from gd_analyze.results import Findings
 
 from gd_analyze.report.html import render_html
 

@@ -9,21 +9,23 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from gd_analyze.findings import Findings
-from gd_analyze.models import HarmonicModel, Level, parts_of
+from gd_analyze.results import Findings
 from report_arms import swing
 
-from gd_analyze.dominance import elements
+from gd_analyze.elements import elements
 from gd_analyze.formulas.formula import Symbol
+from gd_analyze.formulas.mathml import PageMathML
 from gd_analyze.formulas.parts import parts_formulas
-from gd_analyze.formulas.writing import term_formula, torque_formulas
-from gd_analyze.harmonics import Basis
-from gd_analyze.main_job import find
+from gd_analyze.formulas.writing import term_formula
+from gd_analyze.levels.parts import kept_effects, parts_of
+from gd_analyze.main_job import Settings, find
 from gd_analyze.report.beyond_chart import beyond_chart
-from gd_analyze.report.context import TERMS_SHOWN, build_context
-from gd_analyze.report.html import MATHS, SYMBOLS, render_html
+from gd_analyze.report.html import TERMS_SHOWN, render_html
 from gd_analyze.report.interactive import DIGITS, MOST_FRAMES, MOST_POINTS, page_data
-from gd_analyze.report.terms import exact_elements, exact_torques, tallies
+from gd_analyze.report.terms import exact_elements, tallies
+from gd_analyze.results import summary
+from gd_analyze.results.rows import joint_rows
+from gd_analyze.results.words import SYMBOLS
 from gd_analyze.robots import RobotArm, load_arm
 from gd_analyze.trajectories import Trajectory
 

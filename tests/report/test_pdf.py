@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from gd_analyze.findings import Findings
+from gd_analyze.results import Findings
 from gd_analyze.models import HarmonicModel
 from gd_analyze.simplification import Budget
 from report_cases import HOSTILE, made_findings, resting_findings
