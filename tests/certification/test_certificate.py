@@ -6,9 +6,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from gd_analyze.models import HarmonicModel
-from gd_analyze.models.simplified import ErrorTable
-from gd_analyze.simplification import Budget, simplify, states_in_box
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -20,31 +17,23 @@ from gd_analyze.decomposition import decompose_states
 from gd_analyze.errors import UsageError
 from gd_analyze.harmonics import Waves, harmonics_of
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
-from gd_analyze.harmonics.terms import TorqueTerm
-from gd_analyze.operations import OperationCount
+from gd_analyze.harmonics.terms import Torques
+from gd_analyze.levels import ENERGY, TERM, Budget, ExactForm, SimplifiedModel
 from gd_analyze.robots import RobotArm, load_arm
+from gd_analyze.search import How, simplify
+from gd_analyze.states import states_in_box
 from gd_analyze.trajectories import Trajectory
+from made_models import model_of
 from strategies import arms, examples, two_link_of
 
 
-def model_with(arm: RobotArm, torques: dict[TorqueTerm, float]) -> HarmonicModel:
+def model_with(arm: RobotArm, torques: Torques) -> SimplifiedModel:
     """A model that keeps just these torque terms; what it promises does not matter here."""
-    return HarmonicModel(
-        arm=arm,
-        level="term",
-        torques=torques,
-        drives=False,
-        budget=np.zeros(arm.n_joints),
-        budget_stated="0%",
-        promise=ErrorTable.nothing(arm.n_joints),
-        made_for={},
-        operations_full=OperationCount(0, 0, 0),
-    )
+    return model_of(ExactForm(arm), TERM, torques)
 
 
-def exact_torques(arm: RobotArm) -> dict[TorqueTerm, float]:
-    harmonics = harmonics_of(arm)
-    return torques_of_energies(energy_terms(harmonics), harmonics.rates)
+def exact_torques(arm: RobotArm) -> Torques:
+    return ExactForm(arm).torques
 
 
 def box_of(arm: RobotArm, rng: np.random.Generator) -> Box:
@@ -54,7 +43,7 @@ def box_of(arm: RobotArm, rng: np.random.Generator) -> Box:
     return Box(middle - half, middle + half, rng.uniform(0.0, 2.0, n), rng.uniform(0.0, 5.0, n))
 
 
-def errors_at(model: HarmonicModel, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
+def errors_at(model: SimplifiedModel, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
     exact = decompose_states(model.arm, q, qd, qdd, coupling=False, drives=model.drives)["torque"]
     return np.abs(model.torque(q, qd, qdd) - exact)
 
@@ -69,7 +58,7 @@ def drawn_states(box: Box, count: int, rng: np.random.Generator) -> tuple[np.nda
     return q, signs[0] * shares * box.rate, signs[1] * box.acceleration
 
 
-def round_off(model: HarmonicModel, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> float:
+def round_off(model: SimplifiedModel, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> float:
     """The two torques compared have a round-off of their own: some hundred eps of the largest torque.
 
     Terms may be larger than the torques they add up to, sliding variables of up to 5 m to the second power.
@@ -189,33 +178,31 @@ def test_it_scales_with_the_error() -> None:
 
 
 @pytest.fixture(scope="module")
-def puma_model(puma: RobotArm) -> HarmonicModel:
-    model = simplify(puma, states_in_box(puma, 500), Budget.parse("5%"), level="energy", drives=True)
-    assert isinstance(model, HarmonicModel)
-    return model
+def puma_model(puma: RobotArm) -> SimplifiedModel:
+    return simplify(puma, states_in_box(puma, 500), Budget.parse("5%"), How(ENERGY), drives=True)
 
 
-def test_it_is_tight_for_the_puma(puma_model: HarmonicModel) -> None:
+def test_it_is_tight_for_the_puma(puma_model: SimplifiedModel) -> None:
     certificate = certify(puma_model)
-    assert (certificate.certified >= puma_model.promise.largest).all()
-    assert (certificate.worst_found >= puma_model.promise.largest).all()
+    assert (certificate.certified >= puma_model.promise.errors.largest).all()
+    assert (certificate.worst_found >= puma_model.promise.errors.largest).all()
     assert certificate.ratio.max() < 1.1
 
 
-def test_more_effort_is_tighter(puma_model: HarmonicModel) -> None:
+def test_more_effort_is_tighter(puma_model: SimplifiedModel) -> None:
     bounds = [certify(puma_model, effort=effort).certified for effort in (100, 3000, 100_000)]
     assert (bounds[0] > bounds[1]).all()
     assert (bounds[1] > bounds[2]).all()
 
 
-def test_a_smaller_box_has_a_smaller_bound(puma: RobotArm, puma_model: HarmonicModel) -> None:
+def test_a_smaller_box_has_a_smaller_bound(puma: RobotArm, puma_model: SimplifiedModel) -> None:
     box = Box.of(puma)
     slower = dataclasses.replace(box, rate=0.5 * box.rate, acceleration=0.5 * box.acceleration)
     wide, narrow = (certify(puma_model, b, effort=20_000) for b in (box, slower))
     assert (narrow.certified < wide.certified).all()
 
 
-def test_the_same_input_gives_the_same_certificate(puma_model: HarmonicModel) -> None:
+def test_the_same_input_gives_the_same_certificate(puma_model: SimplifiedModel) -> None:
     def figures(certificate: Certificate) -> list[bytes]:
         arrays = (certificate.certified, certificate.worst_found, *certificate.worst_states)
         return [array.tobytes() for array in arrays]
@@ -224,7 +211,7 @@ def test_the_same_input_gives_the_same_certificate(puma_model: HarmonicModel) ->
 
 
 def test_the_box_of_a_trajectory_bounds_all_between_its_extremes(
-    puma_model: HarmonicModel, pick_and_place: Trajectory
+    puma_model: SimplifiedModel, pick_and_place: Trajectory
 ) -> None:
     states = (pick_and_place.q, pick_and_place.qd, pick_and_place.qdd)
     box = Box.around(*states)
@@ -235,13 +222,13 @@ def test_the_box_of_a_trajectory_bounds_all_between_its_extremes(
     assert certificate.ratio.max() < 1.05
 
 
-def test_what_is_within_the_allowed_error(puma_model: HarmonicModel) -> None:
+def test_what_is_within_the_allowed_error(puma_model: SimplifiedModel) -> None:
     certificate = certify(puma_model, effort=3000)
     assert certificate.within(certificate.certified).all()
     assert not certificate.within(0.999 * certificate.certified).any()
 
 
-def test_harmonics_at_hand_are_used(puma: RobotArm, puma_model: HarmonicModel) -> None:
+def test_harmonics_at_hand_are_used(puma: RobotArm, puma_model: SimplifiedModel) -> None:
     given_, made = (certify(puma_model, effort=500, harmonics=h) for h in (harmonics_of(puma), None))
     assert given_.certified.tobytes() == made.certified.tobytes()
 
@@ -256,8 +243,7 @@ def test_an_arm_of_many_joints_is_bounded_too() -> None:
         drives=(),
         dh_table=(),
     )
-    model = simplify(arm, states_in_box(arm, 300), Budget.parse("2%"), level="energy")
-    assert isinstance(model, HarmonicModel)
+    model = simplify(arm, states_in_box(arm, 300), Budget.parse("2%"), How(ENERGY))
     certificate = certify(model, effort=30_000)
     states = drawn_states(certificate.box, 3000, np.random.default_rng(5))
     assert (errors_at(model, *states).max(axis=0) <= certificate.certified).all()

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from gd_analyze.simplification import Budget, ExactDynamics
-from gd_analyze.simplification.states import States
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -13,6 +11,9 @@ import gd_analyze as gd
 from gd_analyze.certification import Box, simplify_certified
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.errors import UsageError
+from gd_analyze.levels import ENERGY, TERM, Budget, ExactDynamics
+from gd_analyze.search import How, simplify
+from gd_analyze.states import States
 from strategies import arms_with_states, examples
 
 
@@ -32,14 +33,14 @@ def largest_errors(model, box: Box, count: int, seed: int) -> np.ndarray:
 @given(
     arms_with_states(max_joints=2, count=15, massive=True),
     st.floats(0.02, 0.3),
-    st.sampled_from(["term", "energy"]),
+    st.sampled_from([TERM, ENERGY]),
     st.integers(0, 2**32 - 1),
 )
 def test_no_state_of_the_box_breaks_the_budget(case, share, level, seed):
     arm, drawn = case
     states = States(drawn.q, drawn.qd, drawn.qdd, {"box": "drawn", "states": 15, "seed": 0})
     box = Box.around(*states.arrays)
-    exact = ExactDynamics(arm, states)
+    exact = ExactDynamics.of(arm, states)
     budget = Budget((share,), (True,))
     model, certificate = simplify_certified(exact, budget, box, level=level)
     allowed = exact.allowed(budget)
@@ -47,25 +48,25 @@ def test_no_state_of_the_box_breaks_the_budget(case, share, level, seed):
     # Two programs of the same torque: round-off, far below what a budget of 2 % of the peak leaves unsaid.
     slack = 1e-10 * exact.peak_torque.max()
     assert (largest_errors(model, box, 400, seed) <= certificate.certified + slack).all()
-    assert (model.promise.largest <= model.budget).all()
-    np.testing.assert_array_equal(model.budget, allowed)
+    assert (model.promise.errors.largest <= model.promise.allowed).all()
+    np.testing.assert_array_equal(model.promise.allowed, allowed)
 
 
 def test_along_a_trajectory(puma, pick_and_place):
     """A budget held at the set points only is broken between their extremes; a certified one is not."""
     exact = ExactDynamics.of(puma, pick_and_place, drives=True)
     box = Box.around(*exact.states.arrays)
-    sampled = gd.simplify(puma, pick_and_place, Budget.parse("2%"), level="energy", drives=True)
-    assert (gd.certify(sampled, box).certified > sampled.budget).any()
+    sampled = simplify(puma, pick_and_place, Budget.parse("2%"), How(ENERGY), drives=True)
+    assert (gd.certify(sampled, box).certified > sampled.promise.allowed).any()
     rounds: list[int] = []
     model, certificate = simplify_certified(
-        exact, Budget.parse("2%"), box, level="energy", progress=rounds.append
+        exact, Budget.parse("2%"), box, level=ENERGY, progress=rounds.append
     )
-    assert certificate.within(model.budget).all()
+    assert certificate.within(model.promise.allowed).all()
     assert len(rounds) > 1
     assert model.operations.total >= sampled.operations.total
-    assert model.budget_stated == "2%, certified"
-    assert model.made_for["set_points"] == 31
+    assert model.promise.budget == "2%, certified"
+    assert model.promise.made_for["set_points"] == 31
 
 
 def test_a_budget_below_what_a_bound_can_resolve(two_link, swing):

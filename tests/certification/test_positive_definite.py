@@ -4,40 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from gd_analyze.models import HarmonicModel
-from gd_analyze.models.simplified import ErrorTable
-from gd_analyze.simplification import Budget, simplify, states_in_box
 from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.positive_definite import certify_positive_definite
 from gd_analyze.errors import ModelError, UsageError
-from gd_analyze.harmonics import AbsoluteRates, harmonics_of
-from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Energies
-from gd_analyze.operations import OperationCount
+from gd_analyze.levels import ENERGY, TERM, Budget, ExactForm, SimplifiedModel
 from gd_analyze.robots import RobotArm, load_arm
+from gd_analyze.search import How, simplify
+from gd_analyze.states import states_in_box
+from made_models import exact_model, model_of
 from strategies import arms, examples
 
 
-def model_of(arm: RobotArm, energy: Energies, level: str = "energy") -> HarmonicModel:
-    return HarmonicModel(
-        arm=arm,
-        level=level,
-        energy=energy,
-        torques=torques_of_energies(energy, AbsoluteRates.of(arm)),
-        drives=False,
-        budget=np.zeros(arm.n_joints),
-        budget_stated="0%",
-        promise=ErrorTable.nothing(arm.n_joints),
-        made_for={},
-        operations_full=OperationCount(0, 0, 0),
-    )
-
-
-def exact_model(arm: RobotArm, drives: bool = False) -> HarmonicModel:
-    return model_of(arm, energy_terms(harmonics_of(arm), arm.drive_inertia if drives else None))
+def energy_model(arm: RobotArm, energy: Energies) -> SimplifiedModel:
+    return model_of(ExactForm(arm), ENERGY, energy)
 
 
 def positions_of(low: np.ndarray, high: np.ndarray) -> Box:
@@ -45,7 +28,7 @@ def positions_of(low: np.ndarray, high: np.ndarray) -> Box:
     return Box(low, high, nothing, nothing)
 
 
-def eigenvalues(model: HarmonicModel, q: np.ndarray) -> np.ndarray:
+def eigenvalues(model: SimplifiedModel, q: np.ndarray) -> np.ndarray:
     return np.linalg.eigvalsh(model.inertia(q))
 
 
@@ -53,9 +36,9 @@ def eigenvalues(model: HarmonicModel, q: np.ndarray) -> np.ndarray:
 @given(arms(max_joints=4), st.integers(0, 2**32 - 1), st.sampled_from([1, 100, 3000]), st.booleans())
 def test_no_position_falls_below_it(arm: RobotArm, seed: int, effort: int, whole: bool) -> None:
     rng = np.random.default_rng(seed)
-    energy = energy_terms(harmonics_of(arm))
+    energy = ExactForm(arm).energies
     # Dropped terms make D indefinite here and there.
-    model = model_of(arm, energy if whole else {t: c for t, c in energy.items() if rng.random() < 0.8})
+    model = energy_model(arm, energy if whole else {t: c for t, c in energy.items() if rng.random() < 0.8})
     middle, half = rng.uniform(-1.0, 1.0, arm.n_joints), rng.choice([0.0, 0.3, 1.5, 4.0], arm.n_joints)
     box = positions_of(middle - half, middle + half)
     shown = certify_positive_definite(model, box, effort=effort)
@@ -90,8 +73,7 @@ def test_the_exact_puma_is_positive_definite(puma: RobotArm, drives: bool) -> No
 
 
 def test_the_simplified_puma_is_positive_definite(puma: RobotArm) -> None:
-    model = simplify(puma, states_in_box(puma, 500), Budget.parse("1%"), level="energy", drives=True)
-    assert isinstance(model, HarmonicModel)
+    model = simplify(puma, states_in_box(puma, 500), Budget.parse("1%"), How(ENERGY), drives=True)
     shown = certify_positive_definite(model)
     assert shown.is_proven
     assert shown.proven == pytest.approx(shown.smallest_found, rel=0.01)
@@ -101,8 +83,8 @@ def test_the_simplified_puma_is_positive_definite(puma: RobotArm) -> None:
 
 def test_an_indefinite_model_is_not_shown_to_be_definite(two_link: RobotArm) -> None:
     """Without the constant part of D11 its quadratic form takes both signs."""
-    energy = energy_terms(harmonics_of(two_link))
-    model = model_of(two_link, {t: c for t, c in energy.items() if (t.i, t.j) != (0, 0) or t.monomial})
+    energy = ExactForm(two_link).energies
+    model = energy_model(two_link, {t: c for t, c in energy.items() if (t.i, t.j) != (0, 0) or t.monomial})
     shown = certify_positive_definite(model)
     assert shown.smallest_found < 0.0
     assert shown.proven <= shown.smallest_found
@@ -110,14 +92,14 @@ def test_an_indefinite_model_is_not_shown_to_be_definite(two_link: RobotArm) -> 
 
 
 def test_a_model_without_inertia_is_not(two_link: RobotArm) -> None:
-    shown = certify_positive_definite(model_of(two_link, {}))
+    shown = certify_positive_definite(energy_model(two_link, {}))
     assert not shown.is_proven
     assert shown.smallest_found == 0.0
 
 
 def test_bad_arguments_are_refused(two_link: RobotArm, puma: RobotArm) -> None:
     with pytest.raises(ModelError, match="symmetric D"):
-        certify_positive_definite(model_of(two_link, {}, "term"))
+        certify_positive_definite(model_of(ExactForm(two_link), TERM, {}))
     with pytest.raises(UsageError, match="does not fit the arm"):
         certify_positive_definite(exact_model(two_link), Box.of(puma))
     with pytest.raises(UsageError, match="effort"):

@@ -13,7 +13,6 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_models import assert_same, exact_model
 
 from gd_analyze.errors import ModelError, OutputError
 from gd_analyze.levels import (
@@ -29,6 +28,7 @@ from gd_analyze.levels import (
 )
 from gd_analyze.search import simplify
 from gd_analyze.states import states_of
+from made_models import assert_same, exact_model
 from strategies import arms_with_states, examples
 
 
@@ -101,7 +101,7 @@ def test_so_it_is_of_simplified_ones(tmp_path_factory, case):
         (TERM, {"row", "rates", "factors", "weight"}),
         (ENERGY, {"i", "j", "factors", "coefficient"}),
     ],
-    ids=str,
+    ids=["element", "term", "energy"],
 )
 def test_the_file_says_what_it_is(two_link, tmp_path, level, entry):
     save_model(exact_model(two_link, level=level), tmp_path / "model.json")

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_models import model_of_parts
 
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.errors import ModelError
@@ -14,6 +13,7 @@ from gd_analyze.levels import LEVELS, Budget, ErrorTable, SimplifiedModel, evalu
 from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.search import simplify
 from gd_analyze.states import states_of
+from made_models import model_of_parts
 from strategies import arms_with_states, examples, random_states
 
 

@@ -16,6 +16,7 @@ from gd_analyze.levels.level import ROUGH
 from gd_analyze.levels.part_costs import blocks, is_zero
 from gd_analyze.levels.parts import torque_by_part, trace_parts
 from gd_analyze.operations import Trace
+from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import Drive, load_arm
 from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.search import simplify
@@ -198,8 +199,9 @@ def test_a_joint_without_torque_among_others():
 
 
 def test_a_model_that_misses_its_budget_is_not_given_out(two_link, swing_dataset, monkeypatch):
+    written = type(ELEMENT).write
     monkeypatch.setattr(
-        type(ELEMENT), "write", lambda self, form, terms, effort: write(self, form, {}, effort)
+        type(ELEMENT), "write", lambda self, form, terms, effort: written(self, form, {}, effort)
     )
     with pytest.raises(GdAnalyzeError, match="misses its budget"):
         simplify(two_link, swing_dataset, Budget.parse("1%"), level="element")
