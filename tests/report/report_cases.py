@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from gd_analyze.results import Findings
 
 from gd_analyze.main_job import Origin, find
+from gd_analyze.results import Findings
 from gd_analyze.robots import Joint, Link, Placement, RobotArm
 from gd_analyze.robots.parts import JointKind
 from gd_analyze.trajectories import Trajectory

@@ -180,14 +180,15 @@ def _require_ours(path: Path) -> None:
         attributes: Any = dict(file.attrs)
         groups = list(file)
         file.visititems(lambda _, item: dict(item.attrs) and None)
+    foreign = StoreError(
+        "this HDF5 file does not hold gd-analyze results",
+        where=Location(path),
+        expected=f"the groups {', '.join(GROUPS)}",
+        found=", ".join(groups) or "no groups",
+        next_step="name the analysis.h5 of a results folder",
+    )
     if not np.array_equal(attributes.get("format"), FORMAT):
-        raise StoreError(
-            "this HDF5 file does not hold gd-analyze results",
-            where=Location(path),
-            expected=f"the groups {', '.join(GROUPS)}",
-            found=", ".join(groups) or "no groups",
-            next_step="name the analysis.h5 of a results folder",
-        )
+        raise foreign
     schema = np.ravel(attributes.get("schema")).tolist()  # netCDF stores numbers as arrays of one
     if schema != [SCHEMA_VERSION]:
         raise StoreError(
@@ -197,6 +198,8 @@ def _require_ours(path: Path) -> None:
             found=", ".join(str(number) for number in schema),
             next_step="use the gd-analyze that wrote it, or run the analysis again",
         )
+    if not set(GROUPS) <= set(groups):
+        raise foreign
 
 
 @contextmanager
