@@ -20,16 +20,20 @@ from gd_analyze.levels import ELEMENT
 from gd_analyze.levels.parts import kept_effects, parts_of
 from gd_analyze.main_job import Settings, find
 from gd_analyze.report.beyond_chart import beyond_chart
-from gd_analyze.report.html import TERMS_SHOWN, render_html
+from gd_analyze.report.colours import COLOURS
+from gd_analyze.report.document import document
+from gd_analyze.report.figures import motion_figure
+from gd_analyze.report.html import TEMPLATES, TERMS_SHOWN, render_html
 from gd_analyze.report.interactive import DIGITS, MOST_FRAMES, MOST_POINTS, page_data
 from gd_analyze.report.terms import exact_elements, tallies
 from gd_analyze.results import Findings, rows_of, summary
-from gd_analyze.results.rows import joint_rows
+from gd_analyze.results.rows import dropped_parts, joint_rows
 from gd_analyze.results.words import SYMBOLS
 from gd_analyze.robots import RobotArm, load_arm
 from gd_analyze.trajectories import Trajectory
 
 MATHS = PageMathML()
+MOTION = ("q", "qd", "qdd")
 HOSTILE = '</script><script>alert(1)</script><b title="'
 
 
@@ -388,3 +392,50 @@ def test_equations_too_long_to_read_are_left_to_the_command(
 def test_page_data_is_json(puma_findings: Findings) -> None:
     data = page_data(puma_findings)
     assert json.loads(json.dumps(data, allow_nan=False)) == data
+
+
+def test_a_part_is_zero_where_the_ranking_says_so(puma_findings: Findings, source: str, page: Page) -> None:
+    """One criterion for headline, figures, page and PDF."""
+    dominance, parts = puma_findings.dominance, puma_findings.tables["parts"]
+    zero = {
+        f"{label} {effect}"
+        for label, peaks in zip(dominance.element.values, dominance.part_peak.values, strict=True)
+        for effect, peak in zip(dominance.effect.values, peaks, strict=True)
+        if peak == 0.0
+    }
+    dropped = dropped_parts(puma_findings)
+    told = {row["part"] if " " in row["part"] else f"{row['part']} translation" for row in dropped.zero}
+    # Gravity has no rotational part, so none is dropped; a part that is kept is not told to be zero.
+    assert told <= zero
+    kept = {label for label, is_kept in zip(parts.part.values, parts.kept.values, strict=True) if is_kept}
+    assert {name for name in zero - told if not name.startswith("c")} <= kept
+    assert f"{len(dropped.zero)} parts are zero" in page.text
+    shown = document(puma_findings)["elements"]
+    assert [len(shown[name]) for name in ("costing", "zero", "idle")] == [*map(len, dropped)]
+    for name in zero:
+        element, _, effect = name.partition(" ")
+        traces = {trace["role"]: trace["y"] for trace in page.data["figures"][element]["traces"]}
+        assert not any(traces.get(effect, ()))
+
+
+def test_angles_are_in_degrees_on_every_motion_plot(arms: dict[str, RobotArm]) -> None:
+    arm = arms["sliding"]
+    findings = find(arm, swing(arm))
+    figures = page_data(findings)["figures"]
+    units = [figures[f"{name}-{kind}"]["unit"] for kind in ("revolute", "prismatic") for name in MOTION]
+    assert units == ["deg", "deg/s", "deg/s²", "m", "m/s", "m/s²"]
+    for name in MOTION:
+        drawn = figures[f"{name}-revolute"]["traces"][0]["y"]
+        exact = np.degrees(getattr(findings.trajectory, name)[:, 0])
+        np.testing.assert_allclose(drawn, exact, rtol=10.0 ** (1 - DIGITS))
+    said = {text.get_text() for text in motion_figure(findings).texts}
+    assert {"position q, deg or m", "rate q̇, deg/s or m/s", "acceleration q̈, deg/s² or m/s²"} <= said
+
+
+def test_all_colours_stand_in_one_table(source: str) -> None:
+    """A colour said anywhere else would be one that page and paper do not share."""
+    for path in TEMPLATES.parent.rglob("*"):
+        if path.suffix in (".py", ".css", ".js", ".typ", ".j2"):
+            assert not re.search(r"#[0-9a-fA-F]{6}\b", path.read_text(encoding="utf-8")), path.name
+    for name, (light, dark) in COLOURS.items():
+        assert f"--{name}: light-dark({light}, {dark});" in source
