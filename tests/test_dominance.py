@@ -7,8 +7,6 @@ import dataclasses
 import numpy as np
 import pytest
 import xarray as xr
-from gd_analyze.models import parts_of
-from gd_analyze.models.element_level import torque_by_part
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -16,12 +14,13 @@ from gd_analyze.decomposition import decompose
 from gd_analyze.dominance import (
     DEFAULT_BUDGET,
     DOMINANCE_THRESHOLD,
-    elements,
-    peak_magnitude,
     rank,
     text_verdicts,
 )
+from gd_analyze.elements import elements
+from gd_analyze.levels.parts import parts_of, torque_by_part
 from gd_analyze.robots import Joint, Link, RobotArm
+from gd_analyze.round_off import peak_magnitude
 from gd_analyze.trajectories import Trajectory
 from strategies import arms_with_states, examples, motions
 
@@ -42,7 +41,12 @@ def dataset_of(d_tran, d_rot, h_tran=0.0, h_rot=0.0, c=0.0, qdd=1.0) -> xr.Datas
             "torque": (("time", "joint"), ((dt + dr) * qdd + ht + hr + c)[:, None]),
             "qdd": (("time", "joint"), qdd[:, None]),
         },
-        coords={"effect": ["translation", "rotation"], "joint": [1], "joint_j": [1]},
+        coords={
+            "effect": ["translation", "rotation"],
+            "joint": [1],
+            "joint_j": [1],
+            "joint_kind": ("joint", ["revolute"]),
+        },
         attrs={"arm": "synthetic", "trajectory": "synthetic"},
     )
 

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import dataclasses
+import importlib
 import os
 
 import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze import main_job
 from gd_analyze.errors import GdAnalyzeError, OutputError, TrajectoryError, UsageError
-from gd_analyze.main_job import analyze, find
-from gd_analyze.results import FILES, default_folder, dominance_csv, require_writable
+from gd_analyze.levels import ELEMENT, parts_of
+from gd_analyze.main_job import Origin, Settings, analyze, find
+from gd_analyze.main_job.folder import FILES, default_folder, require_writable, write_findings
+from gd_analyze.robots import with_payload
 from gd_analyze.trajectories import Trajectory
 from strategies import names_in
 
 DATA_FORMATS = ("h5", "json", "csv")
+# The functions of the package hide the modules of their names.
+ANALYZE, FIND = (importlib.import_module(f"gd_analyze.main_job.{name}") for name in ("analyze", "find"))
 
 
 @pytest.fixture
@@ -24,7 +28,7 @@ def nothing_computed(monkeypatch):
     def fail(*args, **options):
         raise AssertionError("computed before the output was known to be writable")
 
-    monkeypatch.setattr(main_job, "find", fail)
+    monkeypatch.setattr(ANALYZE, "find", fail)
 
 
 @pytest.mark.parametrize(
@@ -36,13 +40,13 @@ def test_exactly_the_chosen_files(two_link, swing, tmp_path, formats):
     folder = tmp_path / "deep" / "results"
     findings = analyze(two_link, swing, folder, formats=formats)
     assert sorted(names_in(folder) if folder.exists() else []) == sorted(FILES[name] for name in formats)
-    assert findings.element_model.dropped
+    assert len(findings.element_model.terms) < len(parts_of(2))
     assert findings.model.torques
 
 
 def test_the_files_hold_what_was_found(puma, pick_and_place, tmp_path):
     findings = analyze(
-        puma, pick_and_place, tmp_path, formats=DATA_FORMATS, command="gd-analyze puma560 x.csv"
+        puma, pick_and_place, tmp_path, formats=DATA_FORMATS, origin=Origin("gd-analyze puma560 x.csv")
     )
     tree = gd.load_results(tmp_path / "analysis.h5")
     np.testing.assert_array_equal(tree["decomposition/torque"], findings.decomposition.torque)
@@ -50,15 +54,13 @@ def test_the_files_hold_what_was_found(puma, pick_and_place, tmp_path):
     model = gd.load_model(tmp_path / "model.json")
     assert model.torques == findings.model.torques
     assert model.provenance["command"] == "gd-analyze puma560 x.csv"
-    assert (tmp_path / "dominance.csv").read_text() == dominance_csv(findings)
 
 
 def test_the_ranking_as_csv_is_the_dataset(puma_findings, tmp_path):
     import pandas as pd
 
-    path = tmp_path / "dominance.csv"
-    path.write_text(dominance_csv(puma_findings))
-    table = pd.read_csv(path)
+    write_findings(puma_findings, tmp_path, ("csv",))
+    table = pd.read_csv(tmp_path / "dominance.csv")
     dominance = puma_findings.dominance
     assert len(table) == 21 + 6 + 6
     assert table["element"].tolist() == dominance.element.values.tolist()
@@ -121,7 +123,7 @@ def test_a_disagreement_with_the_authority_writes_nothing(two_link, swing, tmp_p
     def disagree(*args):
         raise GdAnalyzeError("torque disagrees with Pinocchio")
 
-    monkeypatch.setattr(main_job, "cross_check", disagree)
+    monkeypatch.setattr(FIND, "cross_check", disagree)
     with pytest.raises(GdAnalyzeError):
         analyze(two_link, swing, tmp_path / "out", formats=DATA_FORMATS)
     assert not (tmp_path / "out").exists()
@@ -132,25 +134,27 @@ def test_warnings_end_up_in_the_findings(two_link, swing, monkeypatch):
 
     from gd_analyze.errors import GdAnalyzeWarning
 
-    real = main_job.decompose
+    real = FIND.decompose
 
     def suspicious(*args, **options):
         warnings.warn("an odd arm", GdAnalyzeWarning, stacklevel=1)
         return real(*args, **options)
 
-    monkeypatch.setattr(main_job, "decompose", suspicious)
-    assert find(two_link, swing, warned=("an odd file",)).warnings == ("an odd file", "an odd arm")
+    monkeypatch.setattr(FIND, "decompose", suspicious)
+    found = find(two_link, swing, origin=Origin(warnings=("an odd file",)))
+    assert found.warnings == ("an odd file", "an odd arm")
 
 
 def test_budget_and_options_reach_what_they_are_for(puma, pick_and_place):
-    found = find(puma, pick_and_place, budget=gd.Budget.parse("5%"), drives=True, coupling=False, terms=True)
-    assert found.model.budget_stated == "5%"
+    settings = Settings(budget=gd.Budget.parse("5%"), drives=True, coupling=False, terms=True)
+    found = find(puma, pick_and_place, settings)
+    assert found.model.promise.budget == "5%"
     assert found.model.drives
     assert "coupling" not in found.decomposition
     assert "coriolis_centrifugal_terms" in found.decomposition
     peak = np.abs(found.decomposition.torque.values).max(axis=0)
     np.testing.assert_array_equal(found.dominance.attrs["floor"], 0.05 * peak / 8)
-    np.testing.assert_array_equal(found.model.budget, 0.05 * peak)
+    np.testing.assert_array_equal(found.model.promise.allowed, 0.05 * peak)
 
 
 def test_provenance_is_flat(puma_findings):
@@ -173,19 +177,37 @@ def test_an_arm_of_many_terms_stays_with_elements(puma, rng) -> None:
     states = rng.uniform(-1.0, 1.0, (3, 4, 8))
     findings = find(arm, Trajectory(np.arange(4.0), *states, "drawn"))
     assert findings.model is findings.element_model
-    assert findings.harmonics is None
+    assert not findings.is_written_out
     assert "more than 2000" in findings.warnings[0]
-    assert findings.terms.terms == ()
-    assert {point.level for point in findings.trade_off} == {"element"}
-    assert findings.beyond.certificate is None
+    assert findings.ranked_terms == {}
+    assert set(findings.tables["trade_off"].level.values) == {"element"}
+    assert np.isnan(findings.tables["beyond"].certified).all()
 
 
 @pytest.mark.parametrize("level", ["element", "term", "energy"])
 def test_the_level_asked_for(puma, pick_and_place, level) -> None:
-    findings = gd.find(puma, pick_and_place, level=level, budget=gd.Budget.parse("5%"))
-    assert findings.model.level == level
-    assert (findings.model is findings.element_model) == (level == "element")
-    assert findings.harmonics is not None
-    assert (findings.beyond.certificate is None) == (level == "element")
-    assert (findings.model.promise.largest <= findings.model.budget).all()
-    assert findings.evaluation.table.largest == pytest.approx(findings.model.promise.largest)
+    findings = gd.find(puma, pick_and_place, Settings(level=level, budget=gd.Budget.parse("5%")))
+    model, elements_only = findings.model, level == "element"
+    assert model.level.name == level
+    assert (model is findings.element_model) == elements_only == (model.level is ELEMENT)
+    assert findings.is_written_out
+    assert np.isnan(findings.tables["beyond"].certified).all() == elements_only
+    assert (model.promise.errors.largest <= model.promise.allowed).all()
+    again = gd.evaluate(model, pick_and_place).errors
+    assert again.largest == pytest.approx(model.promise.errors.largest)
+
+
+def test_one_number_of_terms(puma, pick_and_place) -> None:
+    """Carrying something off the last axis makes more terms than a ranking lists; all are counted."""
+    from gd_analyze.report.document import document
+    from gd_analyze.results import summary
+
+    arm = with_payload(puma, 2.0, np.array([0.05, 0.0, 0.1]))
+    findings = find(arm, pick_and_place)
+    total = findings.tables["terms"].attrs["total"]
+    assert total > findings.tables["terms"].sizes["rank"]
+    assert total == len(findings.model.form.torques)
+    assert summary.facts(findings)[0][1].endswith(f" {total}")
+    shown = document(findings)
+    assert shown["terms"]["total"] == total
+    assert sum(cell["of"] for row in shown["harmonic"]["kept"] for cell in row) == total

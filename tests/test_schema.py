@@ -6,44 +6,66 @@ import pytest
 import xarray as xr
 
 from gd_analyze.errors import StoreError
-from gd_analyze.schema import DECOMPOSITION, REQUIRED, validate
+from gd_analyze.schema import GROUPS, OPTIONAL, table, unit_of, validate
+
+REQUIRED = [name for name in GROUPS["decomposition"] if name not in OPTIONAL]
 
 
-def test_what_decompose_makes_is_valid(puma_findings, swing_dataset):
-    validate(puma_findings.decomposition)
-    validate(swing_dataset)
+def test_what_is_made_is_valid(puma_findings, swing_dataset):
+    for group, made in puma_findings.tables.items():
+        validate(made, group)
+    validate(swing_dataset, "decomposition")
 
 
-def test_every_variable_says_what_it_is():
-    for name, variable in DECOMPOSITION.items():
+@pytest.mark.parametrize("group", GROUPS)
+def test_every_variable_says_what_it_is(group):
+    for name, variable in GROUPS[group].items():
         assert variable.name == name
-        attributes = variable.attributes()
+        attributes = variable.attributes([True, True])
+        assert attributes["long_name"]
+        assert variable.dims
+        assert not {"units", "units_in"} <= attributes.keys()
+
+
+def test_variables_of_the_decomposition_say_where_they_are_defined():
+    for variable in GROUPS["decomposition"].values():
+        attributes = variable.attributes([True, True])
         assert attributes.keys() == {"units", "symbol", "equation", "long_name"}
         assert all(attributes.values())
         assert variable.dims[0] == "time"
-    assert set(REQUIRED) <= set(DECOMPOSITION)
+
+
+def test_units_follow_the_joints():
+    assert unit_of("inertia", True, True) == "kg m^2"
+    assert unit_of("inertia", True, False) == "kg m"
+    assert unit_of("coupling", False, False, False) == "kg/m"
+    assert GROUPS["decomposition"]["inertia"].attributes([False, False])["units"] == "kg"
+    values = {name: [[0.0, 0.0]] for name in GROUPS["trajectory"]}
+    mixed = table("trajectory", values, [True, False], {"time": [0.0]})
+    assert mixed.qd.attrs["units_in"] == "rate_unit"
+    assert mixed.rate_unit.values.tolist() == ["rad/s", "m/s"]
 
 
 @pytest.mark.parametrize("name", REQUIRED)
 def test_a_required_variable_must_be_there(swing_dataset, name):
     with pytest.raises(StoreError, match=f"lacks {name}"):
-        validate(swing_dataset.drop_vars(name))
+        validate(swing_dataset.drop_vars(name), "decomposition")
 
 
 def test_nothing_at_all():
     with pytest.raises(StoreError) as caught:
-        validate(xr.Dataset())
+        validate(xr.Dataset(), "decomposition")
     assert caught.value.details["found"] == "no variables"
 
 
 def test_an_unknown_variable(swing_dataset):
     with pytest.raises(StoreError, match="colour is not a variable"):
-        validate(swing_dataset.assign(colour=swing_dataset.torque))
+        validate(swing_dataset.assign(colour=swing_dataset.torque), "decomposition")
 
 
 def test_other_dimensions(swing_dataset):
     turned = swing_dataset.assign(torque=swing_dataset.torque.transpose("joint", "time"))
-    with pytest.raises(StoreError, match="torque has other dimensions") as caught:
-        validate(turned)
+    with pytest.raises(StoreError, match="torque of decomposition has other dimensions") as caught:
+        validate(turned, "decomposition")
     assert caught.value.details["expected"] == "('time', 'joint')"
     assert caught.value.details["found"] == "('joint', 'time')"

@@ -10,11 +10,13 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.cli.analyze import FORMATS
-from gd_analyze.results import FILES
+from gd_analyze.cli.report import FORMATS as MADE_AGAIN
+from gd_analyze.main_job.folder import FILES
 
 
 def test_the_formats_are_those_of_the_library():
     assert tuple(FILES) == FORMATS
+    assert set(MADE_AGAIN) == set(FORMATS) - {"h5"}
 
 
 def test_everything_is_written_and_said_alike(run, here):
@@ -30,13 +32,13 @@ def test_everything_is_written_and_said_alike(run, here):
 
     model = json.loads((folder / "model.json").read_text(encoding="utf-8"))
     assert (told["level"], model["level"]) == ("term", "term")
-    assert len(told["terms"]) > len(model["torques"])
+    assert len(told["terms"]) == told["terms_total"] > len(model["terms"])
     assert len(told["equations"]) == 6
     parts = {*told["elements"]["kept"], *(row["part"] for row in told["elements"]["dropped"])}
     assert len(parts) == 60
     for row, promised in zip(told["beyond"], told["joints"], strict=True):
         # The set points lie between their own extremes: what was sampled there is proven not to be exceeded.
-        assert promised["largest"] <= row["certified"] * (1 + 1e-9)
+        assert promised["largest_error"] <= row["certified"] * (1 + 1e-9)
         assert row["worst_found"] <= row["certified"]
         # The flange alone does not feel a point mass on its axis.
         assert row["mass_within_budget"] is None or row["mass_within_budget"] >= 0
@@ -45,11 +47,11 @@ def test_everything_is_written_and_said_alike(run, here):
         ("element", False), ("term", False), ("term", True), ("energy", False), ("energy", True),
     }  # fmt: skip
     for row, stored in zip(told["joints"], model["errors"], strict=True):
-        assert row["name"] == stored["joint"]
-        assert row["largest"] == stored["largest_error"]
-        assert row["rms"] == stored["rms_error"]
-        assert row["allowed"] == stored["allowed_error"]
+        assert row["joint_name"] == stored["joint"]
+        for name in ("largest_error", "rms_error", "allowed_error"):
+            assert row[name] == stored[name]
     assert told["operations"] == model["operations"]
+    assert told["search"] == model["search"]
 
     with (folder / "dominance.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
@@ -64,7 +66,9 @@ def test_everything_is_written_and_said_alike(run, here):
         largest = np.abs(file["simplified_model/torque_error"][:]).max(axis=0)
     # The stored errors are those of the same two arrays, so they agree to the last bit or are round-off.
     allowed = [1e-12 * row["peak_torque"] for row in told["joints"]]
-    assert (np.abs(largest - [row["largest"] for row in told["joints"]]) <= np.maximum(allowed, 1e-9)).all()
+    assert (
+        np.abs(largest - [row["largest_error"] for row in told["joints"]]) <= np.maximum(allowed, 1e-9)
+    ).all()
 
 
 def test_the_terminal_shows_the_answer_within_80_columns(run, here):
@@ -90,7 +94,7 @@ def test_options_may_stand_anywhere(run, motion, here):
     assert run("--out", "a", "--format=json", "two_link", motion).code == 0
     assert run("two_link", "--out", "b", motion, "--format", "JSON").code == 0
     models = [json.loads((here / x / "model.json").read_text(encoding="utf-8")) for x in "ab"]
-    assert models[0]["torques"] == models[1]["torques"]
+    assert models[0]["terms"] == models[1]["terms"]
 
 
 def test_quiet_prints_nothing(run, motion):
@@ -130,10 +134,10 @@ def test_drives_count_when_asked_for(run, here):
 def test_a_budget_in_newton_metres_per_joint(run, motion):
     told = run("two_link", motion, "--format", "json", "--json", "--budget", "0.3,10%").json
     first, second = told["joints"]
-    assert first["allowed"] == 0.3
+    assert first["allowed_error"] == 0.3
     # One product, so within one rounding.
-    assert second["allowed"] == pytest.approx(0.1 * second["peak_torque"], rel=2**-52)
-    assert all(row["largest"] <= row["allowed"] for row in told["joints"])
+    assert second["allowed_error"] == pytest.approx(0.1 * second["peak_torque"], rel=2**-52)
+    assert all(row["largest_error"] <= row["allowed_error"] for row in told["joints"])
 
 
 def test_a_trajectory_from_standard_input(process, motion):
@@ -162,8 +166,71 @@ def test_an_arm_of_ones_own_with_a_joint_that_slides(run, here):
     assert result.code == 0, result.err
     assert "N m or N and share of peak torque" in " ".join(result.out.split())
     assert [
-        row["unit"] for row in run("slider.toml", "lift.csv", "--format", "csv", "--json").json["joints"]
+        row["effort_unit"]
+        for row in run("slider.toml", "lift.csv", "--format", "csv", "--json").json["joints"]
     ] == [
         "N",
         "N m",
     ]
+
+
+def test_reports_are_made_again_byte_by_byte(run, here):
+    """From the stored analysis alone: same reports, same model, same ranking, same words."""
+    told = run("two_link", "two-link-swing", "--out", "first", "--json").json
+    result = run("report", "first/analysis.h5", "--out", "second", "--json")
+    assert (result.code, result.err) == (0, "")
+    for name in MADE_AGAIN:
+        first, second = ((here / folder / FILES[name]).read_bytes() for folder in ("first", "second"))
+        assert first == second, name
+    again = result.json
+    assert again.pop("files") == [str(Path("second") / FILES[name]) for name in MADE_AGAIN]
+    told.pop("files")
+    assert again == told
+
+
+def test_reports_go_beside_the_analysis_and_replace_what_is_there(run, motion, here):
+    said = run("two_link", motion, "--out", "x", "--format", "h5,html").out
+    before = (here / "x" / "report.html").read_bytes()
+    (here / "x" / "report.html").write_text("old")
+    result = run("report", "x/analysis.h5", "--format", "html")
+    assert result.code == 0
+    assert (here / "x" / "report.html").read_bytes() == before
+    assert {path.name for path in (here / "x").iterdir()} == {"analysis.h5", "report.html"}
+    assert result.out.splitlines()[:-1] == said.splitlines()[:-2]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("none.h5", None, "there is no such results file"),
+        ("model.json", b"{}", "damaged or not HDF5"),
+        ("cut.h5", b"\x89HDF\r\n\x1a\n", "damaged or not HDF5"),
+    ],
+)
+def test_no_report_of_another_file(run, here, name, content, said):
+    if content is not None:
+        (here / name).write_bytes(content)
+    result = run("report", name)
+    assert (result.code, result.out) == (2, "")
+    assert said in result.err
+    assert not [path for path in here.iterdir() if path.suffix in (".html", ".pdf")]
+
+
+def test_the_terminal_has_the_words_of_the_reports(run, here):
+    from gd_analyze.results import load_findings, summary
+
+    out = run("puma560", "pick-and-place", "--out", "x", "--format", "h5,html", "--top", 33).out
+    page = (here / "x" / "report.html").read_text(encoding="utf-8")
+    findings = load_findings("x/analysis.h5")
+    for words in (summary.headline(findings), "gravity", "negligible"):
+        assert words in " ".join(out.split())
+        assert words.replace("'", "&#39;") in page
+    check = summary.cross_check_row(findings)
+    ratios = findings.tables["cross_check"]
+    assert check["largest_difference"] / check["round_off_bound"] == pytest.approx(
+        float((ratios.largest_difference / ratios.round_off_bound).max())
+    )
+    assert f"differs by {check['largest_difference']:.2e} {check['unit']}" in out
+    for step in findings.model.promise.steps:
+        assert step.words in page
+        assert step.words in findings.model.promise.search

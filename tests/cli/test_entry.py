@@ -74,10 +74,10 @@ robots.load_arm = load_arm"""
 
 
 def test_out_of_memory_is_no_bug(process, motion):
-    before = """
-import gd_analyze.decomposition as decomposition
-def decompose(*a, **k): raise MemoryError('7 TiB')
-decomposition.decompose = decompose"""
+    before = (
+        "import gd_analyze.main_job.analyze, sys\ndef find(*a, **k): raise MemoryError('7 TiB')\n"
+        "sys.modules['gd_analyze.main_job.analyze'].find = find"
+    )
     result = process("two_link", motion, before=before)
     assert result.code == 1
     assert "out of memory" in result.err

@@ -3,10 +3,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from gd_analyze.findings import Findings
 from report_arms import ONE_JOINT, SLIDING
 
-from gd_analyze.main_job import find
+from gd_analyze.main_job import Origin, find
+from gd_analyze.results import Findings
 from gd_analyze.robots import RobotArm, load_arm, read_arm
 from gd_analyze.trajectories import read_trajectory
 
@@ -14,7 +14,7 @@ from gd_analyze.trajectories import read_trajectory
 @pytest.fixture(scope="session")
 def puma_findings() -> Findings:
     arm = load_arm("puma560")
-    return find(arm, read_trajectory("wrist-move", arm), command="gd-analyze puma560 wrist-move")
+    return find(arm, read_trajectory("wrist-move", arm), origin=Origin("gd-analyze puma560 wrist-move"))
 
 
 @pytest.fixture(scope="session")

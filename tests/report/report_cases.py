@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from gd_analyze.findings import Findings
 
-from gd_analyze.main_job import find
+from gd_analyze.main_job import Origin, find
+from gd_analyze.results import Findings
 from gd_analyze.robots import Joint, Link, Placement, RobotArm
 from gd_analyze.robots.parts import JointKind
 from gd_analyze.trajectories import Trajectory
@@ -41,7 +41,7 @@ def made_findings(kinds: list[JointKind], set_points: int = 9, title: str = "mad
     time = np.linspace(0.0, 2.0, set_points) if set_points > 1 else np.zeros(1)
     phase = 2 * time[:, None] + np.arange(len(kinds))
     motion = Trajectory(time, np.sin(phase), 2 * np.cos(phase), -4 * np.sin(phase), "wave")
-    return find(arm, motion, command="gd-analyze made_up wave")
+    return find(arm, motion, origin=Origin("gd-analyze made_up wave"))
 
 
 def resting_findings(arm: RobotArm) -> Findings:

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from gd_analyze.findings import Findings
 
 from gd_analyze.report.html import render_html
+from gd_analyze.results import Findings
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 FLAGS = (
@@ -246,7 +246,7 @@ def test_the_trade_off_shows_every_kind_and_this_model(tab: Tab, puma_findings: 
     assert roles == ["element", "term", "term-refit", "energy", "energy-refit", "model"]
     star = tab.run(f"return [{plot}.data.at(-1).x[0], {plot}.data.at(-1).y[0]]")
     assert star[1] == puma_findings.model.operations.total
-    assert star[0] == pytest.approx(100 * puma_findings.model.promise.largest_share.max(), rel=1e-5)
+    assert star[0] == pytest.approx(100 * puma_findings.model.promise.errors.largest_share.max(), rel=1e-5)
     assert tab.run(f"return {plot}.layout.shapes.length") == 2
 
 

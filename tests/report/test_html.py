@@ -9,24 +9,31 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from gd_analyze.findings import Findings
-from gd_analyze.models import HarmonicModel, Level, parts_of
 from report_arms import swing
 
-from gd_analyze.dominance import elements
+from gd_analyze.elements import elements
 from gd_analyze.formulas.formula import Symbol
+from gd_analyze.formulas.mathml import PageMathML
 from gd_analyze.formulas.parts import parts_formulas
-from gd_analyze.formulas.writing import term_formula, torque_formulas
-from gd_analyze.harmonics import Basis
-from gd_analyze.main_job import find
+from gd_analyze.formulas.writing import term_formula
+from gd_analyze.levels import ELEMENT
+from gd_analyze.levels.parts import kept_effects, parts_of
+from gd_analyze.main_job import Settings, find
 from gd_analyze.report.beyond_chart import beyond_chart
-from gd_analyze.report.context import TERMS_SHOWN, build_context
-from gd_analyze.report.html import MATHS, SYMBOLS, render_html
+from gd_analyze.report.colours import COLOURS
+from gd_analyze.report.document import document
+from gd_analyze.report.figures import motion_figure
+from gd_analyze.report.html import TEMPLATES, TERMS_SHOWN, render_html
 from gd_analyze.report.interactive import DIGITS, MOST_FRAMES, MOST_POINTS, page_data
-from gd_analyze.report.terms import exact_elements, exact_torques, tallies
+from gd_analyze.report.terms import exact_elements, tallies
+from gd_analyze.results import Findings, rows_of, summary
+from gd_analyze.results.rows import dropped_parts, joint_rows
+from gd_analyze.results.words import SYMBOLS
 from gd_analyze.robots import RobotArm, load_arm
 from gd_analyze.trajectories import Trajectory
 
+MATHS = PageMathML()
+MOTION = ("q", "qd", "qdd")
 HOSTILE = '</script><script>alert(1)</script><b title="'
 
 
@@ -105,10 +112,10 @@ def test_links_lead_to_sections(page: Page) -> None:
 
 
 def test_the_answer_comes_first(puma_findings: Findings, page: Page) -> None:
-    context = build_context(puma_findings)
-    assert context.headline in page.text
-    assert page.text.index(context.headline) < page.text.index("The arm and its motion")
-    for value, caption in context.facts[:2]:
+    headline = summary.headline(puma_findings)
+    assert headline in page.text
+    assert page.text.index(headline) < page.text.index("The arm and its motion")
+    for value, caption in summary.facts(puma_findings):
         assert value in page.text
         assert caption in page.text
 
@@ -153,14 +160,10 @@ def test_tables_have_captions_and_buttons_names(source: str, page: Page) -> None
     assert '<button type="button" id="theme" aria-label=' in source
 
 
-def kept_of(findings: Findings) -> dict[str, str]:
-    return {row.element: row.kept for row in build_context(findings).dominance}
-
-
 def test_the_model_equations_hold_exactly_what_is_kept(puma_findings: Findings, source: str) -> None:
     n = puma_findings.arm.n_joints
-    kept = set(puma_findings.element_model.kept)
-    for i, formula in enumerate(parts_formulas(kept_of(puma_findings), n, drives=False)):
+    kept = {part.label for part in puma_findings.element_model.terms}
+    for i, formula in enumerate(puma_findings.element_model.formulas):
         acting = {
             part.element.label
             for part in parts_of(n)
@@ -177,7 +180,8 @@ def test_the_model_equations_hold_exactly_what_is_kept(puma_findings: Findings, 
 
 
 def test_drives_are_written_into_the_model(puma_findings: Findings) -> None:
-    formulas = parts_formulas(kept_of(puma_findings), puma_findings.arm.n_joints, drives=True)
+    n = puma_findings.arm.n_joints
+    formulas = parts_formulas(kept_effects(n, puma_findings.element_model.terms), n, drives=True)
     for i, formula in enumerate(formulas):
         assert Symbol("J", str(i + 1)) in [piece.product.powers[0].base for piece in formula.pieces]
 
@@ -264,7 +268,7 @@ def test_more_than_nine_joints() -> None:
     arm = replace(small, name="chain", joints=small.joints * 5, links=small.links * 5, dh_table=(), drives=())
     findings = find(arm, swing(arm, 3))
     # Ten joints are more than a second would identify: whole elements, and said so.
-    assert findings.model.level == "element"
+    assert findings.model.level is ELEMENT
     assert "10 joints, more than 8" in findings.warnings[0]
     source = render_html(findings)
     assert "D1,10" in Page(source).data["figures"]
@@ -296,20 +300,19 @@ def test_long_trajectories_are_thinned_and_say_so(arms: dict[str, RobotArm]) -> 
 
 def test_terms_and_their_equations_are_on_the_page(puma_findings: Findings, source: str, page: Page) -> None:
     model = puma_findings.model
-    assert isinstance(model, HarmonicModel)
-    written = torque_formulas(Basis.of(puma_findings.arm), model.torques)
+    written = model.formulas
     assert len(written) == puma_findings.arm.n_joints
     pieces = [piece for formula in written for piece in formula.pieces]
     assert sum(piece.quantity != "carried" for piece in pieces) == len(model.torques)
     assert all(element in source for formula in written for element in MATHS.elements(formula))
     rows = [a for a in page.all("tr") if a.get("data-group") in SYMBOLS]
     assert len(rows) == TERMS_SHOWN
-    for ranked in build_context(puma_findings).terms:
-        assert MATHS.elements(term_formula(ranked.term, ranked.weight))[0] in source
+    for term, weight in [*puma_findings.ranked_terms.items()][:TERMS_SHOWN]:
+        assert MATHS.elements(term_formula(term, weight))[0] in source
 
 
 def test_the_glance_counts_every_term_once(puma_findings: Findings, page: Page) -> None:
-    exact = exact_torques(puma_findings)
+    exact = puma_findings.model.form.torques
     kept, n = puma_findings.model.torques, puma_findings.arm.n_joints
     cells = [cell for line in tallies(exact, kept, n) for cell in line]
     assert sum(cell.kept for cell in cells) == len(puma_findings.model.torques)
@@ -321,15 +324,15 @@ def test_the_glance_counts_every_term_once(puma_findings: Findings, page: Page) 
 
 def test_the_trade_off_is_drawn_and_tabled(puma_findings: Findings, page: Page) -> None:
     figure = page.data["figures"]["trade-off"]
-    points = {(p.level, p.refit, p.budget): p for p in puma_findings.trade_off}
+    table = puma_findings.tables["trade_off"]
+    points = {(row["kind"], row["budget"]): row for row in rows_of(table, "kind", "factor")}
     drawn = 0
     for trace in figure["traces"]:
-        level, _, refit = trace["role"].partition("-")
         for x, y, budget in zip(trace["x"], trace["y"], trace["budget"], strict=True):
-            point = points[level, bool(refit), budget]
-            assert y == point.operations.total
+            point = points[trace["role"].replace("-", " "), budget]
+            assert y == point["operations"]
             # Drawn with six digits.
-            assert x == pytest.approx(100 * point.error_share, rel=10.0 ** (1 - DIGITS))
+            assert x == pytest.approx(100 * point["largest_share"], rel=10.0 ** (1 - DIGITS))
             drawn += 1
     assert drawn == len(points)
     assert figure["model"]["y"] == puma_findings.model.operations.total
@@ -341,25 +344,20 @@ def test_the_trade_off_is_drawn_and_tabled(puma_findings: Findings, page: Page) 
 
 
 def test_marks_beyond_the_trajectory_are_in_order(puma_findings: Findings) -> None:
-    context = build_context(puma_findings)
-    chart = beyond_chart(context.joint_errors, context.beyond)
-    for mark, row, error in zip(chart.marks, context.beyond, context.joint_errors, strict=True):
-        places = {
-            mark.sampled: error.largest,
-            mark.worst_found: row.worst_found,
-            mark.certified: row.certified,
-            mark.within_limits: row.within_limits,
-            chart.budget: error.allowed,
-        }
+    rows = joint_rows(puma_findings, "simplified_model", "beyond")
+    chart = beyond_chart(rows)
+    for mark, row in zip(chart.marks, rows, strict=True):
+        places = {place: row[name] for name, place in mark.items() if name != "uncertainty"}
+        places[chart.budget] = row["allowed_error"]
         assert list(dict(sorted(places.items()))) == sorted(places, key=places.__getitem__)
         assert all(0.0 <= place <= 100.0 for place in places)
 
 
 @pytest.mark.parametrize("level", ["element", "energy"])
 @pytest.mark.parametrize("which", ["sliding", "puma560"])
-def test_every_level_has_its_page(arms: dict[str, RobotArm], which: str, level: Level) -> None:
+def test_every_level_has_its_page(arms: dict[str, RobotArm], which: str, level: str) -> None:
     arm = arms.get(which) or load_arm(which)
-    page = Page(render_html(find(arm, swing(arm), level=level)))
+    page = Page(render_html(find(arm, swing(arm), Settings(level=level))))
     identifiers = [a["id"] for _, a in page.elements if "id" in a]
     harmonic = level != "element"
     assert ("elements" in identifiers) == harmonic
@@ -370,7 +368,7 @@ def test_every_level_has_its_page(arms: dict[str, RobotArm], which: str, level: 
 
 
 def test_the_exact_equations_say_where_terms_come_from(puma_findings: Findings, page: Page) -> None:
-    written = exact_elements(puma_findings.harmonics)
+    written = exact_elements(puma_findings)
     assert [a for a in page.all("details") if a.get("class") == "exact"]
     effects = Counter(
         "gravity" if formula.left.letter == "c" else term.effect
@@ -394,3 +392,50 @@ def test_equations_too_long_to_read_are_left_to_the_command(
 def test_page_data_is_json(puma_findings: Findings) -> None:
     data = page_data(puma_findings)
     assert json.loads(json.dumps(data, allow_nan=False)) == data
+
+
+def test_a_part_is_zero_where_the_ranking_says_so(puma_findings: Findings, source: str, page: Page) -> None:
+    """One criterion for headline, figures, page and PDF."""
+    dominance, parts = puma_findings.dominance, puma_findings.tables["parts"]
+    zero = {
+        f"{label} {effect}"
+        for label, peaks in zip(dominance.element.values, dominance.part_peak.values, strict=True)
+        for effect, peak in zip(dominance.effect.values, peaks, strict=True)
+        if peak == 0.0
+    }
+    dropped = dropped_parts(puma_findings)
+    told = {row["part"] if " " in row["part"] else f"{row['part']} translation" for row in dropped.zero}
+    # Gravity has no rotational part, so none is dropped; a part that is kept is not told to be zero.
+    assert told <= zero
+    kept = {label for label, is_kept in zip(parts.part.values, parts.kept.values, strict=True) if is_kept}
+    assert {name for name in zero - told if not name.startswith("c")} <= kept
+    assert f"{len(dropped.zero)} parts are zero" in page.text
+    shown = document(puma_findings)["elements"]
+    assert [len(shown[name]) for name in ("costing", "zero", "idle")] == [*map(len, dropped)]
+    for name in zero:
+        element, _, effect = name.partition(" ")
+        traces = {trace["role"]: trace["y"] for trace in page.data["figures"][element]["traces"]}
+        assert not any(traces.get(effect, ()))
+
+
+def test_angles_are_in_degrees_on_every_motion_plot(arms: dict[str, RobotArm]) -> None:
+    arm = arms["sliding"]
+    findings = find(arm, swing(arm))
+    figures = page_data(findings)["figures"]
+    units = [figures[f"{name}-{kind}"]["unit"] for kind in ("revolute", "prismatic") for name in MOTION]
+    assert units == ["deg", "deg/s", "deg/s²", "m", "m/s", "m/s²"]
+    for name in MOTION:
+        drawn = figures[f"{name}-revolute"]["traces"][0]["y"]
+        exact = np.degrees(getattr(findings.trajectory, name)[:, 0])
+        np.testing.assert_allclose(drawn, exact, rtol=10.0 ** (1 - DIGITS))
+    said = {text.get_text() for text in motion_figure(findings).texts}
+    assert {"position q, deg or m", "rate q̇, deg/s or m/s", "acceleration q̈, deg/s² or m/s²"} <= said
+
+
+def test_all_colours_stand_in_one_table(source: str) -> None:
+    """A colour said anywhere else would be one that page and paper do not share."""
+    for path in TEMPLATES.parent.rglob("*"):
+        if path.suffix in (".py", ".css", ".js", ".typ", ".j2"):
+            assert not re.search(r"#[0-9a-fA-F]{6}\b", path.read_text(encoding="utf-8")), path.name
+    for name, (light, dark) in COLOURS.items():
+        assert f"--{name}: light-dark({light}, {dark});" in source

@@ -11,20 +11,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from gd_analyze.findings import Findings
-from gd_analyze.models import HarmonicModel
-from gd_analyze.simplification import Budget
 from report_cases import HOSTILE, made_findings, resting_findings
 
+from gd_analyze.dominance import text_verdicts
 from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.formatting import aligned, figures, hundredths, pretty
 from gd_analyze.formulas.parts import part_symbol
 from gd_analyze.formulas.typst import Typst
 from gd_analyze.formulas.writing import term_formula
-from gd_analyze.main_job import find
-from gd_analyze.report.context import build_context
+from gd_analyze.levels import Budget
+from gd_analyze.levels.parts import parts_of
+from gd_analyze.main_job import Settings, find
 from gd_analyze.report.document import document
 from gd_analyze.report.pdf import TEMPLATES, render_pdf, report_figures, typeset
-from gd_analyze.report.units import aligned, figures, hundredths, pretty
+from gd_analyze.results import Findings, summary
 from gd_analyze.robots import RobotArm
 from gd_analyze.robots.parts import JointKind
 from gd_analyze.trajectories import Trajectory
@@ -50,19 +50,19 @@ def puma_pdf(puma_findings: Findings) -> bytes:
 
 
 def test_first_page_answers_the_question(puma_pdf: bytes, puma_findings: Findings, tmp_path: Path) -> None:
-    context = build_context(puma_findings)
     text = read(puma_pdf, tmp_path, "-l", "1")
     words = " ".join(text.split())
-    assert context.title in words
-    assert context.headline in words
-    for value, caption in context.facts:
+    assert summary.title(puma_findings) in words
+    assert summary.headline(puma_findings) in words
+    for value, caption in summary.facts(puma_findings):
         assert pretty(value) in words
         assert caption in words
-    for warning in context.warnings:
+    for warning in puma_findings.warnings:
         assert warning in words
-    for row in context.joint_errors:
-        assert row.name in words
-        assert figures(row.peak_torque) in words
+    peaks = puma_findings.model.promise.errors.peak_torque
+    for joint, peak in zip(puma_findings.arm.joints, peaks, strict=True):
+        assert joint.name in words
+        assert figures(peak) in words
 
 
 def test_every_part_of_the_report_is_there(puma_pdf: bytes, tmp_path: Path) -> None:
@@ -134,8 +134,8 @@ def test_any_serial_arm_can_be_typeset(made: Callable[[], Findings]) -> None:
 def test_an_arm_without_torque_can_be_typeset(puma: RobotArm) -> None:
     findings = resting_findings(puma)
     data = document(findings)
-    assert {row["peak_torque"]["text"] for row in data["errors"]} == {"0"}
-    assert not any(row["over"] for row in data["errors"])
+    assert {row["peak_torque"]["text"] for row in data["joints"]} == {"0"}
+    assert not any(row["over"] for row in data["joints"])
     assert render_pdf(findings).startswith(b"%PDF-")
 
 
@@ -159,9 +159,9 @@ def test_typst_errors_are_passed_on(tmp_path: Path) -> None:
 @pytest.fixture(scope="module")
 def by_level(puma: RobotArm, pick_and_place: Trajectory) -> dict[str, Findings]:
     return {
-        "element": find(puma, pick_and_place, level="element", drives=True),
-        "energy": find(puma, pick_and_place, level="energy", refit=True),
-        "term": find(puma, pick_and_place, operations=90),
+        "element": find(puma, pick_and_place, Settings(level="element", drives=True)),
+        "energy": find(puma, pick_and_place, Settings(level="energy", refit=True)),
+        "term": find(puma, pick_and_place, Settings(operations=90)),
     }
 
 
@@ -174,12 +174,12 @@ def test_document_is_plain_json_and_names_every_kept_part(puma_findings: Finding
         for piece in group
     }
     model = puma_findings.element_model
-    for label in model.kept:
-        element, *effect = label.split()
+    for part in model.terms:
+        element, *effect = part.label.split()
         symbols = {Typst().symbol(part_symbol(element, *effect)), Typst().symbol(part_symbol(element))}
-        assert symbols & written, label
-    gone = {*(row["math"] for row in data["dropped"]), *data["zeros"]}
-    assert len(gone) == len(model.dropped)
+        assert symbols & written, part.label
+    gone = {*(row["math"] for row in data["costing"]), *data["zero"], *data["idle"]}
+    assert len(gone) == len(parts_of(model.arm.n_joints)) - len(model.terms)
     assert not gone & written
 
 
@@ -201,26 +201,24 @@ def test_every_level_is_typeset_with_its_own_equations(
     assert ("follow by Lagrange" in words) == (level == "energy")
     assert ("refitted to absorb" in words) == findings.model.refitted
     assert ("Nothing is certified" in words) == (level == "element")
-    assert build_context(findings).headline in words
+    assert summary.headline(findings) in words
 
 
 def test_harmonic_equations_hold_every_kept_term(by_level: dict[str, Findings]) -> None:
     term, energy = by_level["term"].model, by_level["energy"].model
-    assert isinstance(term, HarmonicModel)
-    assert isinstance(energy, HarmonicModel)
     for model, findings, kept in (
         (term, by_level["term"], len(term.torques)),
-        (energy, by_level["energy"], len(energy.energy)),
+        (energy, by_level["energy"], len(energy.terms)),
     ):
         data = document(findings)["harmonic"]
         pieces = [piece for row in data["equations"] for group in row["groups"] for piece in group]
         carried = sum(piece["math"].startswith("tau") for piece in pieces)
         nothing = sum(piece["math"] == "0" for piece in pieces)
         assert len(pieces) - carried - nothing == kept, model.level
-        counted = [entry for row in data["kept"]["rows"] for entry in row if entry]
+        counted = [entry for row in data["kept"] for entry in row if entry]
         assert sum(entry["kept"] for entry in counted) == kept
-    exact = [entry for row in document(by_level["term"])["harmonic"]["kept"]["rows"] for entry in row]
-    assert sum(entry["of"] for entry in exact) == build_context(by_level["term"]).terms_total
+    exact = [entry for row in document(by_level["term"])["harmonic"]["kept"] for entry in row]
+    assert sum(entry["of"] for entry in exact) == by_level["term"].tables["terms"].attrs["total"]
 
 
 def test_element_level_has_no_harmonic_equations(by_level: dict[str, Findings]) -> None:
@@ -229,37 +227,34 @@ def test_element_level_has_no_harmonic_equations(by_level: dict[str, Findings]) 
 
 def test_trade_off_marks_the_budget_asked_for(puma_findings: Findings) -> None:
     data = document(puma_findings)["trade_off"]
-    assert [row["budget"] for row in data["rows"] if row["asked"]] == [puma_findings.model.budget_stated]
+    assert [row["budget"] for row in data["rows"] if row["asked"]] == [puma_findings.model.promise.budget]
     assert data["operations"] == puma_findings.model.operations.total
     for row in data["rows"]:
         assert len(row["operations"]) == len(row["errors"]) == len(data["kinds"])
 
 
 def test_a_budget_by_joint_does_not_widen_the_table(puma: RobotArm, pick_and_place: Trajectory) -> None:
-    findings = find(puma, pick_and_place, budget=Budget.parse("1%,2%,1%,2%,1%,2%"), level="element")
+    findings = find(puma, pick_and_place, Settings(budget=Budget.parse("1%,2%,1%,2%,1%,2%"), level="element"))
     assert {row["budget"] for row in document(findings)["trade_off"]["rows"]} >= {"budget × 1", "budget × 5"}
 
 
 def test_single_terms_come_as_ranked(puma_findings: Findings) -> None:
     data = document(puma_findings)["terms"]
-    ranked = puma_findings.terms.terms
+    ranked = puma_findings.ranked_terms
     assert data["total"] == len(ranked)
     assert [row["rank"] for row in data["rows"]] == [*range(1, len(data["rows"]) + 1)]
-    for row, term in zip(data["rows"], ranked, strict=False):
-        formula = term_formula(term.term, term.weight)
+    for row, (term, weight) in zip(data["rows"], ranked.items(), strict=False):
+        formula = term_formula(term, weight)
         assert ("-" if row["negative"] else "") + row["math"] == Typst().right(formula)
-        assert row["negative"] == term.text.startswith("-")
+        assert row["negative"] == (weight < 0)
 
 
 def test_beyond_says_what_is_proven_and_what_is_not(puma_findings: Findings) -> None:
-    data, beyond = document(puma_findings)["beyond"], puma_findings.beyond
-    assert beyond.certificate is not None
-    held = beyond.certificate.within(puma_findings.model.budget)
-    assert data["within"] == held.sum()
-    assert [row["certified"]["text"] for row in data["rows"]] == [
-        figures(bound) for bound in beyond.certificate.certified
-    ]
-    assert data["drawn"] == beyond.drawn > 0
+    shown, certified = document(puma_findings), puma_findings.tables["beyond"].certified.values
+    data = shown["beyond"]
+    assert data["within"] == (certified <= puma_findings.model.promise.allowed).sum()
+    assert [row["certified"]["text"] for row in shown["joints"]] == [*map(figures, certified)]
+    assert data["drawn"] == puma_findings.tables["beyond"].attrs["states_drawn"] > 0
 
 
 def test_an_arm_without_limits_has_a_certificate_but_nothing_drawn(tmp_path: Path) -> None:
@@ -273,7 +268,7 @@ def test_an_arm_without_limits_has_a_certificate_but_nothing_drawn(tmp_path: Pat
 
 def test_units_follow_the_kind_of_joint() -> None:
     rows = document(made_findings(["revolute", "prismatic"]))["dominance"]
-    units = {row["symbol"] + row["index"]: row["unit"] for row in rows}
+    units = {row["element"]: row["unit"] for row in rows}
     assert units["D11"] == "kg m²"
     assert units["D12"] == "kg m"
     assert units["D22"] == "kg"
@@ -287,9 +282,11 @@ def test_other_arms_have_no_verdicts_of_the_text(swing_findings: Findings, tmp_p
 
 def test_text_remarks_are_weighed_with_our_numbers(puma_findings: Findings) -> None:
     text = document(puma_findings)["text"]
-    context = build_context(puma_findings)
-    assert (text["agreed"], text["given"]) == context.text_agreement
-    assert {remark["index"] for remark in text["remarks"]} == {"45", "56"}
+    dominance, stated = puma_findings.dominance, text_verdicts("puma560").verdicts
+    ours = dict(zip(dominance.element.values, dominance.dominant.values, strict=True))
+    assert text["agreed"] == sum(ours[element] == verdict for element, verdict in stated.items())
+    assert text["given"] == len(stated)
+    assert {remark["element"] for remark in text["remarks"]} == {"D45", "D56"}
 
 
 @pytest.mark.parametrize(

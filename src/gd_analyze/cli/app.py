@@ -18,6 +18,7 @@ from gd_analyze.cli.evaluate import evaluate
 from gd_analyze.cli.options import ROBOT
 from gd_analyze.cli.plan import plan
 from gd_analyze.cli.rank import rank
+from gd_analyze.cli.report import report
 from gd_analyze.cli.simplify import simplify
 from gd_analyze.cli.trade_off import trade_off
 from gd_analyze.errors import UsageError
@@ -121,7 +122,20 @@ def app() -> None:
     """Split an arm's dynamics by effect, rank the parts, drop what the torque budget allows."""
 
 
-VERBS = (analyze, arms, plan, simplify, rank, trade_off, evaluate, equations, compare, certify, completion)
+VERBS = (
+    analyze,
+    report,
+    arms,
+    plan,
+    simplify,
+    rank,
+    trade_off,
+    evaluate,
+    equations,
+    compare,
+    certify,
+    completion,
+)
 for command in VERBS:
     # In a raw docstring click's mark of a preformatted paragraph is two characters.
     command.help = (command.help or "").replace("\\b\n", "\b\n")

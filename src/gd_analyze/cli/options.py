@@ -10,6 +10,15 @@ from click.shell_completion import CompletionItem
 
 from gd_analyze.resources import shipped
 
+top_option = click.option(
+    "--top",
+    type=click.IntRange(min=0),
+    default=12,
+    show_default=True,
+    metavar="NUMBER",
+    help="Rows of the ranking to print.",
+)
+
 
 def command_line() -> str:
     """What the user typed, as it can be pasted into a shell again."""

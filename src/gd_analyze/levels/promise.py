@@ -56,11 +56,25 @@ def _share(error: FloatArray, peak: FloatArray) -> FloatArray:
         return np.where(error == 0.0, 0.0, error / peak)
 
 
+_WORDS = {
+    "elimination": "terms dropped one by one",
+    "dive": "integer program (one descent)",
+    "exchange": "terms exchanged",
+    "refit": "coefficients refitted",
+    "shared coefficients": "coefficients shared",
+}
+
+
 class SearchStep(NamedTuple):
     """One step of a search, and the operations of what was kept after it, all written the same quick way."""
 
     name: str
     operations: int
+
+    @property
+    def words(self) -> str:
+        """The step as readers know it."""
+        return _WORDS.get(self.name, self.name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,5 +104,5 @@ class Promise:
     @property
     def search(self) -> str:
         """The steps in words."""
-        steps = ", ".join(f"{step.name} {step.operations}" for step in self.steps)
+        steps = ", ".join(f"{step.words} {step.operations}" for step in self.steps)
         return steps + (", solved to the end" if self.solved else "")

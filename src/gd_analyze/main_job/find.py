@@ -20,7 +20,7 @@ from gd_analyze.levels import (
     level_named,
     payload_effect,
 )
-from gd_analyze.main_job.how import Origin, Progress, Settings
+from gd_analyze.main_job.how import Origin, Progress, Settings, Silent
 from gd_analyze.pinocchio_check import cross_check
 from gd_analyze.provenance import provenance
 from gd_analyze.results import tables
@@ -80,7 +80,7 @@ def find(
     """
     how = settings or Settings()
     how.budget.allowed(np.ones(arm.n_joints))  # one of a wrong length shall fail before any computing
-    before, stage = origin or Origin(), progress or Progress()
+    before, stage = origin or Origin(), progress or Silent()
     source = provenance(before.command)
     stage("decomposing", trajectory.n_set_points)
     with warnings.catch_warnings(record=True) as caught:

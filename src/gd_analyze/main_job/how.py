@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Protocol
 
 from gd_analyze.levels import Budget, Level
 from gd_analyze.levels.levels import level_named
@@ -61,11 +62,21 @@ class Origin:
     warnings: tuple[str, ...] = ()
 
 
-class Progress:
-    """Whom to tell how far the work is; this one keeps it to itself."""
+class Progress(Protocol):
+    """Whom to tell how far the work is."""
 
     def __call__(self, label: str, total: int | None = None) -> None:
         """Begin a stage of `total` steps, or of an unknown number."""
 
     def advance(self, steps: int) -> None:
         """Note that some steps are done."""
+
+
+class Silent:
+    """Keeps it to itself."""
+
+    def __call__(self, label: str, total: int | None = None) -> None:
+        """Do nothing."""
+
+    def advance(self, steps: int) -> None:
+        """Do nothing."""

@@ -11,6 +11,7 @@ from xml.sax.saxutils import escape
 from gd_analyze.comparison import Growth
 from gd_analyze.comparison.costs import Counted
 from gd_analyze.formulations.methods import METHODS
+from gd_analyze.report.colours import ON_PAPER
 
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58.0, 98.0, 8.0, 32.0
 _LABEL_PITCH = 12.0
@@ -24,7 +25,6 @@ _MARKERS = {
     "generalized_dalembert": "diamond",
     "composite_moments": "cross",
 }
-_INKS = ("#0072B2", "#D55E00", "#009E73", "#b0457f", "#8a6a00", "#1a1a1a")
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,8 @@ SCREEN = Palette(
     340.0,
 )
 PAPER = Palette(
-    dict(zip(_MARKERS, _INKS, strict=True)) | {"soft": "#6f6f6f", "line": "#dcdcdc", "paper": "#ffffff"},
+    {name: ON_PAPER[f"series-{k}"] for k, name in enumerate(_MARKERS, start=1)}
+    | {name: ON_PAPER[name] for name in ("soft", "line", "paper")},
     "Libertinus Serif",
     380.0,
     300.0,

@@ -15,12 +15,12 @@ from gd_analyze.comparison import Comparison
 from gd_analyze.comparison.agreement import PINOCCHIO
 from gd_analyze.errors import UsageError
 from gd_analyze.files import replacing, write_text
+from gd_analyze.formatting import figures, pretty
 from gd_analyze.formulations.methods import METHODS
 from gd_analyze.report.comparison_chart import PAPER, SCREEN, growth_chart
 from gd_analyze.report.comparison_document import comparison_document, provenance_rows
-from gd_analyze.report.html import environment, template_text
+from gd_analyze.report.html import environment, style
 from gd_analyze.report.pdf import TEMPLATES, typeset
-from gd_analyze.report.units import figures, pretty
 
 FILES = {"html": "comparison.html", "pdf": "comparison.pdf", "json": "comparison.json"}
 
@@ -73,7 +73,7 @@ def render_comparison_html(comparison: Comparison) -> str:
                 for which in ("executed", "folded")
             },
             slowest=max(comparison.timing.pinocchio, *comparison.timing.seconds.values()),
-            style=Markup(template_text("report.css") + template_text("comparison.css")),
+            style=style("report.css", "comparison.css"),
         )
     )
 

@@ -3,135 +3,153 @@
 from __future__ import annotations
 
 import datetime
+from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
-from gd_analyze.dominance import text_verdicts
-from gd_analyze.findings import Findings
-from gd_analyze.formulas.parts import part_symbol, parts_formulas
+from gd_analyze.formatting import aligned, figures, hundredths, percent, pretty
+from gd_analyze.formulas.parts import part_symbol
 from gd_analyze.formulas.typst import Typst
-from gd_analyze.models.element_level import Part, parts_of
+from gd_analyze.formulas.writing import term_formula
+from gd_analyze.labels import inertia_label, joined
+from gd_analyze.operations import OperationCount
 from gd_analyze.report.arm_data import arm_data
-from gd_analyze.report.beyond_data import beyond_data, term_data, trade_off_data
-from gd_analyze.report.context import Context, DominanceRow, build_context, percent
 from gd_analyze.report.harmonic_data import equation_data, harmonic_data
 from gd_analyze.report.panel import MOST_POINTS
-from gd_analyze.report.units import aligned, figures, hundredths, pretty
+from gd_analyze.report.terms import ranked_rows
+from gd_analyze.results import Findings, rows_of, summary
+from gd_analyze.results.rows import Row, dropped_parts, element_rows, joint_rows, trade_off_rows
+from gd_analyze.results.words import LETTERS, SYMBOLS, VERDICTS, kind_name, told
 
-TYPST = Typst()
-_SYMBOLS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c"}
+# Rows of the ranking of single terms, and the longest budget that a table has room for.
+_TERMS, _LONGEST_BUDGET = 20, 12
+_TYPST = Typst()
 
 
 def document(findings: Findings) -> dict[str, Any]:
     """Everything the template shows but the figures."""
-    context = build_context(findings)
-    arm, model = findings.arm, findings.model
+    arm, model, tables = findings.arm, findings.model, findings.tables
     count = findings.trajectory.n_set_points
-    noise = round_off(findings)
+    created = datetime.datetime.fromisoformat(findings.provenance["created"])
+    ranked = element_rows(findings)
     return {
-        "title": context.title,
-        "subtitle": context.subtitle,
-        "headline": context.headline,
-        "date": _date(findings),
-        "facts": [{"value": pretty(value), "caption": caption} for value, caption in context.facts],
-        "budget": context.budget,
+        "title": summary.title(findings),
+        "subtitle": summary.subtitle(findings),
+        "headline": summary.headline(findings),
+        "facts": summary.facts(findings),
+        "date": [created.year, created.month, created.day],
+        "letters": LETTERS,
         "n_joints": arm.n_joints,
         "n_set_points": count,
         "thinned_to": MOST_POINTS if count > MOST_POINTS else 0,
         "all_turning": all(arm.is_revolute),
-        "errors": _errors(context, noise),
-        "round_off": figures(noise),
-        "kept": {
-            "inertia": context.inertia_kept,
-            "coriolis": context.coriolis_kept,
-            "gravity": context.gravity_kept,
-        },
-        "level": context.level,
-        "refitted": context.refitted,
-        "kept_terms": context.kept_terms,
-        "search": context.search,
-        "operations": _operations(context.operations_full, context.operations),
-        "harmonic": harmonic_data(findings),
-        "trade_off": trade_off_data(findings, context),
-        "terms": term_data(findings, context, noise),
-        "beyond": beyond_data(findings, context, noise),
-        "warnings": list(context.warnings),
-        "dominance": _dominance(findings, context.dominance),
-        "threshold": percent(float(findings.dominance.attrs["threshold"])),
-        "verdict_counts": context.verdict_counts,
-        "text": _text(findings, context),
-        "elements": {
-            "equations": _equations(findings, context),
-            "budget": findings.element_model.budget_stated,
-            "operations": _operations(context.element_operations_full, context.element_operations),
-            **_dropped(findings, context),
-        },
+        "warnings": list(findings.warnings),
+        "budget": model.promise.budget,
+        "is_mechanical": model.level.is_mechanical,
+        "refitted": model.refitted,
         "drives": model.drives,
-        "residuals": [
+        "kept_terms": summary.kept(findings),
+        "search": model.promise.search,
+        "operations": _operations(model.operations_full, model.operations),
+        "joints": _joints(findings),
+        "harmonic": harmonic_data(model),
+        "elements": _elements(findings),
+        "kept": _kept_matrix({row["element"]: told(row, "kept") for row in ranked}, arm.n_joints),
+        "dominance": _dominance(findings, ranked),
+        "threshold": percent(float(findings.dominance.attrs["threshold"])),
+        "verdicts": [
+            f"{number} {VERDICTS[verdict]}"
+            for verdict in VERDICTS
+            if (number := summary.verdict_counts(findings).get(verdict))
+        ],
+        "text": _text(findings),
+        "trade_off": _trade_off(findings),
+        "terms": _terms(findings),
+        "beyond": _beyond(findings),
+        "cross_check": [
             {
-                "symbol": {"torque": "τ"}.get(quantity, _SYMBOLS.get(quantity, "")),
-                "quantity": quantity.replace("_", " "),
-                "largest": figures(largest),
-                "bound": figures(bound),
-                "unit": pretty(unit),
+                "symbol": SYMBOLS[row["quantity"]],
+                "quantity": row["quantity"].replace("_", " "),
+                "largest_difference": figures(row["largest_difference"]),
+                "round_off_bound": figures(row["round_off_bound"]),
+                "unit": pretty(row["unit"]),
             }
-            for quantity, largest, bound, unit in context.residuals
+            for row in rows_of(tables["cross_check"], "quantity")
         ],
         "arm": arm_data(arm),
-        "provenance": [[label.replace("_", " "), value] for label, value in context.provenance],
+        "provenance": [
+            [label.replace("_", " "), value] for label, value in summary.provenance_lines(findings)
+        ],
     }
 
 
-def round_off(findings: Findings) -> float:
-    """Torque that round-off alone may explain, N m: the bound of the cross-check."""
-    return next(residual.bound for residual in findings.residuals if residual.quantity == "torque")
-
-
-def _date(findings: Findings) -> list[int]:
-    """Year, month and day the findings were made."""
-    created = datetime.datetime.fromisoformat(findings.provenance["created"])
-    return [created.year, created.month, created.day]
-
-
-def _errors(context: Context, noise: float) -> list[dict[str, Any]]:
-    rows = context.joint_errors
-    columns = {
-        key: aligned(_above(getattr(row, key), noise) for row in rows)
-        for key in ("peak_torque", "allowed", "largest", "rms")
-    }
-    shares = aligned(hundredths(row.largest_share) if row.peak_torque > noise else "–" for row in rows)
+def _formatted(rows: list[Row], *same: str, **formats: Callable[[Row], str]) -> list[Row]:
+    """Rows as the template lays them out: some values as they are, others written so that points align."""
+    columns = {name: aligned(map(write, rows)) for name, write in formats.items()}
     return [
-        {
-            "joint": row.joint,
-            "name": row.name,
-            "unit": pretty(row.unit),
-            **{key: column[k] for key, column in columns.items()},
-            "share": shares[k],
-            "used": _used(row.largest, row.allowed) if row.largest > noise else 0.0,
-            "over": row.largest > max(row.allowed, noise),
-        }
+        {name: row[name] for name in same} | {name: column[k] for name, column in columns.items()}
         for k, row in enumerate(rows)
     ]
 
 
-def _above(value: float, noise: float) -> str:
-    """Three digits, or that the value is nothing but round-off."""
-    return figures(value) if value > noise or value == 0 else "≈ 0"
+def _torque(name: str, noise: float = 0.0) -> Callable[[Row], str]:
+    """Write three digits; a dash where nothing can be said, and whether it is nothing but round-off."""
+
+    def write(row: Row) -> str:
+        value = row[name]
+        return "–" if value is None else "≈ 0" if 0.0 < value <= noise else figures(value)
+
+    return write
 
 
-def _used(largest: float, allowed: float) -> float:
-    """Return the used share of the allowance, at most 1, as a bar's length."""
-    return min(largest / allowed, 1.0) if allowed > 0 else float(largest > 0)
+def _share(name: str, findings: Findings, joint: str = "joint") -> Callable[[Row], str]:
+    """Write percent of a joint's peak torque; a dash where nothing is known or that torque is round-off."""
+    peaks = findings.model.promise.errors.peak_torque
+
+    def write(row: Row) -> str:
+        share = row[name]
+        known = share is not None and (share == 0 or peaks[row[joint] - 1] > findings.round_off)
+        return hundredths(share) if known else "–"
+
+    return write
 
 
-def _operations(full: tuple[int, int, int], model: tuple[int, int, int]) -> list[dict[str, str]]:
-    rows = [
-        *zip(
-            ("multiplications", "additions", "sines and cosines"), zip(full, model, strict=True), strict=True
-        )
+def _joints(findings: Findings) -> list[Row]:
+    noise = findings.round_off
+    rows = joint_rows(findings, "simplified_model", "beyond")
+    errors = ("peak_torque", "allowed_error", "largest_error", "rms_error", "certified", "worst_found")
+    elsewhere = ("within_limits", "torque_per_kg", "uncertainty")
+    shares = ("largest_share", "certified_share", "within_limits_share")
+    written = _formatted(
+        rows,
+        "joint",
+        "joint_name",
+        **{name: _torque(name, noise) for name in errors},
+        **{name: _torque(name) for name in elsewhere},
+        mass_within_budget=lambda row: _any_or(row["mass_within_budget"]),
+        **{name: _share(name, findings) for name in shares},
+    )
+    for row, shown in zip(rows, written, strict=True):
+        largest, allowed = row["largest_error"], row["allowed_error"]
+        shown["effort_unit"] = pretty(row["effort_unit"])
+        shown["used"] = min(largest / allowed, 1.0) if largest > noise else 0.0
+        shown["over"] = largest > max(allowed, noise)
+    return written
+
+
+def _any_or(mass: float) -> str:
+    return figures(mass) if mass < float("inf") else "any"
+
+
+def _kept_matrix(kept: dict[str, str], n_joints: int) -> list[list[str]]:
+    """What is kept of D, h and c in the row of every joint."""
+    every = range(n_joints)
+    return [
+        [kept[inertia_label(i, j)] for j in every] + [kept[f"{vector}{joined((i,))}"] for vector in "hc"]
+        for i in every
     ]
-    rows.insert(2, ("both", (sum(full[:2]), sum(model[:2]))))
+
+
+def _operations(full: OperationCount, left: OperationCount) -> list[dict[str, str]]:
     return [
         {
             "what": what,
@@ -139,124 +157,159 @@ def _operations(full: tuple[int, int, int], model: tuple[int, int, int]) -> list
             "model": str(after),
             "saved": f"{100 * (1 - after / before):.1f}" if before else "0.0",
         }
-        for what, (before, after) in rows
+        for what, before, after in (
+            ("multiplications", full.multiplications, left.multiplications),
+            ("additions", full.additions, left.additions),
+            ("both", full.total, left.total),
+            ("sines and cosines", full.sines_cosines, left.sines_cosines),
+        )
     ]
 
 
-def _dominance(findings: Findings, rows: tuple[DominanceRow, ...]) -> list[dict[str, Any]]:
-    arm = findings.arm
-    torques = aligned(figures(row.torque_peak) for row in rows)
-    peaks = aligned(figures(row.peak) for row in rows)
-    shares = aligned(_share(findings, row.torque_share, row.torque_joint) for row in rows)
-    without = [
-        aligned(_change(getattr(row, key)) for row in rows)
-        for key in ("without_translation", "without_rotation")
-    ]
-    return [
-        {
-            "rank": row.rank,
-            "symbol": row.element[0],
-            "index": row.element[1:],
-            "peak": peaks[k],
-            "unit": pretty(row.unit),
-            "without_translation": without[0][k],
-            "without_rotation": without[1][k],
-            "split": not row.element.startswith("c"),
-            "torque": torques[k],
-            "torque_joint": row.torque_joint,
-            "torque_unit": pretty(arm.joints[row.torque_joint - 1].effort_unit),
-            "share": shares[k],
-            "dominant": row.dominant,
-            "negligible": row.verdict == "negligible",
-            "kept": row.kept,
-            "text": row.text_verdict,
-            "agrees": row.dominant == row.text_verdict,
+def _dominance(findings: Findings, rows: list[Row]) -> list[Row]:
+    written = _formatted(
+        rows,
+        "rank",
+        "element",
+        "torque_joint",
+        "text_verdict",
+        peak=_torque("peak"),
+        change_without_translation=lambda row: _change(row["change_without_translation"]),
+        change_without_rotation=lambda row: _change(row["change_without_rotation"]),
+        torque_peak=_torque("torque_peak"),
+        torque_share=_share("torque_share", findings, "torque_joint"),
+    )
+    for row, shown in zip(rows, written, strict=True):
+        shown |= {
+            "unit": pretty(row["unit"]),
+            "torque_unit": row["torque_unit"],
+            "is_split": row["quantity"] != "gravity_loading",
+            **{what: told(row, what) for what in ("dominant", "verdict", "kept")},
+            "agrees": row["dominant"] == row["text_verdict"],
         }
-        for k, row in enumerate(rows)
-    ]
+    return written
 
 
 def _change(share: float) -> str:
     """Percent without decimals; parts that cancel can change an element by far more than its peak."""
-    if not np.isfinite(share):
-        return "∞"
     value = 100 * share
     return "0" if value == 0 else "< 1" if value < 1 else f"{value:.0f}" if value < 1e4 else "> 9999"
 
 
-def _text(findings: Findings, context: Context) -> dict[str, Any] | None:
-    """Compare with the text: how many verdicts agree, and what our numbers say of its remarks."""
-    reference = text_verdicts(findings.arm.name)
-    if reference is None:
+def _text(findings: Findings) -> dict[str, Any] | None:
+    """Compare with the founding text: how many verdicts agree, and what our numbers say of its remarks."""
+    text = summary.text_comparison(findings)
+    if text is None:
         return None
-    by_element = {row.element: row for row in context.dominance}
-    remarks = []
-    for element, remark in reference.remarks.items():
-        row = by_element[element]
-        remarks.append(
+    remarks = [
+        {
+            "element": row["element"],
+            "verdict": row["text_verdict"],
+            "remark": remark,
+            "translation": figures(row["part_peak_translation"]),
+            "rotation": figures(row["part_peak_rotation"]),
+            "unit": pretty(row["unit"]),
+            "finding": finding,
+        }
+        for row, remark, finding in text.remarks
+    ]
+    return {"source": text.source, "agreed": text.agreed, "given": text.given, "remarks": remarks}
+
+
+def _elements(findings: Findings) -> dict[str, Any]:
+    """The model by the founding text's own method, and what it leaves out by reason."""
+    model, dropped = findings.element_model, dropped_parts(findings)
+    costing = _formatted(
+        dropped.costing,
+        "torque_joint",
+        "torque_unit",
+        torque_peak=_torque("torque_peak"),
+        torque_share=_share("torque_share", findings, "torque_joint"),
+    )
+    for row, shown in zip(dropped.costing, costing, strict=True):
+        within = row["torque_peak"] <= model.promise.allowed[row["torque_joint"] - 1]
+        shown["math"] = _part(row)
+        shown["why"] = "within the allowance by itself" if within else "cancels against other dropped parts"
+    return {
+        "equations": [equation_data(formula) for formula in model.formulas],
+        "budget": model.promise.budget,
+        "operations": _operations(model.operations_full, model.operations),
+        "costing": costing,
+        "zero": [*map(_part, dropped.zero)],
+        "idle": [*map(_part, dropped.idle)],
+    }
+
+
+def _part(row: Row) -> str:
+    return _TYPST.symbol(part_symbol(*row["part"].split()))
+
+
+def _trade_off(findings: Findings) -> dict[str, Any]:
+    """Describe operations and error of every kind of model, by budget."""
+    model, kinds = findings.model, rows_of(findings.tables["trade_off"], "kind")
+    return {
+        "kinds": [kind_name(kind["level"], kind["refit"]) for kind in kinds],
+        "rows": [
             {
-                "symbol": element[0],
-                "index": element[1:],
-                "verdict": row.text_verdict,
-                "remark": remark,
-                "translation": figures(row.translation_peak),
-                "rotation": figures(row.rotation_peak),
-                "unit": pretty(row.unit),
-                "finding": _supported(row),
+                "budget": _budget(row["budget"], row["factor"]),
+                "asked": row["asked"],
+                "operations": [*map(str, row["operations"])],
+                "errors": [*map(hundredths, row["largest_share"])],
             }
-        )
-    agreed, given = context.text_agreement
-    return {"source": reference.source, "agreed": agreed, "given": given, "remarks": remarks}
+            for row in trade_off_rows(findings)
+        ],
+        "operations": model.operations.total,
+        "error": percent(float(model.promise.errors.largest_share.max(initial=0.0))),
+    }
 
 
-def _supported(row: DominanceRow) -> str:
-    if row.dominant == row.text_verdict:
-        return "our numbers support the verdict, not the remark"
-    if row.dominant == "rotation":
-        return "our numbers support the remark, not the verdict"
-    if row.dominant == "neither":
-        return "here the element is zero to round-off, so neither statement is borne out"
-    return "here both effects count, so neither statement is borne out"
+def _budget(stated: str, factor: float) -> str:
+    return pretty(stated) if len(stated) <= _LONGEST_BUDGET else f"budget × {factor:g}"
 
 
-def _equations(findings: Findings, context: Context) -> list[dict[str, Any]]:
-    """Every joint's torque in the model that keeps parts of elements."""
-    kept = {row.element: row.kept for row in context.dominance}
-    formulas = parts_formulas(kept, findings.arm.n_joints, findings.model.drives)
-    return [*map(equation_data, formulas)]
+def _terms(findings: Findings) -> dict[str, Any]:
+    """Describe the single terms that matter most, and how many lie within the parameters' uncertainty."""
+    rows = ranked_rows(findings, _TERMS)
+    written = _formatted(
+        rows,
+        "rank",
+        "alone_joint",
+        "alone_unit",
+        "without_joint",
+        alone_torque=_torque("alone_torque"),
+        alone_share=_share("alone_share", findings, "alone_joint"),
+        without_share=lambda row: hundredths(row["without_share"]),
+    )
+    for row, shown in zip(rows, written, strict=True):
+        formula = term_formula(row["term"], row["weight"])
+        shown |= {
+            "symbol": SYMBOLS[row["quantity"]],
+            "row": _TYPST.symbol(formula.left),
+            "math": _TYPST.body(formula.pieces[0]),
+            "negative": row["weight"] < 0,
+            "below_uncertainty": row["below_uncertainty"] == 1,
+        }
+    return {
+        "written_out": findings.is_written_out,
+        "total": findings.tables["terms"].attrs["total"],
+        "not_worth_keeping": summary.not_worth_keeping(findings),
+        "rows": written,
+    }
 
 
-def _dropped(findings: Findings, context: Context) -> dict[str, Any]:
-    """Dropped parts with what they cost, and apart from them those that are zero anyway."""
-    arm = findings.arm
-    parts = {part.label: part for part in parts_of(arm.n_joints)}
-    noise = round_off(findings)
-    costly = [row for row in context.dropped if row.torque_peak > noise]
-    torques = aligned(figures(row.torque_peak) for row in costly)
-    shares = aligned(_share(findings, row.torque_share, row.torque_joint) for row in costly)
-    rows = []
-    for row, torque, share in zip(costly, torques, shares, strict=True):
-        joint = row.torque_joint - 1
-        within = row.torque_peak <= findings.element_model.budget[joint]
-        rows.append(
-            {
-                "math": _symbol(parts[row.part]),
-                "torque": torque,
-                "unit": pretty(arm.joints[joint].effort_unit),
-                "joint": row.torque_joint,
-                "share": share,
-                "why": "within the allowance by itself" if within else "cancels against other dropped parts",
-            }
-        )
-    zeros = [_symbol(parts[row.part]) for row in context.dropped if row.torque_peak <= noise]
-    return {"dropped": rows, "zeros": zeros}
-
-
-def _share(findings: Findings, share: float, joint: int) -> str:
-    """Percent of a joint's peak torque; a dash where that torque is round-off (joints count from 1)."""
-    peak = float(findings.model.promise.peak_torque[joint - 1])
-    return hundredths(share) if share == 0 or peak > round_off(findings) else "–"
-
-
-def _symbol(part: Part) -> str:
-    return TYPST.symbol(part_symbol(part.element.label, part.effect))
+def _beyond(findings: Findings) -> dict[str, Any]:
+    """Describe what the model does away from the set points; the joints' own numbers are among theirs."""
+    rows = joint_rows(findings, "simplified_model", "beyond")
+    ratio = summary.bound_ratio(findings)
+    payload = min(rows, key=lambda row: row["mass_within_budget"])
+    limited = payload["mass_within_budget"] != float("inf")
+    certified = [row for row in rows if row["certified"] is not None]
+    return {
+        "certified": bool(certified),
+        "within": sum(row["certified"] <= row["allowed_error"] for row in certified),
+        "ratio": "" if ratio is None else f"{ratio:.2f}",
+        "drawn": findings.tables["beyond"].attrs["states_drawn"],
+        "uncertain": rows[0]["uncertainty"] is not None,
+        "largest_mass": _any_or(payload["mass_within_budget"]),
+        "limiting_joint": payload["joint"] if limited else None,
+    }

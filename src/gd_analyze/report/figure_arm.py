@@ -11,13 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gd_analyze.findings import Findings
+from gd_analyze.report.colours import GREY, ON_PAPER, PALE
 from gd_analyze.report.motion import Motion, motion
 from gd_analyze.report.panel import (
-    GREY,
     MOST_POINTS,
-    PALE,
-    VERMILLION,
     WIDTH,
     Panel,
     add_frame,
@@ -27,6 +24,7 @@ from gd_analyze.report.panel import (
     ticks,
 )
 from gd_analyze.report.thinning import thinned
+from gd_analyze.results import Findings
 from gd_analyze.robots import RobotArm
 from gd_analyze.vectors import FloatArray
 
@@ -35,6 +33,7 @@ if TYPE_CHECKING:
 
 HEIGHT = 262.0
 POSES = 9
+_PATH = ON_PAPER["rotation"]
 
 
 @dataclass(frozen=True)
@@ -135,13 +134,13 @@ def _draw_view(
         figure,
         panel,
         view.project(hand),
-        color=VERMILLION,
+        color=_PATH,
         linewidth=1.4,
         zorder=5,
         label=f"hand {view.title}",
     )
     ends = view.project(hand[[0, -1]])
-    for end, fill in zip(ends, ("white", VERMILLION), strict=True):
+    for end, fill in zip(ends, ("white", _PATH), strict=True):
         add_line(
             figure,
             panel,
@@ -150,7 +149,7 @@ def _draw_view(
             marker="o",
             markersize=4.5,
             markerfacecolor=fill,
-            markeredgecolor=VERMILLION,
+            markeredgecolor=_PATH,
             markeredgewidth=1.0,
             zorder=6,
         )

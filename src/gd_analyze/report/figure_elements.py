@@ -7,15 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gd_analyze.elements import Element, elements
-from gd_analyze.findings import Findings
-from gd_analyze.formulations.generalized_dalembert import EFFECTS
+from gd_analyze.formatting import pretty
+from gd_analyze.report.colours import GREY, INK, ON_PAPER
+from gd_analyze.report.element_curves import element_curves
 from gd_analyze.report.panel import (
-    BLUE,
     CURVES,
-    GREY,
-    INK,
     PAGE_HEIGHT,
-    VERMILLION,
     WIDTH,
     Panel,
     add_curve,
@@ -28,13 +25,13 @@ from gd_analyze.report.panel import (
     value_range,
     whole_range,
 )
-from gd_analyze.report.units import inertia_unit, pretty
+from gd_analyze.results import Findings
+from gd_analyze.results.words import LETTERS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _SUBSCRIPTS = str.maketrans("0123456789,", "₀₁₂₃₄₅₆₇₈₉ ")
-_SHORT = {"translation": "T", "rotation": "R", "both": "T+R", "neither": "0"}
 
 
 def inertia_figure(findings: Findings) -> Figure:
@@ -56,7 +53,7 @@ def inertia_figure(findings: Findings) -> Figure:
             findings,
             element,
             (left, bottom, pitch - (25 if roomy else 7), row),
-            "" if all(arm.is_revolute) else pretty(inertia_unit(arm, element.i, element.j)),
+            named_unit=not all(arm.is_revolute),
             roomy=roomy,
             set_points=element.i == element.j,
         )
@@ -90,7 +87,6 @@ def _vector_figure(findings: Findings, quantity: str) -> Figure:
             findings,
             element,
             (left, bottom, pitch - 34, row),
-            arm.joints[element.i].effort_unit,
             set_points=below,
         )
     return figure
@@ -101,20 +97,17 @@ def _element_panel(
     findings: Findings,
     element: Element,
     box: tuple[float, float, float, float],
-    unit: str,
     *,
+    named_unit: bool = True,
     roomy: bool = True,
     set_points: bool = True,
 ) -> None:
     """One element's translation, rotation and both together, titled by its label and verdict."""
     left, bottom, width, row = box
-    parts = element.parts(findings.decomposition)
     dominance = findings.dominance.sel(element=element.label)
-    curves = {
-        effect: part
-        for effect, part in (*zip(EFFECTS, parts, strict=True), ("combined", parts.sum(axis=0)))
-        if element.quantity != "gravity_loading" or effect == "combined"
-    }
+    unit = str(dominance.unit.values) if named_unit else ""
+    drawn = element_curves(findings, element)
+    curves = {effect: drawn[effect] for effect in CURVES if effect in drawn}
     zero = float(dominance.peak) == 0.0
     # An element that is zero but for round-off must not fill its panel with noise.
     span = (-1.0, 1.0) if zero else value_range(*curves.values())
@@ -142,12 +135,12 @@ def _element_panel(
     add_text(figure, left, top + (4 if roomy else 8.5), symbol + index, title_size, style="italic")
     if element.quantity != "gravity_loading":
         verdict = str(dominance.dominant.values)
-        colour = {"translation": BLUE, "rotation": VERMILLION}.get(verdict, INK)
+        colour = ON_PAPER.get(f"{verdict}-text", INK)
         add_text(
             figure,
             left + width,
             top + (4 if roomy else 8.5),
-            _SHORT[verdict],
+            LETTERS[verdict],
             title_size - 1,
             ha="right",
             color=colour,

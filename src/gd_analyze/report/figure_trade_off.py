@@ -6,14 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from gd_analyze.findings import Findings
+from gd_analyze.report.colours import GREY, INK, OF_LEVEL, ON_PAPER, PALE
 from gd_analyze.report.panel import (
-    BLUE,
-    GREEN,
-    GREY,
-    INK,
-    PALE,
-    VERMILLION,
     WIDTH,
     Panel,
     add_line,
@@ -22,6 +16,9 @@ from gd_analyze.report.panel import (
     new_figure,
     tick_label,
 )
+from gd_analyze.results import Findings
+from gd_analyze.results.rows import exact_operations
+from gd_analyze.results.words import kind_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,7 +28,7 @@ HEIGHT = 180.0
 # Errors below this share of the largest stand at the axis: they would leave no room for the others.
 _DECADES = 4
 
-_COLOURS = {"element": GREEN, "term": BLUE, "energy": VERMILLION}
+_MARKERS = {"square": "s", "circle": "o", "diamond": "D"}
 _REFITTED: dict[str, Any] = {"linestyle": (0, (3.2, 1.6)), "markerfacecolor": "white"}
 
 
@@ -74,31 +71,26 @@ class _Axis:
 
 def trade_off_figure(findings: Findings) -> Figure:
     """Operations against largest error, one line per level and refit, and the report's own model."""
-    model, points = findings.model, findings.trade_off
-    kinds = list(dict.fromkeys((point.level, point.refit) for point in points))
+    model, table = findings.model, findings.tables["trade_off"]
+    errors, operations = 100 * table.largest_share.values, table.operations.values.astype(float)
     own = (100 * float(model.promise.errors.largest_share.max(initial=0.0)), float(model.operations.total))
-    exact = {
-        "exact, by elements": findings.element_model.operations_full.total,
-        "exact": model.operations_full.total,
-    }
-    if model is findings.element_model:
-        del exact["exact"]
-    across = _Axis.around([own[0], *(100 * point.error_share for point in points)], _DECADES)
-    upward = _Axis.around([own[1], *(float(p.operations.total) for p in points), *map(float, exact.values())])
+    exact = exact_operations(findings)
+    across = _Axis.around([own[0], *errors.ravel()], _DECADES)
+    upward = _Axis.around([own[1], *operations.ravel(), *map(float, exact.values())])
     figure = new_figure(WIDTH, HEIGHT)
     panel = Panel(34.0, 24.0, WIDTH - 34.0 - 96.0, HEIGHT - 24.0 - 16.0, (0.0, 1.0), (0.0, 1.0))
     _frame(figure, panel, across, upward)
     names: list[tuple[float, str, str]] = []
-    for name, operations in exact.items():
-        height = upward.place(operations)
+    for name, count in exact.items():
+        height = upward.place(count)
         add_line(figure, panel, (0, 1), (height, height), color=INK, linewidth=0.8, dashes=(1, 1.6))
-        names.append((height, f"{name}: {operations}", INK))
-    for kind in kinds:
-        mine = [point for point in points if (point.level, point.refit) == kind]
-        x = [across.place(100 * point.error_share) for point in mine]
-        y = [upward.place(point.operations.total) for point in mine]
-        colour = _COLOURS[kind[0].name]
-        style = {"markerfacecolor": colour} | (_REFITTED if kind[1] else {})
+        names.append((height, f"{name}: {count}", INK))
+    for level, refit, error, count in zip(
+        table.level.values, table.refit.values, errors, operations, strict=True
+    ):
+        x, y = [*map(across.place, error)], [*map(upward.place, count)]
+        series, mark = OF_LEVEL[level]
+        colour, name = ON_PAPER[series], kind_name(level, refit)
         add_line(
             figure,
             panel,
@@ -106,27 +98,26 @@ def trade_off_figure(findings: Findings) -> Figure:
             y,
             color=colour,
             linewidth=1.3,
-            marker="o",
+            marker=_MARKERS[mark],
             markersize=3.6,
             markeredgecolor=colour,
             markeredgewidth=0.9,
-            label=kind[0].name + (" refitted" if kind[1] else ""),
+            label=name,
             zorder=3,
-            **style,
+            **({"markerfacecolor": colour} | (_REFITTED if refit else {})),
         )
-        names.append((y[-1], kind[0].name + (", refitted" if kind[1] else ""), colour))
+        names.append((y[-1], name, colour))
     add_line(
         figure,
         panel,
         (across.place(own[0]),),
         (upward.place(own[1]),),
-        color=INK,
+        color=ON_PAPER["accent"],
         linestyle="none",
-        marker="D",
-        markersize=6.5,
-        markerfacecolor="#F0E442",
-        markeredgecolor=INK,
-        markeredgewidth=1.0,
+        marker="*",
+        markersize=11,
+        markeredgecolor="white",
+        markeredgewidth=0.7,
         label="this report's model",
         zorder=5,
     )

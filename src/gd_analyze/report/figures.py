@@ -6,14 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gd_analyze.findings import Findings
-from gd_analyze.report.document import round_off
+from gd_analyze.formatting import pretty
+from gd_analyze.report.colours import GREY, INK, ON_PAPER
+from gd_analyze.report.motion import motion_curve, motion_unit
 from gd_analyze.report.panel import (
-    BLUE,
-    GREEN,
-    GREY,
-    INK,
-    VERMILLION,
     WIDTH,
     Panel,
     add_curve,
@@ -26,6 +22,7 @@ from gd_analyze.report.panel import (
     value_range,
     whole_range,
 )
+from gd_analyze.results import Findings
 from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
@@ -41,18 +38,14 @@ def motion_figure(findings: Findings) -> Figure:
     figure = new_figure(WIDTH, height)
     column = (WIDTH - name_width) / 3
     time = whole_range(trajectory.time)
-    units = "deg" if all(arm.is_revolute) else "deg or m"
-    for c, (title, values) in enumerate(
-        (
-            (f"position q, {units}", trajectory.q),
-            (f"rate q̇, {units} per s", trajectory.qd),
-            (f"acceleration q̈, {units} per s²", trajectory.qdd),
-        )
+    for c, (name, title) in enumerate(
+        (("q", "position q"), ("qd", "rate q̇"), ("qdd", "acceleration q̈")),
     ):
+        units = " or ".join(dict.fromkeys(pretty(motion_unit(joint, name)) for joint in arm.joints))
         left = name_width + c * column + 24
-        add_text(figure, left, height - 8, title, 7.5)
+        add_text(figure, left, height - 8, f"{title}, {units}", 7.5)
         for i, joint in enumerate(arm.joints):
-            curve = np.degrees(values[:, i]) if joint.kind == "revolute" else values[:, i]
+            curve = motion_curve(trajectory, joint, name, i)
             bottom = foot + (n - 1 - i) * row
             span = value_range(curve) if c else _around(curve)
             panel = Panel(left, bottom + 3, column - 30, row - 8, time, span)
@@ -64,8 +57,7 @@ def motion_figure(findings: Findings) -> Figure:
                 y_ticks=ticks(span, 3 if row > 40 else 2),
                 power=power_of_ten(span),
             )
-            label = ("q", "qd", "qdd")[c] + str(i + 1)
-            add_curve(figure, panel, trajectory.time, curve, color=INK, linewidth=1.1, label=label)
+            add_curve(figure, panel, trajectory.time, curve, color=INK, linewidth=1.1, label=f"{name}{i + 1}")
     for i, joint in enumerate(arm.joints):
         middle = foot + (n - 0.5 - i) * row
         add_text(figure, 0, middle, f"joint {i + 1}", 7.5, weight="bold")
@@ -76,20 +68,20 @@ def motion_figure(findings: Findings) -> Figure:
 
 def torque_figure(findings: Findings) -> Figure:
     """Exact and simplified torque of every joint, and the error beside what is allowed."""
-    arm, evaluation = findings.arm, findings.evaluation
+    arm, table = findings.arm, findings.tables["simplified_model"]
     n = arm.n_joints
     row, head, foot = min(620.0 / n, 110.0), 12.0, 16.0
     height = n * row + head + foot
     figure = new_figure(WIDTH, height)
     name_width, half = 66.0, (WIDTH - 66.0) / 2
-    seconds, noise = findings.trajectory.time, round_off(findings)
+    seconds, noise = findings.trajectory.time, findings.round_off
     time = whole_range(seconds)
     add_text(figure, name_width + 26, height - 8, "torque: exact and simplified", 7.5)
     add_text(figure, name_width + half + 26, height - 8, "error: simplified − exact, allowed band", 7.5)
     for i, joint in enumerate(arm.joints):
         bottom = foot + (n - 1 - i) * row
-        exact, simplified = evaluation.exact[:, i], evaluation.simplified[:, i]
-        error, allowed = simplified - exact, float(findings.model.promise.allowed[i])
+        exact, simplified = findings.exact_torque[:, i], findings.simplified_torque[:, i]
+        error, allowed = table.torque_error.values[:, i], float(table.allowed_error[i])
         spans = (
             value_range(exact, simplified, floor=noise),
             value_range(error, np.array([-allowed, allowed]), floor=noise),
@@ -108,13 +100,13 @@ def torque_figure(findings: Findings) -> Figure:
             )
             unit = scaled(joint.effort_unit, power)
             add_text(figure, panel.left, panel.bottom + panel.height + 2, unit, 6.5, color=GREY)
-        add_curve(
-            figure, panels[0], seconds, exact, color=BLUE, linewidth=2.6, alpha=0.55, label=f"exact {i + 1}"
-        )
-        add_curve(
-            figure, panels[0], seconds, simplified, color=INK, linewidth=0.9, label=f"simplified {i + 1}"
-        )
-        add_curve(figure, panels[1], seconds, error, color=VERMILLION, linewidth=1.2, label=f"error {i + 1}")
+        for panel, curve, label, colour, width in (
+            (panels[0], exact, "exact", "combined", 2.6),
+            (panels[0], simplified, "simplified", "accent", 0.9),
+            (panels[1], error, "error", "accent", 1.2),
+        ):
+            colour = ON_PAPER[colour]
+            add_curve(figure, panel, seconds, curve, color=colour, linewidth=width, label=f"{label} {i + 1}")
         middle = bottom + 0.5 * row
         add_text(figure, 0, middle, f"joint {i + 1}", 7.5, weight="bold")
         add_text(figure, 0, middle - 8, _clipped(joint.name, 17), 7, color=GREY)
@@ -129,8 +121,7 @@ def _band(figure: Figure, panel: Panel, allowed: float) -> None:
         (panel.x[0], -allowed),
         panel.x[1] - panel.x[0],
         2 * allowed,
-        facecolor=GREEN,
-        alpha=0.18,
+        facecolor=ON_PAPER["accent-wash"],
         edgecolor="none",
         zorder=0.5,
         transform=panel.transform(figure),

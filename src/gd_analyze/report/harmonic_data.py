@@ -6,37 +6,33 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import Any
 
-from gd_analyze.findings import Findings
 from gd_analyze.formulas.formula import Formula
 from gd_analyze.formulas.legend import torque_legend
 from gd_analyze.formulas.typst import Typst
-from gd_analyze.formulas.writing import energy_formulas, torque_formulas
-from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
-from gd_analyze.harmonics.terms import EnergyTerm, Rate, TorqueTerm
-from gd_analyze.models import HarmonicModel
+from gd_analyze.formulas.writing import energy_formulas
+from gd_analyze.harmonics.terms import EnergyTerm, Rate, Torques, TorqueTerm
+from gd_analyze.levels import SimplifiedModel
 from gd_analyze.report.terms import tallies
 
-TYPST = Typst()
+_TYPST = Typst()
 
 
-def harmonic_data(findings: Findings) -> dict[str, Any] | None:
-    """Describe the model for the template; None for a model that keeps parts of elements."""
-    model, harmonics = findings.model, findings.harmonics
-    if not isinstance(model, HarmonicModel) or harmonics is None:
+def harmonic_data(model: SimplifiedModel) -> dict[str, Any] | None:
+    """Describe a model for the template; None for one that has no harmonic terms."""
+    if not model.level.has_torque_terms:
         return None
-    basis = harmonics.rates
-    energy = energy_terms(harmonics, model.arm.drive_inertia if model.drives else None)
-    if model.level == "energy":
+    form, rates = model.form, model.form.rates
+    if model.level.is_mechanical:
         return {
-            "equations": [equation_data(formula) for formula in energy_formulas(model.energy)],
-            "legend": TYPST.legend(torque_legend(basis, map(_with_rates, model.energy))),
-            "kept": _energy_kept(energy, model.energy, basis.n_joints),
+            "equations": [equation_data(formula) for formula in energy_formulas(model.terms)],
+            "legend": _TYPST.legend(torque_legend(rates, map(_with_rates, model.terms))),
+            "kept": _energy_kept(form.energies, model.terms, rates.n_joints),
         }
     return {
-        "equations": [equation_data(formula) for formula in torque_formulas(basis, model.torques)],
-        "legend": TYPST.legend(torque_legend(basis, model.torques)),
-        "kept": _torques_kept(torques_of_energies(energy, basis), model.torques, basis.n_joints),
-        "carried": [{"joint": joint + 1, "by": joint + 2} for run in basis.runs for joint in run[:-1]],
+        "equations": [equation_data(formula) for formula in model.formulas],
+        "legend": _TYPST.legend(model.legend),
+        "kept": _torques_kept(form.torques, model.torques, rates.n_joints),
+        "carried": [{"joint": joint + 1, "by": joint + 2} for run in rates.runs for joint in run[:-1]],
     }
 
 
@@ -51,27 +47,21 @@ def equation_data(formula: Formula) -> dict[str, Any]:
     groups: dict[str, list[dict[str, str]]] = {}
     for piece in formula.pieces:
         group = groups.setdefault("inertia" if piece.quantity == "carried" else piece.quantity, [])
-        group.append({"sign": "−" if piece.negative else "+", "math": TYPST.body(piece)})
-    return {"left": TYPST.symbol(formula.left), "groups": [*groups.values()]}
+        group.append({"sign": "−" if piece.negative else "+", "math": _TYPST.body(piece)})
+    return {"left": _TYPST.symbol(formula.left), "groups": [*groups.values()]}
 
 
-def _torques_kept(exact: Iterable[TorqueTerm], kept: Iterable[TorqueTerm], n: int) -> dict[str, Any]:
+def _torques_kept(exact: Torques, kept: Torques, n: int) -> list[list[dict[str, int]]]:
     """Terms of every joint's torque by what they are multiplied with: accelerations, rates, nothing."""
-    rows = [
-        [{"kept": tally.kept, "of": max(tally.total, tally.kept)} for tally in row]
-        for row in tallies(exact, kept, n)
-    ]
-    return {"what": "torque", "rows": rows}
+    return [[{"kept": tally.kept, "of": tally.total} for tally in row] for row in tallies(exact, kept, n)]
 
 
-def _energy_kept(exact: Iterable[EnergyTerm], kept: Iterable[EnergyTerm], n: int) -> dict[str, Any]:
+def _energy_kept(
+    exact: Iterable[EnergyTerm], kept: Iterable[EnergyTerm], n: int
+) -> list[list[dict[str, int] | None]]:
     """Terms of every element of D' (upper triangle) and of the potential."""
     places: list[list[tuple[int, int] | None]] = [
         [*((i, j) if i <= j else None for j in range(n)), (-1, -1) if i == 0 else None] for i in range(n)
     ]
     every, left = (Counter((term.i, term.j) for term in terms) for terms in (exact, kept))
-    rows = [
-        [None if key is None else {"kept": left[key], "of": max(every[key], left[key])} for key in row]
-        for row in places
-    ]
-    return {"what": "energy", "rows": rows}
+    return [[None if key is None else {"kept": left[key], "of": every[key]} for key in row] for row in places]

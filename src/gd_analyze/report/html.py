@@ -4,40 +4,43 @@ from __future__ import annotations
 
 import json
 import math
-import re
-from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
-from gd_analyze.dominance import Element, elements, text_verdicts
-from gd_analyze.findings import Findings
+from gd_analyze import formatting
+from gd_analyze.elements import elements
 from gd_analyze.formulas.formula import Formula, Legend
-from gd_analyze.formulas.legend import torque_legend
 from gd_analyze.formulas.mathml import PageMathML
-from gd_analyze.formulas.parts import part_symbol, parts_formulas
-from gd_analyze.formulas.writing import term_formula, torque_formulas
-from gd_analyze.harmonics import Basis
+from gd_analyze.formulas.parts import part_symbol
+from gd_analyze.formulas.writing import term_formula
 from gd_analyze.labels import inertia_label
-from gd_analyze.models import HarmonicModel, parts_of
 from gd_analyze.report.beyond_chart import beyond_chart
-from gd_analyze.report.context import Context, DominanceRow, build_context, number, percent
+from gd_analyze.report.colours import css_variables
 from gd_analyze.report.interactive import MOST_POINTS, page_data
 from gd_analyze.report.stroboscope import stroboscope
-from gd_analyze.report.terms import exact_elements, exact_torques, shared_accelerations, tallies
-from gd_analyze.report.units import pretty
+from gd_analyze.report.terms import (
+    exact_elements,
+    ranked_rows,
+    shared_accelerations,
+    tallies,
+    torque_names,
+)
+from gd_analyze.results import Findings, rows_of, summary
+from gd_analyze.results.rows import Row, dropped_parts, element_rows, joint_rows, trade_off_rows
+from gd_analyze.results.words import LETTERS, SYMBOLS, VERDICTS, told
 
 if TYPE_CHECKING:
     from jinja2 import Environment
 
 TEMPLATES = Path(__file__).parent / "templates"
 SCRIPTS = ("trade_off.js", "plots.js", "viewer.js", "table.js", "page.js")
-MATHS = PageMathML()
-LETTERS = {"translation": "T", "rotation": "R", "both": "T+R", "neither": "0"}
-SYMBOLS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c"}
+# Rows of the ranking of single terms.
+TERMS_SHOWN = 40
+_MATHS = PageMathML()
 
 
 def render_html(findings: Findings) -> str:
@@ -56,186 +59,92 @@ def render_html(findings: Findings) -> str:
     Examples
     --------
     >>> import gd_analyze as gd
-    >>> from gd_analyze.main_job import find
     >>> arm = gd.load_arm("two_link")
-    >>> page = render_html(find(arm, gd.read_trajectory("two-link-swing", arm)))
+    >>> page = render_html(gd.find(arm, gd.read_trajectory("two-link-swing", arm)))
     >>> page.startswith("<!doctype html>")
     True
     """
-    context = build_context(findings)
-    arm, model = findings.arm, findings.model
-    source = text_verdicts(arm.name)
-    return (
-        environment()
-        .get_template("report.html.j2")
-        .render(
-            c=context,
-            arm=arm,
-            trajectory=findings.trajectory,
-            panels=_panels(findings, context),
-            order={element.label: k for k, element in enumerate(elements(arm.n_joints))},
-            mixed=not all(arm.is_revolute),
-            dropped=_dropped(context),
-            still=stroboscope(arm, findings.decomposition.q.values),
-            kinds=[k for k in ("revolute", "prismatic") if any(joint.kind == k for joint in arm.joints)],
-            threshold=float(findings.dominance.attrs["threshold"]),
-            drives=model.drives,
-            text_remarks=source.remarks if source else {},
-            thinned_to=MOST_POINTS if findings.trajectory.n_set_points > MOST_POINTS else None,
-            data=_json(page_data(findings)),
-            plotly=_plotly(),
-            style=Markup(template_text("report.css")),
-            scripts=Markup("\n".join(template_text(name) for name in SCRIPTS)),
-            letters=LETTERS,
-            symbols=SYMBOLS,
-            search_steps=_search_steps(context),
-            beyond_chart=beyond_chart(context.joint_errors, context.beyond),
-            smallest_payload=min(context.beyond, key=lambda row: row.mass_within_budget),
-            tightness=_tightness(context),
-            uncertain=_above_allowed(context, "uncertainty"),
-            outside=_above_allowed(context, "within_limits"),
-            **_mathematics(findings, context),
-        )
-    )
+    shown = _content(findings) | _mathematics(findings)
+    frame = {
+        "data": _json(page_data(findings)),
+        "plotly": _plotly(),
+        "style": style("report.css"),
+        "scripts": Markup("\n".join(template_text(name) for name in SCRIPTS)),
+    }
+    return environment().get_template("report.html.j2").render(shown | frame)
 
 
-def _mathematics(findings: Findings, context: Context) -> dict[str, Any]:
-    """Formulas of the model, of the parts that the element level keeps and of the exact elements."""
-    arm, model, exact = findings.arm, findings.model, exact_torques(findings)
-    basis = Basis.of(arm)
-    torques = model.torques if isinstance(model, HarmonicModel) else None
-    kept = {row.element: row.kept for row in context.dominance}
-    labels = [[inertia_label(i, j) for j in range(arm.n_joints)] for i in range(arm.n_joints)]
+def _content(findings: Findings) -> dict[str, Any]:
+    """Rows, sentences and figures of the page."""
+    arm, tables, count = findings.arm, findings.tables, findings.trajectory.n_set_points
+    rows, joints = element_rows(findings), joint_rows(findings, "simplified_model", "beyond")
+    ranked = {row["element"]: row for row in rows}
     return {
-        "torque_formulas": () if torques is None else torque_formulas(basis, torques),
-        "torque_legend": _legend(torque_legend(basis, exact if torques is None else torques)),
-        "tallies": () if torques is None else tallies(exact, torques, arm.n_joints),
-        "kept_torques": torques or {},
-        "shared_accelerations": _legend(shared_accelerations(basis)),
-        "parts_formulas": parts_formulas(kept, arm.n_joints, model.drives),
-        "inertia_labels": labels,
-        "inertia_matrix": [[_cell(label, kept[label]) for label in line] for line in labels],
-        "exact_elements": () if findings.harmonics is None else exact_elements(findings.harmonics),
+        "title": summary.title(findings),
+        "subtitle": summary.subtitle(findings),
+        "headline": summary.headline(findings),
+        "facts": summary.facts(findings),
+        "findings": findings,
+        "arm": arm,
+        "model": findings.model,
+        "elements_only": findings.element_model,
+        "kept_terms": summary.kept(findings),
+        "steps": summary.search_steps(findings),
+        "kinds": list(dict.fromkeys(joint.kind for joint in arm.joints)),
+        "joints": joints,
+        "dominance": rows,
+        "ranked": ranked,
+        "panels": _panels(ranked, arm.n_joints),
+        "order": {element.label: place for place, element in enumerate(elements(arm.n_joints))},
+        "threshold": float(findings.dominance.attrs["threshold"]),
+        "verdict_counts": summary.verdict_counts(findings),
+        "text": summary.text_comparison(findings),
+        "dropped": dropped_parts(findings),
+        "terms": ranked_rows(findings, TERMS_SHOWN),
+        "terms_total": tables["terms"].attrs["total"],
+        "not_worth_keeping": summary.not_worth_keeping(findings),
+        "trade_off": trade_off_rows(findings),
+        "trade_off_kinds": rows_of(tables["trade_off"], "kind"),
+        "drawn": tables["beyond"].attrs["states_drawn"],
+        "beyond_chart": beyond_chart(joints),
+        "smallest_payload": min(joints, key=lambda row: row["mass_within_budget"]),
+        "bound_ratio": summary.bound_ratio(findings),
+        "uncertain": summary.above_allowed(joints, "uncertainty"),
+        "outside": summary.above_allowed(joints, "within_limits"),
+        "cross_check": rows_of(tables["cross_check"], "quantity"),
+        "provenance": summary.provenance_lines(findings),
+        "still": stroboscope(arm, findings.trajectory.q),
+        "thinned_to": MOST_POINTS if count > MOST_POINTS else None,
     }
 
 
-@dataclass(frozen=True)
-class Panel:
-    """One element's small figure, and what the ranking says of it; row and column from 1."""
-
-    element: str
-    quantity: str
-    row: int
-    column: int
-    ranked: DominanceRow
-
-
-def _panels(findings: Findings, context: Context) -> dict[str, list[Panel]]:
-    """All elements by quantity, in the order of the matrix."""
-    ranked = {row.element: row for row in context.dominance}
-
-    def panel(element: Element) -> Panel:
-        return Panel(
-            element.label,
-            element.quantity,
-            element.i + 1,
-            (element.i if element.j is None else element.j) + 1,
-            ranked[element.label],
-        )
-
-    grouped: dict[str, list[Panel]] = {}
-    for element in elements(findings.arm.n_joints):
-        grouped.setdefault(element.quantity, []).append(panel(element))
+def _panels(ranked: dict[str, Row], n_joints: int) -> dict[str, list[Row]]:
+    """Rows of all elements by quantity, in the order of the matrix."""
+    grouped: dict[str, list[Row]] = {}
+    for element in elements(n_joints):
+        grouped.setdefault(element.quantity, []).append(ranked[element.label])
     return grouped
 
 
-@dataclass(frozen=True)
-class DroppedPart:
-    """A part left out that would have made torque; `share_of_budget` of what its joint may be off."""
-
-    label: str
-    torque_peak: float
-    torque_joint: int
-    torque_share: float
-    share_of_budget: float
-
-
-@dataclass(frozen=True)
-class DroppedParts:
-    """What was left out by reason: it costs something, is zero, or meets no acceleration."""
-
-    costing: tuple[DroppedPart, ...]
-    zero: tuple[str, ...]
-    idle: tuple[str, ...]
-
-
-def _dropped(context: Context) -> DroppedParts:
-    ranked = {row.element: row for row in context.dominance}
-    order = {part.label: k for k, part in enumerate(parts_of(len(context.joint_errors)))}
-    costing, zero, idle = [], [], []
-    for row in context.dropped:
-        label, _, effect = row.part.partition(" ")
-        ranking = ranked[label]
-        peak = ranking.rotation_peak if effect == "rotation" else ranking.translation_peak
-        if peak == 0.0:
-            zero.append(row.part)
-        elif row.torque_peak == 0.0:
-            idle.append(row.part)
-        else:
-            allowed = context.joint_errors[row.torque_joint - 1].allowed
-            share = row.torque_peak / allowed if allowed > 0 else float("inf")
-            costing.append(DroppedPart(row.part, row.torque_peak, row.torque_joint, row.torque_share, share))
-    return DroppedParts(
-        tuple(costing), *(tuple(sorted(each, key=order.__getitem__)) for each in (zero, idle))
-    )
-
-
-@dataclass(frozen=True)
-class SearchStep:
-    """One step of the search and the operations after it; `fill` is that over the exact model's."""
-
-    name: str
-    operations: int
-    fill: float
-
-
-_STEPS = {
-    "elimination": "terms dropped one by one",
-    "dive": "integer program, one descent",
-    "integer program": "integer program",
-    "exchange": "terms exchanged",
-    "refit": "coefficients refitted",
-}
-
-
-def _search_steps(context: Context) -> tuple[SearchStep, ...]:
-    """The exact model, every step of the search, and the program that was made of its result."""
-    full, left = sum(context.operations_full[:2]), sum(context.operations[:2])
-    steps = [("exact model", full)]
-    for step in context.search.split(", "):
-        name, _, operations = step.rpartition(" ")
-        if name in _STEPS:
-            steps.append((_STEPS[name], int(operations)))
-    steps.append(("final program, factored", left))
-    return tuple(SearchStep(name, count, count / full if full else 0.0) for name, count in steps)
-
-
-def _tightness(context: Context) -> float | None:
-    """How far the certified bound lies above the worst error found, at most, as a share of that."""
-    pairs = [(row.certified, row.worst_found) for row in context.beyond]
-    shares = [certified / found - 1.0 for certified, found in pairs if certified is not None and found]
-    return max(shares, default=None)
-
-
-def _above_allowed(context: Context, what: Literal["uncertainty", "within_limits"]) -> list[str]:
-    """Joints at which a torque of `BeyondRow` is known and above the allowed error."""
-    rows = zip(context.beyond, context.joint_errors, strict=True)
-    return [row.joint for row, error in rows if (getattr(row, what) or 0.0) > error.allowed]
+def _mathematics(findings: Findings) -> dict[str, Any]:
+    """Formulas of the model, of the parts that the element level keeps and of the exact elements."""
+    n, model, form = findings.arm.n_joints, findings.model, findings.model.form
+    has_terms = model.level.has_torque_terms
+    return {
+        "torque_formulas": model.formulas if has_terms else (),
+        "torque_legend": _legend(torque_names(findings)),
+        "tallies": tallies(form.torques, model.torques, n) if has_terms else (),
+        "kept_torques": model.torques if has_terms else {},
+        "shared_accelerations": _legend(shared_accelerations(form.rates)),
+        "parts_formulas": findings.element_model.formulas,
+        "inertia_labels": [[inertia_label(i, j) for j in range(n)] for i in range(n)],
+        "exact_elements": exact_elements(findings),
+    }
 
 
 @cache
 def environment() -> Environment:
-    """Jinja with the reports' templates and filters."""
+    """Jinja with the reports' templates, filters and words."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
@@ -245,77 +154,55 @@ def environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.globals |= {"letters": LETTERS, "symbols": SYMBOLS, "verdicts": VERDICTS}
     environment.filters |= {
-        "number": lambda value: _typeset(number(float(value))),
-        "percent": lambda share: _typeset(percent(float(share))),
-        "typeset": _typeset,
-        "powers": _powers,
-        "unit": pretty,
+        "number": lambda value: formatting.markup(formatting.number(float(value))),
+        "percent": lambda share: formatting.markup(formatting.percent(float(share))),
+        "typeset": formatting.markup,
+        "powers": formatting.markup_of_powers,
+        "unit": formatting.pretty,
+        "told": told,
         "symbol": _symbol,
-        "formula": lambda ranked: term_formula(ranked.term, ranked.weight),
-        "left": lambda formula: Markup(MATHS.left(formula)),
-        "pieces": lambda formula: [*map(Markup, MATHS.elements(formula))],
+        "cell": _cell,
+        "formula": term_formula,
+        "left": lambda formula: Markup(_MATHS.left(formula)),
+        "pieces": lambda formula: [*map(Markup, _MATHS.elements(formula))],
         "by_quantity": _by_quantity,
-        "digits": lambda value: _typeset(f"{float(value):.6g}"),
-        "joints": _joints,
-        "mass": lambda kilograms: _typeset(_mass(float(kilograms))),
-        "degrees": lambda angle: _typeset(f"{math.degrees(float(angle)):.4g}"),
+        "digits": lambda value: formatting.markup(f"{float(value):.6g}"),
+        "joints": formatting.named_joints,
+        "mass": lambda kilograms: formatting.markup(formatting.mass(float(kilograms))),
+        "degrees": lambda angle: formatting.markup(f"{math.degrees(float(angle)):.4g}"),
     }
     return environment
 
 
 def _symbol(label: str) -> Markup:
     """Formula for an element's label or a part's, such as "D12 translation"."""
-    return Markup(f"<math>{MATHS.symbol(part_symbol(*label.split()))}</math>")
+    return Markup(f"<math>{_MATHS.symbol(part_symbol(*label.split()))}</math>")
 
 
 def _cell(label: str, kept: str) -> Markup:
     """Entry of the matrix D."""
-    return Markup("<mn>0</mn>" if kept == "neither" else MATHS.symbol(part_symbol(label, kept)))
+    return Markup("<mn>0</mn>" if kept == "neither" else _MATHS.symbol(part_symbol(label, kept)))
 
 
 def _legend(legend: Legend) -> list[Markup]:
-    return [*map(Markup, MATHS.legend(legend))]
+    return [*map(Markup, _MATHS.legend(legend))]
 
 
 def _by_quantity(formula: Formula) -> list[tuple[str, list[Markup]]]:
-    return [(quantity, [*map(Markup, pieces)]) for quantity, pieces in MATHS.by_quantity(formula)]
-
-
-def _joints(numbers: list[str], of: int) -> str:
-    """Name joints: joint 3, joints 1, 4 and 5, or every joint."""
-    if len(numbers) == of > 1:
-        return "every joint"
-    *first, last = numbers
-    return f"joints {', '.join(first)} and {last}" if first else f"joint {last}"
-
-
-def _mass(kilograms: float) -> str:
-    """Kilograms, or grams below a tenth of one."""
-    return f"{number(kilograms)} kg" if kilograms >= 0.1 else f"{number(1000 * kilograms)} g"
-
-
-def _typeset(text: str) -> Markup:
-    """Turn 1.42e-14 into a power of ten and a hyphen before digits into a minus sign."""
-    escaped = str(escape(text))
-    powers = re.sub(
-        r"(\d)e([+-])0*(\d+)",
-        lambda found: f"{found[1]}\u202f×\u202f10<sup>{'−' if found[2] == '-' else ''}{found[3]}</sup>",
-        escaped,
-    )
-    return Markup(re.sub(r"(^|\s)-(?=\d)", r"\1−", powers))
-
-
-def _powers(text: str) -> Markup:
-    """Raise what follows a caret, and typeset the numbers."""
-    typeset = str(_typeset(text)).replace(" - ", " − ")
-    return Markup(re.sub(r"\^([\d.]+)", r"<sup>\1</sup>", typeset))
+    return [(quantity, [*map(Markup, pieces)]) for quantity, pieces in _MATHS.by_quantity(formula)]
 
 
 def _json(values: dict[str, Any]) -> Markup:
     """JSON that cannot end the script element it stands in."""
     text = json.dumps(values, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     return Markup(text.replace("<", "\\u003c"))
+
+
+def style(*names: str) -> Markup:
+    """Style sheets among the templates, behind the colours they name."""
+    return Markup(css_variables() + "".join(map(template_text, names)))
 
 
 def template_text(name: str) -> str:

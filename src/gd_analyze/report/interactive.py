@@ -6,21 +6,20 @@ the abscissa, the scale and the curves shown follow its switches.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from gd_analyze.elements import elements
-from gd_analyze.findings import Findings
-from gd_analyze.formulations.generalized_dalembert import EFFECTS
-from gd_analyze.report.motion import motion
+from gd_analyze.formatting import pretty
+from gd_analyze.report.colours import OF_LEVEL
+from gd_analyze.report.element_curves import element_curves
+from gd_analyze.report.motion import motion, motion_curve, motion_unit
 from gd_analyze.report.thinning import thinned
-from gd_analyze.report.units import inertia_unit, pretty
-from gd_analyze.robots import RobotArm
+from gd_analyze.results import Findings
+from gd_analyze.results.rows import exact_operations
+from gd_analyze.results.words import kind_name
 from gd_analyze.vectors import Array, FloatArray
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # A panel is some hundred pixels wide, so more points than this cannot be told apart.
 MOST_POINTS = 1500
@@ -41,10 +40,9 @@ def page_data(findings: Findings) -> dict[str, Any]:
         axis, unit and traces, and "trade-off" with its own abscissas; `viewer`: the arm's motion. Only JSON
         values.
     """
-    dataset = findings.decomposition
     drawing = _Drawing(findings.trajectory.time)
     _add_elements(drawing, findings)
-    _add_motion(drawing, findings.arm, dataset)
+    _add_motion(drawing, findings)
     _add_torques(drawing, findings)
     figures = {**drawing.figures, "trade-off": _trade_off(findings)}
     return {"axes": drawing.axes, "figures": figures, "viewer": _viewer(findings)}
@@ -73,82 +71,60 @@ class _Drawing:
 
 
 def _add_elements(drawing: _Drawing, findings: Findings) -> None:
-    dataset, arm = findings.decomposition, findings.arm
-    zero = _zero_parts(findings)
-    for element in elements(arm.n_joints):
-        parts = np.where(zero[element.label][:, None], 0.0, element.parts(dataset))
-        i, j = element.i, element.j
-        unit = arm.joints[i].effort_unit if j is None else inertia_unit(arm, i, j)
-        curves = {"combined": parts.sum(axis=0)}
-        if element.quantity != "gravity_loading":
-            curves |= dict(zip(EFFECTS, parts, strict=True))
-        if element.quantity == "coriolis_centrifugal":
-            for share in ("centrifugal", "coriolis"):
-                values = dataset[share].values[:, :, element.i].T
-                curves[share] = np.where(zero[element.label][:, None], 0.0, values).sum(axis=0)
+    for element in elements(findings.arm.n_joints):
+        unit = str(findings.dominance.unit.sel(element=element.label).values)
         # From zero, so that the parts can be weighed against each other by eye.
+        curves = element_curves(findings, element)
         drawing.add(element.label, unit, curves, scale=f"{element.quantity}, {unit}", zero=True)
 
 
-def _zero_parts(findings: Findings) -> dict[str, Array]:
-    """Which parts the ranking found to be zero but for round-off, shape (2,) per element."""
-    ranking = findings.dominance
-    labels = (str(label) for label in ranking.element.values)
-    return dict(zip(labels, ranking.part_peak.values == 0.0, strict=True))
-
-
-def _add_motion(drawing: _Drawing, arm: RobotArm, dataset: xr.Dataset) -> None:
-    for kind, unit in (("revolute", "rad"), ("prismatic", "m")):
-        joints = [i for i, joint in enumerate(arm.joints) if joint.kind == kind]
-        if not joints:
-            continue
-        for variable, suffix in (("q", ""), ("qd", "/s"), ("qdd", "/s^2")):
+def _add_motion(drawing: _Drawing, findings: Findings) -> None:
+    arm, trajectory = findings.arm, findings.trajectory
+    for kind in dict.fromkeys(joint.kind for joint in arm.joints):
+        joints = [(i, joint) for i, joint in enumerate(arm.joints) if joint.kind == kind]
+        for name in ("q", "qd", "qdd"):
             curves = {
-                f"joint-{i + 1}: {i + 1} {arm.joints[i].name}": dataset[variable].values[:, i] for i in joints
+                f"joint-{i + 1}: {i + 1} {joint.name}": motion_curve(trajectory, joint, name, i)
+                for i, joint in joints
             }
-            drawing.add(f"{variable}-{kind}", unit + suffix, curves)
+            drawing.add(f"{name}-{kind}", motion_unit(joints[0][1], name), curves)
 
 
 def _add_torques(drawing: _Drawing, findings: Findings) -> None:
-    exact, simplified = findings.evaluation.exact, findings.evaluation.simplified
+    table = findings.tables["simplified_model"]
     for i, joint in enumerate(findings.arm.joints):
-        curves = {"exact": exact[:, i], "simplified": simplified[:, i]}
+        curves = {"exact": findings.exact_torque[:, i], "simplified": findings.simplified_torque[:, i]}
         drawing.add(f"torque-{i + 1}", joint.effort_unit, curves)
-        drawing.add(
-            f"error-{i + 1}",
-            joint.effort_unit,
-            {"error": simplified[:, i] - exact[:, i]},
-            band=float(findings.model.promise.allowed[i]),
-            zero=True,
-        )
+        error, band = table.torque_error.values[:, i], float(table.allowed_error[i])
+        drawing.add(f"error-{i + 1}", joint.effort_unit, {"error": error}, band=band, zero=True)
 
 
 def _trade_off(findings: Findings) -> dict[str, Any]:
     """Operations against error in percent: a curve for every kind, this report's model, the exact ones."""
-    model, elements_only = findings.model, findings.element_model
+    model, table = findings.model, findings.tables["trade_off"]
     traces = []
-    for level, refit in dict.fromkeys((point.level.name, point.refit) for point in findings.trade_off):
-        points = [point for point in findings.trade_off if (point.level.name, point.refit) == (level, refit)]
+    for k, (level, refit) in enumerate(zip(table.level.values, table.refit.values, strict=True)):
+        colour, mark = OF_LEVEL[level]
         traces.append(
             {
-                "role": f"{level}-refit" if refit else level,
-                "label": f"{level}, refitted" if refit else level,
-                "x": _rounded(np.array([100 * point.error_share for point in points])),
-                "y": [point.operations.total for point in points],
-                "budget": [point.budget for point in points],
+                "role": f"{level}-refit" if refit else str(level),
+                "label": kind_name(level, refit),
+                "colour": colour,
+                "mark": mark,
+                "refit": bool(refit),
+                "x": _rounded(100 * table.largest_share.values[k]),
+                "y": table.operations.values[k].tolist(),
+                "budget": table.budget.values.tolist(),
             }
         )
     shares = model.promise.errors.largest_share
-    exact = [{"label": "exact, by elements", "y": elements_only.operations_full.total}]
-    if model is not elements_only:
-        exact.append({"label": "exact, in harmonic terms", "y": model.operations_full.total})
     return {
         "kind": "trade-off",
         "unit": "operations",
         "traces": traces,
-        "exact": exact,
+        "exact": [{"label": label, "y": count} for label, count in exact_operations(findings).items()],
         "model": {
-            "label": f"this report: {model.level}{', refitted' if model.refitted else ''}",
+            "label": f"this report: {kind_name(model.level.name, model.refitted)}",
             # A joint that needs no torque at all has no peak to take a share of.
             "x": max(_rounded(100 * shares[np.isfinite(shares)]), default=0.0),
             "y": model.operations.total,
@@ -159,10 +135,10 @@ def _trade_off(findings: Findings) -> dict[str, Any]:
 
 def _viewer(findings: Findings) -> dict[str, Any]:
     """Skeleton of the arm at evenly spaced set points, the hand's path, and a floor below."""
-    arm, dataset = findings.arm, findings.decomposition
+    arm = findings.arm
     count = findings.trajectory.n_set_points
     frames = np.unique(np.linspace(0, count - 1, min(count, MOST_FRAMES)).round().astype(int))
-    q, torque = dataset.q.values, findings.evaluation.exact
+    q, torque = findings.trajectory.q, findings.exact_torque
     torque = np.where(np.abs(torque) > ROUND_OFF * np.abs(torque).max(), torque, 0.0)
     posed = motion(arm, q[frames])
     whole = motion(arm, q[np.unique(np.linspace(0, count - 1, min(count, MOST_POINTS)).round().astype(int))])

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gd_analyze.kinematics import solve_kinematics
-from gd_analyze.robots import RobotArm
+from gd_analyze.robots import Joint, RobotArm
+from gd_analyze.schema import UNITS
+from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray, set_points_last
 
 
@@ -36,3 +38,15 @@ def motion(arm: RobotArm, q: FloatArray) -> Motion:
         points[:, 2 * i + 1] = kinematics.joint_origins[i].T
         points[:, 2 * i + 2] = kinematics.link_origins[i].T
     return Motion(points, points[:, -1])
+
+
+def motion_curve(trajectory: Trajectory, joint: Joint, name: str, i: int) -> FloatArray:
+    """Position "q", rate "qd" or acceleration "qdd" of joint i as plots show it: angles in degrees."""
+    values: FloatArray = getattr(trajectory, name)[:, i]
+    return np.degrees(values) if joint.kind == "revolute" else values
+
+
+def motion_unit(joint: Joint, name: str) -> str:
+    """Unit of that."""
+    slides, turns = UNITS[{"q": "position", "qd": "rate", "qdd": "acceleration"}[name]]
+    return turns.replace("rad", "deg") if joint.kind == "revolute" else slides

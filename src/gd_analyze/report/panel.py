@@ -12,16 +12,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gd_analyze.formatting import pretty
+from gd_analyze.report.colours import GREY, INK, ON_PAPER, PALE
 from gd_analyze.report.thinning import thinned
-from gd_analyze.report.units import pretty
 from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.transforms import Transform
 
-# Okabe and Ito's colours, told apart by all forms of colour vision; dash and width do it in greyscale.
-BLUE, VERMILLION, GREEN, INK, GREY, PALE = "#0072B2", "#D55E00", "#009E73", "#1a1a1a", "#8a8a8a", "#dcdcdc"
 
 # Set points to draw of a long trajectory: some four per point (1/72 in) of a wide panel.
 MOST_POINTS = 500
@@ -29,10 +28,11 @@ MOST_POINTS = 500
 # Type area of the page, pt; a heading and a legend stand above the figure.
 WIDTH, PAGE_HEIGHT = 493.0, 660.0
 
+# Dash and width tell curves apart in greyscale.
 CURVES: dict[str, dict[str, Any]] = {
-    "translation": {"color": BLUE, "linewidth": 2.4, "solid_capstyle": "butt"},
-    "rotation": {"color": VERMILLION, "linewidth": 2.4, "dashes": (1.6, 0.8), "dash_capstyle": "butt"},
-    "combined": {"color": INK, "linewidth": 0.8},
+    "combined": {"color": ON_PAPER["combined"], "linewidth": 2.6, "solid_capstyle": "butt"},
+    "translation": {"color": ON_PAPER["translation"], "linewidth": 1.1},
+    "rotation": {"color": ON_PAPER["rotation"], "linewidth": 1.1, "dashes": (3.0, 1.5)},
 }
 
 

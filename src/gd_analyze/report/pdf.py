@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.findings import Findings
 from gd_analyze.report.document import document
+from gd_analyze.results import Findings
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

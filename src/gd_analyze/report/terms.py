@@ -6,13 +6,14 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from gd_analyze.findings import Findings
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.legend import torque_legend
 from gd_analyze.formulas.writing import element_formula
-from gd_analyze.harmonics import Basis, Harmonics
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.equations import Term, equations
-from gd_analyze.harmonics.terms import Rate, Torques, TorqueTerm
+from gd_analyze.harmonics.terms import Rate, TorqueTerm
+from gd_analyze.results import Findings, rows_of
+from gd_analyze.results.rows import Row
 
 # A page that writes out more exact terms than this would be for no one to read.
 MOST_EXACT_TERMS = 2000
@@ -28,19 +29,25 @@ class Tally:
     total: int
 
 
-def exact_torques(findings: Findings) -> Torques:
-    """Every torque term of the exact model and its weight."""
-    return {
-        ranked.term: ranked.weight
-        for ranked in findings.terms.terms
-        if isinstance(ranked.term, TorqueTerm)  # the main job ranks those of the torques
-    }
+def ranked_rows(findings: Findings, most: int) -> list[Row]:
+    """Return the first rows of the ranking of single terms, each with its term."""
+    table = findings.tables["terms"].isel(rank=slice(most))
+    pairs = zip(rows_of(table, "rank"), findings.ranked_terms, strict=False)
+    return [row | {"term": term} for row, term in pairs]
 
 
-def shared_accelerations(basis: Basis) -> Legend:
+def torque_names(findings: Findings) -> Legend:
+    """Meaning of the names in the model's equations, or in the ranking where it has none of terms."""
+    model = findings.model
+    if model.level.has_torque_terms:
+        return model.legend
+    return torque_legend(model.form.rates, findings.ranked_terms)
+
+
+def shared_accelerations(rates: AbsoluteRates) -> Legend:
     """Meaning of the accelerations that add up those of parallel joints."""
-    inner = [joint for run in basis.runs for joint in run.joints[1:]]
-    return torque_legend(basis, [TorqueTerm(0, (Rate(2, joint),), ()) for joint in inner])
+    inner = [joint for run in rates.runs for joint in run[1:]]
+    return torque_legend(rates, [TorqueTerm(0, (Rate(2, joint),), ()) for joint in inner])
 
 
 def tallies(
@@ -64,9 +71,9 @@ def _place(term: TorqueTerm) -> tuple[int, str, int]:
     return term.row, term.quantity, term.rates[0].joint if term.quantity == "inertia" else -1
 
 
-def exact_elements(harmonics: Harmonics) -> tuple[tuple[Formula, tuple[Term, ...]], ...]:
+def exact_elements(findings: Findings) -> tuple[tuple[Formula, tuple[Term, ...]], ...]:
     """D and c written out, and where their terms come from; nothing where that is too long to read."""
-    series = [part for parts in harmonics.inertia.values() for part in parts]
-    if sum(len(part.ids) for part in (*series, *harmonics.gravity_loading)) > MOST_EXACT_TERMS:
+    form = findings.model.form
+    if not findings.is_written_out or len(form.torques) > MOST_EXACT_TERMS:
         return ()
-    return tuple((element_formula(equation), equation.terms) for equation in equations(harmonics))
+    return tuple((element_formula(equation), equation.terms) for equation in equations(form.harmonics))

@@ -1,4 +1,4 @@
-"""What a run found: labelled tables, and the views and files made of them."""
+"""What a run found: labelled tables, what is said of them, and their file."""
 
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import frame_of, rows_of

@@ -11,14 +11,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def frame_of(table: xr.Dataset, dim: str) -> pd.DataFrame:
-    """Take what a table says along one dimension.
+def frame_of(table: xr.Dataset, dim: str, *others: str) -> pd.DataFrame:
+    """Take what a table says along one dimension, or of every pair of labels of two that it has.
 
     Parameters
     ----------
     table
         A table of `gd_analyze.schema.GROUPS`.
-    dim
+    dim, others
         The dimension; its labels are the first column. A variable that has a second dimension besides gives
         one column per label of that, "part_peak_translation"; others are left out.
 
@@ -29,6 +29,8 @@ def frame_of(table: xr.Dataset, dim: str) -> pd.DataFrame:
     """
     import pandas as pd
 
+    if others:
+        return table.to_dataframe(dim_order=[dim, *others]).reset_index()
     columns: dict[str, Any] = {dim: table[dim].values}
     for name, array in (*table.data_vars.items(), *table.coords.items()):
         if name == dim or not array.dims or array.dims[0] != dim:
@@ -41,9 +43,9 @@ def frame_of(table: xr.Dataset, dim: str) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-def rows_of(table: xr.Dataset, dim: str) -> list[dict[str, Any]]:
+def rows_of(table: xr.Dataset, dim: str, *others: str) -> list[dict[str, Any]]:
     """Take the same as plain values, as JSON has them; what is not a number is None."""
-    frame = frame_of(table, dim)
+    frame = frame_of(table, dim, *others)
     plain = {name: frame[name].to_numpy().tolist() for name in frame.columns}
     return [
         {

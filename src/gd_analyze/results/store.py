@@ -88,7 +88,7 @@ def load_findings(path: str | Path) -> Findings:
         As `load_results`.
     """
     tree = load_results(path)
-    tables = {name: tree[name].to_dataset() for name in GROUPS if name != "documents"}
+    tables = {name: _plain(tree[name].to_dataset()) for name in GROUPS if name != "documents"}
     documents = tree["documents"].to_dataset()
 
     def read(name: str) -> Any:
@@ -128,6 +128,15 @@ def load_findings(path: str | Path) -> Findings:
             if name not in ("format", "schema", "warnings")
         },
     )
+
+
+def _plain(dataset: xr.Dataset) -> xr.Dataset:
+    """Put attributes as they were before netCDF made NumPy's numbers of them."""
+    dataset.attrs = {
+        name: value.tolist() if isinstance(value, np.generic | np.ndarray) else value
+        for name, value in dataset.attrs.items()
+    }
+    return dataset
 
 
 def load_results(path: str | Path) -> xr.DataTree:
@@ -171,14 +180,15 @@ def _require_ours(path: Path) -> None:
         attributes: Any = dict(file.attrs)
         groups = list(file)
         file.visititems(lambda _, item: dict(item.attrs) and None)
+    foreign = StoreError(
+        "this HDF5 file does not hold gd-analyze results",
+        where=Location(path),
+        expected=f"the groups {', '.join(GROUPS)}",
+        found=", ".join(groups) or "no groups",
+        next_step="name the analysis.h5 of a results folder",
+    )
     if not np.array_equal(attributes.get("format"), FORMAT):
-        raise StoreError(
-            "this HDF5 file does not hold gd-analyze results",
-            where=Location(path),
-            expected=f"the groups {', '.join(GROUPS)}",
-            found=", ".join(groups) or "no groups",
-            next_step="name the analysis.h5 of a results folder",
-        )
+        raise foreign
     schema = np.ravel(attributes.get("schema")).tolist()  # netCDF stores numbers as arrays of one
     if schema != [SCHEMA_VERSION]:
         raise StoreError(
@@ -188,6 +198,8 @@ def _require_ours(path: Path) -> None:
             found=", ".join(str(number) for number in schema),
             next_step="use the gd-analyze that wrote it, or run the analysis again",
         )
+    if not set(GROUPS) <= set(groups):
+        raise foreign
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from gd_analyze.levels import ErrorTable, ExactDynamics, PayloadEffect, Simplifi
 from gd_analyze.pinocchio_check import Residual
 from gd_analyze.robots import RobotArm
 from gd_analyze.round_off import ROUND_OFF_SHARE
-from gd_analyze.schema import table
+from gd_analyze.schema import table, unit_of
 from gd_analyze.search import TermRanking, TradeOffPoint, curves
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray
@@ -41,16 +41,20 @@ def trajectory_table(arm: RobotArm, trajectory: Trajectory) -> xr.Dataset:
 
 def cross_check_table(residuals: Sequence[Residual], arm: RobotArm) -> xr.Dataset:
     """Tabulate the differences from Pinocchio."""
+    turning = arm.is_revolute
+    inertias = dict.fromkeys(unit_of("inertia", one, other) for one in turning for other in turning)
+    units = {"inertia": " or ".join(inertias)}
+    efforts = " or ".join(dict.fromkeys(joint.effort_unit for joint in arm.joints))
     return table(
         "cross_check",
         {
             "largest_difference": [residual.largest for residual in residuals],
             "round_off_bound": [residual.bound for residual in residuals],
         },
-        arm.is_revolute,
+        turning,
         {
             "quantity": [residual.quantity for residual in residuals],
-            "unit": ("quantity", [residual.unit for residual in residuals]),
+            "unit": ("quantity", [units.get(residual.quantity, efforts) for residual in residuals]),
         },
     )
 

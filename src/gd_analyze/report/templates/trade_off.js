@@ -1,7 +1,6 @@
 "use strict";
 // Operations against error, both on logarithmic scales: one curve for every way to simplify.
 function tradeOff(spec, { color, look, mouse }) {
-  const styles = { element: ["series-6", "solid", "square"], term: ["series-3", "solid", "circle"], energy: ["series-4", "solid", "diamond"] };
   // On a logarithmic scale no error (or one that is next to nothing) and no operations stand at its end.
   const nothing = 1e-3;
   const end = (values, from) => {
@@ -14,8 +13,7 @@ function tradeOff(spec, { color, look, mouse }) {
   const tell = (x, y, budget) => `budget ${budget}<br>error ${x === 0 ? "0" : x < 0.01 ? "below 0.01" : Number(x.toPrecision(2))} %<br>${y} operations`;
   const onAxes = (points) => ({ x: points.x.map((x) => (x < nothing ? lowX : x)), y: points.y.map((y) => y || lowY) });
   const traces = spec.traces.map((trace) => {
-    const [level, refit] = trace.role.split("-");
-    const [stroke, , symbol] = styles[level];
+    const { colour: stroke, mark: symbol, refit } = trace;
     return {
       type: "scatter", mode: "lines+markers", ...onAxes(trace), name: trace.label, meta: trace.role,
       line: { color: color(stroke), width: 2, dash: refit ? "dot" : "solid" },

@@ -1,0 +1,155 @@
+"""What the main job found, as terminal and JSON show it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gd_analyze.cli.output import Output
+    from gd_analyze.results import Findings
+
+
+def print_findings(
+    findings: Findings, folder: Path, formats: tuple[str, ...], output: Output, top: int
+) -> None:
+    """Print what was found and written the way that was asked for.
+
+    Parameters
+    ----------
+    findings
+        What was found.
+    folder, formats
+        Where it was written, and as what.
+    output
+        As the user chose.
+    top
+        Rows of the ranking to print for people.
+    """
+    from gd_analyze.main_job.folder import FILES
+
+    files = [folder / FILES[name] for name in formats]
+    output.give(lambda: _document(findings, files), lambda: _show(findings, files, top))
+
+
+def _document(findings: Findings, files: list[Path]) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    from gd_analyze.formulas.plain import Plain
+    from gd_analyze.results import rows_of, summary
+    from gd_analyze.results.rows import element_rows, joint_rows
+
+    model, tables = findings.model, findings.tables
+    parts = rows_of(tables["parts"], "part")
+    return {
+        "arm": findings.arm.name,
+        "trajectory": findings.trajectory.name,
+        "set_points": findings.trajectory.n_set_points,
+        "headline": summary.headline(findings),
+        "budget": model.promise.budget,
+        "level": model.level.name,
+        "refitted": model.refitted,
+        "search": [{"step": step.name, "operations": step.operations} for step in model.promise.steps],
+        "joints": joint_rows(findings, "simplified_model"),
+        "operations": asdict(model.operations),
+        "operations_full": asdict(model.operations_full),
+        "equations": [Plain().line(formula) for formula in model.formulas],
+        "elements": {
+            "kept": [row["part"] for row in parts if row["kept"]],
+            "dropped": [row for row in parts if not row["kept"]],
+            "operations": asdict(findings.element_model.operations),
+            "operations_full": asdict(findings.element_model.operations_full),
+        },
+        "terms": rows_of(tables["terms"], "rank"),
+        "terms_total": tables["terms"].attrs["total"],
+        "terms_not_worth_keeping": summary.not_worth_keeping(findings),
+        "trade_off": rows_of(tables["trade_off"], "kind", "factor"),
+        "beyond": joint_rows(findings, "beyond"),
+        "states_drawn": tables["beyond"].attrs["states_drawn"],
+        "dominance": element_rows(findings),
+        "residuals": rows_of(tables["cross_check"], "quantity"),
+        "warnings": list(findings.warnings),
+        "provenance": dict(findings.provenance),
+        "files": [str(path) for path in files],
+    }
+
+
+def _show(findings: Findings, files: list[Path], top: int) -> None:
+    from gd_analyze.cli.joint_table import error_columns, joint_table
+    from gd_analyze.cli.terminal import line, sentence
+    from gd_analyze.formatting import at_most, number
+    from gd_analyze.results import summary
+    from gd_analyze.results.rows import joint_rows
+
+    sentence(f"{summary.title(findings)} {summary.subtitle(findings)}", bold=True)
+    sentence(summary.headline(findings))
+    promise = findings.model.promise
+    joint_table(
+        f"Torque error of the simplified model (budget {promise.budget}), {{units}} and share of peak torque",
+        findings.arm,
+        error_columns(promise.errors, promise.allowed),
+    )
+    if top:
+        _show_ranking(findings, top)
+    line()
+    certified = [row for row in joint_rows(findings, "beyond") if row["certified_share"] is not None]
+    if certified:
+        worst = max(certified, key=lambda row: row["certified_share"])
+        sentence(
+            "Certified: no state between the extremes of this trajectory errs by more than "
+            f"{at_most(worst['certified_share'])} of a joint's peak torque (joint {worst['joint']})."
+        )
+    if (text := summary.text_comparison(findings)) is not None:
+        sentence(f"The text's verdicts agree with ours on {text.agreed} of {text.given} elements of D and h.")
+    line(f"operations  {findings.model.operations_full}")
+    line(f"         -> {findings.model.operations}")
+    sentence(f"by level    {_by_level(findings)}, quickly counted", indent=" " * 12)
+    check = summary.cross_check_row(findings)
+    line(
+        f"Pinocchio   differs by {number(check['largest_difference'])} {check['unit']} "
+        f"(round-off allows {number(check['round_off_bound'])})"
+    )
+    for path in files:
+        line(f"wrote       {path}")
+
+
+def _by_level(findings: Findings) -> str:
+    """Operations of every level under the budget asked for, and in brackets those of its refitted model."""
+    asked = findings.tables["trade_off"].sel(factor=1.0)
+    kinds = zip(asked.level.values, asked.refit.values, asked.operations.values, strict=True)
+    counts: dict[str, str] = {}
+    for level, refit, operations in kinds:
+        counts[level] = f"{counts[level]} (refitted {operations})" if refit else f"{level} {operations}"
+    return ", ".join(counts.values())
+
+
+def _show_ranking(findings: Findings, top: int) -> None:
+    from gd_analyze.cli.terminal import table
+    from gd_analyze.formatting import number, percent
+    from gd_analyze.results.rows import element_rows
+    from gd_analyze.results.words import LETTERS, VERDICTS, told
+
+    rows = element_rows(findings)
+    with_text = any(row["text_verdict"] for row in rows)
+    shown = rows[:top]
+    table(
+        f"Ranking by torque, {len(shown)} of {len(rows)} elements: largest part by effect (D in kg m², h and "
+        "c in N m), largest torque, its joint and its share of that joint's peak torque",
+        [("", "left"), ("tran", "right"), ("rot", "right"), ("torque", "right"), ("joint", "right")]
+        + [("share", "right"), ("verdict", "left"), ("kept", "left")]
+        + ([("text", "left")] if with_text else []),
+        [
+            [
+                row["element"],
+                number(row["part_peak_translation"]),
+                number(row["part_peak_rotation"]),
+                number(row["torque_peak"]),
+                str(row["torque_joint"]),
+                percent(row["torque_share"]),
+                VERDICTS[told(row)],
+                LETTERS[told(row, "kept")],
+                *([LETTERS.get(row["text_verdict"], "")] if with_text else []),
+            ]
+            for row in shown
+        ],
+    )

@@ -1,0 +1,56 @@
+"""`gd-analyze report`: the reports of a stored analysis, made again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from gd_analyze.cli.options import NameList, top_option
+from gd_analyze.cli.output import Output, reporting
+
+# What can be made from the file; the file itself is there.
+FORMATS = ("json", "csv", "html", "pdf")
+
+
+@click.command(short_help="Make the reports of a stored analysis again.")
+@click.argument(
+    "analysis", type=click.Path(path_type=Path), help="The analysis.h5 of a folder that the main job wrote."
+)
+@click.option(
+    "-o", "--out", type=click.Path(path_type=Path), help="Folder for the reports.  [default: the file's own]"
+)
+@click.option(
+    "--format",
+    "formats",
+    type=NameList(FORMATS, "format"),
+    default=",".join(FORMATS),
+    show_default=True,
+    metavar="LIST",
+    help="Which files to write, comma-separated.",
+)
+@top_option
+@reporting
+def report(analysis: Path, out: Path | None, formats: tuple[str, ...], top: int, output: Output) -> None:
+    r"""Write what the main job wrote beside its analysis.h5 once more, without computing anything anew.
+
+    Files that are there already are replaced. What is printed is what the main job printed.
+
+    \b
+    Examples:
+      gd-analyze report reports/puma560-pick-and-place/analysis.h5
+      gd-analyze report analysis.h5 --format html --out elsewhere
+    """
+    from gd_analyze.cli.findings import print_findings
+
+    with output.working() as stage:
+        stage("reading")
+        from gd_analyze.main_job.folder import require_writable, write_findings
+        from gd_analyze.results import load_findings
+
+        folder = analysis.parent if out is None else out
+        require_writable(folder)
+        findings = load_findings(analysis)
+        stage(f"writing {', '.join(formats)}")
+        write_findings(findings, folder, formats)
+    print_findings(findings, folder, formats, output, top)

@@ -1,0 +1,29 @@
+"""What the figures of D, h and c draw, on the page and on paper."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gd_analyze.elements import Element
+from gd_analyze.formulations.generalized_dalembert import EFFECTS
+from gd_analyze.results import Findings
+from gd_analyze.vectors import FloatArray
+
+
+def element_curves(findings: Findings, element: Element) -> dict[str, FloatArray]:
+    """Values of an element along the trajectory, shape (N,) each.
+
+    "combined" of every element, "translation" and "rotation" of D and h, and the shares "centrifugal" and
+    "coriolis" of h. A part that the ranking calls zero is zero here.
+    """
+    dataset = findings.decomposition
+    zero = findings.dominance.part_peak.sel(element=element.label).values[:, None] == 0.0
+    parts = np.where(zero, 0.0, element.parts(dataset))
+    curves = {"combined": parts.sum(axis=0)}
+    if element.quantity != "gravity_loading":
+        curves |= dict(zip(EFFECTS, parts, strict=True))
+    if element.quantity == "coriolis_centrifugal":
+        for share in ("centrifugal", "coriolis"):
+            values = dataset[share].values[:, :, element.i].T
+            curves[share] = np.where(zero, 0.0, values).sum(axis=0)
+    return curves

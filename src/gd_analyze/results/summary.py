@@ -1,0 +1,180 @@
+"""What is said of findings in sentences and figures, once for terminal, JSON, HTML and PDF."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+from gd_analyze.dominance import text_verdicts
+from gd_analyze.formatting import at_most, number, percent, pretty
+from gd_analyze.levels import SearchStep
+from gd_analyze.results.findings import Findings
+from gd_analyze.results.frames import rows_of
+from gd_analyze.results.rows import Row, dropped_parts, element_rows
+from gd_analyze.robots import fingerprint
+
+
+def title(findings: Findings) -> str:
+    """Name of the arm."""
+    return findings.arm.title or findings.arm.name
+
+
+def subtitle(findings: Findings) -> str:
+    """Say along what."""
+    return f"along {findings.trajectory.name}, {findings.trajectory.n_set_points} set points"
+
+
+def kept(findings: Findings) -> str:
+    """How much the model keeps, in words."""
+    return f"{len(findings.model.terms)} {findings.model.level.keeps}"
+
+
+def headline(findings: Findings) -> str:
+    """Answer "what can I drop and what does it cost me" in one sentence or two."""
+    model, worst = findings.model, findings.model.promise.errors.largest_share.max()
+    full, left = model.operations_full.total, model.operations.total
+    cost = f"joint's torque is off by more than {at_most(worst)} of its peak along this trajectory."
+    if model.level.has_torque_terms:
+        terms = kept(findings)
+        return (
+            f"{terms[0].upper()}{terms[1:]} give every torque in {left} operations instead of {full}, and no "
+            f"{cost}"
+        )
+    dropped, all_parts = dropped_parts(findings), findings.tables["parts"].sizes["part"]
+    idle = len(dropped.zero) + len(dropped.idle)
+    if not dropped.costing:
+        return (
+            f"No part that acts can go within the budget; {idle} of {all_parts} parts make no torque along "
+            "this trajectory and leaving them out costs nothing."
+        )
+    rest = f"; {idle} more make no torque here anyway" if idle else ""
+    return (
+        f"{len(dropped.costing)} of {all_parts} parts can go{rest}. That saves {percent(1 - left / full)} of "
+        f"the operations, and no {cost}"
+    )
+
+
+def facts(findings: Findings) -> list[tuple[str, str]]:
+    """Four figures to begin with, and what each of them is."""
+    model, errors, check = findings.model, findings.model.promise.errors, cross_check_row(findings)
+    if model.level.has_torque_terms:
+        first = (kept(findings), f"kept of the exact model's {len(model.level.terms(model.form))}")
+    else:
+        dropped = dropped_parts(findings)
+        gone = sum(map(len, dropped))
+        first = (
+            f"{gone} / {findings.tables['parts'].sizes['part']}",
+            f"parts dropped, {gone - len(dropped.costing)} of them without torque here",
+        )
+    return [
+        first,
+        (f"{model.operations_full.total} → {model.operations.total}", "operations per torque evaluation"),
+        (
+            percent(errors.largest_share[errors.worst]),
+            f"largest error, of peak torque (joint {errors.worst + 1})",
+        ),
+        (
+            pretty(f"{number(check['largest_difference'])} {check['unit']}"),
+            pretty(f"difference from Pinocchio (round-off allows {number(check['round_off_bound'])})"),
+        ),
+    ]
+
+
+def cross_check_row(findings: Findings) -> Row:
+    """Row of the cross-check that comes closest to what round-off explains."""
+    rows = rows_of(findings.tables["cross_check"], "quantity")
+    # Without gravity its bound is zero, and so is the difference.
+    return max(rows, key=lambda row: row["largest_difference"] / (row["round_off_bound"] or 1.0))
+
+
+def search_steps(findings: Findings) -> list[SearchStep]:
+    """The exact model, every step of the search in words, and the program made of its result."""
+    model = findings.model
+    return [
+        SearchStep("exact model", model.operations_full.total),
+        *(SearchStep(step.words, step.operations) for step in model.promise.steps),
+        SearchStep("final program", model.operations.total),
+    ]
+
+
+def verdict_counts(findings: Findings) -> dict[str, int]:
+    """How many elements of D and h are of each verdict."""
+    dominance = findings.dominance
+    split = dominance.verdict.values[dominance.quantity.values != "gravity_loading"]
+    return dict(Counter(split.tolist()))
+
+
+@dataclass(frozen=True)
+class TextComparison:
+    """The founding text's verdicts beside ours.
+
+    Parameters
+    ----------
+    source
+        Where its verdicts are from.
+    agreed, given
+        How many of those it gives ours match.
+    remarks
+        Elements on which it contradicts itself: row, its remark, and what our numbers say of it.
+    """
+
+    source: str
+    agreed: int
+    given: int
+    remarks: list[tuple[Row, str, str]]
+
+
+def text_comparison(findings: Findings) -> TextComparison | None:
+    """Compare with the founding text's verdicts; None for an arm it does not show."""
+    reference = text_verdicts(findings.arm.name)
+    if reference is None:
+        return None
+    compared = {row["element"]: row for row in element_rows(findings) if row["text_verdict"]}
+    agreed = sum(row["dominant"] == row["text_verdict"] for row in compared.values())
+    remarks = [
+        (compared[element], remark, _borne_out(compared[element]))
+        for element, remark in reference.remarks.items()
+    ]
+    return TextComparison(reference.source, agreed, len(compared), remarks)
+
+
+def _borne_out(row: Row) -> str:
+    """What our numbers say of a verdict of translation and a remark that speaks for rotation."""
+    if row["dominant"] == row["text_verdict"]:
+        return "our numbers support the verdict, not the remark"
+    if row["dominant"] == "rotation":
+        return "our numbers support the remark, not the verdict"
+    if row["dominant"] == "neither":
+        return "here the element is zero to round-off, so neither statement is borne out"
+    return "here both effects count, so neither statement is borne out"
+
+
+def not_worth_keeping(findings: Findings) -> int | None:
+    """How many terms together stay below the parameters' stated uncertainty; None where none is stated."""
+    stated = findings.tables["beyond"].uncertainty.notnull().any()
+    return int(findings.tables["terms"].attrs["not_worth_keeping"]) if stated else None
+
+
+def bound_ratio(findings: Findings) -> float | None:
+    """How far the certified bound lies above the worst error found, at most, where that is an error."""
+    rows = rows_of(findings.tables["beyond"], "joint")
+    pairs = [(row["certified"], row["worst_found"]) for row in rows if row["certified"] is not None]
+    return max((bound / found for bound, found in pairs if found > findings.round_off), default=None)
+
+
+def above_allowed(rows: list[Row], torque: str) -> list[int]:
+    """Joints at which a torque of the table "beyond" is known and above the allowed error."""
+    return [row["joint"] for row in rows if (row[torque] or 0.0) > row["allowed_error"]]
+
+
+def provenance_lines(findings: Findings) -> list[tuple[str, str]]:
+    """What the results come from: label and value."""
+    trajectory = findings.trajectory
+    return [
+        ("arm", f"{findings.arm.name}, SHA-256 {fingerprint(findings.arm)[:16]}"),
+        ("trajectory", f"{trajectory.name}, SHA-256 {trajectory.fingerprint[:16]}"),
+        ("trajectory origin", trajectory.origin or "not stated"),
+        ("rates", trajectory.rates_from),
+        ("drives", "drive inertia included" if findings.model.drives else "not included"),
+        *findings.provenance.items(),
+    ]

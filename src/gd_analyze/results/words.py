@@ -1,0 +1,49 @@
+"""Words and letters for what tables name in full; terminal, HTML and PDF use the same."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+# Of quantities, in formulas.
+SYMBOLS = {
+    "inertia": "D",
+    "coriolis_centrifugal": "h",
+    "gravity_loading": "c",
+    "torque": "τ",
+    "kinetic": "T",
+    "potential": "U",
+}
+
+# What is kept of an element, or dominates it, where there is no room for words.
+LETTERS = {"translation": "T", "rotation": "R", "both": "T+R", "neither": "0", "gravity": "✓"}
+
+# Verdicts in the order they are told, and what they are called.
+VERDICTS = {
+    "translation": "translation",
+    "rotation": "rotation",
+    "both": "both",
+    "gravity": "gravity",
+    "negligible": "negligible",
+    "neither": "zero",
+}
+
+
+def kind_name(level: str, refit: bool) -> str:
+    """Name of a way to simplify."""
+    return f"{level}, refitted" if refit else level
+
+
+def told(row: Mapping[str, Any], what: str = "verdict") -> str:
+    """Effect that is dominant or kept, or a verdict, as it is told: gravity has no effects to tell apart.
+
+    Parameters
+    ----------
+    row
+        Of `gd_analyze.results.rows.element_rows`.
+    what
+        "verdict", "dominant" or "kept".
+    """
+    effect: str = row[what]
+    has_none = row["quantity"] == "gravity_loading" and effect not in ("negligible", "neither")
+    return "gravity" if has_none else effect
