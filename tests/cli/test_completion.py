@@ -11,7 +11,18 @@ import pytest
 from gd_analyze.robots import builtin_arms
 from gd_analyze.trajectories import shipped_trajectories
 
-VERBS = ["arms", "plan", "simplify", "rank", "trade-off", "evaluate", "equations", "compare", "certify"]
+VERBS = [
+    "report",
+    "arms",
+    "plan",
+    "simplify",
+    "rank",
+    "trade-off",
+    "evaluate",
+    "equations",
+    "compare",
+    "certify",
+]
 VERBS += ["completion"]
 
 
