@@ -10,7 +10,7 @@ from gd_analyze.decomposition import decompose, decompose_states
 from gd_analyze.errors import ArmError, TrajectoryError
 from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.robots import load_arm
-from gd_analyze.schema import DECOMPOSITION
+from gd_analyze.schema import GROUPS
 from gd_analyze.states import States
 from gd_analyze.trajectories import Trajectory, read_trajectory, shipped_trajectories
 from gd_analyze.vectors import CHUNK
@@ -138,8 +138,8 @@ def test_without_coupling_the_rest_is_the_same(puma, pick_and_place, pick_and_pl
 
 def test_every_variable_is_as_declared(puma_findings):
     dataset = puma_findings.decomposition
-    assert set(dataset.data_vars) == set(DECOMPOSITION)
-    for name, variable in DECOMPOSITION.items():
+    assert set(dataset.data_vars) == set(GROUPS["decomposition"])
+    for name, variable in GROUPS["decomposition"].items():
         assert dataset[name].dims == variable.dims
         assert dataset[name].attrs == variable.attributes()
     assert dataset.effect.values.tolist() == ["translation", "rotation"]
@@ -150,7 +150,7 @@ def test_every_variable_is_as_declared(puma_findings):
 
 
 def test_units_of_a_sliding_joint_are_said():
-    variable = DECOMPOSITION["torque"]
+    variable = GROUPS["decomposition"]["torque"]
     assert variable.attributes(mixed_units=True)["units"] == "N m (m, N for rows of sliding joints)"
     assert variable.attributes()["units"] == "N m"
 

@@ -12,7 +12,7 @@ from markdown_pages import ROOT, code, tables
 from gd_analyze.decomposition import EFFECTS
 from gd_analyze.kinematics import Kinematics, solve_kinematics
 from gd_analyze.robots import load_arm
-from gd_analyze.schema import DECOMPOSITION
+from gd_analyze.schema import GROUPS
 
 PAGE = ROOT / "docs" / "notation.md"
 ALONG = {code(row["name"]): row for row in tables(PAGE, "Quantities along a trajectory")}
@@ -26,12 +26,12 @@ def shape(text: str, sizes: dict[str, int]) -> tuple[int, ...]:
 
 
 def test_every_variable_of_the_schema_is_explained():
-    assert list(ALONG) == list(DECOMPOSITION)
+    assert list(ALONG) == list(GROUPS["decomposition"])
 
 
 @pytest.mark.parametrize("name", list(ALONG))
 def test_dimensions_units_and_equations_are_those_of_the_schema(name):
-    row, declared = ALONG[name], DECOMPOSITION[name]
+    row, declared = ALONG[name], GROUPS["decomposition"][name]
     assert tuple(row["dimensions"].split(", ")) == declared.dims
     assert row["unit"] == declared.unit
     assert re.findall(r"\(3\.4-\d+\)", row["equation"]) == re.findall(r"\(3\.4-\d+\)", declared.equation)

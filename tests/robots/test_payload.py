@@ -88,9 +88,7 @@ def test_pinocchio_agrees_when_the_body_is_hung_onto_its_model(case, payload):
         arm.n_joints, body, pin.SE3(np.array(frame.rotation), np.array(frame.translation))
     )
     data = model.createData()
-    theirs = np.array(
-        [pin.rnea(model, data, *state).copy() for state in zip(*states.arrays, strict=True)]
-    )
+    theirs = np.array([pin.rnea(model, data, *state).copy() for state in zip(*states.arrays, strict=True)])
     loaded = carrying(arm, payload)
     method = METHODS["composite_moments"]
     ours = method.torque(loaded, *states.last, gravity=True, cos=np.cos, sin=np.sin).T
