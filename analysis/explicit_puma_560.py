@@ -18,10 +18,20 @@ import numpy as np
 import gd_analyze as gd
 from gd_analyze.certification import Box, certify, simplify_certified
 from gd_analyze.harmonics.terms import Torques, TorqueTerm
-from gd_analyze.models import ErrorTable, HarmonicModel, Level
-from gd_analyze.models.torque_program import torque_programs
-from gd_analyze.simplification import Budget, ExactDynamics, simplify_exact, states_in_box
-from gd_analyze.simplification.trade_off import KINDS, trade_off
+from gd_analyze.levels import (
+    ENERGY,
+    TERM,
+    Budget,
+    ErrorTable,
+    ExactDynamics,
+    Level,
+    Promise,
+    SimplifiedModel,
+)
+from gd_analyze.levels.level import ROUGH, THOROUGH, Effort
+from gd_analyze.search import How, simplify_exact, trade_off
+from gd_analyze.search.trade_off import KINDS
+from gd_analyze.states import states_in_box
 
 SHARE = 0.01
 FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
@@ -31,7 +41,7 @@ STATES = 4000
 def exact_dynamics(drives: bool = True) -> ExactDynamics:
     """Take the PUMA at states drawn from its limits."""
     arm = gd.load_arm("puma560")
-    return ExactDynamics(arm, states_in_box(arm, STATES), drives)
+    return ExactDynamics.of(arm, states_in_box(arm, STATES), drives)
 
 
 def one_percent_rule(torques: Torques) -> dict[TorqueTerm, float]:
@@ -53,40 +63,36 @@ def one_percent_rule(torques: Torques) -> dict[TorqueTerm, float]:
     }
 
 
-def model_of(exact: ExactDynamics, torques: Torques, rewritten: bool = False) -> HarmonicModel:
+def model_of(exact: ExactDynamics, torques: Torques, effort: Effort = ROUGH) -> SimplifiedModel:
     """Make a model of these terms, nested as one would by hand, or rewritten; it promises nothing."""
-    n = exact.arm.n_joints
-    program = torque_programs(exact.harmonics.rates, torques)["torque"] if rewritten else None
-    return HarmonicModel(
-        arm=exact.arm,
-        level="term",
-        torques=torques,
-        written_program=program,
-        drives=exact.drives,
-        budget=np.full(n, np.inf),
-        budget_stated="none",
-        promise=ErrorTable.nothing(n),
-        made_for=exact.states.described,
-        operations_full=exact.operations_full("term"),
+    nothing = np.zeros(exact.arm.n_joints)
+    unmeasured = ErrorTable(nothing, nothing, nothing)
+    return SimplifiedModel(
+        level=TERM,
+        form=exact.form,
+        terms=torques,
+        program=TERM.write(exact.form, torques, effort),
+        operations_full=TERM.exact_operations(exact.form),
+        promise=Promise(nothing + np.inf, "none", unmeasured, exact.states.described),
     )
 
 
-def rebuilt(exact: ExactDynamics) -> tuple[HarmonicModel, HarmonicModel]:
+def rebuilt(exact: ExactDynamics) -> tuple[SimplifiedModel, SimplifiedModel]:
     """Exact model, and what the 1 % rule leaves of it."""
-    return model_of(exact, exact.torques), model_of(exact, one_percent_rule(exact.torques))
+    every = exact.form.torques
+    return model_of(exact, every), model_of(exact, one_percent_rule(every))
 
 
-def largest_shares(exact: ExactDynamics, model: HarmonicModel) -> np.ndarray:
+def largest_shares(exact: ExactDynamics, model: SimplifiedModel) -> np.ndarray:
     """Largest torque error of every joint over the states, as a share of its peak torque."""
-    states = exact.states
-    error = model.torque(states.q, states.qd, states.qdd) - exact.torque
+    error = model.torque(*exact.states.arrays) - exact.torque
     return np.abs(error).max(axis=0) / exact.peak_torque
 
 
-def row(name: str, exact: ExactDynamics, model: HarmonicModel, seconds: float | None) -> str:
+def row(name: str, exact: ExactDynamics, model: SimplifiedModel, seconds: float | None) -> str:
     """One line of the table."""
     shares = largest_shares(exact, model)
-    certified = certify(model, harmonics=exact.harmonics).certified / exact.peak_torque
+    certified = certify(model, harmonics=exact.form.harmonics).certified / exact.peak_torque
     count = model.operations
     return (
         f"| {name} | {len(model.torques)} | {count.total} ({count.multiplications} + {count.additions}) | "
@@ -113,7 +119,7 @@ def report() -> str:
     whole, ruled = rebuilt(exact)
     seconds = time.perf_counter() - start
     equal = largest_shares(exact, ruled)
-    rule = one_percent_rule(exact.torques)
+    every, rule = exact.form.torques, ruled.torques
     lines = [
         "# The explicit PUMA 560 model of 1986, rebuilt",
         "",
@@ -127,27 +133,26 @@ def report() -> str:
         "| model | torque terms | operations (mult + add) | sin, cos | largest error | certified | seconds |",
         "|---|---|---|---|---|---|---|",
         row("exact, nested", exact, whole, None),
-        row("exact, rewritten", exact, model_of(exact, exact.torques, True), None),
+        row("exact, rewritten", exact, model_of(exact, every, THOROUGH), None),
         row("1 % rule of 1986, nested", exact, ruled, seconds),
-        row("its terms, rewritten", exact, model_of(exact, rule, True), None),
+        row("its terms, rewritten", exact, model_of(exact, rule, THOROUGH), None),
     ]
     steps = []
     budget = tuple((equal * exact.peak_torque).tolist())
     as_good = Budget(budget, (False,) * len(budget))
     asked: tuple[tuple[str, Budget, Level, bool], ...] = (
-        ("ours, every joint within the rule's own error", as_good, "term", False),
-        ("the same, refitted", as_good, "term", True),
-        ("ours, 1 %, torque terms", Budget(), "term", False),
-        ("ours, 1 %, torque terms, refitted", Budget(), "term", True),
-        ("ours, 1 %, energy terms", Budget(), "energy", False),
-        ("ours, 1 %, energy terms, refitted", Budget(), "energy", True),
+        ("ours, every joint within the rule's own error", as_good, TERM, False),
+        ("the same, refitted", as_good, TERM, True),
+        ("ours, 1 %, torque terms", Budget(), TERM, False),
+        ("ours, 1 %, torque terms, refitted", Budget(), TERM, True),
+        ("ours, 1 %, energy terms", Budget(), ENERGY, False),
+        ("ours, 1 %, energy terms, refitted", Budget(), ENERGY, True),
     )
     for name, allowed, level, refit in asked:
         start = time.perf_counter()
-        model = simplify_exact(exact_dynamics(), allowed, level=level, refit=refit)
-        assert isinstance(model, HarmonicModel)
+        model = simplify_exact(exact_dynamics(), allowed, How(level, refit))
         lines.append(row(name, exact, model, time.perf_counter() - start))
-        steps.append(f"| {name} | {model.provenance['search']} | {model.operations.total} |")
+        steps.append(f"| {name} | {model.promise.search} | {model.operations.total} |")
     start = time.perf_counter()
     proven, _ = simplify_certified(exact, Budget(), Box.of(exact.arm))
     lines.append(row("ours, 1 % certified for every state", exact, proven, time.perf_counter() - start))

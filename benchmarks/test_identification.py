@@ -164,7 +164,7 @@ def test_against_sympys_lagrangian_mechanics(benchmark, n: int) -> None:
     at, rate = np.linspace(0.3, 0.9, n), np.linspace(-1.0, 1.5, n)
     q, qd = dynamicsymbols(f"q1:{n + 1}"), dynamicsymbols(f"q1:{n + 1}", 1)
     values = {**dict(zip(qd, rate, strict=True)), **dict(zip(q, at, strict=True))}
-    found = gd.decompose_states(arm, at, rate, 0 * at)
+    found = gd.decompose_states(arm, gd.States(at, rate, 0 * at))
     there = np.array(sympy.Matrix(mass).subs(values).evalf(), dtype=float)
     rest = -np.array(sympy.Matrix(forcing).subs(values).evalf(), dtype=float).ravel()
     np.testing.assert_allclose(found["inertia"].sum(axis=0), there, rtol=0, atol=1e-12 * there.max())

@@ -11,6 +11,7 @@ from gd_analyze.errors import ArmError, TrajectoryError
 from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.robots import load_arm
 from gd_analyze.schema import DECOMPOSITION
+from gd_analyze.states import States
 from gd_analyze.trajectories import Trajectory, read_trajectory, shipped_trajectories
 from gd_analyze.vectors import CHUNK
 from strategies import arms_with_states, examples, motions, random_states
@@ -86,13 +87,11 @@ def test_drives_of_an_arm_without_any_are_refused(two_link, swing):
 def test_chunks_leave_no_seam(puma, count):
     """A set point's numbers are the same alone, in a short run and across a chunk's edge."""
     states = random_states(6, count, 11)
-    long = decompose_states(puma, states.q, states.qd, states.qdd, by_link=True, terms=True, drives=True)
+    long = decompose_states(puma, states, by_link=True, terms=True, drives=True)
     bounds = round_off_bounds(puma, states.q, states.qd, states.qdd)
     picks = sorted({0, 1, CHUNK // 2, count - 2, count - 1, min(CHUNK, count - 1)})
     for k in picks:
-        alone = decompose_states(
-            puma, states.q[k], states.qd[k], states.qdd[k], by_link=True, terms=True, drives=True
-        )
+        alone = decompose_states(puma, states.at(k), by_link=True, terms=True, drives=True)
         for name, values in alone.items():
             # Long and short loops of NumPy may sum in another order and take cos and sin by another path,
             # so the argument of two correct programs applies; nearly always the bits agree.
@@ -104,10 +103,10 @@ def test_chunks_leave_no_seam(puma, count):
 @given(arms_with_states(max_joints=4))
 def test_any_leading_shape_goes_through_the_same_code(case):
     arm, states = case
-    flat = decompose_states(arm, states.q, states.qd, states.qdd)
+    flat = decompose_states(arm, states)
     n = arm.n_joints
-    nested = decompose_states(arm, *(x.reshape(2, 3, n) for x in (states.q, states.qd, states.qdd)))
-    single = decompose_states(arm, states.q[4], states.qd[4], states.qdd[4])
+    nested = decompose_states(arm, States(*(x.reshape(2, 3, n) for x in states.arrays)))
+    single = decompose_states(arm, states.at(4))
     assert flat.keys() == nested.keys() == single.keys()
     bounds = round_off_bounds(arm, states.q, states.qd, states.qdd)
     for name, values in flat.items():
@@ -119,13 +118,13 @@ def test_any_leading_shape_goes_through_the_same_code(case):
 
 def test_no_states_give_no_numbers(puma):
     none = np.empty((0, 6))
-    assert decompose_states(puma, none, none, none)["inertia"].shape == (0, 2, 6, 6)
+    assert decompose_states(puma, States(none, none, none))["inertia"].shape == (0, 2, 6, 6)
 
 
 def test_progress_counts_every_set_point(puma):
     states = random_states(6, CHUNK + 5, 1)
     done: list[int] = []
-    decompose_states(puma, states.q, states.qd, states.qdd, coupling=False, progress=done.append)
+    decompose_states(puma, states, coupling=False, progress=done.append)
     assert done == [CHUNK, 5]
 
 
@@ -175,7 +174,7 @@ def test_trajectory_of_another_arm_is_refused(puma, swing):
 )
 def test_states_that_do_not_fit_are_refused(puma, q, qd, qdd, culprit):
     with pytest.raises(TrajectoryError) as caught:
-        decompose_states(puma, np.zeros(q), np.zeros(qd), np.zeros(qdd))
+        decompose_states(puma, States(np.zeros(q), np.zeros(qd), np.zeros(qdd)))
     assert caught.value.details["where"] == culprit
 
 

@@ -74,7 +74,7 @@ def test_a_rest_rate_smooths_the_step_and_nothing_else(puma):
 
 def test_the_decomposition_takes_its_drive_torque_from_here(puma):
     states = random_states(6, 7, 3)
-    dataset = decompose_states(puma, states.q, states.qd, states.qdd, drives=True)
+    dataset = decompose_states(puma, states, drives=True)
     expected = drive_contributions(puma, states.qd, states.qdd).inertia
     np.testing.assert_array_equal(dataset["drive_torque"], expected)
 

@@ -13,9 +13,10 @@ from gd_analyze.formulations import generalized_dalembert as dalembert
 from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.robots import RobotArm, fingerprint
 from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
+from gd_analyze.states import States, states_of
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.trajectories.checks import require_joints
-from gd_analyze.vectors import Array, FloatArray, chunks, set_points_last
+from gd_analyze.vectors import Array, FloatArray, chunks
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -74,9 +75,7 @@ def decompose(
     require_joints(trajectory, arm)
     arrays = decompose_states(
         arm,
-        trajectory.q,
-        trajectory.qd,
-        trajectory.qdd,
+        states_of(trajectory),
         coupling=coupling,
         by_link=by_link,
         terms=terms,
@@ -110,9 +109,7 @@ def decompose(
 
 def decompose_states(
     arm: RobotArm,
-    q: FloatArray,
-    qd: FloatArray,
-    qdd: FloatArray,
+    states: States,
     *,
     coupling: bool = True,
     by_link: bool = False,
@@ -126,7 +123,7 @@ def decompose_states(
     ----------
     arm
         The arm.
-    q, qd, qdd
+    states
         Joint variables, rates and accelerations, shape (..., n).
     coupling, by_link, terms, drives, progress
         As for `decompose`.
@@ -144,8 +141,8 @@ def decompose_states(
     ArmError
         If drives are asked for and the arm describes none.
     """
-    leading = np.shape(q)[:-1]
-    for name, array in (("q", q), ("qd", qd), ("qdd", qdd)):
+    leading = np.shape(states.q)[:-1]
+    for name, array in zip(("q", "qd", "qdd"), states.arrays, strict=True):
         if np.shape(array) != (*leading, arm.n_joints):
             raise TrajectoryError(
                 f"{name} does not fit arm {arm.name}",
@@ -153,8 +150,8 @@ def decompose_states(
                 expected=str((*leading, arm.n_joints)) if leading else f"(..., {arm.n_joints})",
                 found=str(np.shape(array)),
             )
-    states = [set_points_last(np.asarray(x, dtype=float)) for x in (q, qd, qdd)]
-    n, count = states[0].shape
+    q, qd, qdd = states.last
+    n, count = q.shape
     names = ["inertia", "coriolis_centrifugal", "centrifugal", "coriolis", "gravity_loading", "torque"]
     names += ["coupling"] * coupling + ["drive_torque"] * drives
     names += ["inertia_by_link", "coriolis_centrifugal_by_link", "gravity_loading_by_link"] * by_link
@@ -167,10 +164,10 @@ def decompose_states(
     _keep_freed_memory()
     for chunk in chunks(count):
         views = {name: array[..., chunk] for name, array in out.items()}
-        _fill(arm, states[0][:, chunk], states[1][:, chunk], states[2][:, chunk], views)
+        _fill(arm, q[:, chunk], qd[:, chunk], qdd[:, chunk], views)
         if progress is not None:
             progress(chunk.stop - chunk.start)
-    out = dict(zip(("q", "qd", "qdd"), states, strict=True)) | out
+    out = {"q": q, "qd": qd, "qdd": qdd} | out
     return {name: _as_states(array, leading) for name, array in out.items()}
 
 

@@ -18,10 +18,10 @@ from gd_analyze.errors import UsageError
 from gd_analyze.harmonics import Waves, harmonics_of
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Torques
-from gd_analyze.levels import ENERGY, TERM, Budget, ExactForm, SimplifiedModel
+from gd_analyze.levels import TERM, Budget, ExactForm, SimplifiedModel
 from gd_analyze.robots import RobotArm, load_arm
-from gd_analyze.search import How, simplify
-from gd_analyze.states import states_in_box
+from gd_analyze.search import simplify
+from gd_analyze.states import States, states_in_box
 from gd_analyze.trajectories import Trajectory
 from made_models import model_of
 from strategies import arms, examples, two_link_of
@@ -44,7 +44,7 @@ def box_of(arm: RobotArm, rng: np.random.Generator) -> Box:
 
 
 def errors_at(model: SimplifiedModel, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
-    exact = decompose_states(model.arm, q, qd, qdd, coupling=False, drives=model.drives)["torque"]
+    exact = decompose_states(model.arm, States(q, qd, qdd), coupling=False, drives=model.drives)["torque"]
     return np.abs(model.torque(q, qd, qdd) - exact)
 
 
@@ -179,7 +179,7 @@ def test_it_scales_with_the_error() -> None:
 
 @pytest.fixture(scope="module")
 def puma_model(puma: RobotArm) -> SimplifiedModel:
-    return simplify(puma, states_in_box(puma, 500), Budget.parse("5%"), How(ENERGY), drives=True)
+    return simplify(puma, states_in_box(puma, 500), Budget.parse("5%"), level="energy", drives=True)
 
 
 def test_it_is_tight_for_the_puma(puma_model: SimplifiedModel) -> None:
@@ -243,7 +243,7 @@ def test_an_arm_of_many_joints_is_bounded_too() -> None:
         drives=(),
         dh_table=(),
     )
-    model = simplify(arm, states_in_box(arm, 300), Budget.parse("2%"), How(ENERGY))
+    model = simplify(arm, states_in_box(arm, 300), Budget.parse("2%"), level="energy")
     certificate = certify(model, effort=30_000)
     states = drawn_states(certificate.box, 3000, np.random.default_rng(5))
     assert (errors_at(model, *states).max(axis=0) <= certificate.certified).all()

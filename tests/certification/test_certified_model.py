@@ -12,7 +12,7 @@ from gd_analyze.certification import Box, simplify_certified
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.errors import UsageError
 from gd_analyze.levels import ENERGY, TERM, Budget, ExactDynamics
-from gd_analyze.search import How, simplify
+from gd_analyze.search import simplify
 from gd_analyze.states import States
 from strategies import arms_with_states, examples
 
@@ -25,7 +25,7 @@ def largest_errors(model, box: Box, count: int, seed: int) -> np.ndarray:
     signs = rng.choice([-1.0, 1.0], (2, count, n))
     size = np.where(rng.random((count, 1)) < 0.5, 1.0, rng.random((count, n)))
     qd, qdd = signs[0] * size * box.rate, signs[1] * size * box.acceleration
-    exact = decompose_states(model.arm, q, qd, qdd, coupling=False, drives=model.drives)["torque"]
+    exact = decompose_states(model.arm, States(q, qd, qdd), coupling=False, drives=model.drives)["torque"]
     return np.abs(model.torque(q, qd, qdd) - exact).max(axis=0)
 
 
@@ -56,7 +56,7 @@ def test_along_a_trajectory(puma, pick_and_place):
     """A budget held at the set points only is broken between their extremes; a certified one is not."""
     exact = ExactDynamics.of(puma, pick_and_place, drives=True)
     box = Box.around(*exact.states.arrays)
-    sampled = simplify(puma, pick_and_place, Budget.parse("2%"), How(ENERGY), drives=True)
+    sampled = simplify(puma, pick_and_place, Budget.parse("2%"), level="energy", drives=True)
     assert (gd.certify(sampled, box).certified > sampled.promise.allowed).any()
     rounds: list[int] = []
     model, certificate = simplify_certified(

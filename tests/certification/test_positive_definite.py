@@ -13,7 +13,7 @@ from gd_analyze.errors import ModelError, UsageError
 from gd_analyze.harmonics.terms import Energies
 from gd_analyze.levels import ENERGY, TERM, Budget, ExactForm, SimplifiedModel
 from gd_analyze.robots import RobotArm, load_arm
-from gd_analyze.search import How, simplify
+from gd_analyze.search import simplify
 from gd_analyze.states import states_in_box
 from made_models import exact_model, model_of
 from strategies import arms, examples
@@ -73,7 +73,7 @@ def test_the_exact_puma_is_positive_definite(puma: RobotArm, drives: bool) -> No
 
 
 def test_the_simplified_puma_is_positive_definite(puma: RobotArm) -> None:
-    model = simplify(puma, states_in_box(puma, 500), Budget.parse("1%"), How(ENERGY), drives=True)
+    model = simplify(puma, states_in_box(puma, 500), Budget.parse("1%"), level="energy", drives=True)
     shown = certify_positive_definite(model)
     assert shown.is_proven
     assert shown.proven == pytest.approx(shown.smallest_found, rel=0.01)

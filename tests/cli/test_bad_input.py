@@ -203,7 +203,8 @@ def test_a_damaged_model_is_refused(run, here, motion):
     damaged = {
         "cut off": sound[: len(sound) // 2],
         "other version": json.dumps(document | {"version": 99}),
-        "a part moved": json.dumps(document | {"torques": document["torques"][1:]}),
+        "a term less": json.dumps(document | {"terms": document["terms"][1:]}),
+        "of version 1": json.dumps(document | {"version": 1}),
         "mass changed": sound.replace('"mass": 2.0', '"mass": 2.5'),
         "arm gone": json.dumps(document | {"arm": {}}),
         "word for a number": sound.replace('"mass": 2.0', '"mass": "heavy"'),

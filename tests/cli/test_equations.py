@@ -114,7 +114,7 @@ def test_the_sympy_form_is_a_script(run, name):
     arm = gd.load_arm(name)
     q = np.linspace(0.1, 0.6, arm.n_joints)
     values = {sympy.Symbol(f"q{j + 1}", real=True): q[j] for j in range(arm.n_joints)}
-    exact = gd.decompose_states(arm, q, q, q)
+    exact = gd.decompose_states(arm, gd.States(q, q, q))
     whole = float(sympy.sympify(scope["D11"]).subs(values))
     # Some ten terms of at most the arm's largest inertia, each rounded.
     assert whole == pytest.approx(exact["inertia"][:, 0, 0].sum(), rel=1e-12)

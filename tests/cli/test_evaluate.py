@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from gd_analyze.models import save_model
-from gd_analyze.models.evaluation import evaluate_states
-from gd_analyze.simplification import States, simplify, states_in_box
-from gd_analyze.simplification.payload_effect import payload_effect
 
 import gd_analyze as gd
+from gd_analyze.levels import LEVELS, evaluate, payload_effect, save_model
 from gd_analyze.robots import load_arm, with_payload
-
-LEVELS = ("element", "term", "energy")
+from gd_analyze.search import simplify
+from gd_analyze.states import States, states_in_box, states_of
 
 
 @pytest.fixture(params=LEVELS)
@@ -31,13 +28,13 @@ def within_80(result) -> str:
 
 def test_over_drawn_states(run, model):
     told = run("evaluate", "model.json", "--states", 300, "--seed", 7, "--json").json
-    expected = evaluate_states(model, states_in_box(model.arm, 300, 7)).table
+    expected = evaluate(model, states_in_box(model.arm, 300, 7)).errors
     for key, values in (("largest_error", expected.largest), ("peak_torque", expected.peak_torque)):
         # The same programs at the same states, so the same bits.
         assert [row[key] for row in told["joints"]] == values.tolist()
     assert (told["states"], told["seed"], told["trajectory"], told["set_points"]) == (300, 7, None, None)
     assert told["held_against"] == {"arm": "two_link", "drives": False, "payload": None}
-    assert told["level"] == model.level
+    assert told["level"] == model.level.name
     shown = within_80(run("evaluate", "model.json", "--states", 300, "--seed", 7))
     assert "Two-link planar arm over 300 states drawn from the arm's ranges" in shown
     assert "seed 7" in shown
@@ -57,7 +54,7 @@ def test_with_a_payload_along_a_trajectory(run, model, swing, here):
     words = ("evaluate", "model.json", "two-link-swing", "--payload", "0.5,0.01,0,0,0.001,0.001,0.001")
     told = run(*words, "-o", "torque.csv", "--json").json
     loaded = with_payload(model.arm, 0.5, [0.01, 0.0, 0.0], [0.001] * 3)
-    here_, without = evaluate_states(model, swing, loaded).table, evaluate_states(model, swing).table
+    here_, without = evaluate(model, swing, loaded).errors, evaluate(model, swing).errors
     assert [row["largest_error"] for row in told["joints"]] == here_.largest.tolist()
     assert [row["peak_torque"] for row in told["joints"]] == here_.peak_torque.tolist()
     assert [row["largest_error_without_payload"] for row in told["joints"]] == without.largest.tolist()
@@ -74,7 +71,7 @@ def test_with_a_payload_along_a_trajectory(run, model, swing, here):
     assert (told["trajectory"], told["set_points"], told["states"]) == ("two-link-swing", len(swing.q), None)
     assert told["largest_losses"] == []
     rows = np.loadtxt(here / "torque.csv", delimiter=",", skiprows=1)
-    np.testing.assert_array_equal(rows[:, 1:3], evaluate_states(model, swing, loaded).exact)
+    np.testing.assert_array_equal(rows[:, 1:3], evaluate(model, swing, loaded).dynamics.torque)
     shown = within_80(run(*words))
     assert "Two-link planar arm carrying 0.5 kg along two-link-swing" in shown
     assert "made without this payload, for two-link-swing" in shown
@@ -83,8 +80,9 @@ def test_with_a_payload_along_a_trajectory(run, model, swing, here):
 
 def test_what_may_be_carried(run, model, swing):
     told = run("evaluate", "model.json", "two-link-swing", "--json").json
-    effect = payload_effect(model, States(swing.q, swing.qd, swing.qdd, {}))
-    assert told["point_mass_within_budget"] == effect.largest_mass > 0
+    effect = payload_effect(model, states_of(swing))
+    assert told["mass_within_budget"] == effect.largest_mass > 0
+    assert [row["mass_within_budget"] for row in told["joints"]] == effect.mass_within_budget.tolist()
     assert told["limiting_joint"] == effect.limiting_joint
     assert [row["torque_per_kg"] for row in told["joints"]] == effect.torque_per_kg.tolist()
     shown = within_80(run("evaluate", "model.json", "two-link-swing"))
@@ -100,11 +98,11 @@ def test_beyond_the_budget_without_a_payload(run, here, motion):
     """Gentle, so that velocity terms may go, which are large elsewhere."""
     arm = load_arm("two_link")
     made = simplify(arm, gd.read_trajectory(motion, arm), gd.Budget.parse("2%"), level="element")
-    wide = evaluate_states(made, states_in_box(made.arm, 500))
-    assert not wide.within(made.budget).all()
+    wide = evaluate(made, states_in_box(made.arm, 500))
+    assert not wide.within(made.promise.allowed).all()
     save_model(made, here / "model.json")
     shown = within_80(run("evaluate", "model.json", "--states", 500))
-    beyond = ", ".join(str(i + 1) for i in np.flatnonzero(~wide.within(made.budget)))
+    beyond = ", ".join(str(i + 1) for i in np.flatnonzero(~wide.within(made.promise.allowed)))
     assert f"Beyond the budget here even without any payload: joint {beyond}." in shown
     assert "leaves it first" not in shown
 
@@ -134,7 +132,7 @@ def test_an_arm_without_limits_has_no_box(run, here):
     )
     arm = load_arm(here / "own.toml")
     q = np.linspace(0.0, 1.0, 5)[:, None]
-    save_model(simplify(arm, States(q, q, q, {"box": "by hand"}), level="element"), here / "model.json")
+    save_model(simplify(arm, States(q, q, q), level="element"), here / "model.json")
     result = run("evaluate", "model.json")
     assert (result.code, result.out) == (2, "")
     assert "does not state all its limits" in result.err

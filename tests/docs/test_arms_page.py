@@ -12,6 +12,7 @@ from markdown_pages import ROOT, blocks, code, tables
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.errors import ArmError
 from gd_analyze.robots import arm_schema, load_arm
+from gd_analyze.states import States
 
 PAGE = ROOT / "docs" / "arms.md"
 SECTIONS = {
@@ -77,7 +78,7 @@ def test_the_example_is_a_possible_arm(example):
     assert arm.inertia_com[0, 0, 2] == -0.01
     assert arm.drive_inertia.tolist() == [1.5, 0.2]
     state = np.zeros((1, 2))
-    found = decompose_states(arm, state, state, state, drives=True)
+    found = decompose_states(arm, States(state, state, state), drives=True)
     # The lift carries both masses; a product and a sum of two numbers.
     assert found["torque"][0, 0] == pytest.approx(8.0 * 9.8062, rel=1e-15)
 

@@ -60,11 +60,11 @@ def harmonics(request: pytest.FixtureRequest) -> Harmonics:
 
 @pytest.fixture(scope="module")
 def torques(harmonics: Harmonics) -> Torques:
-    return torques_of_energies(energy_terms(harmonics), harmonics.basis)
+    return torques_of_energies(energy_terms(harmonics), harmonics.rates)
 
 
 def test_torques_read_as_their_plain_form(harmonics: Harmonics, torques: Torques) -> None:
-    formulas = torque_formulas(harmonics.basis, torques)
+    formulas = torque_formulas(harmonics.rates, torques)
     for formula in formulas:
         assert_reads_as_plain(formula)
         groups = PAGE.by_quantity(formula)
@@ -74,7 +74,7 @@ def test_torques_read_as_their_plain_form(harmonics: Harmonics, torques: Torques
 
 
 def test_no_terms_are_a_zero(harmonics: Harmonics) -> None:
-    last = torque_formulas(harmonics.basis, {})[-1]
+    last = torque_formulas(harmonics.rates, {})[-1]
     assert [*map(plainly, PAGE.elements(last))] == ["0"]
 
 
@@ -93,10 +93,10 @@ def test_elements_read_as_their_plain_form(harmonics: Harmonics) -> None:
 
 
 def test_the_legend_names_every_shared_rate(harmonics: Harmonics, torques: Torques) -> None:
-    legend = [*map(plainly, PAGE.legend(torque_legend(harmonics.basis, torques)))]
-    for run in harmonics.basis.runs:
-        for place, joint in enumerate(run.joints[1:], start=2):
-            parts = "+".join(f"qdd{j + 1}" for j in run.joints[:place])
+    legend = [*map(plainly, PAGE.legend(torque_legend(harmonics.rates, torques)))]
+    for run in harmonics.rates.runs:
+        for place, joint in enumerate(run[1:], start=2):
+            parts = "+".join(f"qdd{j + 1}" for j in run[:place])
             assert f"pd{joint + 1}={parts}" in legend
     assert any(meaning.startswith("C") and "=cos(" in meaning for meaning in legend)
 
@@ -105,8 +105,8 @@ def test_parts_of_elements_with_drives() -> None:
     kept = {"D11": "both", "D12": "translation", "D22": "neither", "h1": "neither", "h2": "rotation"}
     kept |= {"c1": "translation", "c2": "neither"}
     first, second = (PLAIN.line(formula) for formula in parts_formulas(kept, 2, drives=True))
-    assert first == "tau1 = (D11 + J1) qdd1 + D12 qdd2 + c1"
-    assert second == "tau2 = D12 qdd1 + J2 qdd2 + h2"
+    assert first == "tau1 = (D11 + J1) qdd1 + D12^tran qdd2 + c1"
+    assert second == "tau2 = D12^tran qdd1 + J2 qdd2 + h2^rot"
     assert PLAIN.right(parts_formulas(dict.fromkeys(kept, "neither"), 2, drives=False)[0]) == "0"
     assert "<mtext>tran</mtext>" in PAGE.symbol(part_symbol("D12", "translation"))
     assert "<mtext>" not in PAGE.symbol(part_symbol("c1", "translation"))

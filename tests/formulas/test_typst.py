@@ -64,13 +64,13 @@ def harmonics(request: pytest.FixtureRequest) -> Harmonics:
 
 @pytest.fixture(scope="module")
 def torques(harmonics: Harmonics) -> Torques:
-    return torques_of_energies(energy_terms(harmonics), harmonics.basis)
+    return torques_of_energies(energy_terms(harmonics), harmonics.rates)
 
 
 def test_every_term_is_written_under_its_quantity(harmonics: Harmonics, torques: Torques) -> None:
     written = Counter(
         (row, piece.quantity)
-        for row, formula in enumerate(torque_formulas(harmonics.basis, torques))
+        for row, formula in enumerate(torque_formulas(harmonics.rates, torques))
         for piece in formula.pieces
         if piece.quantity != "carried"
     )
@@ -78,7 +78,7 @@ def test_every_term_is_written_under_its_quantity(harmonics: Harmonics, torques:
 
 
 def test_signs_and_brackets_are_in_order(harmonics: Harmonics, torques: Torques) -> None:
-    formulas = torque_formulas(harmonics.basis, torques)
+    formulas = torque_formulas(harmonics.rates, torques)
     for formula in formulas:
         bodies = [TYPST.body(piece) for piece in formula.pieces]
         assert not any(body.startswith(("-", "+")) for body in bodies)
@@ -87,7 +87,7 @@ def test_signs_and_brackets_are_in_order(harmonics: Harmonics, torques: Torques)
             depth += body.count("paren.l") - body.count("paren.r")
             assert depth in (0, 1)
         assert depth == 0
-    carried = {joint: joint + 2 for run in harmonics.basis.runs for joint in run.joints[:-1]}
+    carried = {joint: joint + 2 for run in harmonics.rates.runs for joint in run[:-1]}
     for joint, by in carried.items():
         first = formulas[joint].pieces[0]
         assert (TYPST.body(first), first.quantity) == (f"tau_({by})", "carried")
@@ -95,7 +95,7 @@ def test_signs_and_brackets_are_in_order(harmonics: Harmonics, torques: Torques)
 
 def test_brackets_multiply_out_to_the_terms(harmonics: Harmonics, torques: Torques) -> None:
     """With its bracket's sign and factors restored, every piece is one term with its weight."""
-    for row, formula in enumerate(torque_formulas(harmonics.basis, torques)):
+    for row, formula in enumerate(torque_formulas(harmonics.rates, torques)):
         found, outer, inside = [], 1.0, []
         for piece in formula.pieces:
             if piece.quantity == "carried":
@@ -114,17 +114,17 @@ def test_brackets_multiply_out_to_the_terms(harmonics: Harmonics, torques: Torqu
 
 def test_typst_takes_all_of_it(harmonics: Harmonics, torques: Torques) -> None:
     energies = energy_terms(harmonics)
-    formulas = [*torque_formulas(harmonics.basis, torques), *energy_formulas(energies)]
+    formulas = [*torque_formulas(harmonics.rates, torques), *energy_formulas(energies)]
     formulas += [term_formula(term, weight) for term, weight in torques.items()]
     written = [part for f in formulas for part in (TYPST.symbol(f.left), *map(TYPST.body, f.pieces))]
-    written += [*map(TYPST.line, formulas), *TYPST.legend(torque_legend(harmonics.basis, torques))]
+    written += [*map(TYPST.line, formulas), *TYPST.legend(torque_legend(harmonics.rates, torques))]
     source = "\n\n".join(f"${piece}$" for piece in written).encode()
     _, warnings = typst.compile_with_warnings(source, ignore_system_fonts=True)
     assert warnings == []
 
 
 def test_the_legend_says_what_the_plain_one_says(harmonics: Harmonics, torques: Torques) -> None:
-    legend = torque_legend(harmonics.basis, torques)
+    legend = torque_legend(harmonics.rates, torques)
     plain, written = PLAIN.legend(legend), TYPST.legend(legend)
     assert len(plain) == len(written)
     (other,) = [entry for entry in plain if "p_j" in entry]

@@ -63,7 +63,7 @@ def allowances(harmonics: Harmonics, states: States) -> dict[str, float]:
 def assert_exact(arm: RobotArm, seed: int, count: int = 5) -> None:
     harmonics, states = harmonics_of(arm), states_of(arm, count, seed)
     drives = bool(arm.drives)
-    numeric = decompose_states(arm, states.q, states.qd, states.qdd, drives=drives)
+    numeric = decompose_states(arm, states, drives=drives)
     terms = energy_terms(harmonics, arm.drive_inertia if drives else None)
     found = values(arm, torques_of_energies(terms, harmonics.rates), harmonics.rates.matrix, states)
     inertia = numeric["inertia"].sum(axis=1) + (np.diag(arm.drive_inertia) if drives else 0.0)

@@ -28,7 +28,7 @@ def assert_exact(harmonics: Harmonics, seed: int, count: int = 5) -> None:
     """D by effect and link, h_ijk by effect and c against the formulas of the text."""
     arm, n = harmonics.arm, harmonics.arm.n_joints
     states = states_of(arm, count, seed)
-    numeric = decompose_states(arm, states.q, states.qd, states.qdd, by_link=True)
+    numeric = decompose_states(arm, states, by_link=True)
     allowed, q = tolerances(harmonics), states.q.T
     for effect in range(2):
         for (i, j), parts in harmonics.inertia.items():
@@ -97,7 +97,7 @@ def test_the_error_is_near_round_off(built_in):
     """The tolerances above are bounds; what happens is far less: some eps of the largest element."""
     arm = built_in.arm
     states = states_of(arm, 200, 3)
-    numeric = decompose_states(arm, states.q, states.qd, states.qdd)["inertia"].sum(axis=1)
+    numeric = decompose_states(arm, states)["inertia"].sum(axis=1)
     largest = np.abs(numeric).max()
     for (i, j), parts in built_in.inertia.items():
         # A sum of K terms in any order errs by at most K roundings of its largest partial sum; 10 for how D

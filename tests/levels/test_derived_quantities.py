@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_models import ROUND_OFF, exact_model
 
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.levels import ELEMENT, ENERGY, LEVELS, Budget, ExactDynamics, SimplifiedModel
@@ -16,6 +15,7 @@ from gd_analyze.operations import Expression
 from gd_analyze.robots import Drive, load_arm
 from gd_analyze.search import How, simplify_exact
 from gd_analyze.states import States, states_in_box
+from made_models import ROUND_OFF, exact_model
 from strategies import arms_with_states, examples, random_states
 
 every_level = pytest.mark.parametrize("level", LEVELS.values(), ids=str)
@@ -42,7 +42,7 @@ def quantities(model: SimplifiedModel, states: States) -> tuple[np.ndarray, np.n
 
 def assert_exact(model: SimplifiedModel, states: States) -> None:
     arm = model.arm
-    numeric = decompose_states(arm, *states.arrays, coupling=False, drives=model.drives)
+    numeric = decompose_states(arm, states, coupling=False, drives=model.drives)
     inertia = numeric["inertia"].sum(axis=1) + (np.diag(arm.drive_inertia) if model.drives else 0.0)
     expected = (inertia, numeric["coriolis_centrifugal"].sum(axis=1), numeric["gravity_loading"])
     scale = np.abs(numeric["torque"]).max()

@@ -7,13 +7,13 @@ import dataclasses
 
 import numpy as np
 import pytest
-from made_models import exact_model
 
 from gd_analyze.decomposition import decompose, decompose_states
 from gd_analyze.errors import ArmError, ModelError, TrajectoryError
 from gd_analyze.levels import evaluate, torque_csv
 from gd_analyze.robots import with_payload
 from gd_analyze.states import States, states_in_box, states_of
+from made_models import exact_model
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +29,7 @@ def carrying(puma):
 def test_drawn_states(model, puma):
     states = states_in_box(puma, 50)
     found = evaluate(model, states)
-    expected = decompose_states(puma, *states.arrays, coupling=False)["torque"]
+    expected = decompose_states(puma, states, coupling=False)["torque"]
     np.testing.assert_array_equal(found.dynamics.torque, expected)
     np.testing.assert_array_equal(found.torque, model.torque(*states.arrays))
     # Identification is exact to a few hundred roundings of the largest torque.

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from made_models import ROUND_OFF
 
 from gd_analyze.certification import Box, certify, certify_positive_definite
 from gd_analyze.cli import levels as told
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.errors import ModelError, UsageError
+from gd_analyze.formulas.formula import Formula
 from gd_analyze.levels import (
     ELEMENT,
     ENERGY,
@@ -36,6 +36,7 @@ from gd_analyze.operations.derivative import derivative
 from gd_analyze.search import How, simplify_exact
 from gd_analyze.states import States, states_in_box
 from gd_analyze.vectors import FloatArray
+from made_models import ROUND_OFF
 
 
 def test_the_command_line_knows_the_same_levels():
@@ -103,6 +104,9 @@ class PrunedLevel(Level):
         whole = TERM.write(form, form.torques, effort)
         sums = [step for step in whole.steps if step.operation in ("add", "subtract")]
         return pruned(whole, {sums[k].order for k in self.forgotten})
+
+    def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
+        return ()
 
     def to_entry(self, term: Any, weight: float) -> Entry:
         raise AssertionError("there are no terms")
@@ -182,7 +186,7 @@ def test_unpruned_it_is_exact(exact, two_link):
     whole = pruned_model(exact, ())
     assert not whole.promise.errors.largest.any()
     states = states_in_box(two_link, 40, 3)
-    numeric = decompose_states(two_link, *states.arrays, coupling=False)
+    numeric = decompose_states(two_link, states, coupling=False)
     pairs = (
         (whole.inertia(states.q), numeric["inertia"].sum(axis=1)),
         (whole.coriolis_centrifugal(states.q, states.qd), numeric["coriolis_centrifugal"].sum(axis=1)),

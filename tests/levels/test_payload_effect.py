@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from made_models import allowing, model_of_parts
 
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.errors import GdAnalyzeWarning
@@ -17,6 +16,7 @@ from gd_analyze.levels import SimplifiedModel, evaluate, parts_of, payload_effec
 from gd_analyze.robots import Joint, Link, Placement, RobotArm, with_payload
 from gd_analyze.states import States, states_in_box
 from gd_analyze.vectors import FloatArray
+from made_models import allowing, model_of_parts
 from strategies import arms_with_states, examples
 
 EPS = float(np.finfo(float).eps)
@@ -62,7 +62,7 @@ def test_each_joint_leaves_its_budget_at_its_own_mass(case, seed):
     labels = [part.label for part in parts_of(arm.n_joints)]
     made = model_without(arm, np.full(arm.n_joints, np.inf), set(rng.choice(labels, 2)))
     left_out = evaluate(made, states).errors.largest
-    scale = np.abs(decompose_states(arm, *states.arrays, coupling=False)["torque"]).max()
+    scale = np.abs(decompose_states(arm, states, coupling=False)["torque"]).max()
     assume(scale > 0.1)
     made = allowing(made, left_out + rng.uniform(0.01, 0.1) * scale)
     effect = payload_effect(made, states)
@@ -72,7 +72,7 @@ def test_each_joint_leaves_its_budget_at_its_own_mass(case, seed):
             continue
         carrying = with_payload(arm, mass, HAND)
         found = evaluate(made, states, carrying).errors.largest[joint]
-        loaded = decompose_states(carrying, *states.arrays, coupling=False)["torque"]
+        loaded = decompose_states(carrying, states, coupling=False)["torque"]
         # Some thousand roundings of the largest torque of the arm with this mass.
         assert found == pytest.approx(made.promise.allowed[joint], abs=1e4 * EPS * np.abs(loaded).max())
 
@@ -83,7 +83,7 @@ def test_torque_per_kilogram(case):
     arm, states = case
     effect = payload_effect(model_without(arm, np.ones(arm.n_joints), set()), states)
     bare, loaded = (
-        decompose_states(which, *states.arrays, coupling=False)["torque"]
+        decompose_states(which, states, coupling=False)["torque"]
         for which in (arm, with_payload(arm, 1.0, HAND))
     )
     # Differences of torques: a thousand roundings of the largest.

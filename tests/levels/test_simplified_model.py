@@ -36,7 +36,7 @@ def test_a_model_is_the_sum_of_what_it_keeps(case, seed):
         p for p, keep in zip(parts, np.random.default_rng(seed).random(len(parts)) < 0.5, strict=True) if keep
     ]
     model = model_of_parts(arm, [p.label for p in kept])
-    found = decompose_states(arm, *states.arrays)
+    found = decompose_states(arm, states)
     n, count = arm.n_joints, len(states.q)
     inertia, h, c = np.zeros((count, n, n)), np.zeros((count, n)), np.zeros((count, n))
     for part in kept:

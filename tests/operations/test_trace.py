@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from random_programs import evaluated, program_of, trees
 
 from gd_analyze.operations import Expression, OperationCount, Program, Trace
 from gd_analyze.operations.trace import reached
+from gd_analyze.states import States
 from gd_analyze.vectors import cross, dot
 from strategies import examples
 
@@ -115,67 +117,14 @@ def test_count_reads_well():
     assert str(count) == "7 (3 mult + 4 add), 5 sin and cos"
 
 
-# Random programs as trees: a leaf is an input or a constant, a node an operation on earlier ones.
-leaves = st.one_of(
-    st.integers(0, 2), st.sampled_from([0.0, 1.0, -1.0, 2.0, -0.5]), st.floats(-3, 3, allow_subnormal=False)
-)
-trees = st.recursive(
-    leaves,
-    lambda inner: st.one_of(
-        st.tuples(st.sampled_from(["add", "subtract", "multiply"]), inner, inner),
-        st.tuples(st.sampled_from(["negative", "cos", "sin"]), inner),
-    ),
-    max_leaves=25,
-)
-
-
-def built(tree, inputs, cos, sin):
-    if isinstance(tree, int):
-        return inputs[tree]
-    if isinstance(tree, float):
-        return tree
-    operation, *arguments = tree
-    values = [built(a, inputs, cos, sin) for a in arguments]
-    if operation == "add":
-        return values[0] + values[1]
-    if operation == "subtract":
-        return values[0] - values[1]
-    if operation == "multiply":
-        return values[0] * values[1]
-    if operation == "negative":
-        return -values[0]
-    return (cos if operation == "cos" else sin)(values[0])
-
-
 @examples(300)
 @given(trees, st.integers(0, 2**32 - 1))
 def test_programs_compute_what_direct_evaluation_computes(tree, seed):
     """To the last bit: every folding is exact in floating point (signs, 0, 1, order of two operands)."""
-    trace = Trace()
-    symbols = list(trace.inputs("x", 3)[:, 0])
-    expression = built(
-        tree,
-        symbols,
-        lambda x: trace.cos(np.array([x], dtype=object))[0],
-        lambda x: trace.sin(np.array([x], dtype=object))[0],
-    )
     values = np.random.default_rng(seed).uniform(-3, 3, (3, 50))
-    found = Program.of(trace, [expression]).run({f"x{i + 1}": row for i, row in enumerate(values)})
-    expected = built(tree, list(values), _cos, _sin)
+    found = program_of(tree).run({f"x{i + 1}": row for i, row in enumerate(values)})
+    expected = evaluated(tree, list(values))
     np.testing.assert_array_equal(found[0], np.broadcast_to(expected, 50))
-
-
-def _cos(x):
-    # The cosine of a constant is taken by the C library when tracing, of an array by NumPy.
-    import math
-
-    return math.cos(x) if isinstance(x, float) else np.cos(x)
-
-
-def _sin(x):
-    import math
-
-    return math.sin(x) if isinstance(x, float) else np.sin(x)
 
 
 @pytest.mark.parametrize("count", [0, 1, 1023, 1024, 1025, 3000])
@@ -190,17 +139,14 @@ def test_chunks_of_a_run_leave_no_seam(trace, count, rng):
 
 def test_traced_formulation_computes_the_torque(puma, rng):
     """The whole formulation, run on expressions, against the same code run on numbers."""
-    from gd_analyze.models import parts_of
-    from gd_analyze.models.element_level import trace_parts
-
     from gd_analyze.decomposition import decompose_states
+    from gd_analyze.levels.parts import parts_of, trace_parts
     from gd_analyze.pinocchio_check import round_off_bounds
 
     traced = trace_parts(puma)
-    every = [part.label for part in parts_of(6)]
-    program = Program.of(traced.trace, list(traced.keep(every, None)["torque"]))
+    program = Program.of(traced.trace, list(traced.torque(parts_of(6), None)))
     q, qd, qdd = rng.uniform(-3, 3, (3, 100, 6))
     inputs = {f"{name}{i + 1}": x[:, i] for name, x in (("q", q), ("qd", qd), ("qdd", qdd)) for i in range(6)}
-    expected = decompose_states(puma, q, qd, qdd)["torque"]
+    expected = decompose_states(puma, States(q, qd, qdd))["torque"]
     # Folded and unfolded arithmetic sum in another order: two correct programs.
     assert np.abs(program.run(inputs).T - expected).max() <= round_off_bounds(puma, q, qd, qdd)["torque"]

@@ -89,8 +89,8 @@ def test_one_arm_described_in_both_conventions_moves_alike(table, seed):
     # These frames end before the last a, so a centre of mass may seem to lie beyond the arm's reach.
     modified = _quietly(arm_of, with_kinds, modified_placements, moved)
     states = random_states(len(table), 5, seed)
-    ours = decompose_states(standard, states.q, states.qd, states.qdd)
-    theirs = decompose_states(modified, states.q, states.qd, states.qdd)
+    ours = decompose_states(standard, states)
+    theirs = decompose_states(modified, states)
     bounds = round_off_bounds(standard, states.q, states.qd, states.qdd)
     for name in ("inertia", "coriolis_centrifugal", "gravity_loading", "torque"):
         # Moving the matter between frames rounds once more what each program rounds anyway.

@@ -89,7 +89,7 @@ def test_pinocchio_agrees_when_the_body_is_hung_onto_its_model(case, payload):
     )
     data = model.createData()
     theirs = np.array(
-        [pin.rnea(model, data, *state).copy() for state in zip(*vars(states).values(), strict=True)]
+        [pin.rnea(model, data, *state).copy() for state in zip(*states.arrays, strict=True)]
     )
     loaded = carrying(arm, payload)
     method = METHODS["composite_moments"]

@@ -13,6 +13,7 @@ from gd_analyze.errors import ArmError
 from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.robots import RobotArm, builtin_arms, load_arm
+from gd_analyze.states import States
 
 
 @pytest.fixture(scope="module")
@@ -104,7 +105,7 @@ def test_pinocchio_agrees(stanford):
     q = rng.uniform(stanford.limits("lower"), stanford.limits("upper"), (300, 6))
     qd = rng.uniform(-1, 1, (300, 6)) * stanford.limits("rate_limit")
     qdd = rng.uniform(-1, 1, (300, 6)) * stanford.limits("acceleration_limit")
-    ours = decompose_states(stanford, q, qd, qdd, coupling=False)
+    ours = decompose_states(stanford, States(q, qd, qdd), coupling=False)
     theirs = pinocchio_dynamics(stanford, q, qd, qdd)
     bounds = round_off_bounds(stanford, q, qd, qdd)
     for name, bound in bounds.items():
@@ -116,7 +117,7 @@ def test_the_boom(stanford):
     """What can be said by hand: D33 is the mass that slides, and standing upright it carries its weight."""
     q = np.array([[0.3, 0.0, 0.7, 0.4, -0.5, 0.6]])
     still = np.zeros_like(q)
-    found = decompose_states(stanford, q, still, still)
+    found = decompose_states(stanford, States(q, still, still))
     sliding = stanford.mass[2:].sum()
     # A sum of four masses, and of four weights along z: some roundings of each.
     np.testing.assert_allclose(found["inertia"][0, 0, 2, 2], sliding, rtol=1e-15)

@@ -199,10 +199,12 @@ def test_a_joint_without_torque_among_others():
 
 
 def test_a_model_that_misses_its_budget_is_not_given_out(two_link, swing_dataset, monkeypatch):
-    written = type(ELEMENT).write
-    monkeypatch.setattr(
-        type(ELEMENT), "write", lambda self, form, terms, effort: written(self, form, {}, effort)
-    )
+    write = type(ELEMENT).write
+
+    def write_nothing(self, form, terms, effort):
+        return write(self, form, {}, effort)
+
+    monkeypatch.setattr(type(ELEMENT), "write", write_nothing)
     with pytest.raises(GdAnalyzeError, match="misses its budget"):
         simplify(two_link, swing_dataset, Budget.parse("1%"), level="element")
 

@@ -17,7 +17,7 @@ from strategies import arms_with_states, examples, two_link_of
 
 def measured(model, states) -> np.ndarray:
     """Largest error per joint against the numeric formulas, not against anything the search used."""
-    exact = decompose_states(model.arm, *states.arrays, coupling=False, drives=model.drives)["torque"]
+    exact = decompose_states(model.arm, states, coupling=False, drives=model.drives)["torque"]
     return np.abs(model.torque(*states.arrays) - exact).max(axis=0)
 
 
@@ -36,7 +36,7 @@ def test_puma_with_drives_within_one_percent_at_a_hundred_operations(puma):
     assert states.q.shape == (4000, 6)
     model = simplify(puma, states, drives=True)
     assert model.operations.total <= 100
-    exact = decompose_states(puma, *states.arrays, coupling=False, drives=True)["torque"]
+    exact = decompose_states(puma, states, coupling=False, drives=True)["torque"]
     assert (measured(model, states) <= 0.01 * np.abs(exact).max(axis=0)).all()
 
 
@@ -65,7 +65,7 @@ def test_the_budget_promised_is_the_error_measured(case, shares, refit):
     assume(len(shares) in (1, arm.n_joints))
     budget = Budget(tuple(shares), (True,) * len(shares))
     model = simplify(arm, states, budget, level="energy", refit=refit)
-    exact = decompose_states(arm, *states.arrays, coupling=False)["torque"]
+    exact = decompose_states(arm, states, coupling=False)["torque"]
     assert_promise_holds(model, states, budget.allowed(np.abs(exact).max(axis=0)))
     assert model.terms.keys() <= ENERGY.terms(ExactForm(arm)).keys()
 
@@ -76,7 +76,7 @@ def test_so_it_is_at_the_term_level(case, share):
     arm, states = case
     budget = Budget((share,), (True,))
     model = simplify(arm, states, budget)
-    exact = decompose_states(arm, *states.arrays, coupling=False)["torque"]
+    exact = decompose_states(arm, states, coupling=False)["torque"]
     assert_promise_holds(model, states, budget.allowed(np.abs(exact).max(axis=0)))
     assert model.terms == model.torques
 

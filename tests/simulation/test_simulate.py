@@ -18,6 +18,7 @@ from gd_analyze.formulations.methods import METHODS
 from gd_analyze.robots import Joint, Link, Placement, RobotArm, load_arm
 from gd_analyze.simulation import Drivetrain, Integration, Simulation, simulate
 from gd_analyze.simulation.drivetrain import NO_DRIVES
+from gd_analyze.states import States
 from gd_analyze.trajectories import Trajectory
 from strategies import arms_with_states, examples
 
@@ -219,7 +220,7 @@ def test_a_torque_history_reproduces_the_planned_trajectory(name):
     )
     q, qd, qdd = plan(found.time)
     fine = np.linspace(0, plan.duration, 4001)
-    exact = decompose_states(arm, *plan(fine), coupling=False, drives=drives)
+    exact = decompose_states(arm, States(*plan(fine)), coupling=False, drives=drives)
     off = CubicSpline(time, torque)(fine) - exact["torque"]
     inertia = exact["inertia"].sum(axis=1) + (np.diag(arm.drive_inertia) if drives else 0.0)
     pushed = np.abs(np.linalg.solve(inertia, off[..., None])).max(axis=(1, 2)).mean() * plan.duration

@@ -7,6 +7,7 @@ import numpy as np
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.robots import RobotArm
 from gd_analyze.simulation import Simulation
+from gd_analyze.states import States
 from gd_analyze.vectors import FloatArray
 
 
@@ -30,7 +31,7 @@ def energy_bound(arm: RobotArm, simulation: Simulation, *, drives: bool = False)
     add up, and reading between the steps, by a polynomial of an order less, counts as much again.
     """
     q, qd = simulation.q, simulation.qd
-    found = decompose_states(arm, q, qd, 0 * q)
+    found = decompose_states(arm, States(q, qd, 0 * q))
     momentum = np.einsum("Neij,Nj->Ni", found["inertia"], qd)
     if drives:
         momentum = momentum + arm.drive_inertia * qd

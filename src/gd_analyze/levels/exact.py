@@ -142,7 +142,7 @@ class ExactDynamics:
         """D, h and c by effect, drive torque and torque at the states, see `decompose_states`."""
         if self.decomposed is not None:
             return self.decomposed
-        return decompose_states(self.arm, *self.states.arrays, coupling=False, drives=self.form.drives)
+        return decompose_states(self.arm, self.states, coupling=False, drives=self.form.drives)
 
     @cached_property
     def torque(self) -> FloatArray:

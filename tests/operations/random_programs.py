@@ -1,0 +1,74 @@
+"""Random programs as trees: a leaf is an input or a constant, a node an operation on earlier ones."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from hypothesis import strategies as st
+
+from gd_analyze.operations import Program, Trace
+
+INPUTS = 3
+
+
+def trees_of(most: float, leaves: int) -> st.SearchStrategy[Any]:
+    """Trees of so many leaves at most, and constants between -most and most."""
+    constants = st.sampled_from([0.0, 1.0, -1.0, 2.0, -0.5]) | st.floats(-most, most, allow_subnormal=False)
+    return st.recursive(
+        st.integers(0, INPUTS - 1) | constants,
+        lambda inner: st.one_of(
+            st.tuples(st.sampled_from(["add", "subtract", "multiply"]), inner, inner),
+            st.tuples(st.sampled_from(["negative", "cos", "sin"]), inner),
+        ),
+        max_leaves=leaves,
+    )
+
+
+trees = trees_of(3.0, 25)
+
+
+def program_of(*roots: Any) -> Program:
+    """Trace some trees of the inputs x1, x2, x3."""
+    trace = Trace()
+    symbols = list(trace.inputs("x", INPUTS)[:, 0])
+
+    def elementwise(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
+        return lambda x: function(np.array([x], dtype=object))[0]
+
+    functions = elementwise(trace.cos), elementwise(trace.sin)
+    return Program.of(trace, [_built(root, symbols, *functions) for root in roots])
+
+
+def evaluated(root: Any, inputs: Sequence[Any]) -> Any:
+    """Value of a tree; inputs are arrays, or plain numbers, which are then constants."""
+    return _built(root, inputs, _cos, _sin)
+
+
+def _built(tree: Any, inputs: Sequence[Any], cos: Callable[[Any], Any], sin: Callable[[Any], Any]) -> Any:
+    if isinstance(tree, int):
+        return inputs[tree]
+    if isinstance(tree, float):
+        return tree
+    operation, *arguments = tree
+    values = [_built(a, inputs, cos, sin) for a in arguments]
+    if operation == "add":
+        return values[0] + values[1]
+    if operation == "subtract":
+        return values[0] - values[1]
+    if operation == "multiply":
+        return values[0] * values[1]
+    if operation == "negative":
+        return -values[0]
+    return (cos if operation == "cos" else sin)(values[0])
+
+
+def _cos(x: Any) -> Any:
+    # The cosine of a constant is taken by the C library when tracing, of an array by NumPy.
+    return math.cos(x) if isinstance(x, float) else np.cos(x)
+
+
+def _sin(x: Any) -> Any:
+    return math.sin(x) if isinstance(x, float) else np.sin(x)
