@@ -48,12 +48,12 @@ COLUMNS = """
 | `tran`, `rot` | largest magnitude of the element's translational and rotational part |
 | `torque`, `joint` | the element's largest torque and the joint it acts at |
 | `share` | that torque's share of the joint's peak torque |
-| `verdict` | which effect dominates the element: `tran`, `rot`, `both`, or `negl.` |
-| `kept` | what the simplified model keeps of the element; `-` for nothing |
+| `verdict` | which effect dominates the element: `translation`, `rotation` or `both`; `gravity` has no effects to tell apart; `negligible`, or `zero` |
+| `kept` | what the model by the founding text's own method keeps of the element: `T`, `R`, `T+R`, `✓` for gravity, `0` for nothing |
 | `text` | the verdict that [FGL87] reads from its figures, for the PUMA 560 |
 
 An effect dominates an element when leaving the other one out changes it by at most 10 % of its peak. An
-element is negligible (`negl.`) when all its torques stay below budget / (n + 2), so that all negligible
+element is negligible when all its torques stay below budget / (n + 2), so that all negligible
 elements may go at once. Where others cancel it, an element's share exceeds 100 %; it is ∞ where the joint
 carries no torque at all.
 

@@ -10,6 +10,11 @@ from gd_analyze.results import Findings
 from gd_analyze.vectors import FloatArray
 
 
+def rank_of(findings: Findings, element: Element) -> int:
+    """Place of an element in the ranking, from 0."""
+    return int(np.flatnonzero(findings.dominance.element.values == element.label)[0])
+
+
 def element_curves(findings: Findings, element: Element) -> dict[str, FloatArray]:
     """Values of an element along the trajectory, shape (N,) each.
 
@@ -17,7 +22,7 @@ def element_curves(findings: Findings, element: Element) -> dict[str, FloatArray
     "coriolis" of h. A part that the ranking calls zero is zero here.
     """
     dataset = findings.decomposition
-    zero = findings.dominance.part_peak.sel(element=element.label).values[:, None] == 0.0
+    zero = findings.dominance.part_peak.values[rank_of(findings, element), :, None] == 0.0
     parts = np.where(zero, 0.0, element.parts(dataset))
     curves = {"combined": parts.sum(axis=0)}
     if element.quantity != "gravity_loading":

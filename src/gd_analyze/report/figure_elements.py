@@ -9,7 +9,7 @@ import numpy as np
 from gd_analyze.elements import Element, elements
 from gd_analyze.formatting import pretty
 from gd_analyze.report.colours import GREY, INK, ON_PAPER
-from gd_analyze.report.element_curves import element_curves
+from gd_analyze.report.element_curves import element_curves, rank_of
 from gd_analyze.report.panel import (
     CURVES,
     PAGE_HEIGHT,
@@ -104,11 +104,11 @@ def _element_panel(
 ) -> None:
     """One element's translation, rotation and both together, titled by its label and verdict."""
     left, bottom, width, row = box
-    dominance = findings.dominance.sel(element=element.label)
-    unit = str(dominance.unit.values) if named_unit else ""
+    dominance, rank = findings.dominance, rank_of(findings, element)
+    unit, peak = str(dominance.unit.values[rank]) if named_unit else "", float(dominance.peak.values[rank])
     drawn = element_curves(findings, element)
     curves = {effect: drawn[effect] for effect in CURVES if effect in drawn}
-    zero = float(dominance.peak) == 0.0
+    zero = peak == 0.0
     # An element that is zero but for round-off must not fill its panel with noise.
     span = (-1.0, 1.0) if zero else value_range(*curves.values())
     power = power_of_ten(span)
@@ -134,7 +134,7 @@ def _element_panel(
     symbol, index = element.label[0], element.label[1:].translate(_SUBSCRIPTS)
     add_text(figure, left, top + (4 if roomy else 8.5), symbol + index, title_size, style="italic")
     if element.quantity != "gravity_loading":
-        verdict = str(dominance.dominant.values)
+        verdict = str(dominance.dominant.values[rank])
         colour = ON_PAPER.get(f"{verdict}-text", INK)
         add_text(
             figure,
@@ -150,5 +150,5 @@ def _element_panel(
         middle = left + (16 if len(index) < 3 else 22)
         add_text(figure, middle, top + 4, scaled(unit, power), note_size, color=GREY)
     else:
-        peak = f"peak {float(dominance.peak):.1e}"
-        add_text(figure, left, top + 2, pretty(peak).replace(" × ", "×"), note_size - 0.5, color=GREY)
+        said = pretty(f"peak {peak:.1e}").replace(" × ", "×")
+        add_text(figure, left, top + 2, said, note_size - 0.5, color=GREY)

@@ -13,7 +13,7 @@ import numpy as np
 from gd_analyze.elements import elements
 from gd_analyze.formatting import pretty
 from gd_analyze.report.colours import OF_LEVEL
-from gd_analyze.report.element_curves import element_curves
+from gd_analyze.report.element_curves import element_curves, rank_of
 from gd_analyze.report.motion import motion, motion_curve, motion_unit
 from gd_analyze.report.thinning import thinned
 from gd_analyze.results import Findings
@@ -72,7 +72,7 @@ class _Drawing:
 
 def _add_elements(drawing: _Drawing, findings: Findings) -> None:
     for element in elements(findings.arm.n_joints):
-        unit = str(findings.dominance.unit.sel(element=element.label).values)
+        unit = str(findings.dominance.unit.values[rank_of(findings, element)])
         # From zero, so that the parts can be weighed against each other by eye.
         curves = element_curves(findings, element)
         drawing.add(element.label, unit, curves, scale=f"{element.quantity}, {unit}", zero=True)

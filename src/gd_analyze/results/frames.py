@@ -11,16 +11,16 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def frame_of(table: xr.Dataset, dim: str, *others: str) -> pd.DataFrame:
-    """Take what a table says along one dimension, or of every pair of labels of two that it has.
+def frame_of(table: xr.Dataset, *dims: str) -> pd.DataFrame:
+    """Take what a table says along one dimension, or of every pair of labels of two.
 
     Parameters
     ----------
     table
         A table of `gd_analyze.schema.GROUPS`.
-    dim, others
-        The dimension; its labels are the first column. A variable that has a second dimension besides gives
-        one column per label of that, "part_peak_translation"; others are left out.
+    dims
+        The dimensions; their labels are the first columns. Where one is named, a variable that has a second
+        besides gives one column per label of that, "part_peak_translation"; others are left out.
 
     Returns
     -------
@@ -29,28 +29,27 @@ def frame_of(table: xr.Dataset, dim: str, *others: str) -> pd.DataFrame:
     """
     import pandas as pd
 
-    if others:
-        return table.to_dataframe(dim_order=[dim, *others]).reset_index()
-    columns: dict[str, Any] = {dim: table[dim].values}
+    if len(dims) > 1:
+        return table.to_dataframe(dim_order=list(dims)).reset_index()
+    return pd.DataFrame(_columns(table, dims[0]))
+
+
+def rows_of(table: xr.Dataset, *dims: str) -> list[dict[str, Any]]:
+    """Take the same as plain values, as JSON has them; what is not a number is None."""
+    columns: Any = _columns(table, dims[0]) if len(dims) == 1 else frame_of(table, *dims)
+    plain = {name: np.asarray(columns[name]).tolist() for name in columns}
+    return [
+        {name: None if isinstance(x, float) and x != x else x for name, x in zip(plain, row, strict=True)}
+        for row in zip(*plain.values(), strict=True)
+    ]
+
+
+def _columns(table: xr.Dataset, dim: str) -> dict[str, np.ndarray]:
+    columns: dict[str, np.ndarray] = {dim: table[dim].values}
     for name, array in (*table.data_vars.items(), *table.coords.items()):
-        if name == dim or not array.dims or array.dims[0] != dim:
-            continue
         if array.dims == (dim,):
             columns[str(name)] = array.values
-        elif len(array.dims) == 2:
-            for k, label in enumerate(table[array.dims[1]].values):
-                columns[f"{name}_{label}"] = array.values[:, k]
-    return pd.DataFrame(columns)
-
-
-def rows_of(table: xr.Dataset, dim: str, *others: str) -> list[dict[str, Any]]:
-    """Take the same as plain values, as JSON has them; what is not a number is None."""
-    frame = frame_of(table, dim, *others)
-    plain = {name: frame[name].to_numpy().tolist() for name in frame.columns}
-    return [
-        {
-            name: None if isinstance(x := column[k], float) and np.isnan(x) else x
-            for name, column in plain.items()
-        }
-        for k in range(len(frame))
-    ]
+        elif len(array.dims) == 2 and array.dims[0] == dim:
+            labels = table[array.dims[1]].values
+            columns |= {f"{name}_{label}": array.values[:, k] for k, label in enumerate(labels)}
+    return columns
