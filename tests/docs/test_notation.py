@@ -33,7 +33,7 @@ def test_every_variable_of_the_schema_is_explained():
 def test_dimensions_units_and_equations_are_those_of_the_schema(name):
     row, declared = ALONG[name], GROUPS["decomposition"][name]
     assert tuple(row["dimensions"].split(", ")) == declared.dims
-    assert row["unit"] == declared.unit
+    assert row["unit"] == declared.attributes([True])["units"]
     assert re.findall(r"\(3\.4-\d+\)", row["equation"]) == re.findall(r"\(3\.4-\d+\)", declared.equation)
 
 
