@@ -48,8 +48,8 @@ COLUMNS = """
 | `tran`, `rot` | largest magnitude of the element's translational and rotational part |
 | `torque`, `joint` | the element's largest torque and the joint it acts at |
 | `share` | that torque's share of the joint's peak torque |
-| `verdict` | which effect dominates the element: `translation`, `rotation` or `both`; `gravity` has no effects to tell apart; `negligible`, or `zero` |
-| `kept` | what the model by the founding text's own method keeps of the element: `T`, `R`, `T+R`, `✓` for gravity, `0` for nothing |
+| `verdict` | `translation`, `rotation` or `both`: the effect that dominates; `gravity`; `negligible` |
+| `kept` | what parts of the element [FGL87]'s own method keeps: `T`, `R`, `T+R`, `✓` or, for none, `0` |
 | `text` | the verdict that [FGL87] reads from its figures, for the PUMA 560 |
 
 An effect dominates an element when leaving the other one out changes it by at most 10 % of its peak. An

@@ -64,7 +64,7 @@ def facts(findings: Findings) -> list[tuple[str, str]]:
         gone = sum(map(len, dropped))
         first = (
             f"{gone} / {findings.tables['parts'].sizes['part']}",
-            f"parts dropped, {gone - len(dropped.costing)} of them without torque here",
+            f"parts dropped, {gone - len(dropped.costing)} without torque here",
         )
     return [
         first,
