@@ -141,7 +141,7 @@ def test_every_variable_is_as_declared(puma_findings):
     assert set(dataset.data_vars) == set(GROUPS["decomposition"])
     for name, variable in GROUPS["decomposition"].items():
         assert dataset[name].dims == variable.dims
-        assert dataset[name].attrs == variable.attributes()
+        assert dataset[name].attrs == variable.attributes([True] * 6)
     assert dataset.effect.values.tolist() == ["translation", "rotation"]
     assert dataset.joint.values.tolist() == dataset.joint_k.values.tolist() == [1, 2, 3, 4, 5, 6]
     assert dataset.joint_name.values.tolist()[:2] == ["waist", "shoulder"]
@@ -150,9 +150,12 @@ def test_every_variable_is_as_declared(puma_findings):
 
 
 def test_units_of_a_sliding_joint_are_said():
-    variable = GROUPS["decomposition"]["torque"]
-    assert variable.attributes(mixed_units=True)["units"] == "N m (m, N for rows of sliding joints)"
-    assert variable.attributes()["units"] == "N m"
+    stanford = load_arm("stanford")
+    still = np.zeros((1, 6))
+    dataset = decompose(stanford, Trajectory(np.zeros(1), still, still, still))
+    assert dataset.torque.attrs["units_in"] == "effort_unit"
+    assert dataset.effort_unit.values.tolist() == ["N m", "N m", "N", "N m", "N m", "N m"]
+    assert dataset.inertia_unit.values[2].tolist() == ["kg m", "kg m", "kg", "kg m", "kg m", "kg m"]
 
 
 def test_trajectory_of_another_arm_is_refused(puma, swing):

@@ -31,6 +31,9 @@ from gd_analyze.vectors import FloatArray
 # Sums of a few products: what is left of their sizes when they cancel.
 _CANCELLED = 1e-13
 
+# A coefficient comes of some hundred products; two that are meant to differ do so by what a table states.
+_ROUND_OFF = 1e-12
+
 
 def energy_terms(harmonics: Harmonics, drive_inertia: FloatArray | None = None) -> dict[EnergyTerm, float]:
     """Terms of the kinetic energy in absolute rates and of the potential with their coefficients, exact.
@@ -56,12 +59,25 @@ def energy_terms(harmonics: Harmonics, drive_inertia: FloatArray | None = None) 
     potential = harmonics.potential.only((harmonics.potential.multiples != 0).any(axis=1))
     elements.append((-1, -1, potential, harmonics.noise[1]))
     # What rewriting leaves of cancelled terms is noise.
-    return {
-        EnergyTerm(i, j, monomial): float(weight[0])
-        for i, j, waves, noise in elements
-        for monomial, weight in to_terms(waves, harmonics.rates, noise).items()
-        if abs(weight[0]) > noise
-    }
+    return _without_round_off(
+        {
+            EnergyTerm(i, j, monomial): float(weight[0])
+            for i, j, waves, noise in elements
+            for monomial, weight in to_terms(waves, harmonics.rates, noise).items()
+            if abs(weight[0]) > noise
+        }
+    )
+
+
+def _without_round_off(terms: dict[EnergyTerm, float]) -> dict[EnergyTerm, float]:
+    """Give coefficients that only round-off tells apart one magnitude, so that programs share products."""
+    out = dict(terms)
+    last = 0.0
+    for term in sorted(terms, key=lambda term: abs(terms[term])):
+        size = abs(terms[term])
+        last = last if size - last <= _ROUND_OFF * size else size
+        out[term] = float(np.copysign(last, terms[term]))
+    return out
 
 
 def torques_of(term: EnergyTerm, rates: AbsoluteRates) -> dict[TorqueTerm, float]:
