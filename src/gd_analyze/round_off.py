@@ -15,3 +15,8 @@ def peak_magnitude(torque: FloatArray) -> FloatArray:
     """Largest magnitude of torques (N, n) per joint, shape (n,); exactly 0 where it is round-off."""
     peak = np.abs(torque).max(axis=0)
     return np.where(peak > ROUND_OFF_SHARE * peak.max(), peak, 0.0)
+
+
+def falling(value: float) -> float:
+    """Sort key for falling magnitude, the same for values that only round-off tells apart."""
+    return -float(f"{abs(value):.9e}")

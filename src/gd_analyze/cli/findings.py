@@ -49,14 +49,16 @@ def _document(findings: Findings, files: list[Path]) -> dict[str, Any]:
         "budget": model.promise.budget,
         "level": model.level.name,
         "refitted": model.refitted,
-        "search": [{"step": step.name, "operations": step.operations} for step in model.promise.steps],
+        "search": [step._asdict() for step in model.promise.steps],
         "joints": joint_rows(findings, "simplified_model"),
         "operations": asdict(model.operations),
         "operations_full": asdict(model.operations_full),
         "equations": [Plain().line(formula) for formula in model.formulas],
         "elements": {
             "kept": [row["part"] for row in parts if row["kept"]],
-            "dropped": [row for row in parts if not row["kept"]],
+            "dropped": sorted(
+                (row for row in parts if not row["kept"]), key=lambda row: -row["torque_share"]
+            ),
             "operations": asdict(findings.element_model.operations),
             "operations_full": asdict(findings.element_model.operations_full),
         },

@@ -29,6 +29,7 @@ from gd_analyze.harmonics.terms import (
     quantity_of,
 )
 from gd_analyze.labels import joined
+from gd_analyze.round_off import falling
 
 _LETTERS = {"cos": "C", "sin": "S", "power": "d"}
 _QUANTITIES = {"D": "inertia", "h": "coriolis_centrifugal", "c": "gravity_loading"}
@@ -57,7 +58,7 @@ def torque_formulas(rates: AbsoluteRates, torques: Torques) -> tuple[Formula, ..
         Weights of the terms, in absolute rates.
     """
     rows: list[dict[tuple[Rate, ...], list[Product]]] = [defaultdict(list) for _ in range(rates.n_joints)]
-    for term, weight in sorted(torques.items(), key=lambda item: -abs(item[1])):
+    for term, weight in sorted(torques.items(), key=lambda item: (falling(item[1]), item[0])):
         rows[term.row][term.rates].append(Product(weight, powers(term.monomial)))
     out = []
     for joint, row in enumerate(rows):
@@ -70,7 +71,9 @@ def torque_formulas(rates: AbsoluteRates, torques: Torques) -> tuple[Formula, ..
 
 def energy_formulas(energies: Energies) -> tuple[Formula, ...]:
     """Formulas of the elements of D' (inertia in absolute rates), row by row, and of the potential U."""
-    ordered = sorted(energies, key=lambda term: (term.is_potential, term.i, term.j, -abs(energies[term])))
+    ordered = sorted(
+        energies, key=lambda term: (term.is_potential, term.i, term.j, falling(energies[term]), term.monomial)
+    )
     single = (term_formula(term, energies[term]) for term in ordered)
     return tuple(
         Formula(left, tuple(piece for formula in formulas for piece in formula.pieces))

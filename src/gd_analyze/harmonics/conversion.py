@@ -11,6 +11,7 @@ from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.products import ByRun, with_products
 from gd_analyze.harmonics.terms import Factor, Monomial
 from gd_analyze.harmonics.waves import Waves, numbers
+from gd_analyze.round_off import falling
 from gd_analyze.vectors import Array, FloatArray
 
 # cos x = (e^ix + e^-ix) / 2, sin x = -i (e^ix - e^-ix) / 2; a power is itself.
@@ -49,7 +50,7 @@ def to_terms(
         if not waves.sliding[run[0]]:
             table = with_products(table, r, 2 * noise)
     joined = {tuple(sorted(f for factors in key for f in factors)): value for key, value in table.items()}
-    return dict(sorted(joined.items(), key=lambda item: -abs(item[1][0])))
+    return dict(sorted(joined.items(), key=lambda item: (falling(item[1][0]), item[0])))
 
 
 def _split(waves: Waves, rates: AbsoluteRates) -> tuple[NDArray[np.int64], FloatArray]:

@@ -15,6 +15,7 @@ from gd_analyze.harmonics.transform import Harmonics, christoffel, harmonics_of
 from gd_analyze.harmonics.waves import DEGREE, Waves
 from gd_analyze.labels import joined, parted
 from gd_analyze.robots import RobotArm
+from gd_analyze.round_off import falling
 from gd_analyze.vectors import FloatArray
 
 Indices = tuple[int, ...]
@@ -166,7 +167,7 @@ def _equation(harmonics: Harmonics, kind: str, indices: Indices, min_share: floa
     return Equation(
         kind + joined(indices),
         unit,
-        tuple(sorted(terms, key=lambda term: -term.share)),
+        tuple(sorted(terms, key=lambda term: (falling(term.share), term.factors))),
     )
 
 
