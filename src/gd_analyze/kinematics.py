@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import Array, Elementwise, turn_about
+from gd_analyze.vectors import Array, turn_about
 
 
 @dataclass(frozen=True)
@@ -47,12 +47,7 @@ def joint_motions(arm: RobotArm, kinematics: Kinematics) -> tuple[Array, Array]:
     return kinematics.joint_axes * revolute, kinematics.joint_axes * (1.0 - revolute)
 
 
-def solve_kinematics(
-    arm: RobotArm,
-    q: Array,
-    cos: Elementwise = np.cos,
-    sin: Elementwise = np.sin,
-) -> Kinematics:
+def solve_kinematics(arm: RobotArm, q: Array) -> Kinematics:
     """Forward kinematics of every joint and link.
 
     Parameters
@@ -61,11 +56,9 @@ def solve_kinematics(
         The arm.
     q
         Joint variables, set points last, shape (n, N).
-    cos, sin
-        Elementwise functions of an array; replaced when q holds something other than numbers.
     """
     n, count = arm.n_joints, q.shape[-1]
-    cos_q, sin_q = cos(q), sin(q)
+    cos_q, sin_q = np.cos(q), np.sin(q)
     dtype = np.result_type(q, float)
     axes, origins, link_origins, com_from_joint = (np.empty((n, 3, count), dtype) for _ in range(4))
     rotations = np.empty((n, 3, 3, count), dtype)

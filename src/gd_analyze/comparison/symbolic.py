@@ -63,10 +63,9 @@ def two_link_closed_forms(method: str) -> ClosedForms:
     sp = _sympy()
     s = _symbols()
     arm = _symbolic_arm(s)
-    cos, sin = (np.frompyfunc(function, 1, 1) for function in (sp.cos, sp.sin))
-    q = np.array([[s["theta1"]], [s["theta2"]]], dtype=object)
+    q = np.array([[_Angle(s["theta1"])], [_Angle(s["theta2"])]], dtype=object)
     qd = np.array([[s["thetad1"]], [s["thetad2"]]], dtype=object)
-    given = formulation.dynamics(cast("RobotArm", arm), q, qd, cos, sin)
+    given = formulation.dynamics(cast("RobotArm", arm), q, qd)
 
     def exact(expression: Any) -> Any:
         rational = sp.sympify(expression).replace(lambda x: x.is_Float, lambda x: sp.Rational(float(x)))
@@ -114,6 +113,19 @@ def same(one: ClosedForms, other: ClosedForms) -> bool:
     parts = ("inertia", "coriolis_centrifugal", "gravity_loading")
     differences = (getattr(one, part) - getattr(other, part) for part in parts)
     return all(sp.simplify(difference) == sp.zeros(*difference.shape) for difference in differences)
+
+
+@dataclass(frozen=True)
+class _Angle:
+    """A joint angle: of a joint that turns, the formulations take cosine and sine only."""
+
+    symbol: Any
+
+    def cos(self) -> Any:
+        return _sympy().cos(self.symbol)
+
+    def sin(self) -> Any:
+        return _sympy().sin(self.symbol)
 
 
 class _SymbolicArm(SimpleNamespace):

@@ -14,7 +14,7 @@ import numpy as np
 
 from gd_analyze.formulations.second_moment import about_origin
 from gd_analyze.robots import Placement, RobotArm
-from gd_analyze.vectors import Array, Elementwise, skew, turn_about
+from gd_analyze.vectors import Array, skew, turn_about
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class LagrangeEuler:
         return np.einsum("ikmn,kn,mn->in", self.coupling, qd, qd)
 
 
-def solve(arm: RobotArm, q: Array, cos: Elementwise = np.cos, sin: Elementwise = np.sin) -> LagrangeEuler:
+def solve(arm: RobotArm, q: Array) -> LagrangeEuler:
     """Evaluate D, h_ikm and c.
 
     Parameters
@@ -49,12 +49,10 @@ def solve(arm: RobotArm, q: Array, cos: Elementwise = np.cos, sin: Elementwise =
         The arm.
     q
         Joint variables, set points last, shape (n, N).
-    cos, sin
-        Elementwise functions of an array; replaced when q holds something other than numbers.
     """
     n, count = q.shape
     dtype = np.result_type(q, float)
-    steps = _steps(arm, q, cos(q), sin(q))
+    steps = _steps(arm, q, np.cos(q), np.sin(q))
     generators = [_generator(arm, i) for i in range(n)]
     first, second = _derivatives(arm, steps, generators)
     masses = [_pseudo_inertia(arm, i) for i in range(n)]

@@ -10,31 +10,25 @@ from __future__ import annotations
 import numpy as np
 
 from gd_analyze.formulations.loads import GRAVITY, Loads
-from gd_analyze.kinematics import Kinematics
+from gd_analyze.kinematics import Kinematics, solve_kinematics
 from gd_analyze.robots import RobotArm
 from gd_analyze.vectors import Array, apply, cross, dot, rigid_acceleration
 
 
-def torque(
-    arm: RobotArm,
-    kinematics: Kinematics,
-    qd: Array,
-    qdd: Array,
-    *,
-    loads: Loads = GRAVITY,
-) -> Array:
+def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, loads: Loads = GRAVITY) -> Array:
     """Generalized torque by Newton-Euler, shape (n, N). [FGL87] Table 3.2.
 
     Parameters
     ----------
-    arm, kinematics
-        The arm and where it is.
-    qd, qdd
-        Rates and accelerations, set points last, shape (n, N).
+    arm
+        The arm.
+    q, qd, qdd
+        Joint variables, rates and accelerations, set points last, shape (n, N).
     loads
         What acts besides inertia.
     """
     n, count = qd.shape
+    kinematics = solve_kinematics(arm, q)
     omega = omega_dot = np.zeros((3, count))
     acceleration = loads.base_acceleration(arm.gravity, count)
     forces, moments = [], []

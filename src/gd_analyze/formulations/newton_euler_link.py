@@ -12,19 +12,10 @@ import numpy as np
 
 from gd_analyze.formulations.loads import GRAVITY, Loads
 from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import Array, Elementwise, cross, rigid_acceleration, turn_parts
+from gd_analyze.vectors import Array, cross, rigid_acceleration, turn_parts
 
 
-def torque(
-    arm: RobotArm,
-    q: Array,
-    qd: Array,
-    qdd: Array,
-    *,
-    loads: Loads = GRAVITY,
-    cos: Elementwise = np.cos,
-    sin: Elementwise = np.sin,
-) -> Array:
+def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, loads: Loads = GRAVITY) -> Array:
     """Generalized torque by Newton-Euler, shape (n, N). [FGL87] Table 3.3.
 
     Parameters
@@ -35,11 +26,9 @@ def torque(
         Joint variables, rates and accelerations, set points last, shape (n, N).
     loads
         What acts besides inertia.
-    cos, sin
-        Elementwise functions of an array; replaced when q holds something other than numbers.
     """
     n, count = qd.shape
-    cos_q, sin_q = cos(q), sin(q)
+    cos_q, sin_q = np.cos(q), np.sin(q)
     steps = [_step(arm, i, q[i], cos_q[i], sin_q[i]) for i in range(n)]
     omega = omega_dot = np.zeros((3, count))
     acceleration = loads.base_acceleration(arm.gravity, count)

@@ -24,19 +24,10 @@ import numpy as np
 
 from gd_analyze.formulations.second_moment import about_origin
 from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import Array, Elementwise, apply, dot, outer, turn_parts
+from gd_analyze.vectors import Array, apply, dot, outer, turn_parts
 
 
-def torque(
-    arm: RobotArm,
-    q: Array,
-    qd: Array,
-    qdd: Array,
-    *,
-    gravity: bool = True,
-    cos: Elementwise = np.cos,
-    sin: Elementwise = np.sin,
-) -> Array:
+def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = True) -> Array:
     """Generalized torque by the recursive Lagrangian, shape (n, N).
 
     Parameters
@@ -47,11 +38,9 @@ def torque(
         Joint variables, rates and accelerations, set points last, shape (n, N).
     gravity
         Whether gravity acts.
-    cos, sin
-        Elementwise functions of an array; replaced when q holds something other than numbers.
     """
     n, count = qd.shape
-    cos_q, sin_q = cos(q), sin(q)
+    cos_q, sin_q = np.cos(q), np.sin(q)
     steps = [_step(arm, i, q[i], cos_q[i], sin_q[i]) for i in range(n)]
     w: Array = np.broadcast_to(np.eye(3)[:, :, None], (3, 3, count))
     w1 = w2 = np.zeros((3, 3, count))
