@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
 
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.robots import RobotArm
@@ -50,7 +49,7 @@ class Columns:
     names: tuple[str, ...]
 
 
-def read_columns(cells: Sequence[str], arm: RobotArm, path: str | Path, line: int) -> Columns:
+def read_columns(cells: Sequence[str], arm: RobotArm, header: Location) -> Columns:
     """Understand a header line.
 
     Parameters
@@ -59,7 +58,7 @@ def read_columns(cells: Sequence[str], arm: RobotArm, path: str | Path, line: in
         The header's cells.
     arm
         The arm the trajectory is for.
-    path, line
+    header
         Where the header stands, for messages.
 
     Raises
@@ -69,11 +68,11 @@ def read_columns(cells: Sequence[str], arm: RobotArm, path: str | Path, line: in
         those of an arm with another number of joints.
     """
     names = tuple(cell.strip() for cell in cells)
-    _refuse_numbers(names, Location(path, line))
+    _refuse_numbers(names, header)
     found: dict[tuple[str, int], int] = {}
     degrees = set()
     for column, name in enumerate(names):
-        where = Location(path, line, column + 1)
+        where = replace(header, column=column + 1)
         match = _COLUMN.fullmatch(name.lower())
         if name.lower() == "time":
             key = ("time", 0)
@@ -94,8 +93,8 @@ def read_columns(cells: Sequence[str], arm: RobotArm, path: str | Path, line: in
             _refuse_degrees_of_length(arm, int(match[2]), name, where)
             degrees.add(column)
     return Columns(
-        time=_time_column(found, names, Location(path, line)),
-        by_kind=_complete_kinds(found, arm, Location(path, line)),
+        time=_time_column(found, names, header),
+        by_kind=_complete_kinds(found, arm, header),
         degrees=frozenset(degrees),
         names=names,
     )
