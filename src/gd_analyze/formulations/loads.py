@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gd_analyze.robots.constants import constant
+from gd_analyze.robots.constants import keep
 from gd_analyze.vectors import Array, FloatArray
 
 
@@ -31,8 +31,7 @@ class Loads:
 
     def __post_init__(self) -> None:
         for name in ("force", "moment"):
-            value = constant(getattr(self, name), (3,), f"the {name} of the hand's load", "hand load")
-            object.__setattr__(self, name, value)
+            keep(self, name, (3,), f"the {name} of the hand's load", "hand load")
 
     def base_acceleration(self, gravity: Array, count: int) -> Array:
         """What the base accelerates by so that the links feel gravity, shape (3, N)."""

@@ -38,13 +38,7 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
         For each joint whose positions, rates or accelerations exceed its limits, and once when joint
         angles look like degrees; for joints under that suspicion the limits are not reported as well.
     """
-    if trajectory.n_joints != arm.n_joints:
-        raise TrajectoryError(
-            f"trajectory {trajectory.name} is not for arm {arm.name}",
-            expected=f"{arm.n_joints} joints",
-            found=f"{trajectory.n_joints} joints",
-            next_step="choose the arm the trajectory was made for; `gd-analyze arms` lists the built-in ones",
-        )
+    require_joints(trajectory, arm)
     suspects = degree_suspects(arm, trajectory.q)
     if suspects:
         labels = ", ".join(joint_label(i + 1, arm.joints[i].name) for i in suspects)
@@ -63,10 +57,10 @@ def require_joints(trajectory: Trajectory, arm: RobotArm) -> None:
     """Refuse a trajectory of another number of joints; raises TrajectoryError."""
     if trajectory.n_joints != arm.n_joints:
         raise TrajectoryError(
-            "the trajectory is of another arm",
-            where=trajectory.name,
-            expected=f"{arm.n_joints} joints ({arm.name})",
+            f"trajectory {trajectory.name} is not for arm {arm.name}",
+            expected=f"{arm.n_joints} joints",
             found=f"{trajectory.n_joints} joints",
+            next_step="choose the arm the trajectory was made for; `gd-analyze arms` lists the built-in ones",
         )
 
 
