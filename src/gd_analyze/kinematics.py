@@ -65,19 +65,19 @@ def solve_kinematics(arm: RobotArm, q: Array) -> Kinematics:
 
     rotation: Array = np.broadcast_to(np.eye(3)[:, :, None], (3, 3, count))
     origin: Array = np.zeros((3, count))
-    for i, fixed in enumerate(_constants(arm)):
-        origins[i] = origin + _along(rotation, fixed.to_joint)
-        before = _turned(rotation, fixed.joint_columns)
-        axes[i] = _along(before, fixed.axis)
+    for i, (to_joint, joint_columns, axis, to_link, link_columns, to_com) in enumerate(_constants(arm)):
+        origins[i] = origin + _along(rotation, to_joint)
+        before = _turned(rotation, joint_columns)
+        axes[i] = _along(before, axis)
         if arm.is_revolute[i]:
-            moved = _rotate_about(before, fixed.axis, cos_q[i], sin_q[i])
-            com_from_joint[i] = _along(moved, fixed.to_link)
+            moved = _rotate_about(before, axis, cos_q[i], sin_q[i])
+            com_from_joint[i] = _along(moved, to_link)
         else:
             moved = before
-            com_from_joint[i] = axes[i] * q[i] + _along(moved, fixed.to_link)
+            com_from_joint[i] = axes[i] * q[i] + _along(moved, to_link)
         np.add(origins[i], com_from_joint[i], out=link_origins[i])
-        rotations[i] = _turned(moved, fixed.link_columns)
-        com_from_joint[i] += _along(rotations[i], fixed.to_com)
+        rotations[i] = _turned(moved, link_columns)
+        com_from_joint[i] += _along(rotations[i], to_com)
         rotation, origin = rotations[i], link_origins[i]
     return Kinematics(axes, origins, rotations, link_origins, com_from_joint)
 
@@ -87,29 +87,23 @@ def solve_kinematics(arm: RobotArm, q: Array) -> Kinematics:
 _Sparse = tuple[tuple[int, float], ...]
 
 
-@dataclass(frozen=True)
-class _Constants:
-    """The constant vectors and rotations around one joint; None for no rotation."""
-
-    to_joint: _Sparse
-    joint_columns: tuple[_Sparse, ...] | None
-    axis: _Sparse
-    to_link: _Sparse
-    link_columns: tuple[_Sparse, ...] | None
-    to_com: _Sparse
+# A constant rotation by its columns; None for no rotation.
+_Columns = tuple[_Sparse, ...] | None
 
 
 @lru_cache(maxsize=64)
-def _constants(arm: RobotArm) -> tuple[_Constants, ...]:
+def _constants(arm: RobotArm) -> list[tuple[_Sparse, _Columns, _Sparse, _Sparse, _Columns, _Sparse]]:
+    """To each joint's frame and its axis, from there to the link's frame and its centre of mass."""
+
     def sparse(vector: Array) -> _Sparse:
         values = vector.tolist()
         return tuple((int(b), values[b]) for b in np.flatnonzero(vector))
 
-    def columns(rotation: Array) -> tuple[_Sparse, ...] | None:
+    def columns(rotation: Array) -> _Columns:
         return None if np.array_equal(rotation, np.eye(3)) else tuple(sparse(column) for column in rotation.T)
 
-    return tuple(
-        _Constants(
+    return [
+        (
             sparse(joint.placement.translation),
             columns(joint.placement.rotation),
             sparse(joint.axis),
@@ -118,7 +112,7 @@ def _constants(arm: RobotArm) -> tuple[_Constants, ...]:
             sparse(link.com),
         )
         for joint, link in zip(arm.joints, arm.links, strict=True)
-    )
+    ]
 
 
 def _along(rotation: Array, constant: _Sparse) -> Array:
@@ -127,7 +121,7 @@ def _along(rotation: Array, constant: _Sparse) -> Array:
     return sum(terms[1:], start=terms[0]) if terms else np.zeros((3, 1))
 
 
-def _turned(rotation: Array, columns: tuple[_Sparse, ...] | None) -> Array:
+def _turned(rotation: Array, columns: _Columns) -> Array:
     """Compose with a constant rotation, given by its columns."""
     if columns is None:
         return rotation

@@ -54,7 +54,7 @@ def solve(arm: RobotArm, q: Array) -> LagrangeEuler:
     dtype = np.result_type(q, float)
     steps = _steps(arm, q, np.cos(q), np.sin(q))
     generators = [_generator(arm, i) for i in range(n)]
-    first, second = _derivatives(arm, steps, generators)
+    first, second = _derivatives(*steps, generators)
     masses = [_pseudo_inertia(arm, i) for i in range(n)]
     inertia = np.zeros((n, n, count), dtype)
     coupling = np.zeros((n, n, n, count), dtype)
@@ -87,14 +87,14 @@ def _pseudo_inertia(arm: RobotArm, link: int) -> Array:
 
 
 def _derivatives(
-    arm: RobotArm, steps: _Steps, generators: list[Array]
+    base: list[Array], step: list[Array], to_link: dict[tuple[int, int], Array], generators: list[Array]
 ) -> tuple[dict[tuple[int, int], Array], dict[tuple[int, int, int], Array]]:
     """U_ij and U_ijk by (j, i) and (j, k, i), j <= k <= i. Eqs. (3.2-11), (3.2-13)."""
-    n = arm.n_joints
+    n = len(base)
     first: dict[tuple[int, int], Array] = {}
     second: dict[tuple[int, int, int], Array] = {}
     for j in range(n):
-        moved = _constant_right(steps.base[j], generators[j])
+        moved = _constant_right(base[j], generators[j])
         relative = None
         for k in range(j, n):
             # moved @ relative leads to joint frame k-1; turning by Q_k there gives the second derivative.
@@ -102,22 +102,16 @@ def _derivatives(
             twice = _constant_right(at_k, generators[k])
             for i in range(k, n):
                 if k == j:
-                    first[j, i] = _product(moved, steps.to_link[j, i])
-                second[j, k, i] = _product(twice, steps.to_link[k, i])
-            relative = steps.step[k] if relative is None else _product(relative, steps.step[k])
+                    first[j, i] = _product(moved, to_link[j, i])
+                second[j, k, i] = _product(twice, to_link[k, i])
+            relative = step[k] if relative is None else _product(relative, step[k])
     return first, second
 
 
-@dataclass(frozen=True)
-class _Steps:
+def _steps(
+    arm: RobotArm, q: Array, cos_q: Array, sin_q: Array
+) -> tuple[list[Array], list[Array], dict[tuple[int, int], Array]]:
     """Joint frames in the base, steps from joint frame to joint frame, and on to every link frame."""
-
-    base: list[Array]
-    step: list[Array]
-    to_link: dict[tuple[int, int], Array]
-
-
-def _steps(arm: RobotArm, q: Array, cos_q: Array, sin_q: Array) -> _Steps:
     n = arm.n_joints
     before = [_homogeneous(joint.placement) for joint in arm.joints]
     moved = [
@@ -135,7 +129,7 @@ def _steps(arm: RobotArm, q: Array, cos_q: Array, sin_q: Array) -> _Steps:
         for i in range(j, n):
             to_link[j, i] = moved[i] if relative is None else _product(relative, moved[i])
             relative = step[i] if relative is None else _product(relative, step[i])
-    return _Steps(base, step, to_link)
+    return base, step, to_link
 
 
 def _motion(arm: RobotArm, i: int, q: Array, cos_q: Array, sin_q: Array) -> Array:

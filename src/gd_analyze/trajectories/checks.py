@@ -77,24 +77,18 @@ def degree_suspects(arm: RobotArm, q: FloatArray) -> tuple[int, ...]:
     q
         Joint variables, rad (m), shape (N, n).
     """
-    suspects = []
-    for i, joint in enumerate(arm.joints):
-        low, high = float(q[:, i].min()), float(q[:, i].max())
-        reach = max(abs(low), abs(high))
-        if joint.kind != "revolute":
-            continue
-        if joint.lower is None or joint.upper is None:
-            looks_wrong = reach > MANY_TURNS
-        else:
-            looks_wrong = (
-                reach > 2 * math.pi
-                and (low < joint.lower or high > joint.upper)
-                and joint.lower <= math.radians(low) + ROUNDING
-                and math.radians(high) <= joint.upper + ROUNDING
-            )
-        if looks_wrong:
-            suspects.append(i)
-    return tuple(suspects)
+    low, high = q.min(axis=0), q.max(axis=0)
+    lower, upper = arm.limits("lower"), arm.limits("upper")
+    reach = np.maximum(np.abs(low), np.abs(high))
+    looks_wrong = np.where(
+        np.isfinite(lower) & np.isfinite(upper),
+        (reach > 2 * math.pi)
+        & ((low < lower) | (high > upper))
+        & (lower <= np.radians(low) + ROUNDING)
+        & (np.radians(high) <= upper + ROUNDING),
+        reach > MANY_TURNS,
+    )
+    return tuple(int(i) for i in np.flatnonzero(looks_wrong & np.array(arm.is_revolute)))
 
 
 def warn_if_radians(name: str, degrees: FloatArray) -> None:
