@@ -32,9 +32,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.formulations.second_moment import about_com
 from gd_analyze.kinematics import Kinematics, joint_motions
 from gd_analyze.robots import RobotArm
+from gd_analyze.robots.inertia import second_moment
 from gd_analyze.vectors import Array, apply, cross, dot, outer
 
 TRANSLATION, ROTATION = 0, 1
@@ -85,7 +85,7 @@ def composite_moments(arm: RobotArm, kinematics: Kinematics) -> CompositeMoments
     second = np.empty((2, n, 3, 3, count), origins.dtype)
     for s in reversed(range(n)):
         com = kinematics.com_from_joint[s]
-        matter = about_com(arm.inertia_com[s])
+        matter = second_moment(arm.inertia_com[s])
         rotation = kinematics.link_rotations[s]
         first[s] = arm.mass[s] * com
         second[TRANSLATION, s] = outer(first[s], com)

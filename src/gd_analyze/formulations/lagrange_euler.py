@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.formulations.second_moment import about_origin
 from gd_analyze.robots import Placement, RobotArm
+from gd_analyze.robots.inertia import second_moment_about_origin
 from gd_analyze.vectors import Array, skew, turn_about
 
 
@@ -80,7 +80,7 @@ def _pseudo_inertia(arm: RobotArm, link: int) -> Array:
     """
     first = arm.mass[link] * arm.com[link]
     out = np.empty((4, 4), first.dtype)
-    out[:3, :3] = about_origin(arm, link)
+    out[:3, :3] = second_moment_about_origin(arm.mass[link], arm.com[link], arm.inertia_com[link])
     out[:3, 3] = out[3, :3] = first
     out[3, 3] = arm.mass[link]
     return out

@@ -22,8 +22,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.formulations.second_moment import about_origin
 from gd_analyze.robots import RobotArm
+from gd_analyze.robots.inertia import second_moment_about_origin
 from gd_analyze.vectors import Array, apply, dot, outer, turn_parts
 
 
@@ -64,7 +64,7 @@ def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = Tr
     big_d: Array = np.zeros((3, 3, count))
     for i in reversed(range(n)):
         first = (arm.mass[i] * arm.com[i])[:, None]
-        second = about_origin(arm, i)
+        second = second_moment_about_origin(arm.mass[i], arm.com[i], arm.inertia_com[i])
         if i + 1 < n:
             big_d = _product(steps[i + 1].rotation, big_d) + outer(steps[i + 1].place, e)
         e = e + arm.mass[i] * origins[i] + apply(rotations[i], first)

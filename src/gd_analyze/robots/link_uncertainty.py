@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from typing import Literal
 
@@ -62,9 +61,3 @@ class LinkUncertainty:
                 expected="xy and yx the same, and so on",
                 found=str(self.inertia.tolist()),
             )
-
-    def of_body(self, mass: float, com: FloatArray) -> LinkUncertainty:
-        """Keep to the body of given mass and centre of mass, whatever its link holds besides from now on."""
-        if self.body_mass is not None:
-            return self
-        return dataclasses.replace(self, body_mass=mass, body_com=com)

@@ -150,17 +150,15 @@ def _refuse_numbers(names: Sequence[str], where: Location) -> None:
     # A log without a header may have names among its first row's numbers.
     if sum(map(_is_number, names)) <= len(names) / 2:
         return
-    joints, kinds = len(names) - 1, 1
-    for count in (3, 2):
-        if joints % count == 0 and joints // count > 1:
-            joints, kinds = joints // count, count
-            break
+    values = len(names) - 1
+    kinds = next((count for count in (3, 2) if values % count == 0 and values // count > 1), 1)
+    header = header_for(values // kinds, KINDS[:kinds])
     raise TrajectoryError(
         "the file has no header line",
         where=where,
         expected="the names of the columns",
         found="numbers",
-        next_step=f"if these are the columns, put this line first: {header_for(joints, KINDS[:kinds])}",
+        next_step=f"if these are the columns, put this line first: {header}",
     )
 
 
