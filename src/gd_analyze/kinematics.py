@@ -70,7 +70,7 @@ def solve_kinematics(arm: RobotArm, q: Array) -> Kinematics:
         before = _turned(rotation, joint_columns)
         axes[i] = _along(before, axis)
         if arm.is_revolute[i]:
-            moved = _rotate_about(before, axis, cos_q[i], sin_q[i])
+            moved = _rotate_about(before, arm.joints[i].axis, cos_q[i], sin_q[i])
             com_from_joint[i] = _along(moved, to_link)
         else:
             moved = before
@@ -131,16 +131,13 @@ def _turned(rotation: Array, columns: _Columns) -> Array:
     return turned
 
 
-def _rotate_about(rotation: Array, axis: _Sparse, cos_q: Array, sin_q: Array) -> Array:
+def _rotate_about(rotation: Array, axis: Array, cos_q: Array, sin_q: Array) -> Array:
     """Compose with a turn about a constant axis."""
     turned = np.empty(rotation.shape, np.result_type(rotation, cos_q))
-    if axis == ((2, 1.0),):
+    if np.array_equal(axis, (0.0, 0.0, 1.0)):
         np.multiply(rotation[:, :2], cos_q, out=turned[:, :2])
         turned[:, 0] += rotation[:, 1] * sin_q
         turned[:, 1] -= rotation[:, 0] * sin_q
         turned[:, 2] = rotation[:, 2]
         return turned
-    u = np.zeros(3)
-    for b, value in axis:
-        u[b] = value
-    return np.einsum("acn,cbn->abn", rotation, turn_about(u, cos_q, sin_q), out=turned)
+    return np.einsum("acn,cbn->abn", rotation, turn_about(axis, cos_q, sin_q), out=turned)

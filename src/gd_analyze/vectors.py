@@ -47,6 +47,16 @@ def apply(tensor: Array, vector: Array) -> Array:
     return np.einsum("...abn,...bn->...an", tensor, vector)
 
 
+def product(a: Array, b: Array) -> Array:
+    """Product of two matrices."""
+    return np.einsum("abn,bcn->acn", a, b)
+
+
+def times_constant(a: Array, constant: Array) -> Array:
+    """Product of a matrix and a constant one on its right."""
+    return np.einsum("abn,bc->acn", a, constant)
+
+
 def outer(a: Array, b: Array) -> Array:
     """Dyad a b^T."""
     return np.einsum("...an,...bn->...abn", a, b)

@@ -14,7 +14,7 @@ import numpy as np
 
 from gd_analyze.robots import Placement, RobotArm
 from gd_analyze.robots.inertia import second_moment_about_origin
-from gd_analyze.vectors import Array, skew, turn_about
+from gd_analyze.vectors import Array, product, skew, times_constant, turn_about
 
 
 @dataclass(frozen=True)
@@ -94,17 +94,17 @@ def _derivatives(
     first: dict[tuple[int, int], Array] = {}
     second: dict[tuple[int, int, int], Array] = {}
     for j in range(n):
-        moved = _constant_right(base[j], generators[j])
+        moved = times_constant(base[j], generators[j])
         relative = None
         for k in range(j, n):
             # moved @ relative leads to joint frame k-1; turning by Q_k there gives the second derivative.
-            at_k = moved if relative is None else _product(moved, relative)
-            twice = _constant_right(at_k, generators[k])
+            at_k = moved if relative is None else product(moved, relative)
+            twice = times_constant(at_k, generators[k])
             for i in range(k, n):
                 if k == j:
-                    first[j, i] = _product(moved, to_link[j, i])
-                second[j, k, i] = _product(twice, to_link[k, i])
-            relative = step[k] if relative is None else _product(relative, step[k])
+                    first[j, i] = product(moved, to_link[j, i])
+                second[j, k, i] = product(twice, to_link[k, i])
+            relative = step[k] if relative is None else product(relative, step[k])
     return first, second
 
 
@@ -115,20 +115,20 @@ def _steps(
     n = arm.n_joints
     before = [_homogeneous(joint.placement) for joint in arm.joints]
     moved = [
-        _constant_right(_motion(arm, i, q[i], cos_q[i], sin_q[i]), _homogeneous(arm.links[i].frame))
+        times_constant(_motion(arm, i, q[i], cos_q[i], sin_q[i]), _homogeneous(arm.links[i].frame))
         for i in range(n)
     ]
-    step = [_constant_right(moved[i], before[i + 1]) if i + 1 < n else moved[i] for i in range(n)]
+    step = [times_constant(moved[i], before[i + 1]) if i + 1 < n else moved[i] for i in range(n)]
     count = q.shape[-1]
     base = [np.broadcast_to(before[0][:, :, None], (4, 4, count)).astype(step[0].dtype)]
     for i in range(n - 1):
-        base.append(_product(base[i], step[i]))
+        base.append(product(base[i], step[i]))
     to_link: dict[tuple[int, int], Array] = {}
     for j in range(n):
         relative = None
         for i in range(j, n):
-            to_link[j, i] = moved[i] if relative is None else _product(relative, moved[i])
-            relative = step[i] if relative is None else _product(relative, step[i])
+            to_link[j, i] = moved[i] if relative is None else product(relative, moved[i])
+            relative = step[i] if relative is None else product(relative, step[i])
     return base, step, to_link
 
 
@@ -159,14 +159,6 @@ def _homogeneous(placement: Placement) -> Array:
     out = np.eye(4, dtype=placement.translation.dtype)
     out[:3, :3], out[:3, 3] = placement.rotation, placement.translation
     return out
-
-
-def _product(a: Array, b: Array) -> Array:
-    return np.einsum("abn,bcn->acn", a, b)
-
-
-def _constant_right(a: Array, constant: Array) -> Array:
-    return np.einsum("abn,bc->acn", a, constant)
 
 
 def _trace_of_product(a: Array, b: Array) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 from gd_analyze.formulations.loads import GRAVITY, Loads
 from gd_analyze.kinematics import Kinematics, solve_kinematics
 from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import Array, apply, cross, dot, rigid_acceleration
+from gd_analyze.vectors import Array, apply, cross, dot, rigid_acceleration, times_constant
 
 
 def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, loads: Loads = GRAVITY) -> Array:
@@ -74,4 +74,4 @@ def _link_vector(kinematics: Kinematics, i: int) -> Array | None:
 
 def _base_tensor(rotation: Array, inertia_com: Array) -> Array:
     """R I R^T."""
-    return np.einsum("acn,dcn->adn", np.einsum("abn,bc->acn", rotation, inertia_com), rotation)
+    return np.einsum("acn,dcn->adn", times_constant(rotation, inertia_com), rotation)
