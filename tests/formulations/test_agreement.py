@@ -17,7 +17,6 @@ from hypothesis import strategies as st
 
 from gd_analyze.formulations import composite_moments as composite
 from gd_analyze.formulations import lagrange_euler, newton_euler_base, newton_euler_link, probing
-from gd_analyze.formulations.loads import Loads
 from gd_analyze.formulations.methods import METHODS
 from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
@@ -118,10 +117,10 @@ def test_probed_coupling_is_the_coupling(case):
     bound = round_off_bounds(arm, states.q, 0 * states.qd, 0 * states.qdd)["inertia"]
 
     def link(qd: FloatArray, qdd: FloatArray, *, gravity: bool) -> FloatArray:
-        return newton_euler_link.torque(arm, q, qd, qdd, loads=Loads(gravity))
+        return newton_euler_link.torque(arm, q, qd, qdd, gravity=gravity)
 
     def base(qd: FloatArray, qdd: FloatArray, *, gravity: bool) -> FloatArray:
-        return newton_euler_base.torque(arm, q, qd, qdd, loads=Loads(gravity))
+        return newton_euler_base.torque(arm, q, qd, qdd, gravity=gravity)
 
     # h_ijk sums the products of masses and two levers that D_ij sums; of e_j + e_k it holds four of them, of
     # e_j and e_k one each: half of six, and what it is compared with.
@@ -156,16 +155,15 @@ def test_a_load_at_the_hand_costs_its_virtual_work(case, load):
     """tau = J^T f, J from the hand's pose: what the arm adds to carry what its hand exerts."""
     arm, states = case
     q, qd, qdd = states.last
-    hand = Loads(force=load[0], moment=load[1])
     expected = np.einsum("icN,c->iN", hand_rates(arm, states.q), load.ravel())
     bounds = round_off_bounds(arm, states.q, states.qd, states.qdd)
     reach = 1.0 + 2 * arm.n_joints + np.abs(states.q).sum(axis=1).max()
     # Two torques are subtracted; the load's own round-off is 20 roundings per joint of force times reach.
     tolerance = 2 * bounds["torque"] + 40 * arm.n_joints * np.finfo(float).eps * reach * np.abs(load).sum()
     for name, found in {
-        "base": newton_euler_base.torque(arm, q, qd, qdd, loads=hand)
+        "base": newton_euler_base.torque(arm, q, qd, qdd, hand=load)
         - newton_euler_base.torque(arm, q, qd, qdd),
-        "link": newton_euler_link.torque(arm, q, qd, qdd, loads=hand)
+        "link": newton_euler_link.torque(arm, q, qd, qdd, hand=load)
         - newton_euler_link.torque(arm, q, qd, qdd),
     }.items():
         assert np.abs(found - expected).max() <= tolerance, name
@@ -179,11 +177,11 @@ def test_damping_adds_its_share_at_each_joint(case, seed):
     damping = np.random.default_rng(seed).uniform(0, 5, arm.n_joints)
     pairs = (
         (
-            newton_euler_base.torque(arm, q, qd, qdd, loads=Loads(damping=damping)),
+            newton_euler_base.torque(arm, q, qd, qdd, damping=damping),
             newton_euler_base.torque(arm, q, qd, qdd),
         ),
         (
-            newton_euler_link.torque(arm, q, qd, qdd, loads=Loads(damping=damping)),
+            newton_euler_link.torque(arm, q, qd, qdd, damping=damping),
             newton_euler_link.torque(arm, q, qd, qdd),
         ),
     )

@@ -8,6 +8,7 @@ loss; the rods' m l^2 / 12, which is not, enters afterwards.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, cast
 
@@ -63,7 +64,12 @@ def two_link_closed_forms(method: str) -> ClosedForms:
     sp = _sympy()
     s = _symbols()
     arm = _symbolic_arm(s)
-    q = np.array([[_Angle(s["theta1"])], [_Angle(s["theta2"])]], dtype=object)
+    # Of a joint that turns, the formulations take cosine and sine only.
+    angles = (
+        SimpleNamespace(cos=partial(sp.cos, s[name]), sin=partial(sp.sin, s[name]))
+        for name in ("theta1", "theta2")
+    )
+    q = np.array([[angle] for angle in angles], dtype=object)
     qd = np.array([[s["thetad1"]], [s["thetad2"]]], dtype=object)
     given = formulation.dynamics(cast("RobotArm", arm), q, qd)
 
@@ -113,19 +119,6 @@ def same(one: ClosedForms, other: ClosedForms) -> bool:
     parts = ("inertia", "coriolis_centrifugal", "gravity_loading")
     differences = (getattr(one, part) - getattr(other, part) for part in parts)
     return all(sp.simplify(difference) == sp.zeros(*difference.shape) for difference in differences)
-
-
-@dataclass(frozen=True)
-class _Angle:
-    """A joint angle: of a joint that turns, the formulations take cosine and sine only."""
-
-    symbol: Any
-
-    def cos(self) -> Any:
-        return _sympy().cos(self.symbol)
-
-    def sin(self) -> Any:
-        return _sympy().sin(self.symbol)
 
 
 class _SymbolicArm(SimpleNamespace):

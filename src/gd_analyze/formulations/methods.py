@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -19,7 +18,6 @@ from gd_analyze.formulations import (
     recursive_lagrangian,
 )
 from gd_analyze.formulations.interface import Dynamics, DynamicsOf, Method, TorqueOf
-from gd_analyze.formulations.loads import Loads
 from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.robots import RobotArm
 from gd_analyze.vectors import Array
@@ -56,15 +54,6 @@ def _summed(dynamics: DynamicsOf) -> TorqueOf:
         given = dynamics(arm, q, qd)
         sum_ = np.einsum("ijn,jn->in", given.inertia, qdd) + given.coriolis_centrifugal
         return sum_ + given.gravity_loading if gravity else sum_
-
-    return torque
-
-
-def _loaded(newton_euler: Callable[..., Array]) -> TorqueOf:
-    """Torque of a recursion that takes loads, with none but gravity."""
-
-    def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = True) -> Array:
-        return newton_euler(arm, q, qd, qdd, loads=Loads(gravity))
 
     return torque
 
@@ -117,8 +106,8 @@ METHODS: dict[str, Method] = {
             "rotation matrices, vectors in the base frame",
             "recursive",
             "n",
-            _loaded(newton_euler_base.torque),
-            _probed(_loaded(newton_euler_base.torque)),
+            newton_euler_base.torque,
+            _probed(newton_euler_base.torque),
         ),
         Method(
             "newton_euler_link",
@@ -128,8 +117,8 @@ METHODS: dict[str, Method] = {
             "rotation matrices, vectors in link frames",
             "recursive",
             "n",
-            _loaded(newton_euler_link.torque),
-            _probed(_loaded(newton_euler_link.torque)),
+            newton_euler_link.torque,
+            _probed(newton_euler_link.torque),
         ),
         Method(
             "generalized_dalembert",

@@ -44,7 +44,7 @@ def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = Tr
     steps = [_step(arm, i, q[i], cos_q[i], sin_q[i]) for i in range(n)]
     w: Array = np.broadcast_to(np.eye(3)[:, :, None], (3, 3, count))
     w1 = w2 = np.zeros((3, 3, count))
-    p2: Array = np.broadcast_to((-arm.gravity if gravity else np.zeros(3))[:, None], (3, count))
+    p2: Array = np.broadcast_to(-int(gravity) * arm.gravity[:, None], (3, count))
     slopes, origins, rotations = [], [], []
     for i, step in enumerate(steps):
         # With s the step's place and R its rotation in frame i-1: p_i = p + W s, W_i = W R.
