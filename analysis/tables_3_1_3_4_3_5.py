@@ -9,7 +9,6 @@ parts, and says why they differ. Writes `tables_3_1_3_4_3_5.md` beside this file
 from __future__ import annotations
 
 import linecache
-import math
 import re
 import sys
 from collections import defaultdict
@@ -27,7 +26,7 @@ from gd_analyze.comparison.costs import SIZES, Counted
 from gd_analyze.comparison.text_costs import TextCost
 from gd_analyze.formulations.methods import METHODS
 from gd_analyze.operations import OperationCount
-from gd_analyze.operations.counting import Tally, counting_array, counting_function
+from gd_analyze.operations.counting import Tally, counting_array
 
 N = 6
 
@@ -69,8 +68,7 @@ def count_by_place(method: str) -> Parts:
 
     tally = Located()
     states = (counting_array(state, tally) for state in np.full((3, N), 0.5))
-    cos, sin = (counting_function(function, tally) for function in (math.cos, math.sin))
-    METHODS[method].torque(generic_chain(N), *states, gravity=True, cos=cos, sin=sin)
+    METHODS[method].torque(generic_chain(N), *states)
     return parts
 
 

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import Array, Elementwise, turn_about
+from gd_analyze.vectors import Array, turn_about
 
 
 @dataclass(frozen=True)
@@ -47,12 +47,7 @@ def joint_motions(arm: RobotArm, kinematics: Kinematics) -> tuple[Array, Array]:
     return kinematics.joint_axes * revolute, kinematics.joint_axes * (1.0 - revolute)
 
 
-def solve_kinematics(
-    arm: RobotArm,
-    q: Array,
-    cos: Elementwise = np.cos,
-    sin: Elementwise = np.sin,
-) -> Kinematics:
+def solve_kinematics(arm: RobotArm, q: Array) -> Kinematics:
     """Forward kinematics of every joint and link.
 
     Parameters
@@ -61,30 +56,28 @@ def solve_kinematics(
         The arm.
     q
         Joint variables, set points last, shape (n, N).
-    cos, sin
-        Elementwise functions of an array; replaced when q holds something other than numbers.
     """
     n, count = arm.n_joints, q.shape[-1]
-    cos_q, sin_q = cos(q), sin(q)
+    cos_q, sin_q = np.cos(q), np.sin(q)
     dtype = np.result_type(q, float)
     axes, origins, link_origins, com_from_joint = (np.empty((n, 3, count), dtype) for _ in range(4))
     rotations = np.empty((n, 3, 3, count), dtype)
 
     rotation: Array = np.broadcast_to(np.eye(3)[:, :, None], (3, 3, count))
     origin: Array = np.zeros((3, count))
-    for i, fixed in enumerate(_constants(arm)):
-        origins[i] = origin + _along(rotation, fixed.to_joint)
-        before = _turned(rotation, fixed.joint_columns)
-        axes[i] = _along(before, fixed.axis)
+    for i, (to_joint, joint_columns, axis, to_link, link_columns, to_com) in enumerate(_constants(arm)):
+        origins[i] = origin + _along(rotation, to_joint)
+        before = _turned(rotation, joint_columns)
+        axes[i] = _along(before, axis)
         if arm.is_revolute[i]:
-            moved = _rotate_about(before, fixed.axis, cos_q[i], sin_q[i])
-            com_from_joint[i] = _along(moved, fixed.to_link)
+            moved = _rotate_about(before, arm.joints[i].axis, cos_q[i], sin_q[i])
+            com_from_joint[i] = _along(moved, to_link)
         else:
             moved = before
-            com_from_joint[i] = axes[i] * q[i] + _along(moved, fixed.to_link)
+            com_from_joint[i] = axes[i] * q[i] + _along(moved, to_link)
         np.add(origins[i], com_from_joint[i], out=link_origins[i])
-        rotations[i] = _turned(moved, fixed.link_columns)
-        com_from_joint[i] += _along(rotations[i], fixed.to_com)
+        rotations[i] = _turned(moved, link_columns)
+        com_from_joint[i] += _along(rotations[i], to_com)
         rotation, origin = rotations[i], link_origins[i]
     return Kinematics(axes, origins, rotations, link_origins, com_from_joint)
 
@@ -94,29 +87,23 @@ def solve_kinematics(
 _Sparse = tuple[tuple[int, float], ...]
 
 
-@dataclass(frozen=True)
-class _Constants:
-    """The constant vectors and rotations around one joint; None for no rotation."""
-
-    to_joint: _Sparse
-    joint_columns: tuple[_Sparse, ...] | None
-    axis: _Sparse
-    to_link: _Sparse
-    link_columns: tuple[_Sparse, ...] | None
-    to_com: _Sparse
+# A constant rotation by its columns; None for no rotation.
+_Columns = tuple[_Sparse, ...] | None
 
 
 @lru_cache(maxsize=64)
-def _constants(arm: RobotArm) -> tuple[_Constants, ...]:
+def _constants(arm: RobotArm) -> list[tuple[_Sparse, _Columns, _Sparse, _Sparse, _Columns, _Sparse]]:
+    """To each joint's frame and its axis, from there to the link's frame and its centre of mass."""
+
     def sparse(vector: Array) -> _Sparse:
         values = vector.tolist()
         return tuple((int(b), values[b]) for b in np.flatnonzero(vector))
 
-    def columns(rotation: Array) -> tuple[_Sparse, ...] | None:
+    def columns(rotation: Array) -> _Columns:
         return None if np.array_equal(rotation, np.eye(3)) else tuple(sparse(column) for column in rotation.T)
 
-    return tuple(
-        _Constants(
+    return [
+        (
             sparse(joint.placement.translation),
             columns(joint.placement.rotation),
             sparse(joint.axis),
@@ -125,7 +112,7 @@ def _constants(arm: RobotArm) -> tuple[_Constants, ...]:
             sparse(link.com),
         )
         for joint, link in zip(arm.joints, arm.links, strict=True)
-    )
+    ]
 
 
 def _along(rotation: Array, constant: _Sparse) -> Array:
@@ -134,7 +121,7 @@ def _along(rotation: Array, constant: _Sparse) -> Array:
     return sum(terms[1:], start=terms[0]) if terms else np.zeros((3, 1))
 
 
-def _turned(rotation: Array, columns: tuple[_Sparse, ...] | None) -> Array:
+def _turned(rotation: Array, columns: _Columns) -> Array:
     """Compose with a constant rotation, given by its columns."""
     if columns is None:
         return rotation
@@ -144,16 +131,13 @@ def _turned(rotation: Array, columns: tuple[_Sparse, ...] | None) -> Array:
     return turned
 
 
-def _rotate_about(rotation: Array, axis: _Sparse, cos_q: Array, sin_q: Array) -> Array:
+def _rotate_about(rotation: Array, axis: Array, cos_q: Array, sin_q: Array) -> Array:
     """Compose with a turn about a constant axis."""
     turned = np.empty(rotation.shape, np.result_type(rotation, cos_q))
-    if axis == ((2, 1.0),):
+    if np.array_equal(axis, (0.0, 0.0, 1.0)):
         np.multiply(rotation[:, :2], cos_q, out=turned[:, :2])
         turned[:, 0] += rotation[:, 1] * sin_q
         turned[:, 1] -= rotation[:, 0] * sin_q
         turned[:, 2] = rotation[:, 2]
         return turned
-    u = np.zeros(3)
-    for b, value in axis:
-        u[b] = value
-    return np.einsum("acn,cbn->abn", rotation, turn_about(u, cos_q, sin_q), out=turned)
+    return np.einsum("acn,cbn->abn", rotation, turn_about(axis, cos_q, sin_q), out=turned)

@@ -3,12 +3,12 @@
 The component axis comes just before the set-point axis: vectors are ``(..., 3, N)``, tensors
 ``(..., 3, 3, N)``. One set point is N = 1. The long axis being contiguous, every operation below
 streams through memory; all of them also accept arrays of objects (numbers that count operations,
-symbols).
+symbols), whose methods `cos` and `sin` NumPy's functions of these names call.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 Array = NDArray[Any]
 FloatArray = NDArray[np.float64]
-Elementwise = Callable[[Array], Array]
 
 # Set points at a time: long enough to hide the cost of an array call, short enough that what one pass needs
 # stays in the cache.
@@ -46,6 +45,16 @@ def dot(a: Array, b: Array) -> Array:
 def apply(tensor: Array, vector: Array) -> Array:
     """Tensor times vector."""
     return np.einsum("...abn,...bn->...an", tensor, vector)
+
+
+def product(a: Array, b: Array) -> Array:
+    """Product of two matrices."""
+    return np.einsum("abn,bcn->acn", a, b)
+
+
+def times_constant(a: Array, constant: Array) -> Array:
+    """Product of a matrix and a constant one on its right."""
+    return np.einsum("abn,bc->acn", a, constant)
 
 
 def outer(a: Array, b: Array) -> Array:

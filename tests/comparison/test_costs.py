@@ -28,10 +28,10 @@ def test_what_is_counted_is_the_torque(drawn):
     for method in METHODS.values():
         trace = Trace()
         symbols = (trace.inputs(name, n) for name in ("q", "qd", "qdd"))
-        traced = method.torque(arm, *symbols, gravity=True, cos=trace.cos, sin=trace.sin)
+        traced = method.torque(arm, *symbols)
         program = Program.of(trace, list(traced[:, 0]))
         assert count_cost(method, arm).folded == program.count
-        wanted = method.torque(arm, q, qd, qdd, gravity=True, cos=np.cos, sin=np.sin)
+        wanted = method.torque(arm, q, qd, qdd)
         # Folding reorders sums of some 1000 terms no larger than the torques of this arm's worst joint
         # by a small factor (levers cancel): 1e-11 of it is 5e4 roundings.
         np.testing.assert_allclose(program.run(inputs), wanted, rtol=0, atol=1e-11 * np.abs(wanted).max())

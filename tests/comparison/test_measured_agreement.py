@@ -62,7 +62,7 @@ def test_chunks_do_not_show():
 
 
 def test_a_trajectory_of_another_arm_is_refused(two_link, puma):
-    with pytest.raises(TrajectoryError, match="another arm"):
+    with pytest.raises(TrajectoryError, match="not for arm puma560"):
         compare(puma, read_trajectory("two-link-swing", two_link))
 
 

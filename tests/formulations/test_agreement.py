@@ -17,7 +17,6 @@ from hypothesis import strategies as st
 
 from gd_analyze.formulations import composite_moments as composite
 from gd_analyze.formulations import lagrange_euler, newton_euler_base, newton_euler_link, probing
-from gd_analyze.formulations.loads import Loads
 from gd_analyze.formulations.methods import METHODS
 from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
@@ -44,7 +43,7 @@ def by_every_method(arm: RobotArm, states: States) -> dict[str, dict[str, FloatA
     out = {}
     for name, method in METHODS.items():
         dynamics = method.dynamics(arm, q, qd)
-        torque = method.torque(arm, q, qd, qdd, gravity=True, cos=np.cos, sin=np.sin)
+        torque = method.torque(arm, q, qd, qdd)
         last = dict(
             zip(
                 QUANTITIES,
@@ -99,10 +98,7 @@ def test_gravity_switched_off_leaves_the_rest(case):
     q, qd, qdd = states.last
     bounds = round_off_bounds(arm, states.q, states.qd, states.qdd)
     for name, method in METHODS.items():
-        full, without = (
-            method.torque(arm, q, qd, qdd, gravity=gravity, cos=np.cos, sin=np.sin)
-            for gravity in (True, False)
-        )
+        full, without = (method.torque(arm, q, qd, qdd, gravity=gravity) for gravity in (True, False))
         c = method.dynamics(arm, q, qd).gravity_loading
         # Three results of one program, each off by its share.
         assert np.abs(full - without - c).max() <= 3 * bounds["torque"], name
@@ -121,10 +117,10 @@ def test_probed_coupling_is_the_coupling(case):
     bound = round_off_bounds(arm, states.q, 0 * states.qd, 0 * states.qdd)["inertia"]
 
     def link(qd: FloatArray, qdd: FloatArray, *, gravity: bool) -> FloatArray:
-        return newton_euler_link.torque(arm, q, qd, qdd, loads=Loads(gravity))
+        return newton_euler_link.torque(arm, q, qd, qdd, gravity=gravity)
 
     def base(qd: FloatArray, qdd: FloatArray, *, gravity: bool) -> FloatArray:
-        return newton_euler_base.torque(arm, kinematics, qd, qdd, loads=Loads(gravity))
+        return newton_euler_base.torque(arm, q, qd, qdd, gravity=gravity)
 
     # h_ijk sums the products of masses and two levers that D_ij sums; of e_j + e_k it holds four of them, of
     # e_j and e_k one each: half of six, and what it is compared with.
@@ -159,17 +155,15 @@ def test_a_load_at_the_hand_costs_its_virtual_work(case, load):
     """tau = J^T f, J from the hand's pose: what the arm adds to carry what its hand exerts."""
     arm, states = case
     q, qd, qdd = states.last
-    hand = Loads(force=load[0], moment=load[1])
     expected = np.einsum("icN,c->iN", hand_rates(arm, states.q), load.ravel())
-    kinematics = solve_kinematics(arm, q)
     bounds = round_off_bounds(arm, states.q, states.qd, states.qdd)
     reach = 1.0 + 2 * arm.n_joints + np.abs(states.q).sum(axis=1).max()
     # Two torques are subtracted; the load's own round-off is 20 roundings per joint of force times reach.
     tolerance = 2 * bounds["torque"] + 40 * arm.n_joints * np.finfo(float).eps * reach * np.abs(load).sum()
     for name, found in {
-        "base": newton_euler_base.torque(arm, kinematics, qd, qdd, loads=hand)
-        - newton_euler_base.torque(arm, kinematics, qd, qdd),
-        "link": newton_euler_link.torque(arm, q, qd, qdd, loads=hand)
+        "base": newton_euler_base.torque(arm, q, qd, qdd, hand=load)
+        - newton_euler_base.torque(arm, q, qd, qdd),
+        "link": newton_euler_link.torque(arm, q, qd, qdd, hand=load)
         - newton_euler_link.torque(arm, q, qd, qdd),
     }.items():
         assert np.abs(found - expected).max() <= tolerance, name
@@ -181,14 +175,13 @@ def test_damping_adds_its_share_at_each_joint(case, seed):
     arm, states = case
     q, qd, qdd = states.last
     damping = np.random.default_rng(seed).uniform(0, 5, arm.n_joints)
-    kinematics = solve_kinematics(arm, q)
     pairs = (
         (
-            newton_euler_base.torque(arm, kinematics, qd, qdd, loads=Loads(damping=damping)),
-            newton_euler_base.torque(arm, kinematics, qd, qdd),
+            newton_euler_base.torque(arm, q, qd, qdd, damping=damping),
+            newton_euler_base.torque(arm, q, qd, qdd),
         ),
         (
-            newton_euler_link.torque(arm, q, qd, qdd, loads=Loads(damping=damping)),
+            newton_euler_link.torque(arm, q, qd, qdd, damping=damping),
             newton_euler_link.torque(arm, q, qd, qdd),
         ),
     )

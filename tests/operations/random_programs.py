@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -34,11 +35,7 @@ def program_of(*roots: Any) -> Program:
     """Trace some trees of the inputs x1, x2, x3."""
     trace = Trace()
     symbols = list(trace.inputs("x", INPUTS)[:, 0])
-
-    def elementwise(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
-        return lambda x: function(np.array([x], dtype=object))[0]
-
-    functions = elementwise(trace.cos), elementwise(trace.sin)
+    functions = partial(trace.apply, "cos"), partial(trace.apply, "sin")
     return Program.of(trace, [_built(root, symbols, *functions) for root in roots])
 
 

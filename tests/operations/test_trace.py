@@ -62,7 +62,7 @@ def test_equal_subexpressions_are_one(trace):
     assert x + y is y + x
     assert x * y is y * x
     assert (x * y) * z is (y * x) * z
-    assert trace.cos(np.array([x], dtype=object))[0] is trace.cos(np.array([x], dtype=object))[0]
+    assert np.cos(np.array([x], dtype=object))[0] is np.cos(np.array([x], dtype=object))[0]
     assert x - y is not y - x
     assert x + 2 is 2.0 + x
 
@@ -71,8 +71,8 @@ def test_constants_are_folded(trace):
     assert trace.add(2, 3) == 5.0
     assert trace.multiply(2, 3) == 6.0
     assert trace.negative(2) == -2.0
-    assert trace.cos(np.array([0.0], dtype=object))[0] == 1.0
-    assert trace.sin(np.array([0.0], dtype=object))[0] == 0.0
+    assert trace.apply("cos", 0.0) == 1.0
+    assert trace.apply("sin", 0.0) == 0.0
     assert not trace.expressions
 
 
@@ -85,8 +85,8 @@ def test_a_count_done_by_hand(trace):
     """l1 cos(q1) + l2 cos(q1 + q2), and the same with sines: 4 products, 3 sums, 4 functions."""
     q = trace.inputs("q", 2)
     elbow = q[0] + q[1]
-    x = 0.5 * trace.cos(q[0]) + 0.25 * trace.cos(elbow)
-    y = 0.5 * trace.sin(q[0]) + 0.25 * trace.sin(elbow)
+    x = 0.5 * np.cos(q[0]) + 0.25 * np.cos(elbow)
+    y = 0.5 * np.sin(q[0]) + 0.25 * np.sin(elbow)
     assert counted(trace, x[0], y[0]) == (4, 3, 4)
     assert counted(trace, x[0]) == (2, 2, 2)
     assert counted(trace, 1.0, q[0, 0]) == (0, 0, 0)

@@ -25,7 +25,7 @@ def drawn_program(seed: int, steps: int) -> Program:
         if kind == 3:
             values.append(-a)
         elif kind == 4:
-            values.append(trace.sin(np.array([a], dtype=object))[0])
+            values.append(trace.apply("sin", a))
         else:
             values.append((a + b, a - b, a * b)[kind])
     return Program.of(trace, values[-3:])

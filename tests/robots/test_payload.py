@@ -67,10 +67,7 @@ def test_torque_is_that_of_the_arm_and_of_the_payload_alone(case, payload):
     loaded, alone = carrying(arm, payload), carrying(massless(arm), payload)
     bound = round_off_bounds(loaded, states.q, states.qd, states.qdd)["torque"]
     for name, method in METHODS.items():
-        with_it, without, its = (
-            method.torque(which, q, qd, qdd, gravity=True, cos=np.cos, sin=np.sin)
-            for which in (loaded, arm, alone)
-        )
+        with_it, without, its = (method.torque(which, q, qd, qdd) for which in (loaded, arm, alone))
         # Three torques, each within twice the bound as in the agreement of the formulations.
         assert np.abs(with_it - without - its).max() <= 6 * bound, name
 
@@ -91,7 +88,7 @@ def test_pinocchio_agrees_when_the_body_is_hung_onto_its_model(case, payload):
     theirs = np.array([pin.rnea(model, data, *state).copy() for state in zip(*states.arrays, strict=True)])
     loaded = carrying(arm, payload)
     method = METHODS["composite_moments"]
-    ours = method.torque(loaded, *states.last, gravity=True, cos=np.cos, sin=np.sin).T
+    ours = method.torque(loaded, *states.last).T
     # Merging rounds some ten times more than either program.
     bound = round_off_bounds(loaded, states.q, states.qd, states.qdd)["torque"]
     assert np.abs(ours - theirs).max() <= 2 * bound

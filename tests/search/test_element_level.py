@@ -237,7 +237,7 @@ def test_blocks_by_hand():
     trace = Trace()
     x, y, z = trace.inputs("x", 3)[:, 0]
     shared = x * y
-    cosine = trace.cos(np.array([shared], dtype=object))[0]
+    cosine = trace.apply("cos", shared)
     assert blocks(trace, [[shared + z], [cosine * 2.0], [1.0]]) == {
         frozenset({0, 1}): 1,
         frozenset({0}): 1,

@@ -40,7 +40,7 @@ def round_trip(arm: RobotArm, states: States) -> None:
     theirs = pinocchio_dynamics(arm, states.q, states.qd, states.qdd)
     allowed = tolerance(arm, states, theirs["inertia"])
     for name, method in METHODS.items():
-        torque = method.torque(arm, *states.last, gravity=True, cos=np.cos, sin=np.sin).T
+        torque = method.torque(arm, *states.last).T
         found = joint_accelerations(arm, states.q, states.qd, torque, name)
         assert (np.abs(found - states.qdd).max(axis=-1) <= allowed).all(), name
         # Whatever the condition of D, the torque of what was found is the torque given, to Pinocchio as well:
@@ -93,7 +93,7 @@ def test_all_formulations_and_pinocchios_articulated_bodies_agree(case):
 def test_drives_and_friction_take_their_share(puma):
     """What the drives ask for is added to the torque; what is left accelerates as before."""
     states = random_states(6, 50, 5)
-    without = METHODS["newton_euler_link"].torque(puma, *states.last, gravity=True, cos=np.cos, sin=np.sin).T
+    without = METHODS["newton_euler_link"].torque(puma, *states.last).T
     asked = drive_contributions(puma, states.qd, states.qdd, rest_rate=1e-2)
     damping = np.arange(6.0)
     found = joint_accelerations(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from types import MappingProxyType
 from typing import Literal
 
@@ -17,7 +17,6 @@ from gd_analyze.formulations.interface import Method
 from gd_analyze.formulations.methods import METHODS
 from gd_analyze.operations import OperationCount, Program, Trace, count_operations
 from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import Array, Elementwise
 
 Counted = Literal["executed", "folded", "text"]
 
@@ -100,15 +99,11 @@ def count_cost(method: Method, arm: RobotArm) -> Cost:
         The arm; its numbers are constants, the state is not.
     """
     n = arm.n_joints
-
-    def code(q: Array, qd: Array, qdd: Array, cos: Elementwise, sin: Elementwise) -> Array:
-        return method.torque(arm, q, qd, qdd, gravity=True, cos=cos, sin=sin)
-
+    code = partial(method.torque, arm)
     # Values do not matter to a count, only that they are there.
     executed = count_operations(code, *np.full((3, n), 0.5))
     trace = Trace()
-    q, qd, qdd = (trace.inputs(name, n) for name in ("q", "qd", "qdd"))
-    torque = code(q, qd, qdd, trace.cos, trace.sin)
+    torque = code(*(trace.inputs(name, n) for name in ("q", "qd", "qdd")))
     return Cost(executed, Program.of(trace, list(torque[:, 0])).count)
 
 

@@ -8,6 +8,7 @@ loss; the rods' m l^2 / 12, which is not, enters afterwards.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, cast
 
@@ -63,10 +64,14 @@ def two_link_closed_forms(method: str) -> ClosedForms:
     sp = _sympy()
     s = _symbols()
     arm = _symbolic_arm(s)
-    cos, sin = (np.frompyfunc(function, 1, 1) for function in (sp.cos, sp.sin))
-    q = np.array([[s["theta1"]], [s["theta2"]]], dtype=object)
+    # Of a joint that turns, the formulations take cosine and sine only.
+    angles = (
+        SimpleNamespace(cos=partial(sp.cos, s[name]), sin=partial(sp.sin, s[name]))
+        for name in ("theta1", "theta2")
+    )
+    q = np.array([[angle] for angle in angles], dtype=object)
     qd = np.array([[s["thetad1"]], [s["thetad2"]]], dtype=object)
-    given = formulation.dynamics(cast("RobotArm", arm), q, qd, cos, sin)
+    given = formulation.dynamics(cast("RobotArm", arm), q, qd)
 
     def exact(expression: Any) -> Any:
         rational = sp.sympify(expression).replace(lambda x: x.is_Float, lambda x: sp.Rational(float(x)))

@@ -32,10 +32,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.formulations.second_moment import about_com
 from gd_analyze.kinematics import Kinematics, joint_motions
 from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import Array, apply, cross, dot, outer
+from gd_analyze.robots.inertia import second_moment
+from gd_analyze.vectors import Array, apply, cross, dot, outer, times_constant
 
 TRANSLATION, ROTATION = 0, 1
 
@@ -85,7 +85,7 @@ def composite_moments(arm: RobotArm, kinematics: Kinematics) -> CompositeMoments
     second = np.empty((2, n, 3, 3, count), origins.dtype)
     for s in reversed(range(n)):
         com = kinematics.com_from_joint[s]
-        matter = about_com(arm.inertia_com[s])
+        matter = second_moment(arm.inertia_com[s])
         rotation = kinematics.link_rotations[s]
         first[s] = arm.mass[s] * com
         second[TRANSLATION, s] = outer(first[s], com)
@@ -182,11 +182,8 @@ def gravity_loading(arm: RobotArm, moments: CompositeMoments) -> Array:
 
 
 def _turned_tensor(rotation: Array, constant: Array) -> Array:
-    """R T R^T."""
-    return np.einsum("acn,bcn->abn", _columns_times(rotation, constant), rotation)
-
-
-def _columns_times(rotation: Array, constant: Array) -> Array:
-    if np.count_nonzero(constant - np.diag(np.diagonal(constant))) == 0:
-        return rotation * np.diagonal(constant)[:, None]
-    return np.einsum("abn,bc->acn", rotation, constant)
+    """R T R^T; principal axes along the frame's save a product of matrices."""
+    principal = np.diagonal(constant)
+    is_diagonal = np.count_nonzero(constant - np.diag(principal)) == 0
+    turned = rotation * principal[:, None] if is_diagonal else times_constant(rotation, constant)
+    return np.einsum("acn,bcn->abn", turned, rotation)

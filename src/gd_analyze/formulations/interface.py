@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import Array, Elementwise, FloatArray, chunks, set_points_last
+from gd_analyze.vectors import Array, FloatArray, chunks, set_points_last
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,29 +24,13 @@ class Dynamics:
 class TorqueOf(Protocol):
     """Torque (n, N) of an arm at q, qd, qdd (n, N)."""
 
-    def __call__(
-        self,
-        arm: RobotArm,
-        q: Array,
-        qd: Array,
-        qdd: Array,
-        *,
-        gravity: bool,
-        cos: Elementwise,
-        sin: Elementwise,
-    ) -> Array:
+    def __call__(self, arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = True) -> Array:
         """Evaluate the torque."""
         ...
 
 
-class DynamicsOf(Protocol):
-    """D, h and c of an arm at q, qd (n, N)."""
-
-    def __call__(
-        self, arm: RobotArm, q: Array, qd: Array, cos: Elementwise = np.cos, sin: Elementwise = np.sin
-    ) -> Dynamics:
-        """Evaluate D, h and c."""
-        ...
+# D, h and c of an arm at q, qd (n, N).
+DynamicsOf = Callable[[RobotArm, Array, Array], Dynamics]
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,5 +72,5 @@ def torque_of_states(
     out = np.empty(states[0].shape)
     for chunk in chunks(len(q)):
         part = (x[:, chunk] for x in states)
-        out[:, chunk] = method.torque(arm, *part, gravity=True, cos=np.cos, sin=np.sin)
+        out[:, chunk] = method.torque(arm, *part)
     return out.T

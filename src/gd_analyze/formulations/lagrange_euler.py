@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.formulations.second_moment import about_origin
 from gd_analyze.robots import Placement, RobotArm
-from gd_analyze.vectors import Array, Elementwise, skew, turn_about
+from gd_analyze.robots.inertia import second_moment_about_origin
+from gd_analyze.vectors import Array, product, skew, times_constant, turn_about
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class LagrangeEuler:
         return np.einsum("ikmn,kn,mn->in", self.coupling, qd, qd)
 
 
-def solve(arm: RobotArm, q: Array, cos: Elementwise = np.cos, sin: Elementwise = np.sin) -> LagrangeEuler:
+def solve(arm: RobotArm, q: Array) -> LagrangeEuler:
     """Evaluate D, h_ikm and c.
 
     Parameters
@@ -49,14 +49,12 @@ def solve(arm: RobotArm, q: Array, cos: Elementwise = np.cos, sin: Elementwise =
         The arm.
     q
         Joint variables, set points last, shape (n, N).
-    cos, sin
-        Elementwise functions of an array; replaced when q holds something other than numbers.
     """
     n, count = q.shape
     dtype = np.result_type(q, float)
-    steps = _steps(arm, q, cos(q), sin(q))
+    steps = _steps(arm, q, np.cos(q), np.sin(q))
     generators = [_generator(arm, i) for i in range(n)]
-    first, second = _derivatives(arm, steps, generators)
+    first, second = _derivatives(*steps, generators)
     masses = [_pseudo_inertia(arm, i) for i in range(n)]
     inertia = np.zeros((n, n, count), dtype)
     coupling = np.zeros((n, n, n, count), dtype)
@@ -82,62 +80,56 @@ def _pseudo_inertia(arm: RobotArm, link: int) -> Array:
     """
     first = arm.mass[link] * arm.com[link]
     out = np.empty((4, 4), first.dtype)
-    out[:3, :3] = about_origin(arm, link)
+    out[:3, :3] = second_moment_about_origin(arm.mass[link], arm.com[link], arm.inertia_com[link])
     out[:3, 3] = out[3, :3] = first
     out[3, 3] = arm.mass[link]
     return out
 
 
 def _derivatives(
-    arm: RobotArm, steps: _Steps, generators: list[Array]
+    base: list[Array], step: list[Array], to_link: dict[tuple[int, int], Array], generators: list[Array]
 ) -> tuple[dict[tuple[int, int], Array], dict[tuple[int, int, int], Array]]:
     """U_ij and U_ijk by (j, i) and (j, k, i), j <= k <= i. Eqs. (3.2-11), (3.2-13)."""
-    n = arm.n_joints
+    n = len(base)
     first: dict[tuple[int, int], Array] = {}
     second: dict[tuple[int, int, int], Array] = {}
     for j in range(n):
-        moved = _constant_right(steps.base[j], generators[j])
+        moved = times_constant(base[j], generators[j])
         relative = None
         for k in range(j, n):
             # moved @ relative leads to joint frame k-1; turning by Q_k there gives the second derivative.
-            at_k = moved if relative is None else _product(moved, relative)
-            twice = _constant_right(at_k, generators[k])
+            at_k = moved if relative is None else product(moved, relative)
+            twice = times_constant(at_k, generators[k])
             for i in range(k, n):
                 if k == j:
-                    first[j, i] = _product(moved, steps.to_link[j, i])
-                second[j, k, i] = _product(twice, steps.to_link[k, i])
-            relative = steps.step[k] if relative is None else _product(relative, steps.step[k])
+                    first[j, i] = product(moved, to_link[j, i])
+                second[j, k, i] = product(twice, to_link[k, i])
+            relative = step[k] if relative is None else product(relative, step[k])
     return first, second
 
 
-@dataclass(frozen=True)
-class _Steps:
+def _steps(
+    arm: RobotArm, q: Array, cos_q: Array, sin_q: Array
+) -> tuple[list[Array], list[Array], dict[tuple[int, int], Array]]:
     """Joint frames in the base, steps from joint frame to joint frame, and on to every link frame."""
-
-    base: list[Array]
-    step: list[Array]
-    to_link: dict[tuple[int, int], Array]
-
-
-def _steps(arm: RobotArm, q: Array, cos_q: Array, sin_q: Array) -> _Steps:
     n = arm.n_joints
     before = [_homogeneous(joint.placement) for joint in arm.joints]
     moved = [
-        _constant_right(_motion(arm, i, q[i], cos_q[i], sin_q[i]), _homogeneous(arm.links[i].frame))
+        times_constant(_motion(arm, i, q[i], cos_q[i], sin_q[i]), _homogeneous(arm.links[i].frame))
         for i in range(n)
     ]
-    step = [_constant_right(moved[i], before[i + 1]) if i + 1 < n else moved[i] for i in range(n)]
+    step = [times_constant(moved[i], before[i + 1]) if i + 1 < n else moved[i] for i in range(n)]
     count = q.shape[-1]
     base = [np.broadcast_to(before[0][:, :, None], (4, 4, count)).astype(step[0].dtype)]
     for i in range(n - 1):
-        base.append(_product(base[i], step[i]))
+        base.append(product(base[i], step[i]))
     to_link: dict[tuple[int, int], Array] = {}
     for j in range(n):
         relative = None
         for i in range(j, n):
-            to_link[j, i] = moved[i] if relative is None else _product(relative, moved[i])
-            relative = step[i] if relative is None else _product(relative, step[i])
-    return _Steps(base, step, to_link)
+            to_link[j, i] = moved[i] if relative is None else product(relative, moved[i])
+            relative = step[i] if relative is None else product(relative, step[i])
+    return base, step, to_link
 
 
 def _motion(arm: RobotArm, i: int, q: Array, cos_q: Array, sin_q: Array) -> Array:
@@ -167,14 +159,6 @@ def _homogeneous(placement: Placement) -> Array:
     out = np.eye(4, dtype=placement.translation.dtype)
     out[:3, :3], out[:3, 3] = placement.rotation, placement.translation
     return out
-
-
-def _product(a: Array, b: Array) -> Array:
-    return np.einsum("abn,bcn->acn", a, b)
-
-
-def _constant_right(a: Array, constant: Array) -> Array:
-    return np.einsum("abn,bc->acn", a, constant)
 
 
 def _trace_of_product(a: Array, b: Array) -> Array:

@@ -18,23 +18,18 @@ from gd_analyze.formulations import (
     recursive_lagrangian,
 )
 from gd_analyze.formulations.interface import Dynamics, DynamicsOf, Method, TorqueOf
-from gd_analyze.formulations.loads import Loads
 from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import Array, Elementwise
+from gd_analyze.vectors import Array
 
 
-def _lagrange_euler_dynamics(
-    arm: RobotArm, q: Array, qd: Array, cos: Elementwise = np.cos, sin: Elementwise = np.sin
-) -> Dynamics:
-    solved = lagrange_euler.solve(arm, q, cos, sin)
+def _lagrange_euler_dynamics(arm: RobotArm, q: Array, qd: Array) -> Dynamics:
+    solved = lagrange_euler.solve(arm, q)
     return Dynamics(solved.inertia, solved.coriolis_centrifugal(qd), solved.gravity_loading)
 
 
-def _dalembert_dynamics(
-    arm: RobotArm, q: Array, qd: Array, cos: Elementwise = np.cos, sin: Elementwise = np.sin
-) -> Dynamics:
-    kinematics = solve_kinematics(arm, q, cos, sin)
+def _dalembert_dynamics(arm: RobotArm, q: Array, qd: Array) -> Dynamics:
+    kinematics = solve_kinematics(arm, q)
     return Dynamics(
         generalized_dalembert.inertia_by_link(arm, kinematics).sum(axis=(0, 1)),
         generalized_dalembert.coriolis_centrifugal_by_link(arm, kinematics, qd).sum(axis=(0, 1)),
@@ -42,10 +37,8 @@ def _dalembert_dynamics(
     )
 
 
-def _moments_dynamics(
-    arm: RobotArm, q: Array, qd: Array, cos: Elementwise = np.cos, sin: Elementwise = np.sin
-) -> Dynamics:
-    moments = composite_moments.composite_moments(arm, solve_kinematics(arm, q, cos, sin))
+def _moments_dynamics(arm: RobotArm, q: Array, qd: Array) -> Dynamics:
+    moments = composite_moments.composite_moments(arm, solve_kinematics(arm, q))
     pairs = composite_moments.brackets(moments)
     return Dynamics(
         composite_moments.inertia(moments).sum(axis=0),
@@ -57,36 +50,20 @@ def _moments_dynamics(
 def _summed(dynamics: DynamicsOf) -> TorqueOf:
     """Torque of a method that gives D, h and c."""
 
-    def torque(
-        arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool, cos: Elementwise, sin: Elementwise
-    ) -> Array:
-        given = dynamics(arm, q, qd, cos, sin)
+    def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = True) -> Array:
+        given = dynamics(arm, q, qd)
         sum_ = np.einsum("ijn,jn->in", given.inertia, qdd) + given.coriolis_centrifugal
         return sum_ + given.gravity_loading if gravity else sum_
 
     return torque
 
 
-def _newton_euler_base(
-    arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool, cos: Elementwise, sin: Elementwise
-) -> Array:
-    return newton_euler_base.torque(arm, solve_kinematics(arm, q, cos, sin), qd, qdd, loads=Loads(gravity))
-
-
-def _newton_euler_link(
-    arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool, cos: Elementwise, sin: Elementwise
-) -> Array:
-    return newton_euler_link.torque(arm, q, qd, qdd, loads=Loads(gravity), cos=cos, sin=sin)
-
-
 def _probed(torque: TorqueOf) -> DynamicsOf:
     """D, h and c of a method that gives torque only."""
 
-    def dynamics(
-        arm: RobotArm, q: Array, qd: Array, cos: Elementwise = np.cos, sin: Elementwise = np.sin
-    ) -> Dynamics:
+    def dynamics(arm: RobotArm, q: Array, qd: Array) -> Dynamics:
         n, count = q.shape
-        ask = partial(torque, arm, q, cos=cos, sin=sin)
+        ask = partial(torque, arm, q)
         return Dynamics(
             probing.inertia(ask, n, count),
             probing.coriolis_centrifugal(ask, qd),
@@ -129,8 +106,8 @@ METHODS: dict[str, Method] = {
             "rotation matrices, vectors in the base frame",
             "recursive",
             "n",
-            _newton_euler_base,
-            _probed(_newton_euler_base),
+            newton_euler_base.torque,
+            _probed(newton_euler_base.torque),
         ),
         Method(
             "newton_euler_link",
@@ -140,8 +117,8 @@ METHODS: dict[str, Method] = {
             "rotation matrices, vectors in link frames",
             "recursive",
             "n",
-            _newton_euler_link,
-            _probed(_newton_euler_link),
+            newton_euler_link.torque,
+            _probed(newton_euler_link.torque),
         ),
         Method(
             "generalized_dalembert",

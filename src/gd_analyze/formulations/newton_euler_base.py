@@ -9,34 +9,41 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.formulations.loads import GRAVITY, Loads
-from gd_analyze.kinematics import Kinematics
+from gd_analyze.kinematics import Kinematics, solve_kinematics
 from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import Array, apply, cross, dot, rigid_acceleration
+from gd_analyze.vectors import Array, FloatArray, apply, cross, dot, rigid_acceleration, times_constant
 
 
 def torque(
     arm: RobotArm,
-    kinematics: Kinematics,
+    q: Array,
     qd: Array,
     qdd: Array,
     *,
-    loads: Loads = GRAVITY,
+    gravity: bool = True,
+    damping: FloatArray | None = None,
+    hand: FloatArray | None = None,
 ) -> Array:
     """Generalized torque by Newton-Euler, shape (n, N). [FGL87] Table 3.2.
 
     Parameters
     ----------
-    arm, kinematics
-        The arm and where it is.
-    qd, qdd
-        Rates and accelerations, set points last, shape (n, N).
-    loads
-        What acts besides inertia.
+    arm
+        The arm.
+    q, qd, qdd
+        Joint variables, rates and accelerations, set points last, shape (n, N).
+    gravity
+        Whether gravity acts.
+    damping
+        Viscous damping b_i at the joints, N m s (N s/m where the joint slides), shape (n,).
+    hand
+        f_{n+1} and n_{n+1}, what the last link exerts on the world at its frame's origin, in the base frame,
+        N and N m, shape (2, 3).
     """
     n, count = qd.shape
+    kinematics = solve_kinematics(arm, q)
     omega = omega_dot = np.zeros((3, count))
-    acceleration = loads.base_acceleration(arm.gravity, count)
+    acceleration = np.broadcast_to(-int(gravity) * arm.gravity[:, None], (3, count))
     forces, moments = [], []
     for i in range(n):
         z = kinematics.joint_axes[i]
@@ -55,7 +62,7 @@ def torque(
         tensor = _base_tensor(kinematics.link_rotations[i], arm.inertia_com[i])
         moments.append(apply(tensor, omega_dot) + cross(omega, apply(tensor, omega)))
     out = np.empty((n, count), np.result_type(qd, kinematics.joint_axes))
-    force, moment = loads.force[:, None], loads.moment[:, None]
+    force, moment = np.zeros((2, 3, 1)) if hand is None else hand[:, :, None]
     for i in reversed(range(n)):
         z = kinematics.joint_axes[i]
         arm_vector = _link_vector(kinematics, i)
@@ -66,8 +73,8 @@ def torque(
         )
         force = force + forces[i]
         out[i] = dot(z, moment) if arm.is_revolute[i] else dot(z, force)
-        if loads.damping is not None:
-            out[i] += loads.damping[i] * qd[i]
+        if damping is not None:
+            out[i] += damping[i] * qd[i]
     return out
 
 
@@ -80,4 +87,4 @@ def _link_vector(kinematics: Kinematics, i: int) -> Array | None:
 
 def _base_tensor(rotation: Array, inertia_com: Array) -> Array:
     """R I R^T."""
-    return np.einsum("acn,dcn->adn", np.einsum("abn,bc->acn", rotation, inertia_com), rotation)
+    return np.einsum("acn,dcn->adn", times_constant(rotation, inertia_com), rotation)

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.formulations.loads import GRAVITY, Loads
 from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import Array, Elementwise, cross, rigid_acceleration, turn_parts
+from gd_analyze.vectors import Array, FloatArray, cross, rigid_acceleration, turn_parts
 
 
 def torque(
@@ -21,9 +20,9 @@ def torque(
     qd: Array,
     qdd: Array,
     *,
-    loads: Loads = GRAVITY,
-    cos: Elementwise = np.cos,
-    sin: Elementwise = np.sin,
+    gravity: bool = True,
+    damping: FloatArray | None = None,
+    hand: FloatArray | None = None,
 ) -> Array:
     """Generalized torque by Newton-Euler, shape (n, N). [FGL87] Table 3.3.
 
@@ -33,16 +32,19 @@ def torque(
         The arm.
     q, qd, qdd
         Joint variables, rates and accelerations, set points last, shape (n, N).
-    loads
-        What acts besides inertia.
-    cos, sin
-        Elementwise functions of an array; replaced when q holds something other than numbers.
+    gravity
+        Whether gravity acts.
+    damping
+        Viscous damping b_i at the joints, N m s (N s/m where the joint slides), shape (n,).
+    hand
+        f_{n+1} and n_{n+1}, what the last link exerts on the world at its frame's origin, in the base frame,
+        N and N m, shape (2, 3).
     """
     n, count = qd.shape
-    cos_q, sin_q = cos(q), sin(q)
+    cos_q, sin_q = np.cos(q), np.sin(q)
     steps = [_step(arm, i, q[i], cos_q[i], sin_q[i]) for i in range(n)]
     omega = omega_dot = np.zeros((3, count))
-    acceleration = loads.base_acceleration(arm.gravity, count)
+    acceleration = np.broadcast_to(-int(gravity) * arm.gravity[:, None], (3, count))
     motions = []
     for i, step in enumerate(steps):
         # Up to the joint's origin with the link before, then into link frame i.
@@ -63,7 +65,7 @@ def torque(
         couple = _times(tensor, omega_dot) + cross(omega, _times(tensor, omega))
         motions.append((inertial_force, couple))
     out = np.empty((n, count), np.result_type(q, float))
-    force, moment = (_from_base(steps, vector) for vector in (loads.force, loads.moment))
+    force, moment = np.zeros((2, 3, 1)) if hand is None else (_from_base(steps, vector) for vector in hand)
     for i in reversed(range(n)):
         step = steps[i]
         inertial, couple = motions[i]
@@ -74,8 +76,8 @@ def torque(
         moment = moment + cross(step.link_vector, force)
         effort = moment if arm.is_revolute[i] else force
         out[i] = np.einsum("an,an->n", np.broadcast_to(step.axis, effort.shape), effort)
-        if loads.damping is not None:
-            out[i] = out[i] + loads.damping[i] * qd[i]
+        if damping is not None:
+            out[i] = out[i] + damping[i] * qd[i]
         moment = step.out_of(moment)
         force = step.out_of(force)
         if step.to_joint is not None:
@@ -124,12 +126,9 @@ def _step(arm: RobotArm, i: int, q: Array, cos_q: Array, sin_q: Array) -> _Step:
 
 def _from_base(steps: list[_Step], vector: Array) -> Array:
     """Carry a constant base-frame vector out to the last link's frame."""
-    out: Array = vector[:, None]
-    if vector.any():
-        count = steps[0].rotation.shape[-1]
-        out = np.broadcast_to(out, (3, count))
-        for step in steps:
-            out = step.into(out)
+    out: Array = np.broadcast_to(vector[:, None], (3, steps[0].rotation.shape[-1]))
+    for step in steps:
+        out = step.into(out)
     return out
 
 

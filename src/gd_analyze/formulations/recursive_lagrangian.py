@@ -22,21 +22,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.formulations.second_moment import about_origin
 from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import Array, Elementwise, apply, dot, outer, turn_parts
+from gd_analyze.robots.inertia import second_moment_about_origin
+from gd_analyze.vectors import Array, apply, dot, outer, product, times_constant, turn_parts
 
 
-def torque(
-    arm: RobotArm,
-    q: Array,
-    qd: Array,
-    qdd: Array,
-    *,
-    gravity: bool = True,
-    cos: Elementwise = np.cos,
-    sin: Elementwise = np.sin,
-) -> Array:
+def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = True) -> Array:
     """Generalized torque by the recursive Lagrangian, shape (n, N).
 
     Parameters
@@ -47,26 +38,24 @@ def torque(
         Joint variables, rates and accelerations, set points last, shape (n, N).
     gravity
         Whether gravity acts.
-    cos, sin
-        Elementwise functions of an array; replaced when q holds something other than numbers.
     """
     n, count = qd.shape
-    cos_q, sin_q = cos(q), sin(q)
+    cos_q, sin_q = np.cos(q), np.sin(q)
     steps = [_step(arm, i, q[i], cos_q[i], sin_q[i]) for i in range(n)]
     w: Array = np.broadcast_to(np.eye(3)[:, :, None], (3, 3, count))
     w1 = w2 = np.zeros((3, 3, count))
-    p2: Array = np.broadcast_to((-arm.gravity if gravity else np.zeros(3))[:, None], (3, count))
+    p2: Array = np.broadcast_to(-int(gravity) * arm.gravity[:, None], (3, count))
     slopes, origins, rotations = [], [], []
     for i, step in enumerate(steps):
         # With s the step's place and R its rotation in frame i-1: p_i = p + W s, W_i = W R.
         s1, s2 = step.place_slope * qd[i], step.place_slope * qdd[i] + step.place_curve * (qd[i] * qd[i])
         r1, r2 = step.slope * qd[i], step.slope * qdd[i] + step.curve * (qd[i] * qd[i])
-        slopes.append((_product(w, step.slope), apply(w, step.place_slope)))
+        slopes.append((product(w, step.slope), apply(w, step.place_slope)))
         p2 = p2 + apply(w2, step.place) + 2.0 * apply(w1, s1) + apply(w, s2)
         w, w1, w2 = (
-            _product(w, step.rotation),
-            _product(w1, step.rotation) + _product(w, r1),
-            _product(w2, step.rotation) + 2.0 * _product(w1, r1) + _product(w, r2),
+            product(w, step.rotation),
+            product(w1, step.rotation) + product(w, r1),
+            product(w2, step.rotation) + 2.0 * product(w1, r1) + product(w, r2),
         )
         origins.append(p2)
         rotations.append(w2)
@@ -75,9 +64,9 @@ def torque(
     big_d: Array = np.zeros((3, 3, count))
     for i in reversed(range(n)):
         first = (arm.mass[i] * arm.com[i])[:, None]
-        second = about_origin(arm, i)
+        second = second_moment_about_origin(arm.mass[i], arm.com[i], arm.inertia_com[i])
         if i + 1 < n:
-            big_d = _product(steps[i + 1].rotation, big_d) + outer(steps[i + 1].place, e)
+            big_d = product(steps[i + 1].rotation, big_d) + outer(steps[i + 1].place, e)
         e = e + arm.mass[i] * origins[i] + apply(rotations[i], first)
         big_d = big_d + outer(first, origins[i]) + np.einsum("ab,cbn->acn", second, rotations[i])
         turning, moving = slopes[i]
@@ -112,10 +101,6 @@ def _step(arm: RobotArm, i: int, q: Array, cos_q: Array, sin_q: Array) -> _Step:
     turn = fixed[:, :, None] + by_sin[:, :, None] * sin_q + by_cos[:, :, None] * cos_q
     slope = by_sin[:, :, None] * cos_q - by_cos[:, :, None] * sin_q
     curve = -(by_sin[:, :, None] * sin_q + by_cos[:, :, None] * cos_q)
-    turned = [np.einsum("abn,bc->acn", matrix, behind) for matrix in (turn, slope, curve)]
+    turned = [times_constant(matrix, behind) for matrix in (turn, slope, curve)]
     placed = [np.einsum("abn,b->an", matrix, offset) for matrix in (turn, slope, curve)]
     return _Step(turned[0], turned[1], turned[2], base + placed[0], placed[1], placed[2])
-
-
-def _product(a: Array, b: Array) -> Array:
-    return np.einsum("abn,bcn->acn", a, b)

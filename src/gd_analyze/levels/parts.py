@@ -135,7 +135,7 @@ def trace_parts(arm: RobotArm) -> TracedParts:
     """Run the formulation once on numbers that remember their arithmetic."""
     trace = Trace()
     q, qd, qdd = (trace.inputs(name, arm.n_joints) for name in ("q", "qd", "qdd"))
-    kinematics = solve_kinematics(arm, q, trace.cos, trace.sin)
+    kinematics = solve_kinematics(arm, q)
     moments = composite.composite_moments(arm, kinematics)
     return TracedParts(
         trace,

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.terms import Factor, Rate
 from gd_analyze.operations import Trace
@@ -43,8 +41,4 @@ class TorqueVariables:
         for joint, multiple in enumerate(multiples):
             for _ in range(abs(multiple)):
                 argument = argument + self._q[joint] if multiple > 0 else argument - self._q[joint]
-        if kind == "power":
-            return argument
-        one = np.empty(1, dtype=object)
-        one[0] = argument
-        return (self._trace.cos if kind == "cos" else self._trace.sin)(one)[0]
+        return argument if kind == "power" else self._trace.apply(kind, argument)

@@ -65,6 +65,16 @@ class CountingNumber:
     def __neg__(self) -> CountingNumber:
         return CountingNumber(-self.value, self.tally)
 
+    def cos(self) -> CountingNumber:
+        """Cosine, as `numpy.cos` takes it of objects."""
+        self.tally.sines_cosines += 1
+        return CountingNumber(math.cos(self.value), self.tally)
+
+    def sin(self) -> CountingNumber:
+        """Sine, as `numpy.sin` takes it of objects."""
+        self.tally.sines_cosines += 1
+        return CountingNumber(math.sin(self.value), self.tally)
+
     def __float__(self) -> float:
         return self.value
 
@@ -76,23 +86,13 @@ def counting_array(values: Array, tally: Tally) -> Array:
     return out
 
 
-def counting_function(function: Callable[[float], float], tally: Tally) -> Callable[[Array], Array]:
-    """A sine or cosine of counting numbers."""
-
-    def one(number: CountingNumber) -> CountingNumber:
-        tally.sines_cosines += 1
-        return CountingNumber(function(number.value), tally)
-
-    return np.frompyfunc(one, 1, 1)
-
-
 def count_operations(code: Callable[..., Any], *states: Array) -> OperationCount:
     """Run code once on numbers that count.
 
     Parameters
     ----------
     code
-        Called with the states as arrays of shape (n, 1), and with `cos` and `sin` for such arrays.
+        Called with the states as arrays of shape (n, 1).
     states
         Numbers of one set point, each of shape (n,).
 
@@ -102,11 +102,7 @@ def count_operations(code: Callable[..., Any], *states: Array) -> OperationCount
         What was carried out.
     """
     tally = Tally()
-    code(
-        *(counting_array(state, tally) for state in states),
-        cos=counting_function(math.cos, tally),
-        sin=counting_function(math.sin, tally),
-    )
+    code(*(counting_array(state, tally) for state in states))
     return tally.count
 
 

@@ -48,6 +48,14 @@ class Expression:
     def __neg__(self) -> Any:
         return self.trace.negative(self)
 
+    def cos(self) -> Any:
+        """Cosine, as `numpy.cos` takes it of objects."""
+        return self.trace.apply("cos", self)
+
+    def sin(self) -> Any:
+        """Sine, as `numpy.sin` takes it of objects."""
+        return self.trace.apply("sin", self)
+
     def __repr__(self) -> str:
         return f"{self.operation}{self.arguments!r}"
 
@@ -64,14 +72,6 @@ class Trace:
         out = np.empty((count, 1), dtype=object)
         out[:, 0] = [self._node("input", f"{name}{i + 1}") for i in range(count)]
         return out
-
-    def cos(self, values: Array) -> Array:
-        """Take the cosine of every entry."""
-        return self._elementwise("cos", values)
-
-    def sin(self, values: Array) -> Array:
-        """Take the sine of every entry."""
-        return self._elementwise("sin", values)
 
     def add(self, a: Any, b: Any) -> Any:
         """Sum with zeros left out and a sign turned into a difference."""
@@ -143,10 +143,6 @@ class Trace:
         if _is_negative(a):
             return self.negative(self.add(a.arguments[0], b))
         return self._node("subtract", a, b)
-
-    def _elementwise(self, operation: Operation, values: Array) -> Array:
-        result: Array = np.frompyfunc(lambda value: self.apply(operation, value), 1, 1)(values)
-        return result
 
     def _node(self, operation: Operation, *arguments: Any) -> Expression:
         arguments = tuple(a if isinstance(a, Expression | str) else float(a) for a in arguments)

@@ -18,7 +18,7 @@ from typing import Literal
 import numpy as np
 
 from gd_analyze.errors import ArmError, GdAnalyzeWarning
-from gd_analyze.robots.constants import constant
+from gd_analyze.robots.constants import keep
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link
 from gd_analyze.vectors import FloatArray
 
@@ -55,9 +55,7 @@ class RobotArm:
     assumptions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(
-            self, "gravity", constant(self.gravity, (3,), f"the gravity of {self.name}", f"arm {self.name}")
-        )
+        keep(self, "gravity", (3,), f"the gravity of {self.name}", f"arm {self.name}")
         if not self.joints:
             raise ArmError(f"arm {self.name} has no joints", expected="at least one joint")
         for what, items in (("links", self.links), ("drives", self.drives)):

@@ -17,7 +17,7 @@ from gd_analyze.errors import ArmError, Location
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_schema import ArmFile
 from gd_analyze.robots.denavit_hartenberg import modified_placements, standard_placements
-from gd_analyze.robots.parts import DHRow, Drive, Joint, Link
+from gd_analyze.robots.parts import Drive, Joint, Link
 from gd_analyze.robots.toml_lines import TableLines
 
 
@@ -108,7 +108,7 @@ def _build(parsed: ArmFile, lines: TableLines) -> RobotArm:
             Drive(**{**dict(drive), "coulomb": (drive.coulomb[0], drive.coulomb[1])})
             for drive in parsed.drives
         ),
-        dh_table=tuple(DHRow(joint.theta, joint.d, joint.a, joint.alpha) for joint in parsed.joints),
+        dh_table=tuple(joint.row for joint in parsed.joints),
         convention=f"{parsed.convention} Denavit-Hartenberg",
         sources=tuple(parsed.sources),
         assumptions=tuple(parsed.assumptions),
@@ -119,7 +119,7 @@ def _joints_and_links(parsed: ArmFile, lines: TableLines) -> tuple[tuple[Joint, 
     placements = standard_placements if parsed.convention == "standard" else modified_placements
     joints, links = [], []
     for i, (joint, link) in enumerate(zip(parsed.joints, parsed.links, strict=True)):
-        before, behind = placements(joint.kind, DHRow(joint.theta, joint.d, joint.a, joint.alpha))
+        before, behind = placements(joint.kind, joint.row)
         lower, upper = joint.range or (None, None)
         joints.append(
             Joint(

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from gd_analyze.robots.inertia import of_point_mass, symmetric_tensor
 from gd_analyze.robots.link_uncertainty import LinkUncertainty
-from gd_analyze.robots.parts import JointKind
+from gd_analyze.robots.parts import DHRow, JointKind
 from gd_analyze.vectors import FloatArray
 
 UNIT_SUFFIXES = {"_deg": math.pi / 180, "_mm": 1e-3}
@@ -57,6 +57,10 @@ class _JointTable(_Table):
     range: list[float] | None = Field(default=None, min_length=2, max_length=2)
     rate_limit: float | None = None
     acceleration_limit: float | None = None
+
+    @property
+    def row(self) -> DHRow:
+        return DHRow(self.theta, self.d, self.a, self.alpha)
 
     @classmethod
     def _unit_suffixes(cls, data: dict[str, Any]) -> dict[str, str]:

@@ -2,23 +2,31 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from gd_analyze.errors import ArmError, Location
 from gd_analyze.vectors import FloatArray
 
 
-def constant(values: Any, shape: tuple[int, ...], what: str, where: Location | str) -> FloatArray:
-    """Copy numbers into a read-only array of the given shape, or say what is wrong with them.
+def keep(
+    owner: object,
+    name: str,
+    shape: tuple[int, ...],
+    what: str,
+    where: Location | str,
+    *,
+    nonnegative: str | None = None,
+) -> FloatArray:
+    """Replace what a frozen value was given by a copy that cannot change, a float where the shape is ().
+
+    `nonnegative` is the unit of numbers that must not be negative.
 
     Raises
     ------
     ArmError
-        If the shape differs or a number is not finite.
+        If the shape differs, or a number is not finite or negative.
     """
-    array = np.array(values, dtype=float)
+    array = np.array(getattr(owner, name), dtype=float)
     if array.shape != shape:
         raise ArmError(
             f"{what} has the wrong shape", where=where, expected=str(shape), found=str(array.shape)
@@ -31,5 +39,11 @@ def constant(values: Any, shape: tuple[int, ...], what: str, where: Location | s
             found=str(array.tolist()),
             next_step="replace nan and inf by measured or estimated values",
         )
+    if nonnegative is not None and (array < 0).any():
+        found = str(array.tolist()) if shape else f"{array:g}"
+        raise ArmError(
+            f"{what} is negative", where=where, expected="0 or more", found=f"{found} {nonnegative}"
+        )
     array.flags.writeable = False
+    object.__setattr__(owner, name, array if shape else float(array))
     return array

@@ -1,10 +1,10 @@
-"""Inertia tensors: from their entries, and moved to another point."""
+"""Inertia tensors: from their entries, moved to another point, and as second moments of matter."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.vectors import FloatArray
+from gd_analyze.vectors import Array, FloatArray
 
 
 def symmetric_tensor(
@@ -18,3 +18,13 @@ def of_point_mass(mass: float, place: FloatArray) -> FloatArray:
     """What a mass at a place adds to the inertia about the origin: the parallel-axis theorem."""
     added: FloatArray = mass * ((place @ place) * np.eye(3) - np.outer(place, place))
     return added
+
+
+def second_moment(inertia_com: Array) -> Array:
+    """tr(I)/2 - I: to matrices of positions what the inertia tensor is to vectors, about the same point."""
+    return 0.5 * np.trace(inertia_com) * np.eye(3) - inertia_com
+
+
+def second_moment_about_origin(mass: float, com: Array, inertia_com: Array) -> Array:
+    """Second moment about the origin that the centre of mass is measured from: shifted by m r r^T, (3, 3)."""
+    return second_moment(inertia_com) + mass * np.outer(com, com)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from gd_analyze.errors import ArmError
-from gd_analyze.robots.constants import constant
+from gd_analyze.robots.constants import keep
 from gd_analyze.vectors import FloatArray
 
 
@@ -47,29 +46,18 @@ class LinkUncertainty:
     body_com: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        self._keep("mass", (), "the uncertainty of a link's mass", nonnegative=True)
-        self._keep("com", (3,), "the uncertainty of a link's com", nonnegative=True)
-        self._keep("inertia", (3, 3), "the uncertainty of a link's inertia", nonnegative=True)
-        self._keep("body_mass", (), "the mass of an uncertain body", nonnegative=True)
-        self._keep("body_com", (3,), "the com of an uncertain body")
+        for name, shape, what, unit in (
+            ("mass", (), "the uncertainty of a link's mass", "kg"),
+            ("com", (3,), "the uncertainty of a link's com", "m"),
+            ("inertia", (3, 3), "the uncertainty of a link's inertia", "kg m^2"),
+            ("body_mass", (), "the mass of an uncertain body", "kg"),
+            ("body_com", (3,), "the com of an uncertain body", None),
+        ):
+            if getattr(self, name) is not None:
+                keep(self, name, shape, what, "link uncertainty", nonnegative=unit)
         if self.inertia is not None and not np.array_equal(self.inertia, self.inertia.T):
             raise ArmError(
                 "the uncertainty of a link's inertia is not symmetric",
                 expected="xy and yx the same, and so on",
                 found=str(self.inertia.tolist()),
             )
-
-    def _keep(self, name: str, shape: tuple[int, ...], what: str, nonnegative: bool = False) -> None:
-        """Check what is given and keep a copy of it that cannot change."""
-        if getattr(self, name) is None:
-            return
-        value = constant(getattr(self, name), shape, what, "link uncertainty")
-        if nonnegative and (value < 0).any():
-            raise ArmError(f"{what} is negative", expected="0 or more", found=str(value.tolist()))
-        object.__setattr__(self, name, value if shape else float(value))
-
-    def of_body(self, mass: float, com: FloatArray) -> LinkUncertainty:
-        """Keep to the body of given mass and centre of mass, whatever its link holds besides from now on."""
-        if self.body_mass is not None:
-            return self
-        return dataclasses.replace(self, body_mass=mass, body_com=com)

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location
-from gd_analyze.robots.constants import constant
+from gd_analyze.robots.constants import keep
 from gd_analyze.robots.link_uncertainty import LinkUncertainty
 from gd_analyze.vectors import FloatArray
 
@@ -33,18 +33,13 @@ class Placement:
     translation: FloatArray = field(default_factory=lambda: np.zeros(3))
 
     def __post_init__(self) -> None:
-        rotation = constant(self.rotation, (3, 3), "the rotation of a placement", "placement")
+        rotation = keep(self, "rotation", (3, 3), "the rotation of a placement", "placement")
         if (
             np.abs(rotation.T @ rotation - np.eye(3)).max() > ORTHONORMAL_TOLERANCE
             or np.linalg.det(rotation) < 0
         ):
             raise ArmError("the rotation of a placement is not a rotation", found=str(rotation.tolist()))
-        object.__setattr__(self, "rotation", rotation)
-        object.__setattr__(
-            self,
-            "translation",
-            constant(self.translation, (3,), "the translation of a placement", "placement"),
-        )
+        keep(self, "translation", (3,), "the translation of a placement", "placement")
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,8 +81,8 @@ class Joint:
                 expected="revolute or prismatic",
                 found=str(self.kind),
             )
-        axis = constant(self.axis, (3,), f"the axis of joint {self.name}", where)
-        length = float(np.linalg.norm(axis))
+        keep(self, "axis", (3,), f"the axis of joint {self.name}", where)
+        length = float(np.linalg.norm(self.axis))
         if abs(length - 1) > ORTHONORMAL_TOLERANCE:
             raise ArmError(
                 f"the axis of joint {self.name} is not a unit vector",
@@ -95,7 +90,6 @@ class Joint:
                 expected="length 1",
                 found=f"length {length:g}",
             )
-        object.__setattr__(self, "axis", axis)
         if self.lower is not None and self.upper is not None and not self.lower < self.upper:
             raise ArmError(
                 f"the range of joint {self.name} is empty",
@@ -174,18 +168,9 @@ class Link:
 
     def __post_init__(self) -> None:
         where = self.source or f"link {self.name}"
-        mass = float(constant(self.mass, (), f"the mass of link {self.name}", where))
-        object.__setattr__(self, "mass", mass)
-        if mass < 0:
-            raise ArmError(
-                f"the mass of link {self.name} is negative",
-                where=where,
-                expected="0 or more",
-                found=f"{self.mass:g} kg",
-            )
-        object.__setattr__(self, "com", constant(self.com, (3,), f"the com of link {self.name}", where))
-        inertia = constant(self.inertia_com, (3, 3), f"the inertia of link {self.name}", where)
-        object.__setattr__(self, "inertia_com", inertia)
+        keep(self, "mass", (), f"the mass of link {self.name}", where, nonnegative="kg")
+        keep(self, "com", (3,), f"the com of link {self.name}", where)
+        inertia = keep(self, "inertia_com", (3, 3), f"the inertia of link {self.name}", where)
         scale = float(np.abs(inertia).max())
         if np.abs(inertia - inertia.T).max() > SYMMETRY_TOLERANCE * scale:
             raise ArmError(
@@ -259,18 +244,10 @@ class Drive:
     torque_limit: float | None = None
 
     def __post_init__(self) -> None:
-        inertia = float(constant(self.inertia, (), "the inertia of a drive", "drive"))
-        object.__setattr__(self, "inertia", inertia)
-        if inertia < 0:
-            raise ArmError(
-                "the inertia of a drive is negative", expected="0 or more", found=f"{inertia:g} kg m^2"
-            )
+        keep(self, "inertia", (), "the inertia of a drive", "drive", nonnegative="kg m^2")
         if self.inertia_uncertainty is not None:
             what = "the uncertainty of a drive's inertia"
-            uncertainty = float(constant(self.inertia_uncertainty, (), what, "drive"))
-            object.__setattr__(self, "inertia_uncertainty", uncertainty)
-            if uncertainty < 0:
-                raise ArmError(f"{what} is negative", expected="0 or more", found=f"{uncertainty:g} kg m^2")
+            keep(self, "inertia_uncertainty", (), what, "drive", nonnegative="kg m^2")
 
 
 @dataclass(frozen=True)

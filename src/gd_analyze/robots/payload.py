@@ -90,6 +90,8 @@ def with_payload(
     if together > 0:
         com = (last.mass * last.com + payload.mass * payload.position) / together
     stated = last.uncertainty
+    if stated is not None and stated.body_mass is None:
+        stated = dataclasses.replace(stated, body_mass=last.mass, body_com=last.com)
     merged = dataclasses.replace(
         last,
         mass=together,
@@ -98,7 +100,7 @@ def with_payload(
         + of_point_mass(last.mass, last.com - com)
         + payload.inertia
         + of_point_mass(payload.mass, payload.position - com),
-        uncertainty=None if stated is None else stated.of_body(last.mass, last.com),
+        uncertainty=stated,
     )
     place = ", ".join(f"{x:g}" for x in payload.position)
     note = f"Link {last.name} carries a payload of {payload.mass:g} kg at ({place}) m in its frame."

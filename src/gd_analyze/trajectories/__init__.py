@@ -1,10 +1,10 @@
 """Trajectories: the value, its CSV file, planning, and what a motion asks of an arm."""
 
-from gd_analyze.trajectories.catalogue import shipped_trajectories
 from gd_analyze.trajectories.checks import check_against_arm
 from gd_analyze.trajectories.csv_file import (
     read_trajectory,
     recorded_command,
+    shipped_trajectories,
     trajectory_csv,
     write_trajectory,
 )

@@ -38,13 +38,7 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
         For each joint whose positions, rates or accelerations exceed its limits, and once when joint
         angles look like degrees; for joints under that suspicion the limits are not reported as well.
     """
-    if trajectory.n_joints != arm.n_joints:
-        raise TrajectoryError(
-            f"trajectory {trajectory.name} is not for arm {arm.name}",
-            expected=f"{arm.n_joints} joints",
-            found=f"{trajectory.n_joints} joints",
-            next_step="choose the arm the trajectory was made for; `gd-analyze arms` lists the built-in ones",
-        )
+    require_joints(trajectory, arm)
     suspects = degree_suspects(arm, trajectory.q)
     if suspects:
         labels = ", ".join(joint_label(i + 1, arm.joints[i].name) for i in suspects)
@@ -63,10 +57,10 @@ def require_joints(trajectory: Trajectory, arm: RobotArm) -> None:
     """Refuse a trajectory of another number of joints; raises TrajectoryError."""
     if trajectory.n_joints != arm.n_joints:
         raise TrajectoryError(
-            "the trajectory is of another arm",
-            where=trajectory.name,
-            expected=f"{arm.n_joints} joints ({arm.name})",
+            f"trajectory {trajectory.name} is not for arm {arm.name}",
+            expected=f"{arm.n_joints} joints",
             found=f"{trajectory.n_joints} joints",
+            next_step="choose the arm the trajectory was made for; `gd-analyze arms` lists the built-in ones",
         )
 
 
@@ -83,24 +77,18 @@ def degree_suspects(arm: RobotArm, q: FloatArray) -> tuple[int, ...]:
     q
         Joint variables, rad (m), shape (N, n).
     """
-    suspects = []
-    for i, joint in enumerate(arm.joints):
-        low, high = float(q[:, i].min()), float(q[:, i].max())
-        reach = max(abs(low), abs(high))
-        if joint.kind != "revolute":
-            continue
-        if joint.lower is None or joint.upper is None:
-            looks_wrong = reach > MANY_TURNS
-        else:
-            looks_wrong = (
-                reach > 2 * math.pi
-                and (low < joint.lower or high > joint.upper)
-                and joint.lower <= math.radians(low) + ROUNDING
-                and math.radians(high) <= joint.upper + ROUNDING
-            )
-        if looks_wrong:
-            suspects.append(i)
-    return tuple(suspects)
+    low, high = q.min(axis=0), q.max(axis=0)
+    lower, upper = arm.limits("lower"), arm.limits("upper")
+    reach = np.maximum(np.abs(low), np.abs(high))
+    looks_wrong = np.where(
+        np.isfinite(lower) & np.isfinite(upper),
+        (reach > 2 * math.pi)
+        & ((low < lower) | (high > upper))
+        & (lower <= np.radians(low) + ROUNDING)
+        & (np.radians(high) <= upper + ROUNDING),
+        reach > MANY_TURNS,
+    )
+    return tuple(int(i) for i in np.flatnonzero(looks_wrong & np.array(arm.is_revolute)))
 
 
 def warn_if_radians(name: str, degrees: FloatArray) -> None:

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
 
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.robots import RobotArm
@@ -50,7 +49,7 @@ class Columns:
     names: tuple[str, ...]
 
 
-def read_columns(cells: Sequence[str], arm: RobotArm, path: str | Path, line: int) -> Columns:
+def read_columns(cells: Sequence[str], arm: RobotArm, header: Location) -> Columns:
     """Understand a header line.
 
     Parameters
@@ -59,7 +58,7 @@ def read_columns(cells: Sequence[str], arm: RobotArm, path: str | Path, line: in
         The header's cells.
     arm
         The arm the trajectory is for.
-    path, line
+    header
         Where the header stands, for messages.
 
     Raises
@@ -69,11 +68,11 @@ def read_columns(cells: Sequence[str], arm: RobotArm, path: str | Path, line: in
         those of an arm with another number of joints.
     """
     names = tuple(cell.strip() for cell in cells)
-    _refuse_numbers(names, Location(path, line))
+    _refuse_numbers(names, header)
     found: dict[tuple[str, int], int] = {}
     degrees = set()
     for column, name in enumerate(names):
-        where = Location(path, line, column + 1)
+        where = replace(header, column=column + 1)
         match = _COLUMN.fullmatch(name.lower())
         if name.lower() == "time":
             key = ("time", 0)
@@ -93,9 +92,17 @@ def read_columns(cells: Sequence[str], arm: RobotArm, path: str | Path, line: in
         if match and match[3]:
             _refuse_degrees_of_length(arm, int(match[2]), name, where)
             degrees.add(column)
+    if ("time", 0) not in found:
+        raise TrajectoryError(
+            "column time is missing",
+            where=header,
+            expected="a column named time, in s",
+            found=", ".join(names)[:120],
+            next_step="add the instants of the set points",
+        )
     return Columns(
-        time=_time_column(found, names, Location(path, line)),
-        by_kind=_complete_kinds(found, arm, Location(path, line)),
+        time=found["time", 0],
+        by_kind=_complete_kinds(found, arm, header),
         degrees=frozenset(degrees),
         names=names,
     )
@@ -104,18 +111,6 @@ def read_columns(cells: Sequence[str], arm: RobotArm, path: str | Path, line: in
 def header_for(n_joints: int, kinds: Sequence[str] = KINDS) -> str:
     """Write the header line for n joints."""
     return ",".join(["time", *(f"{kind}{i}" for kind in kinds for i in range(1, n_joints + 1))])
-
-
-def _time_column(found: dict[tuple[str, int], int], names: Sequence[str], where: Location) -> int:
-    if ("time", 0) not in found:
-        raise TrajectoryError(
-            "column time is missing",
-            where=where,
-            expected="a column named time, in s",
-            found=", ".join(names)[:120],
-            next_step="add the instants of the set points",
-        )
-    return found["time", 0]
 
 
 def _complete_kinds(
@@ -155,17 +150,15 @@ def _refuse_numbers(names: Sequence[str], where: Location) -> None:
     # A log without a header may have names among its first row's numbers.
     if sum(map(_is_number, names)) <= len(names) / 2:
         return
-    joints, kinds = len(names) - 1, 1
-    for count in (3, 2):
-        if joints % count == 0 and joints // count > 1:
-            joints, kinds = joints // count, count
-            break
+    values = len(names) - 1
+    kinds = next((count for count in (3, 2) if values % count == 0 and values // count > 1), 1)
+    header = header_for(values // kinds, KINDS[:kinds])
     raise TrajectoryError(
         "the file has no header line",
         where=where,
         expected="the names of the columns",
         found="numbers",
-        next_step=f"if these are the columns, put this line first: {header_for(joints, KINDS[:kinds])}",
+        next_step=f"if these are the columns, put this line first: {header}",
     )
 
 
@@ -210,23 +203,17 @@ def _unknown_column(name: str, names: Sequence[str], arm: RobotArm, where: Locat
 
 def _renaming(names: Sequence[str], n: int) -> str | None:
     """How to rename the columns of a robot's log, or None when the names do not tell which joint is which."""
-    new_names: list[str | None] = [_guess(name) for name in names]
-    first = {
-        kind: min((int(m[2]) for m in map(_as_column, new_names) if m and m[1] == kind), default=1)
-        for kind in KINDS
-    }
-    for i, guess in enumerate(new_names):
-        match = _as_column(guess)
-        if match and first[match[1]] == 0:
-            new_names[i] = f"{match[1]}{int(match[2]) + 1}"
-    pairs = [
-        f"{old} -> {new}"
-        for old, new in zip(names, new_names, strict=True)
-        if new and new != old.lower().removesuffix("_deg")
+    guesses = [(name, _guess(name)) for name in names]
+    from_zero = {guess[0] for _, guess in guesses if guess and guess[1] == 0}
+    new_names = [
+        (old, guess[0] if guess[1] is None else f"{guess[0]}{guess[1] + (guess[0] in from_zero)}")
+        for old, guess in guesses
+        if guess
     ]
-    if not pairs or len(set(filter(None, new_names))) < len([new for new in new_names if new]):
+    pairs = [f"{old} -> {new}" for old, new in new_names if new != old.lower().removesuffix("_deg")]
+    if not pairs or len({new for _, new in new_names}) < len(new_names):
         return None
-    unguessed = [old or "(no name)" for old, new in zip(names, new_names, strict=True) if new is None]
+    unguessed = [name or "(no name)" for name, guess in guesses if guess is None]
     # wrist_1 beside shoulder_pan is not the arm's first joint: a wrong order would pass unnoticed.
     if any(_is_of_a_joint(name) for name in unguessed) or len(pairs) + len(unguessed) > _MOST_NAMED * n:
         return None
@@ -242,17 +229,13 @@ def _is_of_a_joint(name: str) -> bool:
     return bool(hinted) and not _EFFORT_HINT.search(lowered)
 
 
-def _as_column(name: str | None) -> re.Match[str] | None:
-    return re.fullmatch(r"(qdd|qd|q)(\d+)", name or "")
-
-
-def _guess(name: str) -> str | None:
-    """Our name of a column of a robot's log, its joint numbered as there."""
+def _guess(name: str) -> tuple[str, int | None] | None:
+    """What a column of a robot's log holds: a kind and the number of the joint there, or time and none."""
     lowered = name.lower().removesuffix("_deg")
     number = re.search(r"(\d+)(?!.*\d)", lowered)
     if number is None:
-        return "time" if _TIME_HINT.fullmatch(lowered) else None
+        return ("time", None) if _TIME_HINT.fullmatch(lowered) else None
     if _EFFORT_HINT.search(lowered):
         return None
     kind = next((kind for kind, hint in _KIND_HINTS if hint.search(lowered)), None)
-    return f"{kind}{int(number[0])}" if kind else None
+    return (kind, int(number[0])) if kind else None

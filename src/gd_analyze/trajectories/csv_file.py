@@ -12,17 +12,21 @@ import numpy as np
 
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.files import write_text
+from gd_analyze.resources import shipped
 from gd_analyze.robots import RobotArm
-from gd_analyze.trajectories.catalogue import shipped_trajectories
 from gd_analyze.trajectories.checks import check_against_arm, warn_if_radians
 from gd_analyze.trajectories.csv_columns import KINDS, Columns, header_for, read_columns
-from gd_analyze.trajectories.csv_rows import Rows, split_cells
+from gd_analyze.trajectories.csv_rows import Rows
 from gd_analyze.trajectories.derived_rates import FEWEST_SET_POINTS, complete_rates
 from gd_analyze.trajectories.trajectory import Trajectory
 from gd_analyze.vectors import FloatArray
 
-_DELIMITERS = ",;\t"
 _COMMAND = re.compile(r"#\s*(gd-analyze plan .*\S)\s*")
+
+
+def shipped_trajectories() -> dict[str, Path]:
+    """Shipped trajectory files by name, in alphabetical order."""
+    return shipped("trajectories", ".csv")
 
 
 def read_trajectory(path_or_name: str | Path, arm: RobotArm) -> Trajectory:
@@ -67,26 +71,21 @@ def read_trajectory(path_or_name: str | Path, arm: RobotArm) -> Trajectory:
             found="no data" if data.strip() else "0 bytes",
             next_step="`gd-analyze plan --help` shows how to make a trajectory",
         )
-    header_line, *row_lines = numbers
-    header = lines[header_line - 1]
-    delimiter = max(_DELIMITERS, key=header.count)
-    columns = read_columns(
-        split_cells(header, delimiter, Location(path, header_line)), arm, path, header_line
-    )
-    if not row_lines:
+    rows = Rows(path, [lines[i - 1] for i in numbers], numbers)
+    columns = read_columns(rows.cells(0), arm, rows.place(0))
+    if len(numbers) == 1:
         raise TrajectoryError(
             "the trajectory file holds a header only",
-            where=Location(path, header_line),
+            where=rows.place(0),
             expected="one line per set point",
             found="none",
             next_step="add the set points",
         )
-    table = Rows(path, columns, [lines[i - 1] for i in row_lines], row_lines, delimiter).parse()
-    trajectory = _build(table, columns, arm, name, _origin(source, lines), Location(path, row_lines[-1]))
-    if columns.degrees:
-        angles = [c for c in columns.by_kind["q"] if c in columns.degrees]
-        if angles:
-            warn_if_radians(name, table[:, angles])
+    table = rows.numbers(columns.names, columns.time)
+    trajectory = _build(table, columns, arm, name, _origin(source, lines), rows.place(-1))
+    angles = [c for c in columns.by_kind["q"] if c in columns.degrees]
+    if angles:
+        warn_if_radians(name, table[:, angles])
     check_against_arm(trajectory, arm)
     return trajectory
 
@@ -139,17 +138,17 @@ def _fetch(path_or_name: str | Path) -> tuple[str | Path, str, str, bytes]:
     given = str(path_or_name)
     if given == "-":
         return "standard input", "stdin", "read from standard input", sys.stdin.buffer.read()
-    shipped = shipped_trajectories()
-    path = shipped.get(given, Path(path_or_name))
-    source = f"shipped trajectory {given}" if given in shipped else f"read from {given}"
+    known = shipped_trajectories()
+    path = known.get(given, Path(path_or_name))
+    source = f"shipped trajectory {given}" if given in known else f"read from {given}"
     try:
         return path, path.stem, source, path.read_bytes()
     except FileNotFoundError:
-        near = difflib.get_close_matches(Path(given).stem, shipped, n=1)
+        near = difflib.get_close_matches(Path(given).stem, known, n=1)
         raise TrajectoryError(
             f"there is no trajectory {given!r}",
             where=Location(path),
-            expected=f"a CSV file or a shipped trajectory ({', '.join(shipped)})",
+            expected=f"a CSV file or a shipped trajectory ({', '.join(known)})",
             found="neither an existing file nor a known name",
             next_step=f"did you mean the shipped {near[0]!r}?"
             if near
@@ -199,9 +198,8 @@ def _build(
     degrees = sorted(columns.degrees)
     radians = table.copy()
     radians[:, degrees] = np.deg2rad(table[:, degrees])
-    q, qd, qdd = (radians[:, columns.by_kind[kind]] if kind in columns.by_kind else None for kind in KINDS)
-    assert q is not None  # read_columns insists on q
-    absent = [kind for kind, values in zip(KINDS, (q, qd, qdd), strict=True) if values is None]
+    given = {kind: radians[:, list(places)] for kind, places in columns.by_kind.items()}
+    absent = [kind for kind in KINDS if kind not in given]
     if absent and len(table) < FEWEST_SET_POINTS:
         raise TrajectoryError(
             f"too few set points to derive {' and '.join(absent)}",
@@ -210,6 +208,6 @@ def _build(
             found=f"{len(table)} set point{'s' if len(table) > 1 else ''}",
             next_step=f"add columns {', '.join(f'{k}1..{k}{arm.n_joints}' for k in absent)}, or set points",
         )
-    time = table[:, columns.time]
-    qd, qdd, rates_from = complete_rates(time, q, qd, qdd)
+    time, q = table[:, columns.time], given["q"]
+    qd, qdd, rates_from = complete_rates(time, q, given.get("qd"), given.get("qdd"))
     return Trajectory(time, q, qd, qdd, name=name, origin=origin, rates_from=rates_from)

@@ -1,9 +1,10 @@
-"""The data lines of a trajectory file: text to numbers, blaming the exact cell."""
+"""The lines of a trajectory file: cells to numbers, blaming the exact cell."""
 
 from __future__ import annotations
 
 import csv
 import io
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,126 +13,125 @@ from pathlib import Path
 import numpy as np
 
 from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.trajectories.csv_columns import Columns
 from gd_analyze.vectors import FloatArray
-
-
-def split_cells(line: str, delimiter: str, where: Location) -> list[str]:
-    """Split one line into its cells.
-
-    Raises
-    ------
-    TrajectoryError
-        If a quote is left open, or a cell is far too long for a number.
-    """
-    try:
-        return next(csv.reader([line], delimiter=delimiter, strict=True))
-    except csv.Error as error:
-        raise TrajectoryError(
-            "the line is not CSV",
-            where=where,
-            expected="short cells between commas, every quote closed",
-            found=str(error),
-            next_step="check that the file is a trajectory",
-        ) from None
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Data lines, parsed fast when sound and slowly, cell by cell, when not.
-
-    Parameters
-    ----------
-    path
-        Their file, for messages.
-    columns
-        What the columns mean.
-    lines, line_numbers
-        The lines and where in the file they stand, from 1.
-    delimiter
-        What separates cells.
-    """
+    """Lines of cells, the header first, and where in the file they stand, from 1."""
 
     path: str | Path
-    columns: Columns
     lines: Sequence[str]
     line_numbers: Sequence[int]
-    delimiter: str
 
-    def parse(self) -> FloatArray:
-        """All numbers, shape (rows, columns), finite, time increasing."""
-        width = len(self.columns.names)
+    @property
+    def delimiter(self) -> str:
+        """What separates cells."""
+        return max(",;\t", key=self.lines[0].count)
+
+    def place(self, row: int, column: int | None = None) -> Location:
+        """Place of a row, or of a column of it; both count from 0."""
+        return Location(self.path, self.line_numbers[row], None if column is None else int(column) + 1)
+
+    def cells(self, row: int) -> list[str]:
+        """Split one row into its cells.
+
+        Raises
+        ------
+        TrajectoryError
+            If a quote is left open, or a cell is far too long for a number.
+        """
+        try:
+            return next(csv.reader([self.lines[row]], delimiter=self.delimiter, strict=True))
+        except csv.Error as error:
+            raise TrajectoryError(
+                "the line is not CSV",
+                where=self.place(row),
+                expected="short cells between commas, every quote closed",
+                found=str(error),
+                next_step="check that the file is a trajectory",
+            ) from None
+
+    def numbers(self, names: Sequence[str], time: int) -> FloatArray:
+        """All numbers below the header, finite and in time, shape (rows, columns).
+
+        Parameters
+        ----------
+        names
+            What the columns are called.
+        time
+            Column of the time, from 0.
+
+        Raises
+        ------
+        TrajectoryError
+            If a line has too few or too many cells, a cell is no finite number or time does not increase.
+        """
+        below = self.lines[1:]
         try:
             table = np.loadtxt(
-                io.StringIO("\n".join(self.lines)),
+                io.StringIO("\n".join(below)),
                 delimiter=self.delimiter,
                 comments=None,
                 quotechar='"',
                 ndmin=2,
             )
+            sound = table.shape == (len(below), len(names)) and np.isfinite(table).all()
         except ValueError:
-            table = self._parse_cells()
-        if table.shape != (len(self.lines), width):
-            table = self._parse_cells()
-        if not np.isfinite(table).all():
-            row, column = np.argwhere(~np.isfinite(table))[0]
-            raise TrajectoryError(
-                f"{self.columns.names[column]} is not a finite number",
-                where=self._place(row, column),
-                expected="a finite number",
-                found=self._cells(row)[column].strip(),
-                next_step="replace or remove the set point; gaps are not filled in",
-            )
-        self._check_time(table[:, self.columns.time])
+            sound = False
+        if not sound:  # slower, but knows where it is when something is wrong
+            table = np.array([self._numbers_of(row, names) for row in range(1, len(self.lines))])
+        self._check_time(table[:, time], time)
         return table
 
-    def _parse_cells(self) -> FloatArray:
-        """Parse cell by cell; slow, but knows where it is when something is wrong."""
-        names = self.columns.names
-        values = []
-        for row in range(len(self.lines)):
-            cells = self._cells(row)
-            if len(cells) != len(names):
-                raise TrajectoryError(
-                    f"the line has too {'few' if len(cells) < len(names) else 'many'} columns",
-                    where=self._place(row, min(len(cells), len(names))),
-                    expected=f"{len(names)} columns, as in the header",
-                    found=str(len(cells)),
-                    next_step="complete the line, or remove it if the recording broke off there",
-                )
-            values.append([self._number(row, column, cell) for column, cell in enumerate(cells)])
-        return np.array(values)
+    def _numbers_of(self, row: int, names: Sequence[str]) -> list[float]:
+        cells = self.cells(row)
+        if len(cells) != len(names):
+            raise TrajectoryError(
+                f"the line has too {'few' if len(cells) < len(names) else 'many'} columns",
+                where=self.place(row, min(len(cells), len(names))),
+                expected=f"{len(names)} columns, as in the header",
+                found=str(len(cells)),
+                next_step="complete the line, or remove it if the recording broke off there",
+            )
+        return [
+            _number(cell.strip(), name, self.place(row, column))
+            for column, (cell, name) in enumerate(zip(cells, names, strict=True))
+        ]
 
-    def _number(self, row: int, column: int, cell: str) -> float:
-        try:
-            return float(cell)
-        except ValueError:
-            pass
-        next_step = "give a number there, or remove the set point"
-        if re.fullmatch(r"\s*[-+]?\d+,\d+([eE][-+]?\d+)?\s*", cell):
-            next_step = "write decimal points, not commas"
-        raise TrajectoryError(
-            f"{self.columns.names[column]} is not a number",
-            where=self._place(row, column),
-            expected="a number",
-            found=repr(cell.strip()) if cell.strip() else "an empty cell",
-            next_step=next_step,
-        )
-
-    def _check_time(self, time: FloatArray) -> None:
+    def _check_time(self, time: FloatArray, column: int) -> None:
         wrong = np.flatnonzero(np.diff(time) <= 0)
         if wrong.size:
-            row = int(wrong[0]) + 1
+            k = int(wrong[0])
             raise TrajectoryError(
                 "time does not increase",
-                where=self._place(row, self.columns.time),
-                expected=f"more than {time[row - 1]!s} s, the time of the line before",
-                found=f"{time[row]!s} s",
+                where=self.place(k + 2, column),
+                expected=f"more than {time[k]!s} s, the time of the line before",
+                found=f"{time[k + 1]!s} s",
                 next_step="sort the set points by time and keep one for each instant",
             )
 
-    def _cells(self, row: int) -> list[str]:
-        return split_cells(self.lines[row], self.delimiter, Location(self.path, self.line_numbers[row]))
 
-    def _place(self, row: int, column: int) -> Location:
-        return Location(self.path, self.line_numbers[row], int(column) + 1)
+def _number(cell: str, name: str, where: Location) -> float:
+    try:
+        number = float(cell)
+    except ValueError:
+        comma = re.fullmatch(r"[-+]?\d+,\d+([eE][-+]?\d+)?", cell)
+        raise TrajectoryError(
+            f"{name} is not a number",
+            where=where,
+            expected="a number",
+            found=repr(cell) if cell else "an empty cell",
+            next_step="write decimal points, not commas"
+            if comma
+            else "give a number there, or remove the set point",
+        ) from None
+    if not math.isfinite(number):
+        raise TrajectoryError(
+            f"{name} is not a finite number",
+            where=where,
+            expected="a finite number",
+            found=cell,
+            next_step="replace or remove the set point; gaps are not filled in",
+        )
+    return number

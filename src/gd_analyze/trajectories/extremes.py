@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,70 +13,42 @@ if TYPE_CHECKING:
     from scipy.interpolate import PPoly
 
 
-@dataclass(frozen=True, eq=False)
-class Extreme:
-    """The extreme value of one quantity of each joint and the instant it is taken, both (n,)."""
+class Extreme(NamedTuple):
+    """An extreme value and the instant it is taken."""
 
-    value: FloatArray
-    time: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class Extremes:
-    """Lowest and highest joint variable, largest magnitude of rate and acceleration, SI and radians."""
-
-    lowest: Extreme
-    highest: Extreme
-    rate: Extreme
-    acceleration: Extreme
+    value: float
+    time: float
 
 
-def extremes_at_set_points(trajectory: Trajectory) -> Extremes:
-    """Extremes over the set points of a trajectory."""
+def extremes(motion: Trajectory | PPoly[np.float64], joint: int) -> tuple[Extreme, Extreme, Extreme, Extreme]:
+    """Lowest and highest variable, largest magnitude of rate and of acceleration of a joint (from 0).
 
-    def largest(values: FloatArray) -> Extreme:
-        where = values.argmax(axis=0)
-        return Extreme(values[where, np.arange(values.shape[1])], trajectory.time[where])
+    Of a trajectory over its set points, of a path exactly; SI and radians.
+    """
+    taken = []
+    for order in range(3):
+        if isinstance(motion, Trajectory):
+            instants, values = motion.time, (motion.q, motion.qd, motion.qdd)[order][:, joint]
+        else:
+            instants, values = _candidates(motion.derivative(order) if order else motion, joint)
+        picks = [np.abs(values).argmax()] if order else [values.argmin(), values.argmax()]
+        taken += [
+            Extreme(float(abs(values[pick]) if order else values[pick]), float(instants[pick]))
+            for pick in picks
+        ]
+    lowest, highest, rate, acceleration = taken
+    return lowest, highest, rate, acceleration
 
-    negated = largest(-trajectory.q)
-    return Extremes(
-        lowest=Extreme(-negated.value, negated.time),
-        highest=largest(trajectory.q),
-        rate=largest(np.abs(trajectory.qd)),
-        acceleration=largest(np.abs(trajectory.qdd)),
-    )
 
-
-def extremes_of_path(path: PPoly[np.float64]) -> Extremes:
-    """Exact extremes of the motion: on each piece they lie at its ends or where the next derivative is 0."""
-
-    def candidates(order: int) -> list[tuple[FloatArray, FloatArray]]:
-        """Instants and values of each joint's possible extremes."""
-        wanted = path.derivative(order) if order else path
-        found = []
-        for joint in range(wanted.c.shape[2]):
-            instants, values = [], []
-            for piece, (begin, width) in enumerate(zip(wanted.x, np.diff(wanted.x), strict=False)):
-                coefficients = wanted.c[:, piece, joint]
-                local = np.concatenate([[0.0, width], _stationary(coefficients, width)])
-                instants.append(begin + local)
-                values.append(np.polyval(coefficients, local))
-            found.append((np.concatenate(instants), np.concatenate(values)))
-        return found
-
-    def largest(found: list[tuple[FloatArray, FloatArray]], sign: float | None) -> Extreme:
-        picks = [int((np.abs(values) if sign is None else sign * values).argmax()) for _, values in found]
-        taken = np.array([values[pick] for (_, values), pick in zip(found, picks, strict=True)])
-        instants = np.array([times[pick] for (times, _), pick in zip(found, picks, strict=True)])
-        return Extreme(np.abs(taken) if sign is None else taken, instants)
-
-    position = candidates(0)
-    return Extremes(
-        lowest=largest(position, -1.0),
-        highest=largest(position, 1.0),
-        rate=largest(candidates(1), None),
-        acceleration=largest(candidates(2), None),
-    )
+def _candidates(path: PPoly[np.float64], joint: int) -> tuple[FloatArray, FloatArray]:
+    """Instants and values of possible extremes: ends of each piece, and where its derivative is 0."""
+    instants, values = [], []
+    for piece, (begin, width) in enumerate(zip(path.x, np.diff(path.x), strict=False)):
+        coefficients = path.c[:, piece, joint]
+        local = np.concatenate([[0.0, width], _stationary(coefficients, width)])
+        instants.append(begin + local)
+        values.append(np.polyval(coefficients, local))
+    return np.concatenate(instants), np.concatenate(values)
 
 
 def _stationary(coefficients: FloatArray, width: float) -> FloatArray:

@@ -54,9 +54,9 @@ def _knot(arm: RobotArm, label: str, values: ArrayLike) -> FloatArray:
         )
     if not np.isfinite(knot).all():
         raise wrong_argument(f"{label} is not finite", label, "finite numbers", str(knot.tolist()))
-    for i, joint in enumerate(arm.joints):
-        lower = -math.inf if joint.lower is None else joint.lower
-        upper = math.inf if joint.upper is None else joint.upper
+    for i, (joint, lower, upper) in enumerate(
+        zip(arm.joints, arm.limits("lower"), arm.limits("upper"), strict=True)
+    ):
         if not lower - ROUNDING <= knot[i] <= upper + ROUNDING:
             like_degrees = joint.kind == "revolute" and abs(knot[i]) > 2 * math.pi
             raise wrong_argument(

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from gd_analyze.robots import Joint, RobotArm
-from gd_analyze.trajectories.extremes import Extreme, Extremes, extremes_at_set_points
+from gd_analyze.robots import RobotArm
+from gd_analyze.trajectories.extremes import Extreme, extremes
 from gd_analyze.trajectories.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    import numpy as np
+    from scipy.interpolate import PPoly
 
 # Limits are nominal numbers of a few digits; files print positions with ten or so. Less than this past a
 # limit, relative to it, is a rounded digit and no violation.
@@ -143,7 +147,7 @@ class LimitReport:
         return max(factors, default=None)
 
 
-def limit_report(arm: RobotArm, motion: Trajectory | Extremes) -> LimitReport:
+def limit_report(arm: RobotArm, motion: Trajectory | PPoly[np.float64]) -> LimitReport:
     """Set a motion's extremes beside the arm's limits.
 
     Parameters
@@ -151,32 +155,41 @@ def limit_report(arm: RobotArm, motion: Trajectory | Extremes) -> LimitReport:
     arm
         The arm.
     motion
-        A trajectory, judged at its set points, or extremes found otherwise.
+        A trajectory, judged at its set points, or a path, judged between them too.
 
     Returns
     -------
     LimitReport
         Rows per joint, and the violations; limits the arm does not state are not checked.
     """
-    extremes = extremes_at_set_points(motion) if isinstance(motion, Trajectory) else motion
     rows, violations = [], []
     for i, joint in enumerate(arm.joints):
-        rows.append(
-            JointExtremes(
-                joint=i + 1,
-                name=joint.name,
-                unit=joint.unit,
-                lowest=float(extremes.lowest.value[i]),
-                highest=float(extremes.highest.value[i]),
-                lower=joint.lower,
-                upper=joint.upper,
-                rate=float(extremes.rate.value[i]),
-                rate_limit=joint.rate_limit,
-                acceleration=float(extremes.acceleration.value[i]),
-                acceleration_limit=joint.acceleration_limit,
-            )
+        lowest, highest, rate, acceleration = extremes(motion, i)
+        row = JointExtremes(
+            joint=i + 1,
+            name=joint.name,
+            unit=joint.unit,
+            lowest=lowest.value,
+            highest=highest.value,
+            lower=joint.lower,
+            upper=joint.upper,
+            rate=rate.value,
+            rate_limit=joint.rate_limit,
+            acceleration=acceleration.value,
+            acceleration_limit=joint.acceleration_limit,
         )
-        violations += _violations(i, joint, extremes)
+        rows.append(row)
+        checks: list[tuple[Quantity, Extreme, float | None, str, int]] = [
+            ("position", lowest, row.lower, "", -1),
+            ("position", highest, row.upper, "", 1),
+            ("rate", rate, row.rate_limit, "/s", 1),
+            ("acceleration", acceleration, row.acceleration_limit, "/s^2", 1),
+        ]
+        violations += [
+            Violation(row.joint, row.name, quantity, extreme.value, limit, extreme.time, row.unit + per)
+            for quantity, extreme, limit, per, side in checks
+            if limit is not None and side * (extreme.value - limit) > ROUNDING * max(1.0, abs(limit))
+        ]
     return LimitReport(tuple(rows), tuple(violations))
 
 
@@ -188,20 +201,6 @@ def joint_label(number: int, name: str) -> str:
 def angle(value: float, unit: str) -> str:
     """Write a joint variable as people read it: degrees beside radians, metres alone."""
     return f"{value:.4g} rad ({math.degrees(value):.4g} deg)" if unit == "rad" else f"{value:.4g} {unit}"
-
-
-def _violations(i: int, joint: Joint, extremes: Extremes) -> list[Violation]:
-    checks: list[tuple[Quantity, Extreme, float | None, str, int]] = [
-        ("position", extremes.lowest, joint.lower, joint.unit, -1),
-        ("position", extremes.highest, joint.upper, joint.unit, 1),
-        ("rate", extremes.rate, joint.rate_limit, f"{joint.unit}/s", 1),
-        ("acceleration", extremes.acceleration, joint.acceleration_limit, f"{joint.unit}/s^2", 1),
-    ]
-    return [
-        Violation(i + 1, joint.name, quantity, float(extreme.value[i]), limit, float(extreme.time[i]), unit)
-        for quantity, extreme, limit, unit, side in checks
-        if limit is not None and side * (extreme.value[i] - limit) > ROUNDING * max(1.0, abs(limit))
-    ]
 
 
 def _number(value: float, limit: float) -> str:

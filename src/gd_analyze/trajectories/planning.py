@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.robots import RobotArm
-from gd_analyze.trajectories.extremes import extremes_of_path
 from gd_analyze.trajectories.knots import checked_knots, knot_times, wrong_argument
 from gd_analyze.trajectories.limits import ROUNDING, LimitReport, limit_report
 from gd_analyze.trajectories.profiles import PROFILES, Profile
@@ -164,7 +163,7 @@ def plan(
     knots = checked_knots(arm, start, via, goal)
     times = knot_times(arm, knots, duration, schedule.via_times)
     path = chosen.path(times, knots)
-    report = limit_report(arm, extremes_of_path(path))
+    report = limit_report(arm, path)
     stretch = report.least_stretch
     shortest = None if stretch is None else stretch * duration
     _judge(arm, report, f"profile {chosen.name} over {duration:g} s", shortest, allow_violations)
