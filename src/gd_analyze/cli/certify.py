@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from gd_analyze.cli.options import TRAJECTORY
+from gd_analyze.cli.options import FILE, TRAJECTORY
 from gd_analyze.cli.output import Output, reporting
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ _LEAST_SHARE = 1e-4
 
 
 @click.command(short_help="Bound a model's torque error over all states of a box.")
-@click.argument("model", type=click.Path(path_type=Path), help="A model.json that `simplify` wrote.")
+@click.argument("model", type=FILE, help="A model.json that `simplify` wrote.")
 @click.option(
     "--along",
     type=TRAJECTORY,

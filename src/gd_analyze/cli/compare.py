@@ -9,12 +9,11 @@ import click
 
 from gd_analyze.cli.given import load_arm_carrying, payload_option
 from gd_analyze.cli.options import (
-    ROBOT,
-    ROBOT_HELP,
-    TRAJECTORY,
-    TRAJECTORY_HELP,
-    NameList,
     command_line,
+    formats_option,
+    out_option,
+    robot_argument,
+    trajectory_argument,
 )
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.terminal import print_json
@@ -26,32 +25,14 @@ FORMATS = ("html", "pdf", "json")
 
 
 @click.command(short_help="Compare the formulations' cost, speed and torques.")
-@click.argument("robot", type=ROBOT, help=ROBOT_HELP)
-@click.argument(
-    "trajectory",
-    type=TRAJECTORY,
-    required=False,
-    help=f"{TRAJECTORY_HELP} Left out, torques are compared at random states.",
-)
+@robot_argument
+@trajectory_argument("Left out, torques are compared at random states.")
 @payload_option
 @click.option(
     "--symbolic", is_flag=True, help="Only print the text's two-link arm in symbols, by every formulation."
 )
-@click.option(
-    "-o",
-    "--out",
-    type=click.Path(path_type=Path),
-    help="Folder for the results.  [default: reports/compare-ROBOT]",
-)
-@click.option(
-    "--format",
-    "formats",
-    type=NameList(FORMATS, "format"),
-    default=",".join(FORMATS),
-    show_default=True,
-    metavar="LIST",
-    help="Which files to write, comma-separated.",
-)
+@out_option("Folder for the results.  [default: reports/compare-ROBOT]")
+@formats_option(FORMATS)
 @reporting
 def compare(
     robot: str,

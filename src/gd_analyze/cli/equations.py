@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.cli.options import ROBOT, ROBOT_HELP
+from gd_analyze.cli.options import digits_option, out_option, robot_argument
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.terminal import print_json
 
@@ -18,9 +18,6 @@ if TYPE_CHECKING:
 
 # What every terminal shows, and a file or a mail as well.
 _WIDTH = 80
-
-# A double has no more.
-_MOST_DIGITS = 17
 
 
 class Share(click.ParamType[float]):
@@ -43,7 +40,7 @@ class Share(click.ParamType[float]):
 
 
 @click.command(short_help="Print the exact equations of motion.")
-@click.argument("robot", type=ROBOT, help=ROBOT_HELP)
+@robot_argument
 @click.option(
     "--element",
     "elements",
@@ -69,14 +66,8 @@ class Share(click.ParamType[float]):
     help="How to write them: sympy is a Python script, the others are one equation each.",
 )
 @click.option("--terms", is_flag=True, help="Print a table of terms for every element: effect, links, share.")
-@click.option(
-    "--digits",
-    type=click.IntRange(1, _MOST_DIGITS),
-    default=3,
-    show_default=True,
-    help="Significant digits of coefficients; sympy keeps all.",
-)
-@click.option("-o", "--out", type=click.Path(path_type=Path), help="Write the equations into this file.")
+@digits_option("Significant digits of coefficients; sympy keeps all.")
+@out_option("Write the equations into this file.")
 @reporting
 def equations(
     robot: str,

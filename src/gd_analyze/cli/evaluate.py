@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.cli.given import carrying, payload_option, states_options, trajectory_argument
+from gd_analyze.cli.given import carrying, payload_option, states_options, trajectory_or_states
+from gd_analyze.cli.options import FILE, out_option
 from gd_analyze.cli.output import Output, reporting
 
 if TYPE_CHECKING:
@@ -39,13 +40,11 @@ class _Trial:
 
 
 @click.command(short_help="Try a simplified model elsewhere than it was made for.")
-@click.argument("model", type=click.Path(path_type=Path), help="A model.json that gd-analyze wrote.")
-@trajectory_argument
+@click.argument("model", type=FILE, help="A model.json that gd-analyze wrote.")
+@trajectory_or_states
 @payload_option
 @states_options
-@click.option(
-    "-o", "--out", type=click.Path(path_type=Path), help="CSV file for exact and simplified torque over time."
-)
+@out_option("CSV file for exact and simplified torque over time.")
 @reporting
 def evaluate(
     model: Path,

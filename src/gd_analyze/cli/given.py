@@ -6,28 +6,18 @@ import dataclasses
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.cli.options import ROBOT, ROBOT_HELP, TRAJECTORY, TRAJECTORY_HELP
+from gd_analyze.cli.options import number_option, robot_argument, together, trajectory_argument
 
 if TYPE_CHECKING:
     from gd_analyze.levels import ExactDynamics
     from gd_analyze.robots import Payload, RobotArm
     from gd_analyze.states import States
 
-F = TypeVar("F", bound=Callable[..., Any])
-
-
-robot_argument = click.argument("robot", type=ROBOT, help=ROBOT_HELP)
-
-trajectory_argument = click.argument(
-    "trajectory",
-    type=TRAJECTORY,
-    required=False,
-    help=f"{TRAJECTORY_HELP} Without one: states drawn from the arm's limits.",
-)
+trajectory_or_states = trajectory_argument("Without one: states drawn from the arm's limits.")
 
 payload_option = click.option(
     "--payload",
@@ -39,28 +29,10 @@ payload_option = click.option(
 drives_option = click.option("--drives", is_flag=True, help="Include drive inertia.")
 
 
-def states_options(function: F) -> F:
-    """--states and --seed."""
-    for option in (
-        click.option(
-            "--seed",
-            type=click.IntRange(min=0),
-            default=0,
-            show_default=True,
-            metavar="NUMBER",
-            help="Seed of these states: the same seed draws the same.",
-        ),
-        click.option(
-            "--states",
-            type=click.IntRange(1, 1_000_000),
-            default=4000,
-            show_default=True,
-            metavar="NUMBER",
-            help="States to draw where there is no trajectory.",
-        ),
-    ):
-        function = option(function)
-    return function
+states_options = together(
+    number_option("--states", 4000, "States to draw where there is no trajectory.", 1, 1_000_000),
+    number_option("--seed", 0, "Seed of these states: the same seed draws the same."),
+)
 
 
 @dataclass(frozen=True)
@@ -90,9 +62,7 @@ def given_dynamics(function: Callable[..., None]) -> Callable[..., None]:
     def verb(**words: Any) -> None:
         function(given=Given(**{name: words.pop(name) for name in names}), **words)
 
-    for option in (states_options, payload_option, drives_option, trajectory_argument, robot_argument):
-        verb = option(verb)
-    return verb
+    return together(robot_argument, trajectory_or_states, drives_option, payload_option, states_options)(verb)
 
 
 def states_given(arm: RobotArm, trajectory: str | None, states: int, seed: int) -> States:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import click
 
-from gd_analyze.cli.given import F
+from gd_analyze.cli.options import F, number_option, together
 
 # As in `gd_analyze.levels.LEVELS`, which loads NumPy; a test compares.
 LEVELS = {
@@ -35,20 +35,15 @@ def level_option(
     )
 
 
-def simplify_options(function: F) -> F:
-    """--refit and --operations."""
-    for option in (
-        click.option(
-            "--operations",
-            type=click.IntRange(min=0),
-            metavar="NUMBER",
-            help="Multiplications and additions the model may take: the budget is scaled until it does.",
-        ),
-        click.option(
-            "--refit",
-            is_flag=True,
-            help="Refit what is kept, to absorb what is dropped; at level term or energy.",
-        ),
-    ):
-        function = option(function)
-    return function
+simplify_options = together(
+    click.option(
+        "--refit",
+        is_flag=True,
+        help="Refit what is kept, to absorb what is dropped; at level term or energy.",
+    ),
+    number_option(
+        "--operations",
+        None,
+        "Multiplications and additions the model may take: the budget is scaled until it does.",
+    ),
+)

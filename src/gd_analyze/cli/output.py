@@ -10,6 +10,7 @@ from typing import Any
 
 import click
 
+from gd_analyze.cli.options import together
 from gd_analyze.cli.terminal import Stages, print_json, stages, warnings_told
 
 
@@ -42,10 +43,8 @@ def reporting(function: Callable[..., None]) -> Callable[..., None]:
     def verb(as_json: bool, quiet: bool, debug: bool, **words: Any) -> None:
         function(output=Output(as_json, quiet), **words)
 
-    for option in (
-        click.option("--debug", is_flag=True, help="Show Python's traceback on an error."),
-        click.option("--quiet", is_flag=True, help="Print nothing but errors and what was asked for."),
+    return together(
         click.option("--json", "as_json", is_flag=True, help="Print the result as JSON on standard output."),
-    ):
-        verb = option(verb)
-    return verb
+        click.option("--quiet", is_flag=True, help="Print nothing but errors and what was asked for."),
+        click.option("--debug", is_flag=True, help="Show Python's traceback on an error."),
+    )(verb)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.cli.options import ROBOT, ROBOT_HELP, PositiveNumber, command_line
+from gd_analyze.cli.options import PositiveNumber, command_line, number_option, out_option, robot_argument
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.terminal import print_json
 from gd_analyze.errors import TrajectoryError, UsageError
@@ -26,18 +26,11 @@ _OPTIONS = {"start": "--from", "goal": "--to", "via": "--via"}
 
 
 @click.command(short_help="Plan a trajectory and hold it against the arm's limits.")
-@click.argument("robot", type=ROBOT, help=ROBOT_HELP)
+@robot_argument
 @click.option("--from", "start", required=True, metavar="LIST", help="Start, comma-separated: degrees (m).")
 @click.option("--to", "goal", required=True, metavar="LIST", help="Goal, comma-separated: degrees (m).")
 @click.option("--via", multiple=True, metavar="LIST", help="A point in between; repeatable, in order.")
-@click.option(
-    "--points",
-    type=click.IntRange(min=2),
-    default=31,
-    show_default=True,
-    metavar="NUMBER",
-    help="Number of set points, evenly spaced in time.",
-)
+@number_option("--points", 31, "Number of set points, evenly spaced in time.", least=2)
 @click.option(
     "--duration", required=True, type=PositiveNumber(), metavar="SECONDS", help="Time from start to goal."
 )
@@ -52,12 +45,7 @@ _OPTIONS = {"start": "--from", "goal": "--to", "via": "--via"}
 @click.option(
     "--allow-violations", is_flag=True, help="Only warn of rates or accelerations over their limits."
 )
-@click.option(
-    "-o",
-    "--out",
-    type=click.Path(path_type=Path),
-    help="CSV file; left out, the CSV goes to standard output.",
-)
+@out_option("CSV file; left out, the CSV goes to standard output.")
 @reporting
 def plan(
     robot: str,

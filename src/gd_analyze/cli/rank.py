@@ -8,6 +8,7 @@ import click
 
 from gd_analyze.cli.given import Given, given_dynamics
 from gd_analyze.cli.levels import level_option
+from gd_analyze.cli.options import number_option
 from gd_analyze.cli.output import Output, reporting
 
 if TYPE_CHECKING:
@@ -26,14 +27,7 @@ _SHORT = {
 @click.command(short_help="Rank every term of D, h and c by the torque it makes.")
 @given_dynamics
 @level_option("term", "term", ("term", "energy"))
-@click.option(
-    "--top",
-    type=click.IntRange(min=0),
-    default=20,
-    show_default=True,
-    metavar="NUMBER",
-    help="Terms to print; --json has all.",
-)
+@number_option("--top", 20, "Terms to print; --json has all.")
 @reporting
 def rank(given: Given, level: str, top: int, output: Output) -> None:
     r"""Rank single terms by what they do to torque, alone and together with all that matter less.

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from gd_analyze.cli.options import NameList, top_option
+from gd_analyze.cli.options import FILE, formats_option, out_option, top_option
 from gd_analyze.cli.output import Output, reporting
 
 # What can be made from the file; the file itself is there.
@@ -14,21 +14,9 @@ FORMATS = ("json", "csv", "html", "pdf")
 
 
 @click.command(short_help="Make the reports of a stored analysis again.")
-@click.argument(
-    "analysis", type=click.Path(path_type=Path), help="The analysis.h5 of a folder that the main job wrote."
-)
-@click.option(
-    "-o", "--out", type=click.Path(path_type=Path), help="Folder for the reports.  [default: the file's own]"
-)
-@click.option(
-    "--format",
-    "formats",
-    type=NameList(FORMATS, "format"),
-    default=",".join(FORMATS),
-    show_default=True,
-    metavar="LIST",
-    help="Which files to write, comma-separated.",
-)
+@click.argument("analysis", type=FILE, help="The analysis.h5 of a folder that the main job wrote.")
+@out_option("Folder for the reports.  [default: the file's own]")
+@formats_option(FORMATS)
 @top_option
 @reporting
 def report(analysis: Path, out: Path | None, formats: tuple[str, ...], top: int, output: Output) -> None:

@@ -9,7 +9,7 @@ import click
 
 from gd_analyze.cli.given import Given, given_dynamics
 from gd_analyze.cli.levels import budget_option, level_option, simplify_options
-from gd_analyze.cli.options import command_line
+from gd_analyze.cli.options import command_line, digits_option, out_option
 from gd_analyze.cli.output import Output, reporting
 
 if TYPE_CHECKING:
@@ -19,9 +19,6 @@ if TYPE_CHECKING:
 
 # What every terminal shows, and a file or a mail as well.
 _WIDTH = 80
-
-# A double has no more.
-_MOST_DIGITS = 17
 
 
 @click.command(short_help="Find a model of few terms within a torque budget.")
@@ -35,14 +32,8 @@ _MOST_DIGITS = 17
     help="Make the budget hold, proven, for every state within the arm's limits (between the extremes of the "
     "trajectory, where one is given), not only for the states the model is made for.",
 )
-@click.option(
-    "--digits",
-    type=click.IntRange(1, _MOST_DIGITS),
-    default=3,
-    show_default=True,
-    help="Significant digits of the equations printed; files keep all.",
-)
-@click.option("-o", "--out", type=click.Path(path_type=Path), help="Write the model into this JSON file.")
+@digits_option("Significant digits of the equations printed; files keep all.")
+@out_option("Write the model into this JSON file.")
 @reporting
 def simplify(
     given: Given,
