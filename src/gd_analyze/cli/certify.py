@@ -10,6 +10,7 @@ import click
 
 from gd_analyze.cli.options import FILE, TRAJECTORY
 from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.terminal import line, sentence
 
 if TYPE_CHECKING:
     from gd_analyze.certification.certificate import Certificate
@@ -113,8 +114,7 @@ def _document(
 def _show(
     model: SimplifiedModel, certificate: Certificate, definiteness: Definiteness | None, where: str
 ) -> None:
-    from gd_analyze.cli.joint_table import joint_table, numbers, percents
-    from gd_analyze.cli.terminal import line, sentence
+    from gd_analyze.cli.joint_table import arm_in_words, joint_table, numbers, percents
     from gd_analyze.formatting import percent
 
     # A bound is never shown smaller than it is.
@@ -124,7 +124,7 @@ def _show(
     shares = [_rounded_up(float(bound / p), 2) if p > 0.0 else 0.0 for bound, p in pairs]
     worst = max(range(len(shares)), key=shares.__getitem__)
     sentence(
-        f"{arm.title or arm.name}: no state within {where} has a torque error above "
+        f"{arm_in_words(arm)}: no state within {where} has a torque error above "
         f"{percent(max(shares[worst], _LEAST_SHARE))} of peak torque (joint {worst + 1}).",
         bold=True,
     )

@@ -16,7 +16,7 @@ from gd_analyze.cli.options import (
     trajectory_argument,
 )
 from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.terminal import print_json
+from gd_analyze.cli.terminal import line, print_json, sentence, table
 
 if TYPE_CHECKING:
     from gd_analyze.comparison.symbolic import ClosedForms
@@ -80,14 +80,10 @@ def compare(
         write_comparison(comparison, folder, formats)
         files = [folder / FILES[name] for name in formats]
     document = comparison_document(comparison)
-    if output.as_json:
-        print_json(document | {"files": [str(path) for path in files]})
-    elif not output.quiet:
-        _show(document, files)
+    output.give(lambda: document | {"files": [str(path) for path in files]}, lambda: _show(document, files))
 
 
 def _show(told: dict[str, Any], files: list[Path]) -> None:
-    from gd_analyze.cli.terminal import line, sentence, table
     from gd_analyze.formatting import number
 
     def pair(count: dict[str, int] | None) -> str:
@@ -101,8 +97,9 @@ def _show(told: dict[str, Any], files: list[Path]) -> None:
     methods = told["methods"]
     table(
         "Kinematics and form of the equations",
-        [("", "left"), ("kinematics", "left"), ("equations", "left"), ("order", "left")],
+        ["", "kinematics", "equations", "order"],
         [[row["short"], row["kinematics"], row["form"], row["order"]] for row in methods],
+        "llll",
     )
     rows = [
         [
@@ -115,22 +112,22 @@ def _show(told: dict[str, Any], files: list[Path]) -> None:
     ]
     theirs = number(max(told["torque_differences"][-1]))
     rows.append(["Pinocchio", "-", "-", "-", microseconds(told["seconds_pinocchio"]), theirs])
-    headings = ("executed", "folded", "text", "time", "difference")
     table(
         "Operations per set point (multiplications + additions): as executed, folded, and the text's "
         f"polynomial at n = {told['n_joints']}; time in µs; largest difference of torque, "
         f"{'N m' if told['all_turning'] else 'N m or N'}",
-        [("", "left"), *((heading, "right") for heading in headings)],
+        ["", "executed", "folded", "text", "time", "difference"],
         rows,
     )
     slopes = ("exponent", "exponent_folded", "exponent_text")
     table(
         f"Growth: slope of log(operations) over log(n), n = 6 to {told['sizes'][-1]}, on a generic chain",
-        [("", "left"), ("order", "left"), ("executed", "right"), ("folded", "right"), ("text", "right")],
+        ["", "order", "executed", "folded", "text"],
         [
             [row["short"], row["order"], *("-" if row[s] is None else f"{row[s]:.2f}" for s in slopes)]
             for row in methods
         ],
+        "ll",
     )
     line()
     line(f"round-off   explains differences up to {number(told['bounds'][3])}")
@@ -140,7 +137,6 @@ def _show(told: dict[str, Any], files: list[Path]) -> None:
 
 def _symbolic(robot: str, as_json: bool) -> None:
     """Print D, h and c of the two-link arm by every formulation, and whether they are the text's."""
-    from gd_analyze.cli.terminal import line
     from gd_analyze.comparison.symbolic import same, text_closed_forms, two_link_closed_forms
     from gd_analyze.errors import UsageError
     from gd_analyze.formulations.methods import METHODS

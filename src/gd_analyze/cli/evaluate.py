@@ -11,6 +11,7 @@ import click
 from gd_analyze.cli.given import carrying, payload_option, states_options, trajectory_or_states
 from gd_analyze.cli.options import FILE, out_option
 from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.terminal import line, sentence
 
 if TYPE_CHECKING:
     from gd_analyze.levels import Evaluation, Loss, SimplifiedModel
@@ -94,13 +95,7 @@ def evaluate(
         without = None if body is None else run(loaded, given)
         trial = _Trial(loaded, held, body, given, evaluation, without, payload_effect(loaded, given), lost)
 
-    def show() -> None:
-        _show(trial)
-        if out is not None:
-            click.echo(f"wrote {out}")
-
-    files = [str(out)] if out is not None else []
-    output.give(lambda: _document(trial) | {"warnings": output.warnings, "files": files}, show)
+    output.give(lambda: _document(trial) | output.about(out), lambda: _show(trial), out)
 
 
 def _document(trial: _Trial) -> dict[str, Any]:
@@ -144,12 +139,11 @@ def _payload(body: Payload | None) -> dict[str, Any] | None:
 
 
 def _show(trial: _Trial) -> None:
-    from gd_analyze.cli.joint_table import error_columns, joint_table, percents
-    from gd_analyze.cli.terminal import line, sentence
+    from gd_analyze.cli.joint_table import arm_in_words, error_columns, joint_table, percents
 
     model, arm = trial.model, trial.arm
     made_for = str(model.promise.made_for.get("trajectory", "the arm's box"))
-    sentence(f"{arm.title or arm.name} {_where(trial.states)}", bold=True)
+    sentence(f"{arm_in_words(arm)} {_where(trial.states)}", bold=True)
     unaware = "without this payload, " if trial.payload is not None else ""
     sentence(f"by a model made {unaware}for {made_for} with a budget of {model.promise.budget}.")
     if trial.without_payload is not None:
@@ -175,7 +169,6 @@ def _where(states: States) -> str:
 
 def _compare(trial: _Trial, made_for: str) -> None:
     """Say how the error here compares to the one promised, or to the one without the payload."""
-    from gd_analyze.cli.terminal import line, sentence
     from gd_analyze.formatting import number, percent
 
     here, promised = trial.evaluation.errors, trial.model.promise.errors
@@ -211,7 +204,6 @@ def _compare(trial: _Trial, made_for: str) -> None:
 
 
 def _say_what_may_be_carried(trial: _Trial) -> None:
-    from gd_analyze.cli.terminal import sentence
     from gd_analyze.formatting import number
 
     effect = trial.effect

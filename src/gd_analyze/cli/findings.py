@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gd_analyze.cli.output import Output
+from gd_analyze.cli.terminal import line, sentence, table
+
 if TYPE_CHECKING:
-    from gd_analyze.cli.output import Output
     from gd_analyze.results import Findings
 
 
@@ -76,7 +78,6 @@ def _document(findings: Findings, files: list[Path]) -> dict[str, Any]:
 
 def _show(findings: Findings, files: list[Path], top: int) -> None:
     from gd_analyze.cli.joint_table import error_columns, joint_table
-    from gd_analyze.cli.terminal import line, sentence
     from gd_analyze.formatting import at_most, number
     from gd_analyze.results import summary
     from gd_analyze.results.rows import joint_rows
@@ -124,7 +125,6 @@ def _by_level(findings: Findings) -> str:
 
 
 def _show_ranking(findings: Findings, top: int) -> None:
-    from gd_analyze.cli.terminal import table
     from gd_analyze.formatting import number, percent
     from gd_analyze.results.rows import element_rows
     from gd_analyze.results.words import LETTERS, VERDICTS, told
@@ -135,9 +135,7 @@ def _show_ranking(findings: Findings, top: int) -> None:
     table(
         f"Ranking by torque, {len(shown)} of {len(rows)} elements: largest part by effect (D in kg m², h and "
         "c in N m), largest torque, its joint and its share of that joint's peak torque",
-        [("", "left"), ("tran", "right"), ("rot", "right"), ("torque", "right"), ("joint", "right")]
-        + [("share", "right"), ("verdict", "left"), ("kept", "left")]
-        + ([("text", "left")] if with_text else []),
+        ["", "tran", "rot", "torque", "joint", "share", "verdict", "kept", *(["text"] if with_text else [])],
         [
             [
                 row["element"],
@@ -152,4 +150,5 @@ def _show_ranking(findings: Findings, top: int) -> None:
             ]
             for row in shown
         ],
+        "lrrrrrlll",
     )

@@ -6,12 +6,13 @@ import functools
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import click
 
 from gd_analyze.cli.options import together
-from gd_analyze.cli.terminal import Stages, print_json, stages, warnings_told
+from gd_analyze.cli.terminal import Stages, line, print_json, stages, warnings_told
 
 
 @dataclass
@@ -28,12 +29,23 @@ class Output:
         with warnings_told(self.quiet, self.warnings), stages(self.quiet) as stage:
             yield stage
 
-    def give(self, document: Callable[[], Any], show: Callable[[], None]) -> None:
-        """Print the result the way that was asked for."""
+    def about(self, wrote: Path | None) -> dict[str, list[str]]:
+        """What ends the JSON of a verb that may write a file."""
+        return {"warnings": self.warnings, "files": [] if wrote is None else [str(wrote)]}
+
+    def give(
+        self,
+        document: Callable[[], Any],
+        show: Callable[[], None] = lambda: None,
+        wrote: Path | None = None,
+    ) -> None:
+        """Print the result the way that was asked for, and which file holds it."""
         if self.as_json:
             print_json(document())
         elif not self.quiet:
             show()
+            if wrote is not None:
+                line(f"wrote {wrote}")
 
 
 def reporting(function: Callable[..., None]) -> Callable[..., None]:

@@ -10,7 +10,7 @@ import click
 
 from gd_analyze.cli.options import PositiveNumber, command_line, number_option, out_option, robot_argument
 from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.terminal import print_json
+from gd_analyze.cli.terminal import line, sentence, table
 from gd_analyze.errors import TrajectoryError, UsageError
 
 if TYPE_CHECKING:
@@ -69,8 +69,6 @@ def plan(
       gd-analyze plan two_link --from 0,0 --to 60,-45 --duration 2 |
           gd-analyze two_link -
     """
-    from gd_analyze.cli.terminal import line, sentence
-
     with output.working() as stage:
         stage("planning")
         from gd_analyze.robots import load_arm
@@ -93,16 +91,10 @@ def plan(
             raise _in_words_of_the_command(error) from None
         if out is not None:
             write_trajectory(made.trajectory, out, [command_line()])
-    if output.as_json:
-        print_json(_document(made, output.warnings, out))
-    elif out is None:
+    if out is None and not output.as_json:
         click.echo(trajectory_csv(made.trajectory, [command_line()]), nl=False)
-    elif not output.quiet:
-        _show_limits(made)
-        line()
-        if made.shortest_duration is not None:
-            sentence(f"The limits allow this motion in {made.shortest_duration:.3g} s at the shortest.")
-        line(f"wrote {out}")
+    else:
+        output.give(lambda: _document(made) | output.about(out), lambda: _show(made), out)
 
 
 def _points(start: str, goal: str, via: tuple[str, ...]) -> list[tuple[str, str]]:
@@ -151,7 +143,7 @@ def _joint_values(arm: RobotArm, listed: str, option: str) -> list[float]:
     return values
 
 
-def _document(made: Plan, told: list[str], out: Path | None) -> dict[str, Any]:
+def _document(made: Plan) -> dict[str, Any]:
     from dataclasses import asdict
 
     motion = made.trajectory
@@ -165,15 +157,11 @@ def _document(made: Plan, told: list[str], out: Path | None) -> dict[str, Any]:
         "q": motion.q.tolist(),
         "qd": motion.qd.tolist(),
         "qdd": motion.qdd.tolist(),
-        "warnings": told,
-        "files": [str(out)] if out is not None else [],
     }
 
 
-def _show_limits(made: Plan) -> None:
+def _show(made: Plan) -> None:
     """Extremes of the motion beside the limits, angles in degrees as they were typed."""
-    from gd_analyze.cli.terminal import table
-
     rows = []
     for row in made.limits.rows:
         scale, unit = (math.degrees(1.0), "°") if row.unit == "rad" else (1.0, "m")
@@ -193,6 +181,8 @@ def _show_limits(made: Plan) -> None:
                 f"{row.unit}/s²",
             ]
         )
-    headings = [("joint", "left"), ("motion", "right"), ("range", "right"), ("", "left")]
-    headings += [("rate / limit", "right"), ("", "left"), ("acc. / limit", "right"), ("", "left")]
-    table("Extremes of the motion, between the set points too", headings, rows)
+    headings = ["joint", "motion", "range", "", "rate / limit", "", "acc. / limit", ""]
+    table("Extremes of the motion, between the set points too", headings, rows, "lrrlrlrl")
+    line()
+    if made.shortest_duration is not None:
+        sentence(f"The limits allow this motion in {made.shortest_duration:.3g} s at the shortest.")

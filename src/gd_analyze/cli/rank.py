@@ -10,6 +10,7 @@ from gd_analyze.cli.given import Given, given_dynamics
 from gd_analyze.cli.levels import level_option
 from gd_analyze.cli.options import number_option
 from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.terminal import line, sentence, table
 
 if TYPE_CHECKING:
     from gd_analyze.levels import ExactDynamics
@@ -84,21 +85,16 @@ def _rows(ranking: TermRanking) -> list[dict[str, Any]]:
 
 
 def _show(exact: ExactDynamics, ranking: TermRanking, kept: str, shown: list[dict[str, Any]]) -> None:
-    from gd_analyze.cli.terminal import line, sentence, table
+    from gd_analyze.cli.joint_table import arm_in_words
     from gd_analyze.formatting import number, percent
 
-    arm, terms = exact.arm, ranking.terms
-    drives = ", with drives" if exact.form.drives else ""
-    sentence(f"{arm.title or arm.name}{drives}: {kept}, ranked over {exact.states.in_words}", bold=True)
+    terms, arm = ranking.terms, arm_in_words(exact.arm, exact.form.drives)
+    sentence(f"{arm}: {kept}, ranked over {exact.states.in_words}", bold=True)
     if shown:
         table(
             "Largest torque of each term alone and its share of that joint's peak torque; largest error "
             "without it and all below",
-            [
-                ("", "right"),
-                *((name, "left") for name in ("", "in", "term")),
-                *((name, "right") for name in ("alone", "joint", "share", "without", "joint")),
-            ],
+            ["", "", "in", "term", "alone", "joint", "share", "without", "joint"],
             [
                 [
                     str(row["rank"]),
@@ -113,6 +109,7 @@ def _show(exact: ExactDynamics, ranking: TermRanking, kept: str, shown: list[dic
                 ]
                 for row in shown
             ],
+            "rlll",
         )
     line()
     if ranking.unlisted:
