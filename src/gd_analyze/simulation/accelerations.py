@@ -55,20 +55,16 @@ def joint_accelerations(
     GdAnalyzeError
         If D is singular: then a joint moves nothing that has mass, and its acceleration can be anything.
     """
-    leading, (q, qd, torque) = checked_states(arm, q=q, qd=qd, torque=torque)
-    formulation, resistance, added = (
-        known_method(method),
-        drivetrain.resistance_of(arm),
-        drivetrain.inertia_of(arm),
-    )
-    last = (set_points_last(x) for x in (q, qd, torque - resistance(qd)))
-    return solve_accelerations(arm, formulation, added, *last).T.reshape(*leading, arm.n_joints)
+    _, (q, qd, torque) = checked_states(arm, q=q, qd=qd, torque=torque)
+    formulation = known_method(method)
+    driving = torque - drivetrain.resistance_of(arm)(qd)
+    return solve_accelerations(arm, formulation, drivetrain.inertia_of(arm), q, qd, driving)
 
 
 def solve_accelerations(
     arm: RobotArm, method: Method, added: FloatArray, q: FloatArray, qd: FloatArray, driving: FloatArray
 ) -> FloatArray:
-    """Do `joint_accelerations` for checked states, set points last.
+    """Do `joint_accelerations` for checked states.
 
     Parameters
     ----------
@@ -77,32 +73,32 @@ def solve_accelerations(
     added
         What goes onto D's diagonal, shape (n,).
     q, qd, driving
-        Joint variables, rates, and torque less resistance, shape (n, N).
+        Joint variables, rates, and torque less resistance, shape (..., n).
 
     Returns
     -------
     ndarray
-        qdd, shape (n, N).
+        qdd, shape (..., n).
 
     Raises
     ------
     GdAnalyzeError
         If D is singular.
     """
-    dynamics = method.dynamics(arm, q, qd)
+    dynamics = method.dynamics(arm, set_points_last(q), set_points_last(qd))
     inertia = np.moveaxis(dynamics.inertia, -1, 0) + np.diag(added)
-    accelerating = (driving - dynamics.coriolis_centrifugal - dynamics.gravity_loading).T[..., None]
+    accelerating = (set_points_last(driving) - dynamics.coriolis_centrifugal - dynamics.gravity_loading).T
     # An effective inertia (a pivot) no larger than what round-off leaves of a zero is a zero.
-    still = np.zeros_like(q.T)
-    floor = round_off_bounds(arm, q.T, still, still)["inertia"]
+    still = np.zeros_like(q)
+    floor = round_off_bounds(arm, q, still, still)["inertia"]
     try:
         pivots = np.diagonal(np.linalg.cholesky(inertia), axis1=-2, axis2=-1) ** 2
     except np.linalg.LinAlgError:
         raise _singular(arm, inertia, floor) from None
     if not (pivots > floor).all():
         raise _singular(arm, inertia, floor)
-    solution: FloatArray = np.linalg.solve(inertia, accelerating)[..., 0].T
-    return solution
+    solution: FloatArray = np.linalg.solve(inertia, accelerating[..., None])
+    return solution.reshape(q.shape)
 
 
 def _singular(arm: RobotArm, inertia: FloatArray, floor: float) -> GdAnalyzeError:
