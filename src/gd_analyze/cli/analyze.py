@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+import gd_analyze as gd
 from gd_analyze.cli.given import load_arm_carrying, payload_option
 from gd_analyze.cli.levels import budget_option, level_option, simplify_options
 from gd_analyze.cli.options import (
@@ -71,17 +72,14 @@ def analyze(
 
     with output.working() as stage:
         stage("reading")
-        from gd_analyze import analyze as run
-        from gd_analyze.levels import Budget
-        from gd_analyze.main_job import Origin, Settings
+        from gd_analyze.main_job import Origin
         from gd_analyze.main_job.folder import default_folder
-        from gd_analyze.trajectories import read_trajectory
 
-        how = Settings(budget=Budget.parse(budget), coupling=not no_coupling, **settings)
+        how = gd.Settings(budget=gd.Budget.parse(budget), coupling=not no_coupling, **settings)
         arm = load_arm_carrying(robot, payload)
-        motion = read_trajectory(trajectory, arm)
+        motion = gd.read_trajectory(trajectory, arm)
         folder = default_folder(arm, motion) if out is None else out
         origin = Origin(command_line(), tuple(output.warnings))
-        findings = run(arm, motion, folder, how, formats=formats, origin=origin, progress=stage)
+        findings = gd.analyze(arm, motion, folder, how, formats=formats, origin=origin, progress=stage)
         output.warnings.extend(warning for warning in findings.warnings if warning not in output.warnings)
     print_findings(findings, folder, formats, output, top)

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+import gd_analyze as gd
 from gd_analyze.cli.options import ROBOT, ROBOT_HELP
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.terminal import line, sentence, table
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from gd_analyze.robots import RobotArm
 
 
 @click.command(short_help="List the built-in arms, or show one.")
@@ -33,28 +30,26 @@ def arms(robot: str | None, toml: bool, output: Output) -> None:
     if toml and (robot is None or output.as_json):
         raise click.UsageError("--toml needs the name of an arm, and goes without --json")
     with output.working():
-        from gd_analyze.robots import builtin_arms, load_arm
-
-        shown = [load_arm(name) for name in (builtin_arms() if robot is None else [robot])]
+        shown = [gd.load_arm(name) for name in (gd.builtin_arms() if robot is None else [robot])]
     if toml and robot is not None:
-        click.echo(Path(builtin_arms().get(robot, robot)).read_text(encoding="utf-8"), nl=False)
+        click.echo(Path(gd.builtin_arms().get(robot, robot)).read_text(encoding="utf-8"), nl=False)
     elif robot is None:
         output.give(lambda: [_summary(arm) for arm in shown], lambda: _list(shown))
     else:
         output.give(lambda: _document(shown[0]), lambda: _show(shown[0]))
 
 
-def _summary(arm: RobotArm) -> dict[str, Any]:
+def _summary(arm: gd.RobotArm) -> dict[str, Any]:
     return {"name": arm.name, "title": arm.title, "joints": arm.n_joints, "drives": bool(arm.drives)}
 
 
-def _document(arm: RobotArm) -> dict[str, Any]:
+def _document(arm: gd.RobotArm) -> dict[str, Any]:
     from gd_analyze.robots import describe_in_full, fingerprint
 
     return {**describe_in_full(arm), "fingerprint": fingerprint(arm)}
 
 
-def _list(catalogue: list[RobotArm]) -> None:
+def _list(catalogue: list[gd.RobotArm]) -> None:
     from gd_analyze.trajectories import shipped_trajectories
 
     rows = [[a.name, a.title, str(a.n_joints), "yes" if a.drives else "no"] for a in catalogue]
@@ -64,7 +59,7 @@ def _list(catalogue: list[RobotArm]) -> None:
     sentence("Your own arm is a TOML file: `gd-analyze arms puma560 --toml` prints one to start from.")
 
 
-def _show(arm: RobotArm) -> None:
+def _show(arm: gd.RobotArm) -> None:
     sentence(f"{arm.title} ({arm.name}), {arm.n_joints} joints", bold=True)
     sentence(f"gravity {' '.join(_cells(arm.gravity))} m/s² along x, y, z of the base frame")
     if arm.dh_table:
@@ -87,7 +82,7 @@ def _cells(values: Iterable[float | None]) -> list[str]:
     return ["?" if value is None else f"{value:g}" for value in values]
 
 
-def _show_dh_table(arm: RobotArm) -> None:
+def _show_dh_table(arm: gd.RobotArm) -> None:
     rows = []
     for joint, row in zip(arm.joints, arm.dh_table, strict=True):
         revolute = joint.kind == "revolute"
@@ -106,7 +101,7 @@ _PRODUCTS = ("link", "Ixy", "Ixz", "Iyz")
 _OFF_DIAGONAL = ([0, 0, 1], [1, 2, 2])
 
 
-def _show_links(arm: RobotArm) -> None:
+def _show_links(arm: gd.RobotArm) -> None:
     rows = [[link.name, *_cells([link.mass, *link.com, *link.inertia_com.diagonal()])] for link in arm.links]
     products = [(link.name, link.inertia_com[_OFF_DIAGONAL]) for link in arm.links]
     some = any(values.any() for _, values in products)
@@ -125,7 +120,7 @@ def _show_links(arm: RobotArm) -> None:
         )
 
 
-def _show_link_uncertainties(arm: RobotArm) -> None:
+def _show_link_uncertainties(arm: gd.RobotArm) -> None:
     stated = [(link.name, link.uncertainty) for link in arm.links if link.uncertainty is not None]
     if not stated:
         return
@@ -154,7 +149,7 @@ def _show_link_uncertainties(arm: RobotArm) -> None:
         sentence(f"Of the inertia about the link frame's origin: {', '.join(about_origin)}.")
 
 
-def _show_limits(arm: RobotArm) -> None:
+def _show_limits(arm: gd.RobotArm) -> None:
     rows = []
     for joint in arm.joints:
         scale, unit = (math.degrees(1.0), "°") if joint.kind == "revolute" else (1.0, "m")
@@ -167,7 +162,7 @@ def _show_limits(arm: RobotArm) -> None:
     table("Limits", ["joint", "range", "rate", "acceleration"], rows)
 
 
-def _show_drives(arm: RobotArm) -> None:
+def _show_drives(arm: gd.RobotArm) -> None:
     rows = []
     for joint, drive in zip(arm.joints, arm.drives, strict=True):
         values = (drive.inertia, drive.inertia_uncertainty, drive.gear_ratio, drive.viscous)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+import gd_analyze as gd
 from gd_analyze.cli.given import load_arm_carrying, payload_option
 from gd_analyze.cli.options import (
     command_line,
@@ -65,10 +66,9 @@ def compare(
         from gd_analyze.main_job.folder import require_writable
         from gd_analyze.report.comparison_document import comparison_document
         from gd_analyze.report.comparison_files import FILES, default_folder, write_comparison
-        from gd_analyze.trajectories import read_trajectory
 
         arm = load_arm_carrying(robot, payload)
-        motion = None if trajectory is None else read_trajectory(trajectory, arm)
+        motion = None if trajectory is None else gd.read_trajectory(trajectory, arm)
         folder = default_folder(arm.name) if out is None else out
         require_writable(folder)
         stage("comparing, timing, counting", STEPS)

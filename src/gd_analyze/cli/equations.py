@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.cli.options import digits_option, out_option, robot_argument
+import gd_analyze as gd
+from gd_analyze.cli.options import digits_option, number_read, out_option, robot_argument
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.terminal import WIDTH, table
 
@@ -24,13 +24,8 @@ class Share(click.ParamType[float]):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Read it."""
-        if isinstance(value, float):
-            return value
-        text = str(value).strip()
-        try:
-            number = float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
-        except ValueError:
-            number = math.nan
+        words = str(value).strip()
+        number = number_read(words.removesuffix("%")) / (100 if words.endswith("%") else 1)
         if not 0 <= number <= 1:
             self.fail(f"{value!r} is not a share of 0 to 1, such as 1% or 0.01", param, ctx)
         return number
@@ -92,17 +87,14 @@ def equations(
         import time
 
         from gd_analyze.files import write_text
-        from gd_analyze.harmonics import harmonics_of
-        from gd_analyze.harmonics.equations import equations as write_out
-        from gd_analyze.robots import load_arm
 
-        arm = load_arm(robot)
+        arm = gd.load_arm(robot)
         stage("identifying")
         start = time.perf_counter()
-        harmonics = harmonics_of(arm)
+        harmonics = gd.harmonics_of(arm)
         seconds = time.perf_counter() - start
         stage("writing out")
-        found = write_out(harmonics, elements, min_share=min_share)
+        found = gd.equations(harmonics, elements, min_share=min_share)
         about = _about(harmonics, found, whole=not elements, min_share=min_share, seconds=seconds)
         written = _written(found, form, digits, harmonics.arm.n_joints)
         if out is not None:

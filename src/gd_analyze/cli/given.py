@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+import gd_analyze as gd
 from gd_analyze.cli.options import number_option, robot_argument, together, trajectory_argument
 
 if TYPE_CHECKING:
-    from gd_analyze.levels import ExactDynamics
-    from gd_analyze.robots import Payload, RobotArm
-    from gd_analyze.states import States
+    from gd_analyze.robots import Payload
 
 trajectory_or_states = trajectory_argument("Without one: states drawn from the arm's limits.")
 
@@ -46,12 +45,14 @@ class Given:
     states: int
     seed: int
 
-    def exact(self) -> ExactDynamics:
+    def exact(self) -> gd.ExactDynamics:
         """Read or draw them."""
-        from gd_analyze.levels import ExactDynamics
-
         arm = load_arm_carrying(self.robot, self.payload)
-        return ExactDynamics.of(arm, states_given(arm, self.trajectory, self.states, self.seed), self.drives)
+        if self.trajectory is None:
+            states = gd.states_in_box(arm, self.states, self.seed)
+        else:
+            states = gd.states_of(gd.read_trajectory(self.trajectory, arm))
+        return gd.ExactDynamics.of(arm, states, self.drives)
 
 
 def given_dynamics(function: Callable[..., None]) -> Callable[..., None]:
@@ -65,25 +66,15 @@ def given_dynamics(function: Callable[..., None]) -> Callable[..., None]:
     return together(robot_argument, trajectory_or_states, drives_option, payload_option, states_options)(verb)
 
 
-def states_given(arm: RobotArm, trajectory: str | None, states: int, seed: int) -> States:
-    """Read a trajectory's set points, or draw states."""
-    from gd_analyze.states import states_in_box, states_of
-    from gd_analyze.trajectories import read_trajectory
-
-    if trajectory is None:
-        return states_in_box(arm, states, seed)
-    return states_of(read_trajectory(trajectory, arm))
-
-
-def load_arm_carrying(robot: str, payload: str | None) -> RobotArm:
+def load_arm_carrying(robot: str, payload: str | None) -> gd.RobotArm:
     """Load an arm and put the payload, if any, into its hand; its name and title say so."""
-    from gd_analyze.robots import load_arm, parse_payload
+    from gd_analyze.robots import parse_payload
 
-    arm = load_arm(robot)
+    arm = gd.load_arm(robot)
     return arm if payload is None else carrying(arm, parse_payload(payload))
 
 
-def carrying(arm: RobotArm, body: Payload) -> RobotArm:
+def carrying(arm: gd.RobotArm, body: Payload) -> gd.RobotArm:
     """Put a payload into an arm's hand; its name and title say so."""
     from gd_analyze.robots import with_payload
 

@@ -31,10 +31,7 @@ def joint_table(title: str, arm: RobotArm, columns: Sequence[Column]) -> None:
         Heading and one cell per joint; cells of words stand on the left, all others on the right.
     """
     units = [joint.effort_unit for joint in arm.joints]
-    names = [
-        f"{i + 1} {joint.name}" if joint.name != str(i + 1) else joint.name
-        for i, joint in enumerate(arm.joints)
-    ]
+    names = [joint_name(i, joint.name) for i, joint in enumerate(arm.joints, start=1)]
     shown: list[Column] = [("joint", names), *columns]
     if len(set(units)) > 1:
         shown.append(("unit", units))
@@ -49,6 +46,11 @@ def joint_table(title: str, arm: RobotArm, columns: Sequence[Column]) -> None:
 def arm_in_words(arm: RobotArm, drives: bool = False) -> str:
     """The arm's title, or its name where it has none."""
     return f"{arm.title or arm.name}{', with drives' if drives else ''}"
+
+
+def joint_name(number: int, name: str) -> str:
+    """A joint's number, and its name where that says more."""
+    return name if name == str(number) else f"{number} {name}"
 
 
 def numbers(values: Iterable[float]) -> list[str]:

@@ -69,6 +69,14 @@ class NameList(click.ParamType[tuple[str, ...]]):
         ]
 
 
+def number_read(words: str) -> float:
+    """Read a number; nan where there is none."""
+    try:
+        return float(words)
+    except ValueError:
+        return math.nan
+
+
 class PositiveNumber(click.ParamType[float]):
     """A finite number above zero, which click's own range does not insist on: it lets nan and inf pass."""
 
@@ -76,10 +84,7 @@ class PositiveNumber(click.ParamType[float]):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Read it."""
-        try:
-            number = float(value)
-        except ValueError:
-            number = math.nan
+        number = number_read(value)
         if not (math.isfinite(number) and number > 0):
             self.fail(f"{value!r} is not a number above 0", param, ctx)
         return number

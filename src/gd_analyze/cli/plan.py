@@ -8,13 +8,20 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.cli.options import PositiveNumber, command_line, number_option, out_option, robot_argument
+import gd_analyze as gd
+from gd_analyze.cli.options import (
+    PositiveNumber,
+    command_line,
+    number_option,
+    number_read,
+    out_option,
+    robot_argument,
+)
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.terminal import line, sentence, table
 from gd_analyze.errors import TrajectoryError, UsageError
 
 if TYPE_CHECKING:
-    from gd_analyze.robots import RobotArm
     from gd_analyze.trajectories import Plan
 
 
@@ -71,34 +78,27 @@ def plan(
     """
     with output.working() as stage:
         stage("planning")
-        from gd_analyze.robots import load_arm
-        from gd_analyze.trajectories import Schedule, trajectory_csv, write_trajectory
-        from gd_analyze.trajectories import plan as plan_motion
+        from gd_analyze.trajectories import trajectory_csv
 
-        arm = load_arm(robot)
-        knots = [_joint_values(arm, listed, option) for option, listed in _points(start, goal, via)]
+        arm = gd.load_arm(robot)
         try:
-            made = plan_motion(
+            made = gd.plan(
                 arm,
-                knots[0],
-                knots[1],
-                knots[2:],
-                schedule=Schedule(duration, profile, points),
+                _joint_values(arm, start, "--from"),
+                _joint_values(arm, goal, "--to"),
+                [_joint_values(arm, point, "--via") for point in via],
+                schedule=gd.Schedule(duration, profile, points),
                 allow_violations=allow_violations,
                 name=out.stem if out is not None else None,
             )
         except TrajectoryError as error:
             raise _in_words_of_the_command(error) from None
         if out is not None:
-            write_trajectory(made.trajectory, out, [command_line()])
+            gd.write_trajectory(made.trajectory, out, [command_line()])
     if out is None and not output.as_json:
         click.echo(trajectory_csv(made.trajectory, [command_line()]), nl=False)
     else:
         output.give(lambda: _document(made) | output.about(out), lambda: _show(made), out)
-
-
-def _points(start: str, goal: str, via: tuple[str, ...]) -> list[tuple[str, str]]:
-    return [("--from", start), ("--to", goal), *(("--via", point) for point in via)]
 
 
 def _in_words_of_the_command(error: TrajectoryError) -> TrajectoryError:
@@ -116,7 +116,7 @@ def _in_words_of_the_command(error: TrajectoryError) -> TrajectoryError:
     return TrajectoryError(error.what, **details, next_step=next_step)
 
 
-def _joint_values(arm: RobotArm, listed: str, option: str) -> list[float]:
+def _joint_values(arm: gd.RobotArm, listed: str, option: str) -> list[float]:
     """Comma-separated degrees (m for sliding joints) as rad (m)."""
     entries = [entry.strip() for entry in listed.split(",")]
     if len(entries) != arm.n_joints:
@@ -128,10 +128,7 @@ def _joint_values(arm: RobotArm, listed: str, option: str) -> list[float]:
         )
     values = []
     for column, (entry, joint) in enumerate(zip(entries, arm.joints, strict=True), start=1):
-        try:
-            value = float(entry)
-        except ValueError:
-            value = math.nan
+        value = number_read(entry)
         if not math.isfinite(value):
             raise UsageError(
                 f"{option} holds something that is not a number",
@@ -162,6 +159,8 @@ def _document(made: Plan) -> dict[str, Any]:
 
 def _show(made: Plan) -> None:
     """Extremes of the motion beside the limits, angles in degrees as they were typed."""
+    from gd_analyze.cli.joint_table import joint_name
+
     rows = []
     for row in made.limits.rows:
         scale, unit = (math.degrees(1.0), "°") if row.unit == "rad" else (1.0, "m")
@@ -171,7 +170,7 @@ def _show(made: Plan) -> None:
 
         rows.append(
             [
-                f"{row.joint} {row.name}" if row.name != str(row.joint) else row.name,
+                joint_name(row.joint, row.name),
                 f"{shown(row.lowest, scale)} .. {shown(row.highest, scale)}",
                 f"{shown(row.lower, scale)} .. {shown(row.upper, scale)}",
                 unit,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+import gd_analyze as gd
 from gd_analyze.cli.given import Given, given_dynamics
 from gd_analyze.cli.levels import level_option
 from gd_analyze.cli.options import number_option
@@ -13,7 +14,6 @@ from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.terminal import line, sentence, table
 
 if TYPE_CHECKING:
-    from gd_analyze.levels import ExactDynamics
     from gd_analyze.search import TermRanking
 
 _SHORT = {
@@ -43,14 +43,11 @@ def rank(given: Given, level: str, top: int, output: Output) -> None:
       gd-analyze rank puma560 --drives --level energy --top 40
     """
     with output.working() as stage:
-        from gd_analyze.levels import level_named
-        from gd_analyze.search import rank_terms
-
         stage("reading")
         exact = given.exact()
         stage("ranking")
-        chosen = level_named(level)
-        ranking = rank_terms(exact, chosen)
+        chosen = gd.LEVELS[level]
+        ranking = gd.rank_terms(exact, chosen)
     rows = _rows(ranking)
     output.give(
         lambda: {
@@ -84,7 +81,7 @@ def _rows(ranking: TermRanking) -> list[dict[str, Any]]:
     return rows
 
 
-def _show(exact: ExactDynamics, ranking: TermRanking, kept: str, shown: list[dict[str, Any]]) -> None:
+def _show(exact: gd.ExactDynamics, ranking: TermRanking, kept: str, shown: list[dict[str, Any]]) -> None:
     from gd_analyze.cli.joint_table import arm_in_words
     from gd_analyze.formatting import number, percent
 

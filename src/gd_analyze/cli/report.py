@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+import gd_analyze as gd
 from gd_analyze.cli.options import FILE, formats_option, out_option, top_option
 from gd_analyze.cli.output import Output, reporting
 
@@ -34,11 +35,10 @@ def report(analysis: Path, out: Path | None, formats: tuple[str, ...], top: int,
     with output.working() as stage:
         stage("reading")
         from gd_analyze.main_job.folder import require_writable, write_findings
-        from gd_analyze.results import load_findings
 
         folder = analysis.parent if out is None else out
         require_writable(folder)
-        findings = load_findings(analysis)
+        findings = gd.load_findings(analysis)
         stage(f"writing {', '.join(formats)}")
         write_findings(findings, folder, formats)
     print_findings(findings, folder, formats, output, top)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+import gd_analyze as gd
 from gd_analyze.cli.given import Given, given_dynamics
 from gd_analyze.cli.levels import budget_option, level_option, simplify_options
 from gd_analyze.cli.options import command_line, digits_option, out_option
@@ -15,7 +16,6 @@ from gd_analyze.cli.terminal import WIDTH, line, sentence
 
 if TYPE_CHECKING:
     from gd_analyze.certification import Certificate
-    from gd_analyze.levels import SimplifiedModel
 
 
 @click.command(short_help="Find a model of few terms within a torque budget.")
@@ -59,26 +59,23 @@ def simplify(
     with output.working() as stage:
         import time
 
-        from gd_analyze.levels import Budget, level_named, save_model
         from gd_analyze.provenance import provenance
         from gd_analyze.search import How, simplify_exact
 
-        how = How(level_named(level), refit, operations)
+        how = How(gd.LEVELS[level], refit, operations)
         if certified and (not how.level.has_torque_terms or refit or operations is not None):
             raise click.UsageError(
                 "--certified goes with --level term or energy, and without --refit and --operations"
             )
-        allowed = Budget.parse(budget)
+        allowed = gd.Budget.parse(budget)
         start = time.perf_counter()
         exact = given.exact()
         source = provenance(command_line())
         certificate = None
         if certified:
-            from gd_analyze.certification import Box, simplify_certified
-
             stage("searching and certifying")
-            box = Box.of(exact.arm) if given.trajectory is None else Box.around(*exact.states.arrays)
-            model, certificate = simplify_certified(
+            box = gd.Box.of(exact.arm) if given.trajectory is None else gd.Box.around(*exact.states.arrays)
+            model, certificate = gd.simplify_certified(
                 exact, allowed, box, level=how.level, provenance=source, progress=stage.advance
             )
         else:
@@ -87,7 +84,7 @@ def simplify(
         seconds = time.perf_counter() - start
         if out is not None:
             stage(f"writing {out.name}")
-            save_model(model, out)
+            gd.save_model(model, out)
 
     output.give(
         lambda: _document(model, certificate, digits) | {"seconds": seconds} | output.about(out),
@@ -96,7 +93,7 @@ def simplify(
     )
 
 
-def _document(model: SimplifiedModel, certificate: Certificate | None, digits: int) -> dict[str, Any]:
+def _document(model: gd.SimplifiedModel, certificate: Certificate | None, digits: int) -> dict[str, Any]:
     from gd_analyze.cli.joint_table import counts, error_values, joint_rows
     from gd_analyze.formulas.plain import Plain
 
@@ -127,13 +124,13 @@ def _document(model: SimplifiedModel, certificate: Certificate | None, digits: i
     }
 
 
-def _labels(model: SimplifiedModel, dropped: bool = False) -> list[str]:
+def _labels(model: gd.SimplifiedModel, dropped: bool = False) -> list[str]:
     from gd_analyze.levels import parts_of
 
     return [p.label for p in parts_of(model.arm.n_joints) if (p in model.terms) != dropped]
 
 
-def _show(model: SimplifiedModel, certificate: Certificate | None, seconds: float, digits: int) -> None:
+def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: float, digits: int) -> None:
     from gd_analyze.cli.joint_table import arm_in_words, error_columns, joint_table, numbers
     from gd_analyze.formatting import percent
     from gd_analyze.formulas.plain import Plain

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import click
 
+import gd_analyze as gd
 from gd_analyze.cli.given import Given, given_dynamics
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.terminal import sentence, table
 
 if TYPE_CHECKING:
-    from gd_analyze.levels import ExactDynamics
     from gd_analyze.search import TradeOffPoint
 
 
@@ -43,15 +43,13 @@ def trade_off(given: Given, budget: str, quick: bool, output: Output) -> None:
     from gd_analyze.cli.joint_table import counts
 
     with output.working() as stage:
-        from gd_analyze.levels import Budget
         from gd_analyze.search.trade_off import FACTORS, KINDS
-        from gd_analyze.search.trade_off import trade_off as run
 
         stage("reading")
-        allowed = Budget.parse(budget)
+        allowed = gd.Budget.parse(budget)
         exact = given.exact()
         stage("simplifying", len(KINDS) * len(FACTORS))
-        points = run(exact, allowed, thorough=not quick, progress=stage.advance)
+        points = gd.trade_off(exact, allowed, thorough=not quick, progress=stage.advance)
     output.give(
         lambda: {
             "arm": exact.arm.name,
@@ -74,7 +72,7 @@ def trade_off(given: Given, budget: str, quick: bool, output: Output) -> None:
     )
 
 
-def _show(exact: ExactDynamics, points: tuple[TradeOffPoint, ...]) -> None:
+def _show(exact: gd.ExactDynamics, points: tuple[TradeOffPoint, ...]) -> None:
     from gd_analyze.cli.joint_table import arm_in_words
     from gd_analyze.levels import ELEMENT, TERM
     from gd_analyze.results.words import kind_name
