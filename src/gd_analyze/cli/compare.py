@@ -160,25 +160,17 @@ def _symbolic(robot: str, as_json: bool) -> None:
             for j in range(matrix.cols)
         }
 
+    methods = {name: entries(found) | {"is_the_text's": same(found, text)} for name, found in forms.items()}
     if as_json:
-        print_json(
-            {
-                "text": entries(text),
-                "methods": {
-                    name: entries(found) | {"is_the_text's": same(found, text)}
-                    for name, found in forms.items()
-                },
-            }
-        )
+        print_json({"text": entries(text), "methods": methods})
         return
     # Formulations that end in the same expressions are listed together.
-    alike: dict[tuple[tuple[str, str], ...], list[str]] = {}
-    for name, found in forms.items():
-        alike.setdefault(tuple(entries(found).items()), []).append(name)
-    for listed, names in alike.items():
+    alike: dict[tuple[tuple[str, Any], ...], list[str]] = {}
+    for name, told in methods.items():
+        alike.setdefault(tuple(told.items()), []).append(METHODS[name].title)
+    for (*listed, (_, is_the_texts)), titles in alike.items():
         for label, entry in listed:
             line(f"{label:3} = {entry}")
         line()
-        for name in names:
-            verdict = "as the text has it" if same(forms[name], text) else "NOT what the text has"
-            line(f"{METHODS[name].title}: {verdict}")
+        for title in titles:
+            line(f"{title}: {'as the text has it' if is_the_texts else 'NOT what the text has'}")

@@ -16,14 +16,6 @@ from gd_analyze.cli.terminal import line, sentence, table
 if TYPE_CHECKING:
     from gd_analyze.search import TermRanking
 
-_SHORT = {
-    "inertia": "D",
-    "coriolis_centrifugal": "h",
-    "gravity_loading": "c",
-    "kinetic": "T",
-    "potential": "U",
-}
-
 
 @click.command(short_help="Rank every term of D, h and c by the torque it makes.")
 @given_dynamics
@@ -84,6 +76,7 @@ def _rows(ranking: TermRanking) -> list[dict[str, Any]]:
 def _show(exact: gd.ExactDynamics, ranking: TermRanking, kept: str, shown: list[dict[str, Any]]) -> None:
     from gd_analyze.cli.joint_table import arm_in_words
     from gd_analyze.formatting import number, percent
+    from gd_analyze.results.words import SYMBOLS
 
     terms, arm = ranking.terms, arm_in_words(exact.arm, exact.form.drives)
     sentence(f"{arm}: {kept}, ranked over {exact.states.in_words}", bold=True)
@@ -95,7 +88,7 @@ def _show(exact: gd.ExactDynamics, ranking: TermRanking, kept: str, shown: list[
             [
                 [
                     str(row["rank"]),
-                    _SHORT[row["quantity"]],
+                    SYMBOLS[row["quantity"]],
                     row["label"],
                     row["term"],
                     number(row["alone_torque"]),

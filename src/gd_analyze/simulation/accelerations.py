@@ -14,7 +14,7 @@ from gd_analyze.formulations.methods import known_method
 from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import RobotArm
 from gd_analyze.simulation.drivetrain import NO_DRIVES, Drivetrain
-from gd_analyze.simulation.input_checks import checked_states
+from gd_analyze.states import checked_states
 from gd_analyze.vectors import FloatArray, set_points_last
 
 DEFAULT_METHOD = "composite_moments"

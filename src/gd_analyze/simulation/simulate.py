@@ -16,9 +16,9 @@ from gd_analyze.robots import RobotArm
 from gd_analyze.simulation.accelerations import solve_accelerations
 from gd_analyze.simulation.drivetrain import NO_DRIVES, Drivetrain
 from gd_analyze.simulation.energy import kinetic_energy, potential_energy
-from gd_analyze.simulation.input_checks import checked_states
 from gd_analyze.simulation.integration import USUAL, Integration
 from gd_analyze.simulation.torques import TorqueFunction, TorqueHistory, torque_function
+from gd_analyze.states import checked_states
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray
 
