@@ -43,7 +43,7 @@ class MainJob(click.Command):
 @trajectory_argument()
 @out_option("Folder for the results.  [default: reports/ROBOT-TRAJECTORY]")
 @formats_option(FORMATS)
-@budget_option
+@budget_option()
 @level_option(None, "term; element for an arm of more than 2000 terms")
 @simplify_options
 @click.option("--drives", is_flag=True, help="Include drive inertia, as a contribution of its own.")

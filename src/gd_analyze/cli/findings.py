@@ -15,19 +15,7 @@ if TYPE_CHECKING:
 def print_findings(
     findings: Findings, folder: Path, formats: tuple[str, ...], output: Output, top: int
 ) -> None:
-    """Print what was found and written the way that was asked for.
-
-    Parameters
-    ----------
-    findings
-        What was found.
-    folder, formats
-        Where it was written, and as what.
-    output
-        As the user chose.
-    top
-        Rows of the ranking to print for people.
-    """
+    """Print what was found and which files hold it; `top` rows of the ranking for people."""
     from gd_analyze.main_job.folder import FILES
 
     files = [folder / FILES[name] for name in formats]

@@ -15,14 +15,13 @@ LEVELS = {
     "energy": "the model remains a mechanical system, with symmetric D and its own energy",
 }
 
-budget_option = click.option(
-    "--budget",
-    default="1%",
-    show_default=True,
-    metavar="LIST",
-    help="Allowed torque error: a share of each joint's peak torque (1%) or N m (0.5); one for all joints, "
-    "or one per joint, comma-separated.",
-)
+
+def budget_option(
+    told: str = "Allowed torque error: a share of each joint's peak torque (1%) or N m (0.5); one for all "
+    "joints, or one per joint, comma-separated.",
+) -> Callable[[F], F]:
+    """--budget."""
+    return click.option("--budget", default="1%", show_default=True, metavar="LIST", help=told)
 
 
 def level_option(

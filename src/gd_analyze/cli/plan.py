@@ -105,15 +105,12 @@ def _in_words_of_the_command(error: TrajectoryError) -> TrajectoryError:
     """Name options where the library names its arguments, which are in radians."""
     details = dict(error.details)
     option = _OPTIONS.get(details.get("where", "").partition(" ")[0])
-    next_step = details.pop("next", None)
+    next_step = details.pop("next", "").replace("allow_violations=True", "--allow-violations")
     if option is not None:
         details["where"] = option
-        next_step = (
-            "`gd-analyze arms ROBOT` shows the ranges" if "radians" in (next_step or "") else next_step
-        )
-    if next_step is not None:
-        next_step = next_step.replace("allow_violations=True", "--allow-violations")
-    return TrajectoryError(error.what, **details, next_step=next_step)
+        if "radians" in next_step:
+            next_step = "`gd-analyze arms ROBOT` shows the ranges"
+    return TrajectoryError(error.what, **details, next_step=next_step or None)
 
 
 def _joint_values(arm: gd.RobotArm, listed: str, option: str) -> list[float]:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @click.command(short_help="Find a model of few terms within a torque budget.")
 @given_dynamics
-@budget_option
+@budget_option()
 @level_option("term", "term")
 @simplify_options
 @click.option(

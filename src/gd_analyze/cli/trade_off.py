@@ -8,6 +8,7 @@ import click
 
 import gd_analyze as gd
 from gd_analyze.cli.given import Given, given_dynamics
+from gd_analyze.cli.levels import budget_option
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.terminal import sentence, table
 
@@ -17,13 +18,7 @@ if TYPE_CHECKING:
 
 @click.command("trade-off", short_help="Operations against torque error, for all levels.")
 @given_dynamics
-@click.option(
-    "--budget",
-    default="1%",
-    show_default=True,
-    metavar="LIST",
-    help="The budget that is multiplied, as for `simplify`.",
-)
+@budget_option("The budget that is multiplied, as for `simplify`.")
 @click.option(
     "--quick",
     is_flag=True,

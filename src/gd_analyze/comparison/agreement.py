@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 
@@ -62,12 +61,7 @@ class Agreement:
         return float(self.torque[self.names.index(name)].max())
 
 
-def agreement(
-    arm: RobotArm,
-    states: States,
-    *,
-    methods: Mapping[str, Method] = MappingProxyType(METHODS),
-) -> Agreement:
+def agreement(arm: RobotArm, states: States, *, methods: Mapping[str, Method] = METHODS) -> Agreement:
     """Compare torque, D, h and c of every method at the same states.
 
     Parameters

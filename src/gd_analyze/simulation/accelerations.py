@@ -66,24 +66,7 @@ def solve_accelerations(
 ) -> FloatArray:
     """Do `joint_accelerations` for checked states.
 
-    Parameters
-    ----------
-    arm, method
-        The arm and the formulation.
-    added
-        What goes onto D's diagonal, shape (n,).
-    q, qd, driving
-        Joint variables, rates, and torque less resistance, shape (..., n).
-
-    Returns
-    -------
-    ndarray
-        qdd, shape (..., n).
-
-    Raises
-    ------
-    GdAnalyzeError
-        If D is singular.
+    `added`, shape (n,), goes onto D's diagonal, and `driving` is the torque less the resistance.
     """
     dynamics = method.dynamics(arm, set_points_last(q), set_points_last(qd))
     inertia = np.moveaxis(dynamics.inertia, -1, 0) + np.diag(added)
