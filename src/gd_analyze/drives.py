@@ -71,7 +71,6 @@ def drive_contributions(
     UsageError
         If qd and qdd are not finite or not of one shape (..., n), or the rest rate is negative or not finite.
     """
-    _require_drives(arm)
     _, (qd, qdd) = checked_states(arm, qd=qd, qdd=qdd)
     return DriveTorque(
         arm.drive_inertia * qdd,

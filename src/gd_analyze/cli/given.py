@@ -27,7 +27,6 @@ payload_option = click.option(
 
 drives_option = click.option("--drives", is_flag=True, help="Include drive inertia.")
 
-
 states_options = together(
     number_option("--states", 4000, "States to draw where there is no trajectory.", 1, 1_000_000),
     number_option("--seed", 0, "Seed of these states: the same seed draws the same."),

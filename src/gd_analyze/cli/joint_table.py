@@ -44,7 +44,7 @@ def joint_table(title: str, arm: RobotArm, columns: Sequence[Column]) -> None:
 
 
 def arm_in_words(arm: RobotArm, drives: bool = False) -> str:
-    """The arm's title, or its name where it has none."""
+    """The arm's title, or its name where it has none, and whether drives act."""
     return f"{arm.title or arm.name}{', with drives' if drives else ''}"
 
 

@@ -19,7 +19,7 @@ from gd_analyze.errors import GdAnalyzeWarning
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-# What every terminal shows, and a file or a mail as well.
+# What every terminal shows, and a file or a mail as well; taken where the terminal's own is unknown.
 WIDTH = 80
 
 
@@ -58,8 +58,8 @@ def table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]], si
     from rich.text import Text
 
     grid = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
-    for text, side in zip(headings, sides.ljust(len(headings), "r"), strict=False):
-        grid.add_column(Text(text), justify="right" if side == "r" else "left", no_wrap=True)
+    for heading, side in zip(headings, sides.ljust(len(headings), "r"), strict=False):
+        grid.add_column(Text(heading), justify="right" if side == "r" else "left", no_wrap=True)
     for row in rows:
         # Text, because names may hold square brackets, which rich would take for markup.
         grid.add_row(*(Text(cell) for cell in row))
