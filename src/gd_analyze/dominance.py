@@ -18,7 +18,7 @@ from gd_analyze.elements import Element, elements
 from gd_analyze.resources import data_folder
 from gd_analyze.round_off import peak_magnitude
 from gd_analyze.schema import GROUPS, table, unit_of
-from gd_analyze.vectors import Array, FloatArray
+from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,16 +61,13 @@ def rank(
     peak_torque = peak_magnitude(dataset.torque.values)
     allowed = budget * peak_torque if np.ndim(budget) == 0 else np.asarray(budget, dtype=float)
     floor = allowed / (n + 2)
-    noise = {
-        name: _noise(dataset[name].values) for name in ("inertia", "coriolis_centrifugal", "gravity_loading")
-    }
-    rows = [
-        _row(element, dataset, peak_torque, floor, threshold, noise[element.quantity])
-        for element in elements(n)
-    ]
+    rows = [_row(element, dataset, peak_torque, floor, threshold) for element in elements(n)]
+    columns = {key: np.array([row[key] for row in rows]) for key in rows[0]}
+    shares = columns["torque_share"]
     # An infinite share, torque at a joint where all torques cancel, ranks like the whole of a joint's torque.
-    order = sorted(range(len(rows)), key=lambda k: -min(rows[k]["torque_share"], _most(rows)))
-    columns = {key: np.array([rows[k][key] for k in order]) for key in rows[0]}
+    most = shares[np.isfinite(shares)].max(initial=1.0)
+    order = np.argsort(-np.minimum(shares, most), kind="stable")
+    columns = {key: values[order] for key, values in columns.items()}
     turning = (dataset.joint_kind.values == "revolute").tolist()
     return table(
         "dominance",
@@ -100,25 +97,13 @@ def _unit(i: int, j: int, turning: list[bool]) -> str:
     return unit_of("inertia", turning[i - 1], turning[j - 1]) if j else unit_of("effort", turning[i - 1])
 
 
-def _most(rows: list[dict[str, Any]]) -> float:
-    return max([1.0, *(row["torque_share"] for row in rows if np.isfinite(row["torque_share"]))])
-
-
-def _noise(values: Array) -> float:
-    """Round-off of a quantity: an element is a sum of some tens of terms as large as the largest element."""
-    return 64 * float(np.finfo(float).eps) * float(np.abs(values).max())
-
-
 def _row(
-    element: Element,
-    dataset: xr.Dataset,
-    peak_torque: FloatArray,
-    floor: FloatArray,
-    threshold: float,
-    noise: float,
+    element: Element, dataset: xr.Dataset, peak_torque: FloatArray, floor: FloatArray, threshold: float
 ) -> dict[str, Any]:
     parts = element.parts(dataset)
-    # Round-off must not make an element that is zero look like one of both effects.
+    # Round-off must not make an element that is zero look like one of both effects. An element is a sum of
+    # some tens of terms as large as the quantity's largest element.
+    noise = 64 * np.finfo(float).eps * np.abs(dataset[element.quantity].values).max()
     parts = np.where(np.abs(parts).max(axis=1, keepdims=True) > noise, parts, 0.0)
     whole = parts.sum(axis=0)
     peak = float(np.abs(whole).max())

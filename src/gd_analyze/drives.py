@@ -12,6 +12,7 @@ import numpy as np
 
 from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.robots import RobotArm
+from gd_analyze.states import checked_states
 from gd_analyze.vectors import FloatArray
 
 
@@ -68,18 +69,9 @@ def drive_contributions(
     ArmError
         If the arm describes no drives, or friction that would drive instead of brake.
     UsageError
-        If qd and qdd are not of one shape (..., n), or the rest rate is negative or not finite.
+        If qd and qdd are not finite or not of one shape (..., n), or the rest rate is negative or not finite.
     """
-    _require_drives(arm)
-    qd, qdd = np.asarray(qd, dtype=float), np.asarray(qdd, dtype=float)
-    for name, array in (("qd", qd), ("qdd", qdd)):
-        if array.shape != qd.shape or array.shape[-1:] != (arm.n_joints,):
-            raise UsageError(
-                f"{name} does not fit arm {arm.name}",
-                where=name,
-                expected=f"shape (..., {arm.n_joints}), the same for qd and qdd",
-                found=str(array.shape),
-            )
+    _, (qd, qdd) = checked_states(arm, qd=qd, qdd=qdd)
     return DriveTorque(
         arm.drive_inertia * qdd,
         viscous_coefficients(arm) * qd,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 
 # Enough to meet every region of a long trajectory, few enough to take milliseconds.
 MOST_SET_POINTS = 500
+
+QUANTITIES = ("inertia", "coriolis_centrifugal", "gravity_loading", "torque")
 
 
 @dataclass(frozen=True)
@@ -46,23 +49,17 @@ def cross_check(arm: RobotArm, dataset: xr.Dataset) -> tuple[Residual, ...]:
     count = dataset.sizes["time"]
     chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_SET_POINTS)).round().astype(int))
     part = dataset.isel(time=chosen)
-    q, qd, qdd = (np.ascontiguousarray(part[name].values) for name in ("q", "qd", "qdd"))
-    theirs = pinocchio_dynamics(arm, q, qd, qdd)
+    states = [part[name].values for name in ("q", "qd", "qdd")]
     ours = {
         "inertia": part.inertia.sum("effect").values,
         "coriolis_centrifugal": part.coriolis_centrifugal.sum("effect").values,
         "gravity_loading": part.gravity_loading.values,
         "torque": part.torque.values - (part.drive_torque.values if "drive_torque" in part else 0.0),
     }
-    bounds = round_off_bounds(arm, q, qd, qdd)
+    bounds = round_off_bounds(arm, *states)
     residuals = tuple(
-        Residual(
-            name,
-            float(np.abs(ours[name] - theirs[name]).max()),
-            bounds[name],
-            "kg m^2" if name == "inertia" else "N m",
-        )
-        for name in ours
+        Residual(name, largest, bounds[name], "kg m^2" if name == "inertia" else "N m")
+        for name, largest in largest_differences(ours, pinocchio_dynamics(arm, *states)).items()
     )
     for residual in residuals:
         if not residual.largest <= residual.bound:
@@ -74,6 +71,11 @@ def cross_check(arm: RobotArm, dataset: xr.Dataset) -> tuple[Residual, ...]:
                 next_step="please report this with the arm file and the trajectory",
             )
     return residuals
+
+
+def largest_differences(ours: Mapping[str, FloatArray], theirs: Mapping[str, FloatArray]) -> dict[str, float]:
+    """Largest difference of each quantity, in the order of the second."""
+    return {name: float(np.abs(ours[name] - value).max()) for name, value in theirs.items()}
 
 
 def round_off_bounds(arm: RobotArm, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> dict[str, float]:
@@ -113,21 +115,16 @@ def pinocchio_dynamics(
 
     model = pinocchio_model(arm)
     data = model.createData()
-    n, count = arm.n_joints, len(q)
-    out = {
-        "inertia": np.empty((count, n, n)),
-        "coriolis_centrifugal": np.empty((count, n)),
-        "gravity_loading": np.empty((count, n)),
-        "torque": np.empty((count, n)),
-    }
-    for k in range(count):
-        upper = np.triu(pin.crba(model, data, q[k]))
-        out["inertia"][k] = upper + np.triu(upper, 1).T
-        out["gravity_loading"][k] = pin.computeGeneralizedGravity(model, data, q[k])
-        at_rest = pin.rnea(model, data, q[k], qd[k], np.zeros(n)).copy()
-        out["coriolis_centrifugal"][k] = at_rest - out["gravity_loading"][k]
-        out["torque"][k] = pin.rnea(model, data, q[k], qd[k], qdd[k])
-    return out
+    found: dict[str, list[FloatArray]] = {name: [] for name in QUANTITIES}
+    for position, rate, acceleration in zip(*map(np.ascontiguousarray, (q, qd, qdd)), strict=True):
+        upper = np.triu(pin.crba(model, data, position))
+        gravity = pin.computeGeneralizedGravity(model, data, position).copy()
+        steady = pin.rnea(model, data, position, rate, np.zeros(arm.n_joints)).copy()
+        torque = pin.rnea(model, data, position, rate, acceleration).copy()
+        state = (upper + np.triu(upper, 1).T, steady - gravity, gravity, torque)
+        for name, value in zip(QUANTITIES, state, strict=True):
+            found[name].append(value)
+    return {name: np.array(values) for name, values in found.items()}
 
 
 def pinocchio_model(arm: RobotArm) -> Any:

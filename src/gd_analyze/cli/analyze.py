@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
+import gd_analyze as gd
 from gd_analyze.cli.given import load_arm_carrying, payload_option
-from gd_analyze.cli.levels import level_option, simplify_options
+from gd_analyze.cli.levels import budget_option, level_option, simplify_options
 from gd_analyze.cli.options import (
-    ROBOT,
-    ROBOT_HELP,
-    TRAJECTORY,
-    TRAJECTORY_HELP,
-    NameList,
     command_line,
+    formats_option,
+    out_option,
+    robot_argument,
     top_option,
+    trajectory_argument,
 )
 from gd_analyze.cli.output import Output, reporting
 
@@ -38,31 +39,11 @@ class MainJob(click.Command):
 
 
 @click.command(cls=MainJob, hidden=True)
-@click.argument("robot", type=ROBOT, help=ROBOT_HELP)
-@click.argument("trajectory", type=TRAJECTORY, help=TRAJECTORY_HELP)
-@click.option(
-    "-o",
-    "--out",
-    type=click.Path(path_type=Path),
-    help="Folder for the results.  [default: reports/ROBOT-TRAJECTORY]",
-)
-@click.option(
-    "--format",
-    "formats",
-    type=NameList(FORMATS, "format"),
-    default=",".join(FORMATS),
-    show_default=True,
-    metavar="LIST",
-    help="Which files to write, comma-separated.",
-)
-@click.option(
-    "--budget",
-    default="1%",
-    show_default=True,
-    metavar="LIST",
-    help="Allowed torque error: a share of each joint's peak torque (1%) or N m (0.5); one for all joints, "
-    "or one per joint, comma-separated.",
-)
+@robot_argument
+@trajectory_argument()
+@out_option("Folder for the results.  [default: reports/ROBOT-TRAJECTORY]")
+@formats_option(FORMATS)
+@budget_option()
 @level_option(None, "term; element for an arm of more than 2000 terms")
 @simplify_options
 @click.option("--drives", is_flag=True, help="Include drive inertia, as a contribution of its own.")
@@ -80,42 +61,25 @@ def analyze(
     out: Path | None,
     formats: tuple[str, ...],
     budget: str,
-    level: str | None,
-    refit: bool,
-    operations: int | None,
-    drives: bool,
     payload: str | None,
     no_coupling: bool,
-    by_link: bool,
-    terms: bool,
     top: int,
     output: Output,
+    **settings: Any,
 ) -> None:
     """Decompose, rank, simplify, store and report: the main job."""
     from gd_analyze.cli.findings import print_findings
 
     with output.working() as stage:
         stage("reading")
-        from gd_analyze import analyze as run
-        from gd_analyze.levels import Budget
-        from gd_analyze.main_job import Origin, Settings
+        from gd_analyze.main_job import Origin
         from gd_analyze.main_job.folder import default_folder
-        from gd_analyze.trajectories import read_trajectory
 
-        settings = Settings(
-            budget=Budget.parse(budget),
-            level=level,
-            refit=refit,
-            operations=operations,
-            drives=drives,
-            coupling=not no_coupling,
-            by_link=by_link,
-            terms=terms,
-        )
+        how = gd.Settings(budget=gd.Budget.parse(budget), coupling=not no_coupling, **settings)
         arm = load_arm_carrying(robot, payload)
-        motion = read_trajectory(trajectory, arm)
+        motion = gd.read_trajectory(trajectory, arm)
         folder = default_folder(arm, motion) if out is None else out
         origin = Origin(command_line(), tuple(output.warnings))
-        findings = run(arm, motion, folder, settings, formats=formats, origin=origin, progress=stage)
+        findings = gd.analyze(arm, motion, folder, how, formats=formats, origin=origin, progress=stage)
         output.warnings.extend(warning for warning in findings.warnings if warning not in output.warnings)
     print_findings(findings, folder, formats, output, top)

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+import gd_analyze as gd
 from gd_analyze.cli.options import ROBOT, ROBOT_HELP
 from gd_analyze.cli.output import Output, reporting
-
-if TYPE_CHECKING:
-    from gd_analyze.robots import RobotArm
-    from gd_analyze.vectors import FloatArray
+from gd_analyze.cli.terminal import line, sentence, table
 
 
 @click.command(short_help="List the built-in arms, or show one.")
@@ -31,45 +30,38 @@ def arms(robot: str | None, toml: bool, output: Output) -> None:
     if toml and (robot is None or output.as_json):
         raise click.UsageError("--toml needs the name of an arm, and goes without --json")
     with output.working():
-        from gd_analyze.robots import builtin_arms, load_arm
-
-        shown = [load_arm(name) for name in (builtin_arms() if robot is None else [robot])]
+        shown = [gd.load_arm(name) for name in (gd.builtin_arms() if robot is None else [robot])]
     if toml and robot is not None:
-        click.echo(Path(builtin_arms().get(robot, robot)).read_text(encoding="utf-8"), nl=False)
+        click.echo(Path(gd.builtin_arms().get(robot, robot)).read_text(encoding="utf-8"), nl=False)
     elif robot is None:
         output.give(lambda: [_summary(arm) for arm in shown], lambda: _list(shown))
     else:
         output.give(lambda: _document(shown[0]), lambda: _show(shown[0]))
 
 
-def _summary(arm: RobotArm) -> dict[str, Any]:
+def _summary(arm: gd.RobotArm) -> dict[str, Any]:
     return {"name": arm.name, "title": arm.title, "joints": arm.n_joints, "drives": bool(arm.drives)}
 
 
-def _document(arm: RobotArm) -> dict[str, Any]:
+def _document(arm: gd.RobotArm) -> dict[str, Any]:
     from gd_analyze.robots import describe_in_full, fingerprint
 
     return {**describe_in_full(arm), "fingerprint": fingerprint(arm)}
 
 
-def _list(catalogue: list[RobotArm]) -> None:
-    from gd_analyze.cli.terminal import line, sentence, table
+def _list(catalogue: list[gd.RobotArm]) -> None:
     from gd_analyze.trajectories import shipped_trajectories
 
     rows = [[a.name, a.title, str(a.n_joints), "yes" if a.drives else "no"] for a in catalogue]
-    table(
-        "Built-in arms", [("name", "left"), ("title", "left"), ("joints", "right"), ("drives", "left")], rows
-    )
+    table("Built-in arms", ["name", "title", "joints", "drives"], rows, "llrl")
     line()
     sentence("Shipped trajectories: " + ", ".join(shipped_trajectories()))
     sentence("Your own arm is a TOML file: `gd-analyze arms puma560 --toml` prints one to start from.")
 
 
-def _show(arm: RobotArm) -> None:
-    from gd_analyze.cli.terminal import line, sentence
-
+def _show(arm: gd.RobotArm) -> None:
     sentence(f"{arm.title} ({arm.name}), {arm.n_joints} joints", bold=True)
-    sentence(f"gravity {' '.join(f'{g:g}' for g in arm.gravity)} m/s² along x, y, z of the base frame")
+    sentence(f"gravity {' '.join(_cells(arm.gravity))} m/s² along x, y, z of the base frame")
     if arm.dh_table:
         _show_dh_table(arm)
     _show_links(arm)
@@ -81,137 +73,103 @@ def _show(arm: RobotArm) -> None:
         if sentences:
             line()
             sentence(heading, bold=True)
-            for text in sentences:
-                sentence(f"- {text}", indent="  ")
+            for told in sentences:
+                sentence(f"- {told}", indent="  ")
 
 
-def _show_dh_table(arm: RobotArm) -> None:
-    from gd_analyze.cli.terminal import table
+def _cells(values: Iterable[float | None]) -> list[str]:
+    """Numbers as they are given; ? where none is stated."""
+    return ["?" if value is None else f"{value:g}" for value in values]
 
+
+def _show_dh_table(arm: gd.RobotArm) -> None:
     rows = []
     for joint, row in zip(arm.joints, arm.dh_table, strict=True):
         revolute = joint.kind == "revolute"
-        theta, d = f"{math.degrees(row.theta):g}", f"{row.d:g}"
-        rows.append(
-            [
-                joint.name,
-                joint.kind,
-                f"q + {theta}" if revolute and row.theta else "q" if revolute else theta,
-                d if revolute else f"q + {d}" if row.d else "q",
-                f"{row.a:g}",
-                f"{math.degrees(row.alpha):g}",
-            ]
-        )
-    headings = [("joint", "left"), ("kind", "left"), ("theta °", "right"), ("d m", "right"), ("a m", "right")]
-    table(arm.convention[:1].upper() + arm.convention[1:], [*headings, ("alpha °", "right")], rows)
+        theta, d, a, alpha = _cells([math.degrees(row.theta), row.d, row.a, math.degrees(row.alpha)])
+        if revolute:
+            theta = f"q + {theta}" if row.theta else "q"
+        else:
+            d = f"q + {d}" if row.d else "q"
+        rows.append([joint.name, joint.kind, theta, d, a, alpha])
+    title = arm.convention[:1].upper() + arm.convention[1:]
+    table(title, ["joint", "kind", "theta °", "d m", "a m", "alpha °"], rows, "ll")
 
 
-def _show_links(arm: RobotArm) -> None:
-    from gd_analyze.cli.terminal import table
+_BODY = ("link", "mass", "x", "y", "z", "Ixx", "Iyy", "Izz")
+_PRODUCTS = ("link", "Ixy", "Ixz", "Iyz")
+_OFF_DIAGONAL = ([0, 0, 1], [1, 2, 2])
 
-    products = arm.inertia_com[:, [0, 0, 1], [1, 2, 2]]
-    rows = [
-        [link.name, *(f"{value:g}" for value in (link.mass, *link.com, *link.inertia_com.diagonal()))]
-        for link in arm.links
-    ]
-    columns = ("mass", "x", "y", "z", "Ixx", "Iyy", "Izz")
+
+def _show_links(arm: gd.RobotArm) -> None:
+    rows = [[link.name, *_cells([link.mass, *link.com, *link.inertia_com.diagonal()])] for link in arm.links]
+    products = [(link.name, link.inertia_com[_OFF_DIAGONAL]) for link in arm.links]
+    some = any(values.any() for _, values in products)
     table(
         "Links: mass (kg), centre of mass (m) and inertia about it (kg m²), in the link's frame"
-        + ("" if products.any() else "; all products of inertia are zero"),
-        [("link", "left"), *((column, "right") for column in columns)],
+        + ("" if some else "; all products of inertia are zero"),
+        _BODY,
         rows,
     )
     # A table of their own: beside the rest they would not fit into a terminal.
-    if products.any():
+    if some:
         table(
             "Products of inertia about the centre of mass (kg m²), as they stand in the tensor",
-            [("link", "left"), *((column, "right") for column in ("Ixy", "Ixz", "Iyz"))],
-            [
-                [link.name, *(f"{value:g}" for value in row)]
-                for link, row in zip(arm.links, products, strict=True)
-            ],
+            _PRODUCTS,
+            [[name, *_cells(values)] for name, values in products],
         )
 
 
-def _show_link_uncertainties(arm: RobotArm) -> None:
-    from gd_analyze.cli.terminal import sentence, table
-
+def _show_link_uncertainties(arm: gd.RobotArm) -> None:
     stated = [(link.name, link.uncertainty) for link in arm.links if link.uncertainty is not None]
     if not stated:
         return
-
-    def cells(values: FloatArray | None) -> list[str]:
-        return ["?"] * 3 if values is None else [f"{value:g}" for value in values]
-
-    rows = [
-        [
-            name,
-            "?" if known.mass is None else f"{known.mass:g}",
-            *cells(known.com),
-            *cells(None if known.inertia is None else known.inertia.diagonal()),
-        ]
-        for name, known in stated
-    ]
-    columns = ("mass", "x", "y", "z", "Ixx", "Iyy", "Izz")
+    unknown = [None] * 3
+    rows = []
+    for name, known in stated:
+        com = unknown if known.com is None else known.com
+        moments = unknown if known.inertia is None else known.inertia.diagonal()
+        rows.append([name, *_cells([known.mass, *com, *moments])])
     table(
         "Standard uncertainties of mass (kg), centre of mass (m) and inertia (kg m²); ? where none is stated",
-        [("link", "left"), *((column, "right") for column in columns)],
+        _BODY,
         rows,
     )
-    inertias = [
-        (name, known.inertia, known.inertia_about) for name, known in stated if known.inertia is not None
-    ]
-    products = [(name, inertia[[0, 0, 1], [1, 2, 2]]) for name, inertia, _ in inertias]
+    products = [(name, known.inertia[_OFF_DIAGONAL]) for name, known in stated if known.inertia is not None]
     if any(values.any() for _, values in products):
         table(
             "Standard uncertainties of products of inertia (kg m²)",
-            [("link", "left"), *((column, "right") for column in ("Ixy", "Ixz", "Iyz"))],
-            [[name, *cells(values)] for name, values in products],
+            _PRODUCTS,
+            [[name, *_cells(values)] for name, values in products],
         )
-    about_origin = [name for name, _, about in inertias if about == "origin"]
+    about_origin = [
+        name for name, known in stated if known.inertia is not None and known.inertia_about == "origin"
+    ]
     if about_origin:
         sentence(f"Of the inertia about the link frame's origin: {', '.join(about_origin)}.")
 
 
-def _show_limits(arm: RobotArm) -> None:
-    from gd_analyze.cli.terminal import table
-
+def _show_limits(arm: gd.RobotArm) -> None:
     rows = []
     for joint in arm.joints:
         scale, unit = (math.degrees(1.0), "°") if joint.kind == "revolute" else (1.0, "m")
-        ends = [f"{end * scale:g}" if end is not None else "?" for end in (joint.lower, joint.upper)]
-        limits = [joint.rate_limit, joint.acceleration_limit]
+        lower, upper = _cells(end if end is None else end * scale for end in (joint.lower, joint.upper))
+        limits = ((joint.rate_limit, "s"), (joint.acceleration_limit, "s²"))
         rows.append(
-            [joint.name, f"{ends[0]} .. {ends[1]} {unit}"]
-            + [
-                f"{limit:g} {joint.unit}/s{'²' * k}" if limit is not None else "?"
-                for k, limit in enumerate(limits)
-            ]
+            [joint.name, f"{lower} .. {upper} {unit}"]
+            + ["?" if limit is None else f"{limit:g} {joint.unit}/{per}" for limit, per in limits]
         )
-    headings = [("joint", "left"), ("range", "right"), ("rate", "right"), ("acceleration", "right")]
-    table("Limits", headings, rows)
+    table("Limits", ["joint", "range", "rate", "acceleration"], rows)
 
 
-def _show_drives(arm: RobotArm) -> None:
-    from gd_analyze.cli.terminal import table
-
-    rows = [
-        [
-            joint.name,
-            f"{drive.inertia:g}",
-            f"{drive.inertia_uncertainty:g}" if drive.inertia_uncertainty is not None else "?",
-            f"{drive.gear_ratio:g}",
-            f"{drive.viscous:g}",
-            f"{drive.coulomb[0]:g}",
-            f"{drive.coulomb[1]:g}",
-            f"{drive.torque_limit:g}" if drive.torque_limit is not None else "?",
-        ]
-        for joint, drive in zip(arm.joints, arm.drives, strict=True)
-    ]
-    columns = ("inertia", "±", "ratio", "viscous", "Coulomb +", "Coulomb -", "limit")
+def _show_drives(arm: gd.RobotArm) -> None:
+    rows = []
+    for joint, drive in zip(arm.joints, arm.drives, strict=True):
+        values = (drive.inertia, drive.inertia_uncertainty, drive.gear_ratio, drive.viscous)
+        rows.append([joint.name, *_cells([*values, *drive.coulomb, drive.torque_limit])])
     table(
         "Drives: inertia at the joint (kg m²), gear ratio, friction at the motor (N m s and N m), "
         "torque limit at the joint (N m)",
-        [("joint", "left"), *((column, "right") for column in columns)],
+        ["joint", "inertia", "±", "ratio", "viscous", "Coulomb +", "Coulomb -", "limit"],
         rows,
     )

@@ -8,20 +8,20 @@ from typing import TYPE_CHECKING
 
 import click
 
-from gd_analyze.cli.options import TRAJECTORY
+import gd_analyze as gd
+from gd_analyze.cli.options import FILE, TRAJECTORY
 from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.terminal import line, sentence
 
 if TYPE_CHECKING:
-    from gd_analyze.certification.certificate import Certificate
-    from gd_analyze.certification.positive_definite import Definiteness
-    from gd_analyze.levels import SimplifiedModel
+    from gd_analyze.certification import Certificate, Definiteness
 
 # Shares of peak torque below this are printed as "< 0.01 %".
 _LEAST_SHARE = 1e-4
 
 
 @click.command(short_help="Bound a model's torque error over all states of a box.")
-@click.argument("model", type=click.Path(path_type=Path), help="A model.json that `simplify` wrote.")
+@click.argument("model", type=FILE, help="A model.json that `simplify` wrote.")
 @click.option(
     "--along",
     type=TRAJECTORY,
@@ -52,20 +52,15 @@ def certify(model: Path, along: str | None, effort: int, output: Output) -> None
     """
     with output.working() as stage:
         stage("reading")
-        from gd_analyze.certification import Box, certify_positive_definite
-        from gd_analyze.certification import certify as run
-        from gd_analyze.levels import load_model
-        from gd_analyze.trajectories import read_trajectory
-
-        loaded = load_model(model)
+        loaded = gd.load_model(model)
         if along is None:
-            box, where = Box.of(loaded.arm), "the arm's limits"
+            box, where = gd.Box.of(loaded.arm), "the arm's limits"
         else:
-            motion = read_trajectory(along, loaded.arm)
-            box, where = Box.around(motion.q, motion.qd, motion.qdd), f"the extremes of {motion.name}"
+            motion = gd.read_trajectory(along, loaded.arm)
+            box, where = gd.Box.around(motion.q, motion.qd, motion.qdd), f"the extremes of {motion.name}"
         stage("certifying")
-        certificate = run(loaded, box, effort=effort)
-        definiteness = certify_positive_definite(loaded, box) if loaded.level.is_mechanical else None
+        certificate = gd.certify(loaded, box, effort=effort)
+        definiteness = gd.certify_positive_definite(loaded, box) if loaded.level.is_mechanical else None
     output.give(
         lambda: _document(loaded, certificate, definiteness) | {"effort": effort, "from": where},
         lambda: _show(loaded, certificate, definiteness, where),
@@ -73,23 +68,17 @@ def certify(model: Path, along: str | None, effort: int, output: Output) -> None
 
 
 def _document(
-    model: SimplifiedModel, certificate: Certificate, definiteness: Definiteness | None
+    model: gd.SimplifiedModel, certificate: Certificate, definiteness: Definiteness | None
 ) -> dict[str, object]:
     from gd_analyze.cli.joint_table import joint_rows
 
     allowed, box = model.promise.allowed, certificate.box
-    states = [
-        {
-            name: values[i].tolist()
-            for name, values in zip(("q", "qd", "qdd"), certificate.worst_states, strict=True)
-        }
-        for i in range(model.arm.n_joints)
-    ]
+    states = zip(*(values.tolist() for values in certificate.worst_states), strict=True)
     columns: dict[str, object] = {
         "allowed_error": allowed,
         "largest_error": model.promise.errors.largest,
         "worst_found": certificate.worst_found,
-        "worst_state": states,
+        "worst_state": [dict(zip(("q", "qd", "qdd"), state, strict=True)) for state in states],
         "certified": certificate.certified,
         "within_allowed": certificate.within(allowed),
         "ratio": certificate.ratio,
@@ -111,10 +100,9 @@ def _document(
 
 
 def _show(
-    model: SimplifiedModel, certificate: Certificate, definiteness: Definiteness | None, where: str
+    model: gd.SimplifiedModel, certificate: Certificate, definiteness: Definiteness | None, where: str
 ) -> None:
-    from gd_analyze.cli.joint_table import joint_table, numbers, percents
-    from gd_analyze.cli.terminal import line, sentence
+    from gd_analyze.cli.joint_table import arm_in_words, joint_table, numbers, percents
     from gd_analyze.formatting import percent
 
     # A bound is never shown smaller than it is.
@@ -124,7 +112,7 @@ def _show(
     shares = [_rounded_up(float(bound / p), 2) if p > 0.0 else 0.0 for bound, p in pairs]
     worst = max(range(len(shares)), key=shares.__getitem__)
     sentence(
-        f"{arm.title or arm.name}: no state within {where} has a torque error above "
+        f"{arm_in_words(arm)}: no state within {where} has a torque error above "
         f"{percent(max(shares[worst], _LEAST_SHARE))} of peak torque (joint {worst + 1}).",
         bold=True,
     )
@@ -150,7 +138,7 @@ def _show(
         + _verdict(int(within.sum()), len(within), model.promise.budget)
     )
     if definiteness is not None:
-        sentence(_definite(definiteness, {joint.effort_unit for joint in arm.joints}))
+        sentence(_definite(definiteness, all(arm.is_revolute)))
 
 
 def _verdict(proven: int, joints: int, budget: str) -> str:
@@ -161,11 +149,10 @@ def _verdict(proven: int, joints: int, budget: str) -> str:
     )
 
 
-def _definite(definiteness: Definiteness, units: set[str]) -> str:
-    unit = " kg m^2" if units == {"N m"} else ""
+def _definite(definiteness: Definiteness, all_turning: bool) -> str:
+    unit = " kg m^2" if all_turning else ""
     bound, found = (
-        f"{-_rounded_up(-definiteness.proven, 4):.4g}{unit}",
-        f"{definiteness.smallest_found:.4g}{unit}",
+        f"{value:.4g}{unit}" for value in (-_rounded_up(-definiteness.proven, 4), definiteness.smallest_found)
     )
     if definiteness.is_proven:
         return f"D is positive definite everywhere in the box: no eigenvalue below {bound}, {found} found."

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+import gd_analyze as gd
 from gd_analyze.cli.given import load_arm_carrying, payload_option
 from gd_analyze.cli.options import (
-    ROBOT,
-    ROBOT_HELP,
-    TRAJECTORY,
-    TRAJECTORY_HELP,
-    NameList,
     command_line,
+    formats_option,
+    out_option,
+    robot_argument,
+    trajectory_argument,
 )
 from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.terminal import print_json
+from gd_analyze.cli.terminal import line, print_json, sentence, table
 
 if TYPE_CHECKING:
     from gd_analyze.comparison.symbolic import ClosedForms
@@ -26,32 +26,14 @@ FORMATS = ("html", "pdf", "json")
 
 
 @click.command(short_help="Compare the formulations' cost, speed and torques.")
-@click.argument("robot", type=ROBOT, help=ROBOT_HELP)
-@click.argument(
-    "trajectory",
-    type=TRAJECTORY,
-    required=False,
-    help=f"{TRAJECTORY_HELP} Left out, torques are compared at random states.",
-)
+@robot_argument
+@trajectory_argument("Left out, torques are compared at random states.")
 @payload_option
 @click.option(
     "--symbolic", is_flag=True, help="Only print the text's two-link arm in symbols, by every formulation."
 )
-@click.option(
-    "-o",
-    "--out",
-    type=click.Path(path_type=Path),
-    help="Folder for the results.  [default: reports/compare-ROBOT]",
-)
-@click.option(
-    "--format",
-    "formats",
-    type=NameList(FORMATS, "format"),
-    default=",".join(FORMATS),
-    show_default=True,
-    metavar="LIST",
-    help="Which files to write, comma-separated.",
-)
+@out_option("Folder for the results.  [default: reports/compare-ROBOT]")
+@formats_option(FORMATS)
 @reporting
 def compare(
     robot: str,
@@ -84,10 +66,9 @@ def compare(
         from gd_analyze.main_job.folder import require_writable
         from gd_analyze.report.comparison_document import comparison_document
         from gd_analyze.report.comparison_files import FILES, default_folder, write_comparison
-        from gd_analyze.trajectories import read_trajectory
 
         arm = load_arm_carrying(robot, payload)
-        motion = None if trajectory is None else read_trajectory(trajectory, arm)
+        motion = None if trajectory is None else gd.read_trajectory(trajectory, arm)
         folder = default_folder(arm.name) if out is None else out
         require_writable(folder)
         stage("comparing, timing, counting", STEPS)
@@ -99,14 +80,10 @@ def compare(
         write_comparison(comparison, folder, formats)
         files = [folder / FILES[name] for name in formats]
     document = comparison_document(comparison)
-    if output.as_json:
-        print_json(document | {"files": [str(path) for path in files]})
-    elif not output.quiet:
-        _show(document, files)
+    output.give(lambda: document | {"files": [str(path) for path in files]}, lambda: _show(document, files))
 
 
 def _show(told: dict[str, Any], files: list[Path]) -> None:
-    from gd_analyze.cli.terminal import line, sentence, table
     from gd_analyze.formatting import number
 
     def pair(count: dict[str, int] | None) -> str:
@@ -120,8 +97,9 @@ def _show(told: dict[str, Any], files: list[Path]) -> None:
     methods = told["methods"]
     table(
         "Kinematics and form of the equations",
-        [("", "left"), ("kinematics", "left"), ("equations", "left"), ("order", "left")],
+        ["", "kinematics", "equations", "order"],
         [[row["short"], row["kinematics"], row["form"], row["order"]] for row in methods],
+        "llll",
     )
     rows = [
         [
@@ -134,22 +112,22 @@ def _show(told: dict[str, Any], files: list[Path]) -> None:
     ]
     theirs = number(max(told["torque_differences"][-1]))
     rows.append(["Pinocchio", "-", "-", "-", microseconds(told["seconds_pinocchio"]), theirs])
-    headings = ("executed", "folded", "text", "time", "difference")
     table(
         "Operations per set point (multiplications + additions): as executed, folded, and the text's "
         f"polynomial at n = {told['n_joints']}; time in µs; largest difference of torque, "
         f"{'N m' if told['all_turning'] else 'N m or N'}",
-        [("", "left"), *((heading, "right") for heading in headings)],
+        ["", "executed", "folded", "text", "time", "difference"],
         rows,
     )
     slopes = ("exponent", "exponent_folded", "exponent_text")
     table(
         f"Growth: slope of log(operations) over log(n), n = 6 to {told['sizes'][-1]}, on a generic chain",
-        [("", "left"), ("order", "left"), ("executed", "right"), ("folded", "right"), ("text", "right")],
+        ["", "order", "executed", "folded", "text"],
         [
             [row["short"], row["order"], *("-" if row[s] is None else f"{row[s]:.2f}" for s in slopes)]
             for row in methods
         ],
+        "ll",
     )
     line()
     line(f"round-off   explains differences up to {number(told['bounds'][3])}")
@@ -159,7 +137,6 @@ def _show(told: dict[str, Any], files: list[Path]) -> None:
 
 def _symbolic(robot: str, as_json: bool) -> None:
     """Print D, h and c of the two-link arm by every formulation, and whether they are the text's."""
-    from gd_analyze.cli.terminal import line
     from gd_analyze.comparison.symbolic import same, text_closed_forms, two_link_closed_forms
     from gd_analyze.errors import UsageError
     from gd_analyze.formulations.methods import METHODS
@@ -183,25 +160,17 @@ def _symbolic(robot: str, as_json: bool) -> None:
             for j in range(matrix.cols)
         }
 
+    methods = {name: entries(found) | {"is_the_text's": same(found, text)} for name, found in forms.items()}
     if as_json:
-        print_json(
-            {
-                "text": entries(text),
-                "methods": {
-                    name: entries(found) | {"is_the_text's": same(found, text)}
-                    for name, found in forms.items()
-                },
-            }
-        )
+        print_json({"text": entries(text), "methods": methods})
         return
     # Formulations that end in the same expressions are listed together.
-    alike: dict[tuple[tuple[str, str], ...], list[str]] = {}
-    for name, found in forms.items():
-        alike.setdefault(tuple(entries(found).items()), []).append(name)
-    for listed, names in alike.items():
+    alike: dict[tuple[tuple[str, Any], ...], list[str]] = {}
+    for name, told in methods.items():
+        alike.setdefault(tuple(told.items()), []).append(METHODS[name].title)
+    for (*listed, (_, is_the_texts)), titles in alike.items():
         for label, entry in listed:
             line(f"{label:3} = {entry}")
         line()
-        for name in names:
-            verdict = "as the text has it" if same(forms[name], text) else "NOT what the text has"
-            line(f"{METHODS[name].title}: {verdict}")
+        for title in titles:
+            line(f"{title}: {'as the text has it' if is_the_texts else 'NOT what the text has'}")

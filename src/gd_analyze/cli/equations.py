@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.cli.options import ROBOT, ROBOT_HELP
+import gd_analyze as gd
+from gd_analyze.cli.options import digits_option, number_read, out_option, robot_argument
 from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.terminal import print_json
+from gd_analyze.cli.terminal import WIDTH, table
 
 if TYPE_CHECKING:
     from gd_analyze.harmonics import Harmonics
     from gd_analyze.harmonics.equations import Equation, Term
-
-# What every terminal shows, and a file or a mail as well.
-_WIDTH = 80
-
-# A double has no more.
-_MOST_DIGITS = 17
 
 
 class Share(click.ParamType[float]):
@@ -30,20 +24,15 @@ class Share(click.ParamType[float]):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Read it."""
-        if isinstance(value, float):
-            return value
-        text = str(value).strip()
-        try:
-            number = float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
-        except ValueError:
-            number = math.nan
+        words = str(value).strip()
+        number = number_read(words.removesuffix("%")) / (100 if words.endswith("%") else 1)
         if not 0 <= number <= 1:
             self.fail(f"{value!r} is not a share of 0 to 1, such as 1% or 0.01", param, ctx)
         return number
 
 
 @click.command(short_help="Print the exact equations of motion.")
-@click.argument("robot", type=ROBOT, help=ROBOT_HELP)
+@robot_argument
 @click.option(
     "--element",
     "elements",
@@ -69,14 +58,8 @@ class Share(click.ParamType[float]):
     help="How to write them: sympy is a Python script, the others are one equation each.",
 )
 @click.option("--terms", is_flag=True, help="Print a table of terms for every element: effect, links, share.")
-@click.option(
-    "--digits",
-    type=click.IntRange(1, _MOST_DIGITS),
-    default=3,
-    show_default=True,
-    help="Significant digits of coefficients; sympy keeps all.",
-)
-@click.option("-o", "--out", type=click.Path(path_type=Path), help="Write the equations into this file.")
+@digits_option("Significant digits of coefficients; sympy keeps all.")
+@out_option("Write the equations into this file.")
 @reporting
 def equations(
     robot: str,
@@ -98,46 +81,41 @@ def equations(
       gd-analyze equations puma560 --element D11 --element h1 --terms
       gd-analyze equations my_arm.toml --format latex -o my_arm.tex
     """
-    from gd_analyze.cli.terminal import line
-
     if terms and (form != "text" or out is not None):
         raise click.UsageError("--terms is a table for the terminal: it goes without --format and --out")
     with output.working() as stage:
         import time
 
         from gd_analyze.files import write_text
-        from gd_analyze.harmonics import harmonics_of
-        from gd_analyze.harmonics.equations import equations as write_out
-        from gd_analyze.robots import load_arm
 
-        arm = load_arm(robot)
+        arm = gd.load_arm(robot)
         stage("identifying")
         start = time.perf_counter()
-        harmonics = harmonics_of(arm)
+        harmonics = gd.harmonics_of(arm)
         seconds = time.perf_counter() - start
         stage("writing out")
-        found = write_out(harmonics, elements, min_share=min_share)
+        found = gd.equations(harmonics, elements, min_share=min_share)
         about = _about(harmonics, found, whole=not elements, min_share=min_share, seconds=seconds)
         written = _written(found, form, digits, harmonics.arm.n_joints)
         if out is not None:
             stage(f"writing {out.name}")
             write_text(out, _with_header(about, written, form))
-    if output.as_json:
-        print_json(_document(harmonics, found, seconds, form, written, output.warnings, out))
+    if output.as_json or out is not None:
+        document = _document(harmonics, found, seconds)
+        output.give(lambda: document | {"format": form, "written": written} | output.about(out), wrote=out)
     elif terms:
         if not output.quiet:
             click.echo(_with_header(about, "", form).rstrip())
         _show_tables(found, digits)
-    elif out is None:
+    else:
         click.echo(written if output.quiet else _with_header(about, written, form), nl=False)
-    elif not output.quiet:
-        line(f"wrote {out}")
 
 
 def _about(
     harmonics: Harmonics, found: tuple[Equation, ...], *, whole: bool, min_share: float, seconds: float
 ) -> tuple[str, ...]:
     """Say what is shown and how to read it, one sentence per entry."""
+    from gd_analyze.cli.joint_table import arm_in_words
     from gd_analyze.formulas.legend import element_legend
     from gd_analyze.formulas.plain import Plain
 
@@ -145,7 +123,7 @@ def _about(
     count = sum(len(equation.terms) for equation in found)
     terms = f"{count} term{'s' if count != 1 else ''}"
     cut = f" of at least {100 * min_share:g} % of the largest of their element" if min_share > 0 else ""
-    about = [f"{arm.title or arm.name}: {terms}{cut}; identified in {seconds:.2g} s", "Units: kg, m, s, rad"]
+    about = [f"{arm_in_words(arm)}: {terms}{cut}; identified in {seconds:.2g} s", "Units: kg, m, s, rad"]
     if whole:
         about[-1] += "; D is symmetric, and elements not shown are zero"
     if any(equation.symbol.startswith("h") for equation in found):
@@ -174,7 +152,7 @@ def _written(found: tuple[Equation, ...], form: str, digits: int, n_joints: int)
         # Commas part indices of two digits, and no name in Python may hold one.
         lines += [f"{equation.symbol.replace(',', '_')} = {to_sympy(equation)}" for equation in found]
     elif form == "text":
-        lines = [Plain(digits).wrapped(formula, _WIDTH) for formula in formulas]
+        lines = [Plain(digits).wrapped(formula, WIDTH) for formula in formulas]
     else:
         printer = Latex(digits) if form == "latex" else MathML(digits)
         lines = [printer.line(formula) for formula in formulas]
@@ -190,19 +168,17 @@ def _with_header(about: tuple[str, ...], written: str, form: str) -> str:
     ]
     # Two hyphens would end a comment of XML.
     about = tuple(text.replace("--", "- -") for text in about) if form == "mathml" else about
-    room = _WIDTH - len(before) - len(after)
+    room = WIDTH - len(before) - len(after)
     lines = [piece for text in about for piece in textwrap.wrap(f"{text}.", room)]
     return "".join(f"{before}{text}{after}\n" for text in lines) + "\n" + written
 
 
 def _show_tables(found: tuple[Equation, ...], digits: int) -> None:
-    from gd_analyze.cli.terminal import table
     from gd_analyze.formulas.formula import Product
     from gd_analyze.formulas.numbers import number
     from gd_analyze.formulas.plain import Plain
     from gd_analyze.formulas.writing import powers
 
-    columns = [("term", "left"), ("coefficient", "right"), ("effect", "left"), ("links", "left")]
     for equation in found:
         rows = [
             [
@@ -215,11 +191,8 @@ def _show_tables(found: tuple[Equation, ...], digits: int) -> None:
             for term in equation.terms
         ]
         zero = "" if rows else " is zero"
-        table(
-            f"{equation.symbol}{zero} ({equation.unit})",
-            [*columns, ("share", "right")],
-            rows,
-        )
+        headings = ["term", "coefficient", "effect", "links", "share"]
+        table(f"{equation.symbol}{zero} ({equation.unit})", headings, rows, "lrllr")
 
 
 def _spans(links: tuple[int, ...]) -> str:
@@ -233,15 +206,7 @@ def _spans(links: tuple[int, ...]) -> str:
     return ", ".join(str(span[0]) if len(span) == 1 else f"{span[0]}-{span[-1]}" for span in spans)
 
 
-def _document(
-    harmonics: Harmonics,
-    found: tuple[Equation, ...],
-    seconds: float,
-    form: str,
-    written: str,
-    told: list[str],
-    out: Path | None,
-) -> dict[str, Any]:
+def _document(harmonics: Harmonics, found: tuple[Equation, ...], seconds: float) -> dict[str, Any]:
     from dataclasses import asdict
 
     from gd_analyze.formulas.writing import exponents
@@ -259,8 +224,4 @@ def _document(
             | {"terms": [asdict(term) | {"factors": factors(term)} for term in equation.terms]}
             for equation in found
         ],
-        "format": form,
-        "written": written,
-        "warnings": told,
-        "files": [str(out)] if out is not None else [],
     }

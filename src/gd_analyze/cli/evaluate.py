@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.cli.given import carrying, payload_option, states_options, trajectory_argument
+import gd_analyze as gd
+from gd_analyze.cli.given import carrying, payload_option, states_options, trajectory_or_states
+from gd_analyze.cli.options import FILE, out_option
 from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.terminal import line, sentence
 
 if TYPE_CHECKING:
-    from gd_analyze.levels import Evaluation, Loss, SimplifiedModel
-    from gd_analyze.levels.payload_effect import PayloadEffect
-    from gd_analyze.robots import Payload, RobotArm
-    from gd_analyze.states import States
+    from gd_analyze.levels import Evaluation, Loss, PayloadEffect
+    from gd_analyze.robots import Payload
 
 # Shares of peak torque below this are printed as "< 0.01 %".
 _WORTH_A_LINE = 1e-4
@@ -23,15 +24,13 @@ _WORTH_A_LINE = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class _Trial:
-    """A model, what it was held against and where, and what came of it.
+    """A model, what the arm carried, and what came of it.
 
     `without_payload` is the evaluation for the arm without the payload, None where there is none.
     """
 
-    model: SimplifiedModel
-    arm: RobotArm
+    model: gd.SimplifiedModel
     payload: Payload | None
-    states: States
     evaluation: Evaluation
     without_payload: Evaluation | None
     effect: PayloadEffect
@@ -39,13 +38,11 @@ class _Trial:
 
 
 @click.command(short_help="Try a simplified model elsewhere than it was made for.")
-@click.argument("model", type=click.Path(path_type=Path), help="A model.json that gd-analyze wrote.")
-@trajectory_argument
+@click.argument("model", type=FILE, help="A model.json that gd-analyze wrote.")
+@trajectory_or_states
 @payload_option
 @states_options
-@click.option(
-    "-o", "--out", type=click.Path(path_type=Path), help="CSV file for exact and simplified torque over time."
-)
+@out_option("CSV file for exact and simplified torque over time.")
 @reporting
 def evaluate(
     model: Path,
@@ -72,19 +69,16 @@ def evaluate(
     with output.working() as stage:
         stage("reading")
         from gd_analyze.files import write_text
-        from gd_analyze.levels import evaluate as run
-        from gd_analyze.levels import load_model, losses, payload_effect, torque_csv
+        from gd_analyze.levels import losses, torque_csv
         from gd_analyze.robots import parse_payload
-        from gd_analyze.states import states_in_box, states_of
-        from gd_analyze.trajectories import read_trajectory
 
         body = None if payload is None else parse_payload(payload)
-        loaded = load_model(model)
+        loaded = gd.load_model(model)
         held = loaded.arm if body is None else carrying(loaded.arm, body)
-        motion = None if trajectory is None else read_trajectory(trajectory, loaded.arm)
-        given = states_in_box(loaded.arm, states, seed) if motion is None else states_of(motion)
+        motion = None if trajectory is None else gd.read_trajectory(trajectory, loaded.arm)
+        given = gd.states_in_box(loaded.arm, states, seed) if motion is None else gd.states_of(motion)
         stage("evaluating")
-        evaluation = run(loaded, given, held)
+        evaluation = gd.evaluate(loaded, given, held)
         # At the other levels what is dropped is no part that the decomposition knows, and with a payload it
         # is not what the error comes from.
         tells = motion is not None and body is None and not loaded.level.has_torque_terms
@@ -92,16 +86,9 @@ def evaluate(
         if out is not None and motion is not None:
             stage(f"writing {out.name}")
             write_text(out, torque_csv(motion, evaluation))
-        without = None if body is None else run(loaded, given)
-        trial = _Trial(loaded, held, body, given, evaluation, without, payload_effect(loaded, given), lost)
-
-    def show() -> None:
-        _show(trial)
-        if out is not None:
-            click.echo(f"wrote {out}")
-
-    files = [str(out)] if out is not None else []
-    output.give(lambda: _document(trial) | {"warnings": output.warnings, "files": files}, show)
+        without = None if body is None else gd.evaluate(loaded, given)
+        trial = _Trial(loaded, body, evaluation, without, gd.payload_effect(loaded, given), lost)
+    output.give(lambda: _document(trial) | output.about(out), lambda: _show(trial), out)
 
 
 def _document(trial: _Trial) -> dict[str, Any]:
@@ -109,9 +96,10 @@ def _document(trial: _Trial) -> dict[str, Any]:
 
     from gd_analyze.cli.joint_table import error_values, joint_rows
 
-    model, effect = trial.model, trial.effect
+    model, effect, body = trial.model, trial.effect, trial.payload
     promised, bare = model.promise.errors, trial.without_payload
-    where = trial.states.described
+    exact = trial.evaluation.dynamics
+    where = exact.states.described
     columns = error_values(trial.evaluation.errors, model.promise.allowed) | {
         "promised_largest_error": promised.largest,
         "promised_largest_share": promised.largest_share,
@@ -126,9 +114,10 @@ def _document(trial: _Trial) -> dict[str, Any]:
         "made_for": dict(model.promise.made_for),
         "budget": model.promise.budget,
         "held_against": {
-            "arm": trial.arm.name,
+            "arm": exact.arm.name,
             "drives": model.drives,
-            "payload": _payload(trial.payload),
+            "payload": body
+            and {"mass": body.mass, "position": body.position.tolist(), "inertia": body.inertia.tolist()},
         },
         **{key: where.get(key) for key in ("trajectory", "set_points", "box", "states", "seed")},
         "joints": joint_rows(model.arm, columns),
@@ -138,19 +127,14 @@ def _document(trial: _Trial) -> dict[str, Any]:
     }
 
 
-def _payload(body: Payload | None) -> dict[str, Any] | None:
-    if body is None:
-        return None
-    return {"mass": body.mass, "position": body.position.tolist(), "inertia": body.inertia.tolist()}
-
-
 def _show(trial: _Trial) -> None:
-    from gd_analyze.cli.joint_table import error_columns, joint_table, percents
-    from gd_analyze.cli.terminal import line, sentence
+    from gd_analyze.cli.joint_table import arm_in_words, error_columns, joint_table, percents
 
-    model, arm = trial.model, trial.arm
+    model, exact = trial.model, trial.evaluation.dynamics
     made_for = str(model.promise.made_for.get("trajectory", "the arm's box"))
-    sentence(f"{arm.title or arm.name} {_where(trial.states)}", bold=True)
+    where = exact.states.described
+    along = f"along {where['trajectory']}, {where['set_points']} set points" if "trajectory" in where else ""
+    sentence(f"{arm_in_words(exact.arm)} {along or f'over {exact.states.in_words}'}", bold=True)
     unaware = "without this payload, " if trial.payload is not None else ""
     sentence(f"by a model made {unaware}for {made_for} with a budget of {model.promise.budget}.")
     if trial.without_payload is not None:
@@ -159,7 +143,7 @@ def _show(trial: _Trial) -> None:
         beside, heading = model.promise.errors, "promised"
     joint_table(
         "Torque error, {units}, and its share of peak torque",
-        arm,
+        exact.arm,
         [*error_columns(trial.evaluation.errors), (heading, percents(beside.largest_share))],
     )
     line()
@@ -167,16 +151,8 @@ def _show(trial: _Trial) -> None:
     _say_what_may_be_carried(trial)
 
 
-def _where(states: States) -> str:
-    where = states.described
-    if "trajectory" in where:
-        return f"along {where['trajectory']}, {where['set_points']} set points"
-    return f"over {where['states']} states drawn from {where['box']}, seed {where['seed']}"
-
-
 def _compare(trial: _Trial, made_for: str) -> None:
     """Say how the error here compares to the one promised, or to the one without the payload."""
-    from gd_analyze.cli.terminal import line, sentence
     from gd_analyze.formatting import number, percent
 
     here, promised = trial.evaluation.errors, trial.model.promise.errors
@@ -204,7 +180,7 @@ def _compare(trial: _Trial, made_for: str) -> None:
         + (" What was dropped and matters most here:" if trial.lost else "")
     )
     for loss in [loss for loss in trial.lost if loss.torque_share >= _WORTH_A_LINE][:5]:
-        unit = trial.arm.joints[loss.torque_joint - 1].effort_unit
+        unit = trial.model.arm.joints[loss.torque_joint - 1].effort_unit
         line(
             f"  {loss.part:18} up to {number(loss.torque_peak)} {unit} at joint {loss.torque_joint}, "
             f"{percent(loss.torque_share)} of its peak"
@@ -212,12 +188,10 @@ def _compare(trial: _Trial, made_for: str) -> None:
 
 
 def _say_what_may_be_carried(trial: _Trial) -> None:
-    from gd_analyze.cli.terminal import sentence
     from gd_analyze.formatting import number
 
     effect = trial.effect
-    unloaded = trial.evaluation if trial.without_payload is None else trial.without_payload
-    within = unloaded.within(trial.model.promise.allowed)
+    within = (trial.without_payload or trial.evaluation).within(trial.model.promise.allowed)
     beyond = [str(i) for i, holds in enumerate(within, start=1) if not holds]
     if beyond:
         sentence(f"Beyond the budget here even without any payload: joint {', '.join(beyond)}.")

@@ -5,27 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gd_analyze.cli.output import Output
+from gd_analyze.cli.terminal import line, sentence, table
+
 if TYPE_CHECKING:
-    from gd_analyze.cli.output import Output
     from gd_analyze.results import Findings
 
 
 def print_findings(
     findings: Findings, folder: Path, formats: tuple[str, ...], output: Output, top: int
 ) -> None:
-    """Print what was found and written the way that was asked for.
-
-    Parameters
-    ----------
-    findings
-        What was found.
-    folder, formats
-        Where it was written, and as what.
-    output
-        As the user chose.
-    top
-        Rows of the ranking to print for people.
-    """
+    """Print what was found and which files hold it; `top` rows of the ranking for people."""
     from gd_analyze.main_job.folder import FILES
 
     files = [folder / FILES[name] for name in formats]
@@ -78,7 +68,6 @@ def _document(findings: Findings, files: list[Path]) -> dict[str, Any]:
 
 def _show(findings: Findings, files: list[Path], top: int) -> None:
     from gd_analyze.cli.joint_table import error_columns, joint_table
-    from gd_analyze.cli.terminal import line, sentence
     from gd_analyze.formatting import at_most, number
     from gd_analyze.results import summary
     from gd_analyze.results.rows import joint_rows
@@ -126,7 +115,6 @@ def _by_level(findings: Findings) -> str:
 
 
 def _show_ranking(findings: Findings, top: int) -> None:
-    from gd_analyze.cli.terminal import table
     from gd_analyze.formatting import number, percent
     from gd_analyze.results.rows import element_rows
     from gd_analyze.results.words import LETTERS, VERDICTS, told
@@ -137,9 +125,7 @@ def _show_ranking(findings: Findings, top: int) -> None:
     table(
         f"Ranking by torque, {len(shown)} of {len(rows)} elements: largest part by effect (D in kg m², h and "
         "c in N m), largest torque, its joint and its share of that joint's peak torque",
-        [("", "left"), ("tran", "right"), ("rot", "right"), ("torque", "right"), ("joint", "right")]
-        + [("share", "right"), ("verdict", "left"), ("kept", "left")]
-        + ([("text", "left")] if with_text else []),
+        ["", "tran", "rot", "torque", "joint", "share", "verdict", "kept", *(["text"] if with_text else [])],
         [
             [
                 row["element"],
@@ -154,4 +140,5 @@ def _show_ranking(findings: Findings, top: int) -> None:
             ]
             for row in shown
         ],
+        "lrrrrrlll",
     )

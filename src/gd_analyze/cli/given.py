@@ -6,28 +6,17 @@ import dataclasses
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.cli.options import ROBOT, ROBOT_HELP, TRAJECTORY, TRAJECTORY_HELP
+import gd_analyze as gd
+from gd_analyze.cli.options import number_option, robot_argument, together, trajectory_argument
 
 if TYPE_CHECKING:
-    from gd_analyze.levels import ExactDynamics
-    from gd_analyze.robots import Payload, RobotArm
-    from gd_analyze.states import States
+    from gd_analyze.robots import Payload
 
-F = TypeVar("F", bound=Callable[..., Any])
-
-
-robot_argument = click.argument("robot", type=ROBOT, help=ROBOT_HELP)
-
-trajectory_argument = click.argument(
-    "trajectory",
-    type=TRAJECTORY,
-    required=False,
-    help=f"{TRAJECTORY_HELP} Without one: states drawn from the arm's limits.",
-)
+trajectory_or_states = trajectory_argument("Without one: states drawn from the arm's limits.")
 
 payload_option = click.option(
     "--payload",
@@ -38,29 +27,10 @@ payload_option = click.option(
 
 drives_option = click.option("--drives", is_flag=True, help="Include drive inertia.")
 
-
-def states_options(function: F) -> F:
-    """--states and --seed."""
-    for option in (
-        click.option(
-            "--seed",
-            type=click.IntRange(min=0),
-            default=0,
-            show_default=True,
-            metavar="NUMBER",
-            help="Seed of these states: the same seed draws the same.",
-        ),
-        click.option(
-            "--states",
-            type=click.IntRange(1, 1_000_000),
-            default=4000,
-            show_default=True,
-            metavar="NUMBER",
-            help="States to draw where there is no trajectory.",
-        ),
-    ):
-        function = option(function)
-    return function
+states_options = together(
+    number_option("--states", 4000, "States to draw where there is no trajectory.", 1, 1_000_000),
+    number_option("--seed", 0, "Seed of these states: the same seed draws the same."),
+)
 
 
 @dataclass(frozen=True)
@@ -74,12 +44,14 @@ class Given:
     states: int
     seed: int
 
-    def exact(self) -> ExactDynamics:
+    def exact(self) -> gd.ExactDynamics:
         """Read or draw them."""
-        from gd_analyze.levels import ExactDynamics
-
         arm = load_arm_carrying(self.robot, self.payload)
-        return ExactDynamics.of(arm, states_given(arm, self.trajectory, self.states, self.seed), self.drives)
+        if self.trajectory is None:
+            states = gd.states_in_box(arm, self.states, self.seed)
+        else:
+            states = gd.states_of(gd.read_trajectory(self.trajectory, arm))
+        return gd.ExactDynamics.of(arm, states, self.drives)
 
 
 def given_dynamics(function: Callable[..., None]) -> Callable[..., None]:
@@ -90,30 +62,18 @@ def given_dynamics(function: Callable[..., None]) -> Callable[..., None]:
     def verb(**words: Any) -> None:
         function(given=Given(**{name: words.pop(name) for name in names}), **words)
 
-    for option in (states_options, payload_option, drives_option, trajectory_argument, robot_argument):
-        verb = option(verb)
-    return verb
+    return together(robot_argument, trajectory_or_states, drives_option, payload_option, states_options)(verb)
 
 
-def states_given(arm: RobotArm, trajectory: str | None, states: int, seed: int) -> States:
-    """Read a trajectory's set points, or draw states."""
-    from gd_analyze.states import states_in_box, states_of
-    from gd_analyze.trajectories import read_trajectory
-
-    if trajectory is None:
-        return states_in_box(arm, states, seed)
-    return states_of(read_trajectory(trajectory, arm))
-
-
-def load_arm_carrying(robot: str, payload: str | None) -> RobotArm:
+def load_arm_carrying(robot: str, payload: str | None) -> gd.RobotArm:
     """Load an arm and put the payload, if any, into its hand; its name and title say so."""
-    from gd_analyze.robots import load_arm, parse_payload
+    from gd_analyze.robots import parse_payload
 
-    arm = load_arm(robot)
+    arm = gd.load_arm(robot)
     return arm if payload is None else carrying(arm, parse_payload(payload))
 
 
-def carrying(arm: RobotArm, body: Payload) -> RobotArm:
+def carrying(arm: gd.RobotArm, body: Payload) -> gd.RobotArm:
     """Put a payload into an arm's hand; its name and title say so."""
     from gd_analyze.robots import with_payload
 

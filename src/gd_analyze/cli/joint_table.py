@@ -1,8 +1,9 @@
-"""Rows per joint, as several verbs give them: as tables, and as JSON."""
+"""What several verbs tell of an arm and its joints, as tables and as JSON."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from gd_analyze.cli.terminal import table
@@ -10,6 +11,7 @@ from gd_analyze.formatting import number, percent
 
 if TYPE_CHECKING:
     from gd_analyze.levels import ErrorTable
+    from gd_analyze.operations import OperationCount
     from gd_analyze.robots import RobotArm
     from gd_analyze.vectors import FloatArray
 
@@ -29,22 +31,26 @@ def joint_table(title: str, arm: RobotArm, columns: Sequence[Column]) -> None:
         Heading and one cell per joint; cells of words stand on the left, all others on the right.
     """
     units = [joint.effort_unit for joint in arm.joints]
-    names = [
-        f"{i + 1} {joint.name}" if joint.name != str(i + 1) else joint.name
-        for i, joint in enumerate(arm.joints)
-    ]
+    names = [joint_name(i, joint.name) for i, joint in enumerate(arm.joints, start=1)]
     shown: list[Column] = [("joint", names), *columns]
     if len(set(units)) > 1:
         shown.append(("unit", units))
     table(
         title.format(units=" or ".join(sorted(set(units), reverse=True))),
-        [(heading, _side(heading, cells)) for heading, cells in shown],
+        [heading for heading, _ in shown],
         list(zip(*(cells for _, cells in shown), strict=True)),
+        "".join("l" if heading == "joint" or cells[0].isalpha() else "r" for heading, cells in shown),
     )
 
 
-def _side(heading: str, cells: Sequence[str]) -> str:
-    return "left" if heading == "joint" or cells[0].isalpha() else "right"
+def arm_in_words(arm: RobotArm, drives: bool = False) -> str:
+    """The arm's title, or its name where it has none, and whether drives act."""
+    return f"{arm.title or arm.name}{', with drives' if drives else ''}"
+
+
+def joint_name(number: int, name: str) -> str:
+    """A joint's number, and its name where that says more."""
+    return name if name == str(number) else f"{number} {name}"
 
 
 def numbers(values: Iterable[float]) -> list[str]:
@@ -55,6 +61,11 @@ def numbers(values: Iterable[float]) -> list[str]:
 def percents(shares: Iterable[float]) -> list[str]:
     """Cells of shares."""
     return [percent(float(x)) for x in shares]
+
+
+def counts(operations: OperationCount) -> dict[str, int]:
+    """Operations as JSON has them."""
+    return {**asdict(operations), "total": operations.total}
 
 
 def error_columns(errors: ErrorTable, allowed: FloatArray | None = None) -> list[Column]:
@@ -84,17 +95,14 @@ def error_values(errors: ErrorTable, allowed: FloatArray) -> dict[str, FloatArra
 
 def joint_rows(arm: RobotArm, columns: Mapping[str, Any]) -> list[dict[str, Any]]:
     """One JSON object per joint; None for a column of which nothing is known."""
+    # Numbers of NumPy as those of Python.
+    plain = {k: v.tolist() if hasattr(v, "tolist") else v for k, v in columns.items()}
     return [
         {
             "joint": i + 1,
             "name": joint.name,
             "unit": joint.effort_unit,
-            **{name: None if values is None else _plain(values[i]) for name, values in columns.items()},
+            **{name: None if values is None else values[i] for name, values in plain.items()},
         }
         for i, joint in enumerate(arm.joints)
     ]
-
-
-def _plain(value: Any) -> Any:
-    """A number of NumPy as one of Python."""
-    return value.item() if hasattr(value, "item") else value

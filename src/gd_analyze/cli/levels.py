@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import click
 
-from gd_analyze.cli.given import F
+from gd_analyze.cli.options import F, number_option, together
 
 # As in `gd_analyze.levels.LEVELS`, which loads NumPy; a test compares.
 LEVELS = {
@@ -15,14 +15,13 @@ LEVELS = {
     "energy": "the model remains a mechanical system, with symmetric D and its own energy",
 }
 
-budget_option = click.option(
-    "--budget",
-    default="1%",
-    show_default=True,
-    metavar="LIST",
-    help="Allowed torque error: a share of each joint's peak torque (1%) or N m (0.5); one for all joints, "
-    "or one per joint, comma-separated.",
-)
+
+def budget_option(
+    told: str = "Allowed torque error: a share of each joint's peak torque (1%) or N m (0.5); one for all "
+    "joints, or one per joint, comma-separated.",
+) -> Callable[[F], F]:
+    """--budget."""
+    return click.option("--budget", default="1%", show_default=True, metavar="LIST", help=told)
 
 
 def level_option(
@@ -35,20 +34,15 @@ def level_option(
     )
 
 
-def simplify_options(function: F) -> F:
-    """--refit and --operations."""
-    for option in (
-        click.option(
-            "--operations",
-            type=click.IntRange(min=0),
-            metavar="NUMBER",
-            help="Multiplications and additions the model may take: the budget is scaled until it does.",
-        ),
-        click.option(
-            "--refit",
-            is_flag=True,
-            help="Refit what is kept, to absorb what is dropped; at level term or energy.",
-        ),
-    ):
-        function = option(function)
-    return function
+simplify_options = together(
+    click.option(
+        "--refit",
+        is_flag=True,
+        help="Refit what is kept, to absorb what is dropped; at level term or energy.",
+    ),
+    number_option(
+        "--operations",
+        None,
+        "Multiplications and additions the model may take: the budget is scaled until it does.",
+    ),
+)

@@ -1,23 +1,18 @@
-"""Kinds of words in a command: how they are checked and completed."""
+"""Kinds of words in a command: how they are checked and completed, and options of several verbs."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
 
 import click
 from click.shell_completion import CompletionItem
 
 from gd_analyze.resources import shipped
 
-top_option = click.option(
-    "--top",
-    type=click.IntRange(min=0),
-    default=12,
-    show_default=True,
-    metavar="NUMBER",
-    help="Rows of the ranking to print.",
-)
+F = TypeVar("F", bound=Callable[..., Any])
 
 
 def command_line() -> str:
@@ -74,6 +69,14 @@ class NameList(click.ParamType[tuple[str, ...]]):
         ]
 
 
+def number_read(words: str) -> float:
+    """Read a number; nan where there is none."""
+    try:
+        return float(words)
+    except ValueError:
+        return math.nan
+
+
 class PositiveNumber(click.ParamType[float]):
     """A finite number above zero, which click's own range does not insist on: it lets nan and inf pass."""
 
@@ -81,10 +84,7 @@ class PositiveNumber(click.ParamType[float]):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Read it."""
-        try:
-            number = float(value)
-        except ValueError:
-            number = math.nan
+        number = number_read(value)
         if not (math.isfinite(number) and number > 0):
             self.fail(f"{value!r} is not a number above 0", param, ctx)
         return number
@@ -93,5 +93,74 @@ class PositiveNumber(click.ParamType[float]):
 ROBOT = NameOrFile("robot", "robots", ".toml")
 TRAJECTORY = NameOrFile("trajectory", "trajectories", ".csv")
 
+FILE = click.Path(path_type=Path)
+
 ROBOT_HELP = "Built-in arm (see `gd-analyze arms`), or path of an arm's TOML file."
-TRAJECTORY_HELP = "CSV file, name of a shipped trajectory, or - for standard input."
+
+# A double has no more.
+_MOST_DIGITS = 17
+
+
+def together(*options: Callable[[F], F]) -> Callable[[F], F]:
+    """Several options as one decorator, in the order in which they are told."""
+
+    def decorate(function: F) -> F:
+        for option in reversed(options):
+            function = option(function)
+        return function
+
+    return decorate
+
+
+def number_option(
+    name: str, default: int | None, told: str, least: int = 0, most: int | None = None
+) -> Callable[[F], F]:
+    """Make an option that takes a whole number."""
+    return click.option(
+        name,
+        type=click.IntRange(least, most),
+        default=default,
+        show_default=True,
+        metavar="NUMBER",
+        help=told,
+    )
+
+
+def digits_option(told: str) -> Callable[[F], F]:
+    """--digits, three by default."""
+    digits = click.IntRange(1, _MOST_DIGITS)
+    return click.option("--digits", type=digits, default=3, show_default=True, help=told)
+
+
+def out_option(told: str) -> Callable[[F], F]:
+    """--out, a file or a folder."""
+    return click.option("-o", "--out", type=FILE, help=told)
+
+
+def formats_option(names: tuple[str, ...]) -> Callable[[F], F]:
+    """--format, some of the files that a verb can write; all by default."""
+    return click.option(
+        "--format",
+        "formats",
+        type=NameList(names, "format"),
+        default=",".join(names),
+        show_default=True,
+        metavar="LIST",
+        help="Which files to write, comma-separated.",
+    )
+
+
+def trajectory_argument(without: str | None = None) -> Callable[[F], F]:
+    """TRAJECTORY, which may be left out where `without` says what happens then."""
+    told = "CSV file, name of a shipped trajectory, or - for standard input."
+    return click.argument(
+        "trajectory",
+        type=TRAJECTORY,
+        required=without is None,
+        help=told if without is None else f"{told} {without}",
+    )
+
+
+robot_argument = click.argument("robot", type=ROBOT, help=ROBOT_HELP)
+
+top_option = number_option("--top", 12, "Rows of the ranking to print.")

@@ -6,11 +6,13 @@ import functools
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import click
 
-from gd_analyze.cli.terminal import Stages, print_json, stages, warnings_told
+from gd_analyze.cli.options import together
+from gd_analyze.cli.terminal import Stages, line, print_json, stages, warnings_told
 
 
 @dataclass
@@ -27,12 +29,23 @@ class Output:
         with warnings_told(self.quiet, self.warnings), stages(self.quiet) as stage:
             yield stage
 
-    def give(self, document: Callable[[], Any], show: Callable[[], None]) -> None:
-        """Print the result the way that was asked for."""
+    def about(self, wrote: Path | None) -> dict[str, list[str]]:
+        """What ends the JSON of a verb that may write a file."""
+        return {"warnings": self.warnings, "files": [] if wrote is None else [str(wrote)]}
+
+    def give(
+        self,
+        document: Callable[[], Any],
+        show: Callable[[], None] = lambda: None,
+        wrote: Path | None = None,
+    ) -> None:
+        """Print the result the way that was asked for, and which file holds it."""
         if self.as_json:
             print_json(document())
         elif not self.quiet:
             show()
+            if wrote is not None:
+                line(f"wrote {wrote}")
 
 
 def reporting(function: Callable[..., None]) -> Callable[..., None]:
@@ -42,10 +55,8 @@ def reporting(function: Callable[..., None]) -> Callable[..., None]:
     def verb(as_json: bool, quiet: bool, debug: bool, **words: Any) -> None:
         function(output=Output(as_json, quiet), **words)
 
-    for option in (
-        click.option("--debug", is_flag=True, help="Show Python's traceback on an error."),
-        click.option("--quiet", is_flag=True, help="Print nothing but errors and what was asked for."),
+    return together(
         click.option("--json", "as_json", is_flag=True, help="Print the result as JSON on standard output."),
-    ):
-        verb = option(verb)
-    return verb
+        click.option("--quiet", is_flag=True, help="Print nothing but errors and what was asked for."),
+        click.option("--debug", is_flag=True, help="Show Python's traceback on an error."),
+    )(verb)

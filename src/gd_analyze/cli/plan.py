@@ -8,13 +8,20 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.cli.options import ROBOT, ROBOT_HELP, PositiveNumber, command_line
+import gd_analyze as gd
+from gd_analyze.cli.options import (
+    PositiveNumber,
+    command_line,
+    number_option,
+    number_read,
+    out_option,
+    robot_argument,
+)
 from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.terminal import print_json
+from gd_analyze.cli.terminal import line, sentence, table
 from gd_analyze.errors import TrajectoryError, UsageError
 
 if TYPE_CHECKING:
-    from gd_analyze.robots import RobotArm
     from gd_analyze.trajectories import Plan
 
 
@@ -26,18 +33,11 @@ _OPTIONS = {"start": "--from", "goal": "--to", "via": "--via"}
 
 
 @click.command(short_help="Plan a trajectory and hold it against the arm's limits.")
-@click.argument("robot", type=ROBOT, help=ROBOT_HELP)
+@robot_argument
 @click.option("--from", "start", required=True, metavar="LIST", help="Start, comma-separated: degrees (m).")
 @click.option("--to", "goal", required=True, metavar="LIST", help="Goal, comma-separated: degrees (m).")
 @click.option("--via", multiple=True, metavar="LIST", help="A point in between; repeatable, in order.")
-@click.option(
-    "--points",
-    type=click.IntRange(min=2),
-    default=31,
-    show_default=True,
-    metavar="NUMBER",
-    help="Number of set points, evenly spaced in time.",
-)
+@number_option("--points", 31, "Number of set points, evenly spaced in time.", least=2)
 @click.option(
     "--duration", required=True, type=PositiveNumber(), metavar="SECONDS", help="Time from start to goal."
 )
@@ -52,12 +52,7 @@ _OPTIONS = {"start": "--from", "goal": "--to", "via": "--via"}
 @click.option(
     "--allow-violations", is_flag=True, help="Only warn of rates or accelerations over their limits."
 )
-@click.option(
-    "-o",
-    "--out",
-    type=click.Path(path_type=Path),
-    help="CSV file; left out, the CSV goes to standard output.",
-)
+@out_option("CSV file; left out, the CSV goes to standard output.")
 @reporting
 def plan(
     robot: str,
@@ -81,62 +76,44 @@ def plan(
       gd-analyze plan two_link --from 0,0 --to 60,-45 --duration 2 |
           gd-analyze two_link -
     """
-    from gd_analyze.cli.terminal import line, sentence
-
     with output.working() as stage:
         stage("planning")
-        from gd_analyze.robots import load_arm
-        from gd_analyze.trajectories import Schedule, trajectory_csv, write_trajectory
-        from gd_analyze.trajectories import plan as plan_motion
+        from gd_analyze.trajectories import trajectory_csv
 
-        arm = load_arm(robot)
-        knots = [_joint_values(arm, listed, option) for option, listed in _points(start, goal, via)]
+        arm = gd.load_arm(robot)
         try:
-            made = plan_motion(
+            made = gd.plan(
                 arm,
-                knots[0],
-                knots[1],
-                knots[2:],
-                schedule=Schedule(duration, profile, points),
+                _joint_values(arm, start, "--from"),
+                _joint_values(arm, goal, "--to"),
+                [_joint_values(arm, point, "--via") for point in via],
+                schedule=gd.Schedule(duration, profile, points),
                 allow_violations=allow_violations,
                 name=out.stem if out is not None else None,
             )
         except TrajectoryError as error:
             raise _in_words_of_the_command(error) from None
         if out is not None:
-            write_trajectory(made.trajectory, out, [command_line()])
-    if output.as_json:
-        print_json(_document(made, output.warnings, out))
-    elif out is None:
+            gd.write_trajectory(made.trajectory, out, [command_line()])
+    if out is None and not output.as_json:
         click.echo(trajectory_csv(made.trajectory, [command_line()]), nl=False)
-    elif not output.quiet:
-        _show_limits(made)
-        line()
-        if made.shortest_duration is not None:
-            sentence(f"The limits allow this motion in {made.shortest_duration:.3g} s at the shortest.")
-        line(f"wrote {out}")
-
-
-def _points(start: str, goal: str, via: tuple[str, ...]) -> list[tuple[str, str]]:
-    return [("--from", start), ("--to", goal), *(("--via", point) for point in via)]
+    else:
+        output.give(lambda: _document(made) | output.about(out), lambda: _show(made), out)
 
 
 def _in_words_of_the_command(error: TrajectoryError) -> TrajectoryError:
     """Name options where the library names its arguments, which are in radians."""
     details = dict(error.details)
     option = _OPTIONS.get(details.get("where", "").partition(" ")[0])
-    next_step = details.pop("next", None)
+    next_step = details.pop("next", "").replace("allow_violations=True", "--allow-violations")
     if option is not None:
         details["where"] = option
-        next_step = (
-            "`gd-analyze arms ROBOT` shows the ranges" if "radians" in (next_step or "") else next_step
-        )
-    if next_step is not None:
-        next_step = next_step.replace("allow_violations=True", "--allow-violations")
-    return TrajectoryError(error.what, **details, next_step=next_step)
+        if "radians" in next_step:
+            next_step = "`gd-analyze arms ROBOT` shows the ranges"
+    return TrajectoryError(error.what, **details, next_step=next_step or None)
 
 
-def _joint_values(arm: RobotArm, listed: str, option: str) -> list[float]:
+def _joint_values(arm: gd.RobotArm, listed: str, option: str) -> list[float]:
     """Comma-separated degrees (m for sliding joints) as rad (m)."""
     entries = [entry.strip() for entry in listed.split(",")]
     if len(entries) != arm.n_joints:
@@ -148,10 +125,7 @@ def _joint_values(arm: RobotArm, listed: str, option: str) -> list[float]:
         )
     values = []
     for column, (entry, joint) in enumerate(zip(entries, arm.joints, strict=True), start=1):
-        try:
-            value = float(entry)
-        except ValueError:
-            value = math.nan
+        value = number_read(entry)
         if not math.isfinite(value):
             raise UsageError(
                 f"{option} holds something that is not a number",
@@ -163,7 +137,7 @@ def _joint_values(arm: RobotArm, listed: str, option: str) -> list[float]:
     return values
 
 
-def _document(made: Plan, told: list[str], out: Path | None) -> dict[str, Any]:
+def _document(made: Plan) -> dict[str, Any]:
     from dataclasses import asdict
 
     motion = made.trajectory
@@ -177,14 +151,12 @@ def _document(made: Plan, told: list[str], out: Path | None) -> dict[str, Any]:
         "q": motion.q.tolist(),
         "qd": motion.qd.tolist(),
         "qdd": motion.qdd.tolist(),
-        "warnings": told,
-        "files": [str(out)] if out is not None else [],
     }
 
 
-def _show_limits(made: Plan) -> None:
+def _show(made: Plan) -> None:
     """Extremes of the motion beside the limits, angles in degrees as they were typed."""
-    from gd_analyze.cli.terminal import table
+    from gd_analyze.cli.joint_table import joint_name
 
     rows = []
     for row in made.limits.rows:
@@ -195,7 +167,7 @@ def _show_limits(made: Plan) -> None:
 
         rows.append(
             [
-                f"{row.joint} {row.name}" if row.name != str(row.joint) else row.name,
+                joint_name(row.joint, row.name),
                 f"{shown(row.lowest, scale)} .. {shown(row.highest, scale)}",
                 f"{shown(row.lower, scale)} .. {shown(row.upper, scale)}",
                 unit,
@@ -205,6 +177,8 @@ def _show_limits(made: Plan) -> None:
                 f"{row.unit}/s²",
             ]
         )
-    headings = [("joint", "left"), ("motion", "right"), ("range", "right"), ("", "left")]
-    headings += [("rate / limit", "right"), ("", "left"), ("acc. / limit", "right"), ("", "left")]
-    table("Extremes of the motion, between the set points too", headings, rows)
+    headings = ["joint", "motion", "range", "", "rate / limit", "", "acc. / limit", ""]
+    table("Extremes of the motion, between the set points too", headings, rows, "lrrlrlrl")
+    line()
+    if made.shortest_duration is not None:
+        sentence(f"The limits allow this motion in {made.shortest_duration:.3g} s at the shortest.")

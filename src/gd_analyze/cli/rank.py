@@ -6,34 +6,21 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+import gd_analyze as gd
 from gd_analyze.cli.given import Given, given_dynamics
 from gd_analyze.cli.levels import level_option
+from gd_analyze.cli.options import number_option
 from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.terminal import line, sentence, table
 
 if TYPE_CHECKING:
-    from gd_analyze.levels import ExactDynamics
     from gd_analyze.search import TermRanking
-
-_SHORT = {
-    "inertia": "D",
-    "coriolis_centrifugal": "h",
-    "gravity_loading": "c",
-    "kinetic": "T",
-    "potential": "U",
-}
 
 
 @click.command(short_help="Rank every term of D, h and c by the torque it makes.")
 @given_dynamics
 @level_option("term", "term", ("term", "energy"))
-@click.option(
-    "--top",
-    type=click.IntRange(min=0),
-    default=20,
-    show_default=True,
-    metavar="NUMBER",
-    help="Terms to print; --json has all.",
-)
+@number_option("--top", 20, "Terms to print; --json has all.")
 @reporting
 def rank(given: Given, level: str, top: int, output: Output) -> None:
     r"""Rank single terms by what they do to torque, alone and together with all that matter less.
@@ -48,14 +35,11 @@ def rank(given: Given, level: str, top: int, output: Output) -> None:
       gd-analyze rank puma560 --drives --level energy --top 40
     """
     with output.working() as stage:
-        from gd_analyze.levels import level_named
-        from gd_analyze.search import rank_terms
-
         stage("reading")
         exact = given.exact()
         stage("ranking")
-        chosen = level_named(level)
-        ranking = rank_terms(exact, chosen)
+        chosen = gd.LEVELS[level]
+        ranking = gd.rank_terms(exact, chosen)
     rows = _rows(ranking)
     output.give(
         lambda: {
@@ -89,26 +73,22 @@ def _rows(ranking: TermRanking) -> list[dict[str, Any]]:
     return rows
 
 
-def _show(exact: ExactDynamics, ranking: TermRanking, kept: str, shown: list[dict[str, Any]]) -> None:
-    from gd_analyze.cli.terminal import line, sentence, table
+def _show(exact: gd.ExactDynamics, ranking: TermRanking, kept: str, shown: list[dict[str, Any]]) -> None:
+    from gd_analyze.cli.joint_table import arm_in_words
     from gd_analyze.formatting import number, percent
+    from gd_analyze.results.words import SYMBOLS
 
-    arm, terms = exact.arm, ranking.terms
-    drives = ", with drives" if exact.form.drives else ""
-    sentence(f"{arm.title or arm.name}{drives}: {kept}, ranked over {exact.states.in_words}", bold=True)
+    terms, arm = ranking.terms, arm_in_words(exact.arm, exact.form.drives)
+    sentence(f"{arm}: {kept}, ranked over {exact.states.in_words}", bold=True)
     if shown:
         table(
             "Largest torque of each term alone and its share of that joint's peak torque; largest error "
             "without it and all below",
-            [
-                ("", "right"),
-                *((name, "left") for name in ("", "in", "term")),
-                *((name, "right") for name in ("alone", "joint", "share", "without", "joint")),
-            ],
+            ["", "", "in", "term", "alone", "joint", "share", "without", "joint"],
             [
                 [
                     str(row["rank"]),
-                    _SHORT[row["quantity"]],
+                    SYMBOLS[row["quantity"]],
                     row["label"],
                     row["term"],
                     number(row["alone_torque"]),
@@ -119,6 +99,7 @@ def _show(exact: ExactDynamics, ranking: TermRanking, kept: str, shown: list[dic
                 ]
                 for row in shown
             ],
+            "rlll",
         )
     line()
     if ranking.unlisted:

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from gd_analyze.cli.options import NameList, top_option
+import gd_analyze as gd
+from gd_analyze.cli.options import FILE, formats_option, out_option, top_option
 from gd_analyze.cli.output import Output, reporting
 
 # What can be made from the file; the file itself is there.
@@ -14,21 +15,9 @@ FORMATS = ("json", "csv", "html", "pdf")
 
 
 @click.command(short_help="Make the reports of a stored analysis again.")
-@click.argument(
-    "analysis", type=click.Path(path_type=Path), help="The analysis.h5 of a folder that the main job wrote."
-)
-@click.option(
-    "-o", "--out", type=click.Path(path_type=Path), help="Folder for the reports.  [default: the file's own]"
-)
-@click.option(
-    "--format",
-    "formats",
-    type=NameList(FORMATS, "format"),
-    default=",".join(FORMATS),
-    show_default=True,
-    metavar="LIST",
-    help="Which files to write, comma-separated.",
-)
+@click.argument("analysis", type=FILE, help="The analysis.h5 of a folder that the main job wrote.")
+@out_option("Folder for the reports.  [default: the file's own]")
+@formats_option(FORMATS)
 @top_option
 @reporting
 def report(analysis: Path, out: Path | None, formats: tuple[str, ...], top: int, output: Output) -> None:
@@ -46,11 +35,10 @@ def report(analysis: Path, out: Path | None, formats: tuple[str, ...], top: int,
     with output.working() as stage:
         stage("reading")
         from gd_analyze.main_job.folder import require_writable, write_findings
-        from gd_analyze.results import load_findings
 
         folder = analysis.parent if out is None else out
         require_writable(folder)
-        findings = load_findings(analysis)
+        findings = gd.load_findings(analysis)
         stage(f"writing {', '.join(formats)}")
         write_findings(findings, folder, formats)
     print_findings(findings, folder, formats, output, top)

@@ -7,26 +7,20 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+import gd_analyze as gd
 from gd_analyze.cli.given import Given, given_dynamics
 from gd_analyze.cli.levels import budget_option, level_option, simplify_options
-from gd_analyze.cli.options import command_line
+from gd_analyze.cli.options import command_line, digits_option, out_option
 from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.terminal import WIDTH, line, sentence
 
 if TYPE_CHECKING:
     from gd_analyze.certification import Certificate
-    from gd_analyze.levels import SimplifiedModel
-    from gd_analyze.operations import OperationCount
-
-# What every terminal shows, and a file or a mail as well.
-_WIDTH = 80
-
-# A double has no more.
-_MOST_DIGITS = 17
 
 
 @click.command(short_help="Find a model of few terms within a torque budget.")
 @given_dynamics
-@budget_option
+@budget_option()
 @level_option("term", "term")
 @simplify_options
 @click.option(
@@ -35,14 +29,8 @@ _MOST_DIGITS = 17
     help="Make the budget hold, proven, for every state within the arm's limits (between the extremes of the "
     "trajectory, where one is given), not only for the states the model is made for.",
 )
-@click.option(
-    "--digits",
-    type=click.IntRange(1, _MOST_DIGITS),
-    default=3,
-    show_default=True,
-    help="Significant digits of the equations printed; files keep all.",
-)
-@click.option("-o", "--out", type=click.Path(path_type=Path), help="Write the model into this JSON file.")
+@digits_option("Significant digits of the equations printed; files keep all.")
+@out_option("Write the model into this JSON file.")
 @reporting
 def simplify(
     given: Given,
@@ -71,26 +59,23 @@ def simplify(
     with output.working() as stage:
         import time
 
-        from gd_analyze.levels import Budget, level_named, save_model
         from gd_analyze.provenance import provenance
         from gd_analyze.search import How, simplify_exact
 
-        how = How(level_named(level), refit, operations)
+        how = How(gd.LEVELS[level], refit, operations)
         if certified and (not how.level.has_torque_terms or refit or operations is not None):
             raise click.UsageError(
                 "--certified goes with --level term or energy, and without --refit and --operations"
             )
-        allowed = Budget.parse(budget)
+        allowed = gd.Budget.parse(budget)
         start = time.perf_counter()
         exact = given.exact()
         source = provenance(command_line())
         certificate = None
         if certified:
-            from gd_analyze.certification import Box, simplify_certified
-
             stage("searching and certifying")
-            box = Box.of(exact.arm) if given.trajectory is None else Box.around(*exact.states.arrays)
-            model, certificate = simplify_certified(
+            box = gd.Box.of(exact.arm) if given.trajectory is None else gd.Box.around(*exact.states.arrays)
+            model, certificate = gd.simplify_certified(
                 exact, allowed, box, level=how.level, provenance=source, progress=stage.advance
             )
         else:
@@ -99,20 +84,17 @@ def simplify(
         seconds = time.perf_counter() - start
         if out is not None:
             stage(f"writing {out.name}")
-            save_model(model, out)
+            gd.save_model(model, out)
 
-    def show() -> None:
-        _show(model, certificate, seconds, digits)
-        if out is not None:
-            click.echo(f"wrote {out}")
-
-    files = [str(out)] if out is not None else []
-    about = {"seconds": seconds, "warnings": output.warnings, "files": files}
-    output.give(lambda: _document(model, certificate, digits) | about, show)
+    output.give(
+        lambda: _document(model, certificate, digits) | {"seconds": seconds} | output.about(out),
+        lambda: _show(model, certificate, seconds, digits),
+        out,
+    )
 
 
-def _document(model: SimplifiedModel, certificate: Certificate | None, digits: int) -> dict[str, Any]:
-    from gd_analyze.cli.joint_table import error_values, joint_rows
+def _document(model: gd.SimplifiedModel, certificate: Certificate | None, digits: int) -> dict[str, Any]:
+    from gd_analyze.cli.joint_table import counts, error_values, joint_rows
     from gd_analyze.formulas.plain import Plain
 
     promise = model.promise
@@ -126,8 +108,8 @@ def _document(model: SimplifiedModel, certificate: Certificate | None, digits: i
         "drives": model.drives,
         "budget": promise.budget,
         "made_for": dict(promise.made_for),
-        "operations": _counts(model.operations),
-        "operations_full": _counts(model.operations_full),
+        "operations": counts(model.operations),
+        "operations_full": counts(model.operations_full),
         "search": [step._asdict() for step in promise.steps],
         "solved": promise.solved,
         "joints": joint_rows(model.arm, columns),
@@ -142,30 +124,22 @@ def _document(model: SimplifiedModel, certificate: Certificate | None, digits: i
     }
 
 
-def _counts(operations: OperationCount) -> dict[str, int]:
-    from dataclasses import asdict
-
-    return {**asdict(operations), "total": operations.total}
-
-
-def _labels(model: SimplifiedModel, dropped: bool = False) -> list[str]:
+def _labels(model: gd.SimplifiedModel, dropped: bool = False) -> list[str]:
     from gd_analyze.levels import parts_of
 
     return [p.label for p in parts_of(model.arm.n_joints) if (p in model.terms) != dropped]
 
 
-def _show(model: SimplifiedModel, certificate: Certificate | None, seconds: float, digits: int) -> None:
-    from gd_analyze.cli.joint_table import error_columns, joint_table, numbers
-    from gd_analyze.cli.terminal import line, sentence
+def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: float, digits: int) -> None:
+    from gd_analyze.cli.joint_table import arm_in_words, error_columns, joint_table, numbers
     from gd_analyze.formatting import percent
     from gd_analyze.formulas.plain import Plain
     from gd_analyze.states import in_words
 
     promise, errors, arm = model.promise, model.promise.errors, model.arm
     full, left = model.operations_full, model.operations
-    drives = ", with drives" if model.drives else ""
     sentence(
-        f"{arm.title or arm.name}{drives}: {left.total} instead of {full.total} operations, largest error "
+        f"{arm_in_words(arm, model.drives)}: {left.total} instead of {full.total} operations, largest error "
         f"{percent(float(errors.largest_share[errors.worst]))} of peak torque (joint {errors.worst + 1})",
         bold=True,
     )
@@ -187,15 +161,14 @@ def _show(model: SimplifiedModel, certificate: Certificate | None, seconds: floa
         sentence(f"Certified: no state within {where} has an error above {bounds} at the joints.")
         line()
     if not model.level.has_torque_terms:
-        sentence("Kept", bold=True)
-        sentence(", ".join(_labels(model)) or "nothing")
-        sentence("Dropped", bold=True)
-        sentence(", ".join(_labels(model, dropped=True)) or "nothing")
+        for heading, dropped in (("Kept", False), ("Dropped", True)):
+            sentence(heading, bold=True)
+            sentence(", ".join(_labels(model, dropped)) or "nothing")
         return
     plain = Plain(digits)
     sentence("The model, in kg, m, s, rad", bold=True)
     for formula in model.formulas:
-        line(plain.wrapped(formula, _WIDTH))
+        line(plain.wrapped(formula, WIDTH))
     meanings = plain.legend(model.legend)
     if meanings:
         line()

@@ -19,8 +19,8 @@ from gd_analyze.errors import GdAnalyzeWarning
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-# What a terminal of unknown width, a file or a pipe is taken for.
-_WIDTH = 80
+# What every terminal shows, and a file or a mail as well; taken where the terminal's own is unknown.
+WIDTH = 80
 
 
 def sentence(text: str, indent: str = "", bold: bool = False) -> None:
@@ -30,18 +30,25 @@ def sentence(text: str, indent: str = "", bold: bool = False) -> None:
         held, _width(), subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
     ):
         wrapped = line_.replace("\u00a0", " ")
-        _echo(click.style(wrapped, bold=True) if bold else wrapped)
+        line(click.style(wrapped, bold=True) if bold else wrapped)
 
 
 def line(text: str = "") -> None:
     """Print a line that must stay whole, such as a path; a blank line by default."""
-    _echo(text)
+    click.echo(text, color=_colour())
 
 
-def table(title: str, columns: Sequence[tuple[str, str]], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table behind a blank line; each column is (heading, "left" or "right").
+def table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]], sides: str = "l") -> None:
+    """Print a table behind a blank line.
 
     A table wider than the terminal is printed at its full width: a number is never cut.
+
+    Parameters
+    ----------
+    title, headings, rows
+        What it says.
+    sides
+        "l" or "r" for each column, left or right; the columns beyond are numbers and stand on the right.
     """
     import io
 
@@ -51,18 +58,17 @@ def table(title: str, columns: Sequence[tuple[str, str]], rows: Sequence[Sequenc
     from rich.text import Text
 
     grid = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
-    for text, side in columns:
-        grid.add_column(Text(text), justify="right" if side == "right" else "left", no_wrap=True)
+    for heading, side in zip(headings, sides.ljust(len(headings), "r"), strict=False):
+        grid.add_column(Text(heading), justify="right" if side == "r" else "left", no_wrap=True)
     for row in rows:
         # Text, because names may hold square brackets, which rich would take for markup.
         grid.add_row(*(Text(cell) for cell in row))
     drawn = io.StringIO()
     Console(file=drawn, width=10_000, color_system=None).print(grid)
     lines = [drawn_line.rstrip() for drawn_line in drawn.getvalue().splitlines()]
-    _echo("")
-    if title:
-        sentence(title, bold=True)
-    _echo("\n".join(lines))
+    line()
+    sentence(title, bold=True)
+    line("\n".join(lines))
 
 
 def print_json(value: Any) -> None:
@@ -131,10 +137,6 @@ def stages(quiet: bool) -> Iterator[Stages]:
         yield Stages(display)
 
 
-def _echo(text: str) -> None:
-    click.echo(text, color=_colour())
-
-
 def _colour() -> bool | None:
     """Whether to colour: never where NO_COLOR asks for none, else if it is a terminal."""
     return False if os.environ.get("NO_COLOR") else None
@@ -143,7 +145,7 @@ def _colour() -> bool | None:
 def _width() -> int:
     import shutil
 
-    return max(40, shutil.get_terminal_size((_WIDTH, 24)).columns) if sys.stdout.isatty() else _WIDTH
+    return max(40, shutil.get_terminal_size((WIDTH, 24)).columns) if sys.stdout.isatty() else WIDTH
 
 
 def _finite(value: Any) -> Any:

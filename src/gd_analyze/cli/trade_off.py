@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import TYPE_CHECKING
 
 import click
 
+import gd_analyze as gd
 from gd_analyze.cli.given import Given, given_dynamics
+from gd_analyze.cli.levels import budget_option
 from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.terminal import sentence, table
 
 if TYPE_CHECKING:
-    from gd_analyze.levels import ExactDynamics
     from gd_analyze.search import TradeOffPoint
 
 
 @click.command("trade-off", short_help="Operations against torque error, for all levels.")
 @given_dynamics
-@click.option(
-    "--budget",
-    default="1%",
-    show_default=True,
-    metavar="LIST",
-    help="The budget that is multiplied, as for `simplify`.",
-)
+@budget_option("The budget that is multiplied, as for `simplify`.")
 @click.option(
     "--quick",
     is_flag=True,
@@ -40,16 +35,16 @@ def trade_off(given: Given, budget: str, quick: bool, output: Output) -> None:
       gd-analyze trade-off puma560 --drives
       gd-analyze trade-off puma560 pick-and-place --quick
     """
+    from gd_analyze.cli.joint_table import counts
+
     with output.working() as stage:
-        from gd_analyze.levels import Budget
         from gd_analyze.search.trade_off import FACTORS, KINDS
-        from gd_analyze.search.trade_off import trade_off as run
 
         stage("reading")
-        allowed = Budget.parse(budget)
+        allowed = gd.Budget.parse(budget)
         exact = given.exact()
         stage("simplifying", len(KINDS) * len(FACTORS))
-        points = run(exact, allowed, thorough=not quick, progress=stage.advance)
+        points = gd.trade_off(exact, allowed, thorough=not quick, progress=stage.advance)
     output.give(
         lambda: {
             "arm": exact.arm.name,
@@ -61,7 +56,7 @@ def trade_off(given: Given, budget: str, quick: bool, output: Output) -> None:
                     "level": point.level.name,
                     "refit": point.refit,
                     "budget": point.budget,
-                    "operations": {**dataclasses.asdict(point.operations), "total": point.operations.total},
+                    "operations": counts(point.operations),
                     "largest_share": point.error_share,
                 }
                 for point in points
@@ -72,25 +67,23 @@ def trade_off(given: Given, budget: str, quick: bool, output: Output) -> None:
     )
 
 
-def _show(exact: ExactDynamics, points: tuple[TradeOffPoint, ...]) -> None:
-    from gd_analyze.cli.terminal import sentence, table
+def _show(exact: gd.ExactDynamics, points: tuple[TradeOffPoint, ...]) -> None:
+    from gd_analyze.cli.joint_table import arm_in_words
     from gd_analyze.levels import ELEMENT, TERM
+    from gd_analyze.results.words import kind_name
     from gd_analyze.search import curves
 
-    arm = exact.arm
-    drives = ", with drives" if exact.form.drives else ""
-    sentence(f"{arm.title or arm.name}{drives}, over {exact.states.in_words}", bold=True)
+    arm = arm_in_words(exact.arm, exact.form.drives)
+    sentence(f"{arm}, over {exact.states.in_words}", bold=True)
     by_kind = curves(points)
     table(
         "Multiplications and additions of one torque evaluation, by budget",
-        [
-            ("budget", "right"),
-            *((f"{level}{' refit' if refit else ''}", "right") for level, refit in by_kind),
-        ],
+        ["budget", *(kind_name(level.name, refit) for level, refit in by_kind)],
         [
             [row[0].budget, *(str(point.operations.total) for point in row)]
             for row in zip(*by_kind.values(), strict=True)
         ],
+        "r",
     )
     elements, terms = (level.exact_operations(exact.form).total for level in (ELEMENT, TERM))
     sentence(f"Exact: {elements} by elements, {terms} by harmonic terms.")

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 
 from gd_analyze.formulations.interface import Method, torque_of_states
 from gd_analyze.formulations.methods import METHODS
-from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
+from gd_analyze.pinocchio_check import largest_differences, pinocchio_dynamics, round_off_bounds
 from gd_analyze.robots import RobotArm
 from gd_analyze.states import States
 from gd_analyze.vectors import FloatArray
@@ -20,7 +19,6 @@ from gd_analyze.vectors import FloatArray
 _ROUNDINGS = 4
 
 PINOCCHIO = "pinocchio"
-QUANTITIES = ("inertia", "coriolis_centrifugal", "gravity_loading", "torque")
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +53,7 @@ class Agreement:
         return bool(self.torque.max() <= self.bounds["torque"]) and all(
             row[quantity] <= self.bounds[quantity]
             for row in self.from_pinocchio.values()
-            for quantity in QUANTITIES
+            for quantity in self.bounds
         )
 
     def worst_of(self, name: str) -> float:
@@ -63,12 +61,7 @@ class Agreement:
         return float(self.torque[self.names.index(name)].max())
 
 
-def agreement(
-    arm: RobotArm,
-    states: States,
-    *,
-    methods: Mapping[str, Method] = MappingProxyType(METHODS),
-) -> Agreement:
+def agreement(arm: RobotArm, states: States, *, methods: Mapping[str, Method] = METHODS) -> Agreement:
     """Compare torque, D, h and c of every method at the same states.
 
     Parameters
@@ -78,12 +71,11 @@ def agreement(
     methods
         Which methods; those that give torque only are probed for D, h and c.
     """
-    q, qd, qdd = states.q, states.qd, states.qdd
     q_last, qd_last, _ = states.last
-    theirs = pinocchio_dynamics(arm, *(np.ascontiguousarray(x) for x in (q, qd, qdd)))
+    theirs = pinocchio_dynamics(arm, *states.arrays)
     torques, from_pinocchio = [], {}
     for name, method in methods.items():
-        torques.append(torque_of_states(method, arm, q, qd, qdd))
+        torques.append(torque_of_states(method, arm, *states.arrays))
         given = method.dynamics(arm, q_last, qd_last)
         ours = {
             "inertia": np.moveaxis(given.inertia, -1, 0),
@@ -91,10 +83,8 @@ def agreement(
             "gravity_loading": given.gravity_loading.T,
             "torque": torques[-1],
         }
-        from_pinocchio[name] = {
-            quantity: float(np.abs(ours[quantity] - theirs[quantity]).max()) for quantity in QUANTITIES
-        }
+        from_pinocchio[name] = largest_differences(ours, theirs)
     torques.append(theirs["torque"])
     differences = np.array([[np.abs(a - b).max() for b in torques] for a in torques])
-    bounds = {name: _ROUNDINGS * float(b) for name, b in round_off_bounds(arm, q, qd, qdd).items()}
+    bounds = {name: _ROUNDINGS * float(b) for name, b in round_off_bounds(arm, *states.arrays).items()}
     return Agreement((*methods, PINOCCHIO), differences, from_pinocchio, bounds)

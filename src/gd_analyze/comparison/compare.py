@@ -71,7 +71,7 @@ def compare(
     *,
     command: str = "",
     warned: Iterable[str] = (),
-    progress: Callable[[int], None] | None = None,
+    progress: Callable[[int], None] = lambda done: None,
 ) -> Comparison:
     """Count, time and compare every formulation on one arm.
 
@@ -98,19 +98,16 @@ def compare(
     TrajectoryError
         If the trajectory is of another number of joints.
     """
-    step = progress or (lambda done: None)
     source = provenance(command)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         compared, origin = _compared(arm, trajectory)
         agreed = agreement(arm, compared)
-        step(1)
-        times = time_methods(arm, _drawn(arm, N_SET_POINTS), progress=step)
-        costs = {}
-        for name, method in METHODS.items():
-            costs[name] = count_cost(method, arm)
-            step(1)
-        grown = growth(progress=step)
+        progress(1)
+        times = time_methods(arm, _drawn(arm, N_SET_POINTS), progress=progress)
+        costs = {name: count_cost(method, arm) for name, method in METHODS.items()}
+        progress(len(costs))
+        grown = growth(progress)
     return Comparison(
         arm=arm,
         compared_at=origin,

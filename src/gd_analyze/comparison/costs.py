@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property, partial
-from types import MappingProxyType
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -51,14 +50,12 @@ class Growth:
 
     Parameters
     ----------
-    sizes
-        Numbers of joints.
     costs
-        By method, one per size.
+        By method, one for each of `sizes`, the numbers of joints.
     """
 
-    sizes: tuple[int, ...]
     costs: Mapping[str, tuple[Cost, ...]]
+    sizes: ClassVar[tuple[int, ...]] = SIZES
 
     def counts(self, method: str, which: Counted) -> tuple[OperationCount, ...]:
         """Counts by size, ours or the text's; none where the text has no polynomial of the method."""
@@ -107,31 +104,21 @@ def count_cost(method: Method, arm: RobotArm) -> Cost:
     return Cost(executed, Program.of(trace, list(torque[:, 0])).count)
 
 
-def growth(
-    sizes: Sequence[int] = SIZES,
-    methods: Mapping[str, Method] = MappingProxyType(METHODS),
-    progress: Callable[[int], None] | None = None,
-) -> Growth:
-    """Count every method on generic chains of several sizes.
+def growth(progress: Callable[[int], None] = lambda done: None) -> Growth:
+    """Count every method on generic chains of `SIZES` joints.
 
     Parameters
     ----------
-    sizes
-        Numbers of joints, ascending.
-    methods
-        Which methods.
     progress
         Called with the number of counts done since the last call; there are sizes times methods of them.
     """
-    costs: dict[str, tuple[Cost, ...]] = {}
-    for name, method in methods.items():
-        counted = []
-        for n in sizes:
-            counted.append(_count_chain(method, n))
-            if progress is not None:
-                progress(1)
-        costs[name] = tuple(counted)
-    return Growth(tuple(sizes), costs)
+
+    def counted(method: Method, n: int) -> Cost:
+        cost = _count_chain(method, n)
+        progress(1)
+        return cost
+
+    return Growth({name: tuple(counted(method, n) for n in SIZES) for name, method in METHODS.items()})
 
 
 @cache

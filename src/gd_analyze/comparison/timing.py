@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from statistics import median
-from types import MappingProxyType
 
 import numpy as np
 
-from gd_analyze.formulations.interface import Method, torque_of_states
+from gd_analyze.comparison.agreement import PINOCCHIO
+from gd_analyze.formulations.interface import torque_of_states
 from gd_analyze.formulations.methods import METHODS
 from gd_analyze.pinocchio_check import pinocchio_model
 from gd_analyze.robots import RobotArm
@@ -46,9 +46,8 @@ def time_methods(
     arm: RobotArm,
     states: States,
     *,
-    methods: Mapping[str, Method] = MappingProxyType(METHODS),
     repeats: int = REPEATS,
-    progress: Callable[[int], None] | None = None,
+    progress: Callable[[int], None] = lambda done: None,
 ) -> Timing:
     """Time the torque of every method and of Pinocchio, in turn.
 
@@ -58,18 +57,15 @@ def time_methods(
     ----------
     arm, states
         The arm and its states.
-    methods
-        Which methods.
     repeats
         How often each runs; a first run of each is not counted.
     progress
         Called with the number of repeats done since the last call.
     """
-    q, qd, qdd = states.q, states.qd, states.qdd
     works: dict[str, Callable[[], object]] = {
-        name: partial(torque_of_states, method, arm, q, qd, qdd) for name, method in methods.items()
+        name: partial(torque_of_states, method, arm, *states.arrays) for name, method in METHODS.items()
     }
-    works[""] = _pinocchio_loop(arm, q, qd, qdd)
+    works[PINOCCHIO] = _pinocchio_loop(arm, *states.arrays)
     taken: dict[str, list[float]] = {name: [] for name in works}
     for repeat in range(repeats + 1):
         # In turn, so that a machine whose speed drifts slows all alike.
@@ -78,11 +74,10 @@ def time_methods(
             work()
             if repeat:
                 taken[name].append(time.perf_counter() - start)
-        if progress is not None:
-            progress(1)
-    per_set_point = {name: median(times) / len(q) for name, times in taken.items()}
-    pinocchio = per_set_point.pop("")
-    return Timing(per_set_point, pinocchio, len(q), repeats)
+        progress(1)
+    per_set_point = {name: median(times) / len(states) for name, times in taken.items()}
+    pinocchio = per_set_point.pop(PINOCCHIO)
+    return Timing(per_set_point, pinocchio, len(states), repeats)
 
 
 def _pinocchio_loop(arm: RobotArm, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> Callable[[], object]:
@@ -90,12 +85,11 @@ def _pinocchio_loop(arm: RobotArm, q: FloatArray, qd: FloatArray, qdd: FloatArra
 
     model = pinocchio_model(arm)
     data = model.createData()
-    rnea = pin.rnea
 
     def loop() -> FloatArray:
         out = np.empty(q.shape)
         for k in range(len(q)):
-            out[k] = rnea(model, data, q[k], qd[k], qdd[k])
+            out[k] = pin.rnea(model, data, q[k], qd[k], qdd[k])
         return out
 
     return loop

@@ -7,11 +7,11 @@ from dataclasses import asdict
 from typing import Any
 
 from gd_analyze.comparison import Comparison, text_costs
-from gd_analyze.comparison.agreement import QUANTITIES
 from gd_analyze.comparison.cost_explanations import explanation
 from gd_analyze.formatting import number
 from gd_analyze.formulations.methods import METHODS
 from gd_analyze.operations import OperationCount
+from gd_analyze.pinocchio_check import QUANTITIES
 from gd_analyze.robots import fingerprint
 
 

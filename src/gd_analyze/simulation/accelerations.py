@@ -14,7 +14,7 @@ from gd_analyze.formulations.methods import known_method
 from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import RobotArm
 from gd_analyze.simulation.drivetrain import NO_DRIVES, Drivetrain
-from gd_analyze.simulation.input_checks import checked_states
+from gd_analyze.states import checked_states
 from gd_analyze.vectors import FloatArray, set_points_last
 
 DEFAULT_METHOD = "composite_moments"
@@ -55,54 +55,33 @@ def joint_accelerations(
     GdAnalyzeError
         If D is singular: then a joint moves nothing that has mass, and its acceleration can be anything.
     """
-    leading, (q, qd, torque) = checked_states(arm, q=q, qd=qd, torque=torque)
-    formulation, resistance, added = (
-        known_method(method),
-        drivetrain.resistance_of(arm),
-        drivetrain.inertia_of(arm),
-    )
-    last = (set_points_last(x) for x in (q, qd, torque - resistance(qd)))
-    return solve_accelerations(arm, formulation, added, *last).T.reshape(*leading, arm.n_joints)
+    _, (q, qd, torque) = checked_states(arm, q=q, qd=qd, torque=torque)
+    formulation = known_method(method)
+    driving = torque - drivetrain.resistance_of(arm)(qd)
+    return solve_accelerations(arm, formulation, drivetrain.inertia_of(arm), q, qd, driving)
 
 
 def solve_accelerations(
     arm: RobotArm, method: Method, added: FloatArray, q: FloatArray, qd: FloatArray, driving: FloatArray
 ) -> FloatArray:
-    """Do `joint_accelerations` for checked states, set points last.
+    """Do `joint_accelerations` for checked states.
 
-    Parameters
-    ----------
-    arm, method
-        The arm and the formulation.
-    added
-        What goes onto D's diagonal, shape (n,).
-    q, qd, driving
-        Joint variables, rates, and torque less resistance, shape (n, N).
-
-    Returns
-    -------
-    ndarray
-        qdd, shape (n, N).
-
-    Raises
-    ------
-    GdAnalyzeError
-        If D is singular.
+    `added`, shape (n,), goes onto D's diagonal, and `driving` is the torque less the resistance.
     """
-    dynamics = method.dynamics(arm, q, qd)
+    dynamics = method.dynamics(arm, set_points_last(q), set_points_last(qd))
     inertia = np.moveaxis(dynamics.inertia, -1, 0) + np.diag(added)
-    accelerating = (driving - dynamics.coriolis_centrifugal - dynamics.gravity_loading).T[..., None]
+    accelerating = (set_points_last(driving) - dynamics.coriolis_centrifugal - dynamics.gravity_loading).T
     # An effective inertia (a pivot) no larger than what round-off leaves of a zero is a zero.
-    still = np.zeros_like(q.T)
-    floor = round_off_bounds(arm, q.T, still, still)["inertia"]
+    still = np.zeros_like(q)
+    floor = round_off_bounds(arm, q, still, still)["inertia"]
     try:
         pivots = np.diagonal(np.linalg.cholesky(inertia), axis1=-2, axis2=-1) ** 2
     except np.linalg.LinAlgError:
         raise _singular(arm, inertia, floor) from None
     if not (pivots > floor).all():
         raise _singular(arm, inertia, floor)
-    solution: FloatArray = np.linalg.solve(inertia, accelerating)[..., 0].T
-    return solution
+    solution: FloatArray = np.linalg.solve(inertia, accelerating[..., None])
+    return solution.reshape(q.shape)
 
 
 def _singular(arm: RobotArm, inertia: FloatArray, floor: float) -> GdAnalyzeError:

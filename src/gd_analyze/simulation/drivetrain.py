@@ -10,7 +10,7 @@ import numpy as np
 from gd_analyze.drives import coulomb_friction, viscous_coefficients
 from gd_analyze.errors import UsageError
 from gd_analyze.robots import RobotArm
-from gd_analyze.simulation.input_checks import checked_states
+from gd_analyze.states import checked_states
 from gd_analyze.vectors import FloatArray
 
 REST_RATE = 1e-2

@@ -9,7 +9,7 @@ import numpy as np
 
 from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.robots import RobotArm
-from gd_analyze.simulation.input_checks import checked_states
+from gd_analyze.states import checked_states
 from gd_analyze.vectors import FloatArray, cross, dot, set_points_last
 
 

@@ -16,11 +16,11 @@ from gd_analyze.robots import RobotArm
 from gd_analyze.simulation.accelerations import solve_accelerations
 from gd_analyze.simulation.drivetrain import NO_DRIVES, Drivetrain
 from gd_analyze.simulation.energy import kinetic_energy, potential_energy
-from gd_analyze.simulation.input_checks import checked_states
 from gd_analyze.simulation.integration import USUAL, Integration
 from gd_analyze.simulation.torques import TorqueFunction, TorqueHistory, torque_function
+from gd_analyze.states import checked_states
 from gd_analyze.trajectories import Trajectory
-from gd_analyze.vectors import FloatArray, set_points_last
+from gd_analyze.vectors import FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,14 +81,8 @@ class Simulation:
 
     def as_trajectory(self, name: str = "simulation") -> Trajectory:
         """Give the motion as set points for everything that takes a trajectory."""
-        return Trajectory(
-            self.time,
-            self.q,
-            self.qd,
-            self.qdd,
-            name,
-            f"simulated: {self.integration}",
-        )
+        origin = f"simulated: {self.integration}"
+        return Trajectory(self.time, self.q, self.qd, self.qdd, name, origin)
 
 
 def simulate(
@@ -196,8 +190,7 @@ class _System:
 
     def accelerations(self, q: FloatArray, qd: FloatArray, driving: FloatArray) -> FloatArray:
         """Of one state (n,) or several (N, n)."""
-        last = (set_points_last(x) for x in (q, qd, driving))
-        return solve_accelerations(self.arm, self.formulation, self.added, *last).T.reshape(q.shape)
+        return solve_accelerations(self.arm, self.formulation, self.added, q, qd, driving)
 
     def rate(self, t: float, state: FloatArray) -> FloatArray:
         """Slope of the state."""
