@@ -62,7 +62,7 @@ class Trace:
     def inputs(self, name: str, count: int) -> Array:
         """Make named inputs for one set point, shape (count, 1)."""
         out = np.empty((count, 1), dtype=object)
-        out[:, 0] = [self._node("input", f"{name}{i + 1}") for i in range(count)]
+        out[:, 0] = [self.record("input", f"{name}{i + 1}") for i in range(count)]
         return out
 
     def cos(self, values: Array) -> Array:
@@ -85,7 +85,7 @@ class Trace:
             return self._difference(a, b.arguments[0])
         if _is_negative(a):
             return self._difference(b, a.arguments[0])
-        return self._node("add", *_sorted(a, b))
+        return self.record("add", *_sorted(a, b))
 
     def subtract(self, a: Any, b: Any) -> Any:
         """Difference; b is not turned round first, which could be an operation of its own."""
@@ -107,7 +107,7 @@ class Trace:
                     return self.negative(self.multiply(-float(x), y))
             elif _is_negative(x):
                 return self.negative(self.multiply(x.arguments[0], y))
-        return self._node("multiply", *_sorted(a, b))
+        return self.record("multiply", *_sorted(a, b))
 
     def negative(self, a: Any) -> Any:
         """Change the sign; twice is nothing."""
@@ -116,39 +116,31 @@ class Trace:
         if _is_negative(a):
             return a.arguments[0]
         if a.operation == "subtract":
-            return self._node("subtract", a.arguments[1], a.arguments[0])
-        return self._node("negative", a)
+            return self.record("subtract", a.arguments[1], a.arguments[0])
+        return self.record("negative", a)
 
     def apply(self, operation: Operation, *arguments: Any) -> Any:
         """Carry an operation out, folding what can be folded."""
         if operation in ("cos", "sin"):
             (x,) = arguments
             constant = math.cos if operation == "cos" else math.sin
-            return self._node(operation, x) if isinstance(x, Expression) else constant(x)
-        fold: dict[str, Any] = {
-            "add": self.add,
-            "subtract": self.subtract,
-            "multiply": self.multiply,
-            "negative": self.negative,
-        }
-        return fold[operation](*arguments)
-
-    def record(self, operation: Operation, *arguments: Any) -> Expression:
-        """Take an operation down as it is, nothing folded: how a program that was written out comes back."""
-        return self._node(operation, *arguments)
+            return self.record(operation, x) if isinstance(x, Expression) else constant(x)
+        # Each of the others is named as the method that folds it.
+        return getattr(self, operation)(*arguments)
 
     def _difference(self, a: Any, b: Any) -> Any:
         if a is b:
             return 0.0
         if _is_negative(a):
             return self.negative(self.add(a.arguments[0], b))
-        return self._node("subtract", a, b)
+        return self.record("subtract", a, b)
 
     def _elementwise(self, operation: Operation, values: Array) -> Array:
         result: Array = np.frompyfunc(lambda value: self.apply(operation, value), 1, 1)(values)
         return result
 
-    def _node(self, operation: Operation, *arguments: Any) -> Expression:
+    def record(self, operation: Operation, *arguments: Any) -> Expression:
+        """Take an operation down as it is, nothing folded: how a program that was written out comes back."""
         arguments = tuple(a if isinstance(a, Expression | str) else float(a) for a in arguments)
         key = (operation, *((a.order, None) if isinstance(a, Expression) else a for a in arguments))
         known = self._known.get(key)
