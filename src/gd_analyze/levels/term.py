@@ -10,19 +10,11 @@ import numpy as np
 from pydantic import Field
 
 from gd_analyze.errors import ModelError
+from gd_analyze.harmonics.lagrangian import torques_of
 from gd_analyze.harmonics.terms import Rate, Torques, TorqueTerm
-from gd_analyze.levels.exact import ExactDynamics, ExactForm
-from gd_analyze.levels.harmonic import (
-    FactorEntry,
-    HarmonicLevel,
-    factor_entries,
-    group_effects,
-    monomial_of,
-    numbered,
-    shared_costs,
-)
-from gd_analyze.levels.level import Costs, Entry, Numbers, Terms
-from gd_analyze.vectors import FloatArray
+from gd_analyze.levels.exact import ExactForm
+from gd_analyze.levels.harmonic import FactorEntry, HarmonicLevel, factor_entries, monomial_of, numbered
+from gd_analyze.levels.level import Entry, Numbers
 
 
 class _TorqueEntry(Entry):
@@ -44,25 +36,16 @@ class TermLevel(HarmonicLevel):
         """Every torque term and its weight."""
         return form.torques
 
-    def torques(self, form: ExactForm, terms: Terms) -> Torques:
-        """Give them as they are."""
-        return terms
-
-    def effects(self, exact: ExactDynamics, terms: Torques) -> FloatArray:
-        """Torque of every term."""
-        return group_effects(exact, [{term: weight} for term, weight in terms.items()])
-
-    def costs(self, form: ExactForm, terms: Sequence[TorqueTerm]) -> Costs:
-        """Operations as factoring may find them."""
-        return shared_costs(terms)
+    def source(self, form: ExactForm, term: TorqueTerm) -> Torques:
+        """Nothing but the term."""
+        return {term: 1.0}
 
     def numbers(self, form: ExactForm, terms: Sequence[TorqueTerm]) -> Numbers:
         """Number terms that one energy's coefficient makes alike; one made by several is on its own."""
         made_by: dict[TorqueTerm, dict[int, float]] = defaultdict(dict)
-        energies = zip(numbered(form.energies), form.energies.items(), strict=True)
-        for number, (energy, coefficient) in energies:
-            for term in form.source(energy):
-                made_by[term][number] = abs(coefficient)
+        for energy, number in numbered(form.energies).items():
+            for term in torques_of(energy, form.rates):
+                made_by[term][number] = abs(form.energies[energy])
         fresh = len(form.energies)
         parameter, magnitude = [], []
         place = {term: k for k, term in enumerate(form.torques)}
@@ -76,8 +59,8 @@ class TermLevel(HarmonicLevel):
 
     def to_entry(self, term: TorqueTerm, weight: float) -> Entry:
         """Write row, rates, factors and weight."""
-        rates = [(rate.order, rate.joint) for rate in term.rates]
-        return _TorqueEntry(row=term.row, rates=rates, factors=factor_entries(term.monomial), weight=weight)
+        factors = factor_entries(term.monomial)
+        return _TorqueEntry(row=term.row, rates=list(term.rates), factors=factors, weight=weight)
 
     def from_entry(self, form: ExactForm, entry: _TorqueEntry) -> tuple[TorqueTerm, float]:
         """Read it back, in absolute rates that the arm has."""

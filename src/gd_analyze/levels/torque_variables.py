@@ -1,10 +1,9 @@
-"""What torque terms are made of as expressions of q, qd and qdd on a trace."""
+"""What torque terms are made of, as numbers at states or as expressions of q, qd and qdd on a trace."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from typing import Any
-
-import numpy as np
 
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.terms import Factor, Rate
@@ -18,19 +17,26 @@ class TorqueVariables:
     ----------
     rates
         The arm's absolute rates.
-    trace
-        Where the expressions are kept.
+    states
+        q, qd and qdd: values of every joint, of any kind that can be added up, n of each.
+    wave
+        Gives "cos" or "sin" of such a value.
     """
 
-    def __init__(self, rates: AbsoluteRates, trace: Trace) -> None:
-        n = rates.n_joints
-        self._trace = trace
-        self._q, qd, qdd = (trace.inputs(name, n)[:, 0] for name in ("q", "qd", "qdd"))
-        self._known: dict[Rate | Factor, Any] = {}
+    def __init__(self, rates: AbsoluteRates, states: Iterable[Any], wave: Callable[[Any, Any], Any]) -> None:
+        self._q, qd, qdd = states
         self._moving = {1: rates.absolute(qd), 2: rates.absolute(qdd)}
+        self._wave = wave
+        self._known: dict[Rate | Factor, Any] = {}
+
+    @classmethod
+    def traced(cls, rates: AbsoluteRates, trace: Trace) -> TorqueVariables:
+        """Expressions on a trace."""
+        states = (trace.inputs(name, rates.n_joints)[:, 0] for name in ("q", "qd", "qdd"))
+        return cls(rates, states, trace.apply)
 
     def __call__(self, variable: Rate | Factor) -> Any:
-        """Expression of a rate or a factor."""
+        """Value of a rate or a factor."""
         if variable not in self._known:
             self._known[variable] = self._made(variable)
         return self._known[variable]
@@ -43,8 +49,4 @@ class TorqueVariables:
         for joint, multiple in enumerate(multiples):
             for _ in range(abs(multiple)):
                 argument = argument + self._q[joint] if multiple > 0 else argument - self._q[joint]
-        if kind == "power":
-            return argument
-        one = np.empty(1, dtype=object)
-        one[0] = argument
-        return (self._trace.cos if kind == "cos" else self._trace.sin)(one)[0]
+        return argument if kind == "power" else self._wave(kind, argument)
