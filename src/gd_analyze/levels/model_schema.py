@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -9,11 +10,11 @@ from pydantic import BaseModel, ConfigDict, TypeAdapter
 
 from gd_analyze.errors import ModelError
 from gd_analyze.levels.exact import ExactForm
-from gd_analyze.levels.level import ROUGH, Level
+from gd_analyze.levels.level import ROUGH
 from gd_analyze.levels.levels import level_named
 from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.levels.promise import ErrorTable, Promise, SearchStep
-from gd_analyze.operations import OperationCount, Program
+from gd_analyze.operations import OperationCount
 from gd_analyze.operations.written import read_back, written
 from gd_analyze.robots import arm_from_description, describe, fingerprint
 from gd_analyze.vectors import FloatArray
@@ -24,12 +25,6 @@ VERSION = 2
 
 class _Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
-
-
-class _Operations(_Strict):
-    multiplications: int
-    additions: int
-    sines_cosines: int
 
 
 class _JointError(_Strict):
@@ -60,8 +55,8 @@ class ModelDocument(_Strict):
     made_for: dict[str, str | int]
     search: list[_Step]
     solved: bool
-    operations: _Operations
-    operations_full: _Operations
+    operations: OperationCount
+    operations_full: OperationCount
     arm_fingerprint: str
     arm: dict[str, Any]
     terms: list[dict[str, Any]]
@@ -97,8 +92,8 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
         made_for=dict(promise.made_for),
         search=[_Step(step=step.name, operations=step.operations) for step in promise.steps],
         solved=promise.solved,
-        operations=_count(model.operations),
-        operations_full=_count(model.operations_full),
+        operations=model.operations,
+        operations_full=model.operations_full,
         arm_fingerprint=fingerprint(model.arm, model.drives),
         arm=describe(model.arm),
         terms=[model.level.to_entry(*item).model_dump() for item in model.terms.items()],
@@ -120,20 +115,17 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
     if len(terms) < len(stated):
         raise ModelError("a term is stated twice")
     inputs = {f"{name}{i + 1}" for name in ("q", "qd", "qdd") for i in range(n)}
-    program = read_back(document.steps, document.outputs, inputs)
-    _require_same(level, form, terms, program)
 
     def column(name: str) -> FloatArray:
         return np.array([getattr(row, name) for row in document.errors])
 
-    full = document.operations_full
-    return SimplifiedModel(
+    model = SimplifiedModel(
         level=level,
         form=form,
         terms=terms,
-        program=program,
+        program=read_back(document.steps, document.outputs, inputs),
         refitted=document.refitted,
-        operations_full=OperationCount(full.multiplications, full.additions, full.sines_cosines),
+        operations_full=document.operations_full,
         promise=Promise(
             column("allowed_error"),
             document.budget,
@@ -144,25 +136,18 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
         ),
         provenance=document.provenance,
     )
+    _require_same(model)
+    return model
 
 
-def _require_same(level: Level, form: ExactForm, terms: dict[Any, float], program: Program) -> None:
+def _require_same(model: SimplifiedModel) -> None:
     """Hold the written program against the terms at some states: one of them must not be out of step."""
-    n = form.arm.n_joints
-    if len(program.outputs) != n:
-        raise ValueError(f"the program has {len(program.outputs)} outputs, not {n}")
-    again = level.write(form, terms, ROUGH)
-    states = np.random.default_rng(0).uniform(-1.0, 1.0, (3, n, 5))
-    inputs = {f"{name}{i + 1}": states[k, i] for k, name in enumerate(("q", "qd", "qdd")) for i in range(n)}
-    one, other = again.run(inputs), program.run(inputs)
+    n, outputs = model.arm.n_joints, len(model.program.outputs)
+    if outputs != n:
+        raise ValueError(f"the program has {outputs} outputs, not {n}")
+    again = replace(model, program=model.level.write(model.form, model.terms, ROUGH))
+    states = np.random.default_rng(0).uniform(-1.0, 1.0, (3, 5, n))
+    one, other = again.torque(*states), model.torque(*states)
     # Two ways to sum some hundred products: far below any term that a change could touch and matter.
     if not np.abs(one - other).max(initial=0.0) <= 1e-9 * np.abs(one).max(initial=1e-300):
         raise ValueError("the program does not compute the terms")
-
-
-def _count(operations: OperationCount) -> _Operations:
-    return _Operations(
-        multiplications=operations.multiplications,
-        additions=operations.additions,
-        sines_cosines=operations.sines_cosines,
-    )

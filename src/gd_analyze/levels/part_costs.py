@@ -11,13 +11,13 @@ from gd_analyze.operations import Expression, Trace
 
 def part_costs(traced: TracedParts, parts: tuple[Part, ...], drives: bool) -> dict[frozenset[int], int]:
     """Operations by the set of parts that need them, those that put parts into torques included."""
-    costs = blocks(traced.trace, [[traced.expression(part)] for part in parts])
+    costs = blocks(traced.trace, [traced.expression(part) for part in parts])
     for needing, operations in assembly(traced, parts, drives).items():
         costs[needing] = costs.get(needing, 0) + operations
     return costs
 
 
-def blocks(trace: Trace, outputs: list[list[object]]) -> dict[frozenset[int], int]:
+def blocks(trace: Trace, outputs: list[object]) -> dict[frozenset[int], int]:
     """Operations by the set of parts that need them.
 
     Parameters
@@ -25,7 +25,7 @@ def blocks(trace: Trace, outputs: list[list[object]]) -> dict[frozenset[int], in
     trace
         The arithmetic.
     outputs
-        Expressions of each part.
+        Expression of each part.
 
     Returns
     -------
@@ -33,10 +33,9 @@ def blocks(trace: Trace, outputs: list[list[object]]) -> dict[frozenset[int], in
         Number of multiplications and additions (sines and cosines too) needed by exactly those parts.
     """
     above: dict[int, int] = defaultdict(int)
-    for p, expressions in enumerate(outputs):
-        for expression in expressions:
-            if isinstance(expression, Expression):
-                above[expression.order] |= 1 << p
+    for p, expression in enumerate(outputs):
+        if isinstance(expression, Expression):
+            above[expression.order] |= 1 << p
     weights: dict[int, int] = defaultdict(int)
     for node in reversed(trace.expressions):
         parts = above.get(node.order, 0)

@@ -25,6 +25,8 @@ Count = Callable[[Kept, FloatArray], int]
 # Factors with which a selection is within the budget, None if there are none; given the selection and the
 # error, over allowed, that it has with the factors before.
 Fit = Callable[[Kept, FloatArray], FloatArray | None]
+# Told the number of candidates dropped since the last call.
+Progress = Callable[[int], None] | None
 
 # Of the budget, what a first sweep may spend on candidates too small to weigh one by one.
 _SWEEP_SHARE = 0.02
@@ -65,7 +67,7 @@ def search(
     *,
     refit: bool = False,
     thorough: bool = True,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress = None,
 ) -> Found:
     """Find few candidates whose model is within the budget at every state.
 
@@ -85,9 +87,8 @@ def search(
     one = np.ones(len(candidates))
     tell = progress or (lambda _: None)
     if candidates.level.is_priced_exactly:
-        selection = select(candidates.effects, 1.0, candidates.costs)
-        kept = np.array(selection.kept)
-        return Found(kept, one, {"integer program": (kept, one)}, selection.optimal)
+        kept, solved = select(candidates.effects, 1.0, candidates.costs)
+        return Found(kept, one, {"integer program": (kept, one)}, solved)
     best = eliminate(candidates).within()
     tell(int((~best).sum()))
     steps = {"elimination": (best, one)}
@@ -139,9 +140,8 @@ def _programmed(candidates: Candidates, thorough: bool) -> tuple[Kept, bool]:
         left = frozenset(place[k] for k in members if k in place)
         if left:
             costs[left] = costs.get(left, 0) + operations
-    selection = select(effects[matter], 1.0 - _SWEEP_SHARE, costs, thorough=thorough)
-    kept[matter] = selection.kept
-    return kept, selection.optimal
+    kept[matter], optimal = select(effects[matter], 1.0 - _SWEEP_SHARE, costs, thorough=thorough)
+    return kept, optimal
 
 
 def _unchanged(kept: Kept, error: FloatArray) -> FloatArray | None:
@@ -152,23 +152,16 @@ def _unchanged(kept: Kept, error: FloatArray) -> FloatArray | None:
 def _refitted(candidates: Candidates) -> Fit:
     """Coefficients are fitted anew for every selection."""
     refitting = Refit(candidates)
-
-    def fit(kept: Kept, error: FloatArray) -> FloatArray | None:
-        return refitting.within(kept)
-
-    return fit
+    return lambda kept, _: refitting.within(kept)
 
 
 def _refitted_start(elimination: Elimination, fit: Fit) -> tuple[Kept, FloatArray] | None:
     """Drop as many candidates, in the order given, as a refit can absorb."""
-    nothing = np.zeros(0)
-    every = np.ones(len(elimination.order), dtype=bool)
-    few, many, found = -1, len(every) + 1, None
+    few, many, found = -1, len(elimination.order) + 1, None
     while many - few > 1:
         middle = (few + many) // 2
-        trial = every.copy()
-        trial[list(elimination.order[:middle])] = False
-        scale = fit(trial, nothing)
+        trial = elimination.kept(middle)
+        scale = fit(trial, np.zeros(0))
         if scale is None:
             many = middle
         else:
