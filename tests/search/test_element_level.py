@@ -13,9 +13,10 @@ from gd_analyze.decomposition import decompose
 from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.levels import ELEMENT, Budget, ExactDynamics, ExactForm, Part, evaluate, losses, parts_of
 from gd_analyze.levels.level import ROUGH
-from gd_analyze.levels.part_costs import blocks, is_zero
+from gd_analyze.levels.part_costs import blocks
 from gd_analyze.levels.parts import torque_by_part, trace_parts
 from gd_analyze.operations import Trace
+from gd_analyze.operations.trace import is_constant
 from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import Drive, load_arm
 from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude
@@ -281,7 +282,7 @@ def test_what_the_search_minimises_is_the_number_of_operations(name, drives, rng
     arm = load_arm(name)
     traced, parts = trace_parts(arm), parts_of(arm.n_joints)
     prices = ELEMENT.costs(ExactForm(arm, drives), parts)
-    nonzero = np.array([not is_zero(traced.expression(part)) for part in parts])
+    nonzero = np.array([not is_constant(traced.expression(part), 0.0) for part in parts])
     held = {f"h{i} {effect}" for i in range(1, 7) for effect in ("translation", "rotation")}
     held |= {f"D3{j} translation" for j in range(3, 7)}
     always = np.array([part.label in held for part in parts])

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.certificate import require_box
+from gd_analyze.certification.certificate import box_of
 from gd_analyze.certification.error_field import round_off_of
 from gd_analyze.certification.grid import Grid, shared_out
 from gd_analyze.certification.local_maximum import local_maximum
@@ -94,8 +94,7 @@ def certify_positive_definite(
             found=f"level {model.level}",
             next_step="make one with `gd-analyze simplify --level energy`",
         )
-    box = box or Box.of(model.arm)
-    require_box(box, model.arm.n_joints, effort)
+    box = box_of(box, model.arm, effort)
     inertia = _GriddedInertia.of(model, box, effort)
     smallest, position = inertia.smallest()
     scale = abs(smallest) or 1.0

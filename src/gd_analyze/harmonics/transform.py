@@ -108,8 +108,13 @@ class Harmonics:
 
 def christoffel(inertia: Mapping[tuple[int, int], Waves], i: int, j: int, k: int) -> Waves:
     """Christoffel symbol (dD_ij/dq_k + dD_ik/dq_j - dD_jk/dq_i) / 2 of D_ij, i <= j."""
+    return Waves.summed(slopes_of(inertia, i, j, k))
+
+
+def slopes_of(inertia: Mapping[tuple[int, int], Waves], i: int, j: int, k: int) -> list[Waves]:
+    """What adds up to a Christoffel symbol."""
     slopes = ((0.5, i, j, k), (0.5, i, k, j), (-0.5, j, k, i))
-    return Waves.summed([sign * inertia[min(a, b), max(a, b)].derivative(by) for sign, a, b, by in slopes])
+    return [sign * inertia[min(a, b), max(a, b)].derivative(by) for sign, a, b, by in slopes]
 
 
 def harmonics_of(arm: RobotArm) -> Harmonics:

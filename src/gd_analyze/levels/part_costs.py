@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 
 from gd_analyze.elements import Element
 from gd_analyze.levels.parts import Part, TracedParts
 from gd_analyze.operations import Expression, Trace
+from gd_analyze.operations.trace import is_constant
 
 
 def part_costs(traced: TracedParts, parts: tuple[Part, ...], drives: bool) -> dict[frozenset[int], int]:
     """Operations by the set of parts that need them, those that put parts into torques included."""
-    costs = blocks(traced.trace, [traced.expression(part) for part in parts])
-    for needing, operations in assembly(traced, parts, drives).items():
-        costs[needing] = costs.get(needing, 0) + operations
-    return costs
+    shared = blocks(traced.trace, [traced.expression(part) for part in parts])
+    return dict(Counter(shared) + Counter(assembly(traced, parts, drives)))
 
 
 def blocks(trace: Trace, outputs: list[object]) -> dict[frozenset[int], int]:
@@ -62,7 +61,7 @@ def assembly(traced: TracedParts, parts: tuple[Part, ...], drives: bool) -> dict
     costs: dict[frozenset[int], int] = {}
     effects: dict[Element, list[int]] = {}
     for p, part in enumerate(parts):
-        if is_zero(traced.expression(part)):
+        if is_constant(traced.expression(part), 0.0):
             costs[frozenset([p])] = 1  # nothing is lost without it, so it goes
         else:
             effects.setdefault(part.element, []).append(p)
@@ -75,8 +74,3 @@ def assembly(traced: TracedParts, parts: tuple[Part, ...], drives: bool) -> dict
             either = frozenset(live)
             costs[either] = costs.get(either, 0) + 2 * joints - (1 if varying else 0)
     return costs
-
-
-def is_zero(expression: object) -> bool:
-    """Whether a part is zero in every state."""
-    return not isinstance(expression, Expression) and expression == 0.0

@@ -77,9 +77,9 @@ class Trace:
         """Sum with zeros left out and a sign turned into a difference."""
         if not isinstance(a, Expression) and not isinstance(b, Expression):
             return float(a) + float(b)
-        if _is_constant(a, 0.0):
+        if is_constant(a, 0.0):
             return b
-        if _is_constant(b, 0.0):
+        if is_constant(b, 0.0):
             return a
         if _is_negative(b):
             return self._difference(a, b.arguments[0])
@@ -89,7 +89,7 @@ class Trace:
 
     def subtract(self, a: Any, b: Any) -> Any:
         """Difference; b is not turned round first, which could be an operation of its own."""
-        if isinstance(b, Expression) and not _is_negative(b) and not _is_constant(a, 0.0):
+        if isinstance(b, Expression) and not _is_negative(b) and not is_constant(a, 0.0):
             return self._difference(a, b)
         return self.add(a, self.negative(b))
 
@@ -162,7 +162,8 @@ def reached(outputs: Sequence[Any]) -> list[int]:
     return sorted(needed)
 
 
-def _is_constant(x: Any, value: float) -> bool:
+def is_constant(x: Any, value: float) -> bool:
+    """Whether this is no expression, but that number."""
     return not isinstance(x, Expression) and x == value
 
 
