@@ -39,7 +39,6 @@ FactorEntry = tuple[Literal["cos", "sin", "power"], list[int], Annotated[int, Fi
 class HarmonicLevel(Level):
     """A level whose models are sums of harmonic torque terms."""
 
-    can_be_refitted: ClassVar[bool] = True
     has_torque_terms: ClassVar[bool] = True
 
     @abstractmethod

@@ -87,10 +87,9 @@ class Level(ABC):
         What it does, for help and documents.
     keeps
         What its models keep, in the plural.
-    can_be_refitted
-        Whether kept terms have coefficients that may change.
     has_torque_terms
-        Whether its models are sums of harmonic terms, whose error can be certified.
+        Whether its models are sums of harmonic terms: their coefficients can be refitted, and their error be
+        certified.
     is_mechanical
         Whether its models are mechanical systems, with a symmetric D.
     is_priced_exactly
@@ -102,7 +101,6 @@ class Level(ABC):
     name: ClassVar[str]
     summary: ClassVar[str]
     keeps: ClassVar[str]
-    can_be_refitted: ClassVar[bool] = False
     has_torque_terms: ClassVar[bool] = False
     is_mechanical: ClassVar[bool] = False
     is_priced_exactly: ClassVar[bool] = False

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
+from itertools import combinations_with_replacement
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -46,16 +47,11 @@ class TermLevel(HarmonicLevel):
         for energy, number in numbered(form.energies).items():
             for term in torques_of(energy, form.rates):
                 made_by[term][number] = abs(form.energies[energy])
-        fresh = len(form.energies)
-        parameter, magnitude = [], []
-        place = {term: k for k, term in enumerate(form.torques)}
-        for term in terms:
-            makers = made_by[term]
-            alone = fresh + place[term], abs(form.torques[term])
-            number, size = next(iter(makers.items())) if len(makers) == 1 else alone
-            parameter.append(number)
-            magnitude.append(size)
-        return Numbers(np.array(parameter, dtype=int), np.array(magnitude))
+        alone = enumerate(form.torques.items(), start=len(form.energies))
+        numbers = {term: (number, abs(weight)) for number, (term, weight) in alone}
+        numbers |= {term: next(iter(by.items())) for term, by in made_by.items() if len(by) == 1}
+        parameter, magnitude = np.array([numbers[term] for term in terms]).reshape(-1, 2).T
+        return Numbers(parameter.astype(int), magnitude)
 
     def to_entry(self, term: TorqueTerm, weight: float) -> Entry:
         """Write row, rates, factors and weight."""
@@ -66,12 +62,8 @@ class TermLevel(HarmonicLevel):
         """Read it back, in absolute rates that the arm has."""
         rates = tuple(Rate(*rate) for rate in entry.rates)
         term = TorqueTerm(entry.row, rates, monomial_of(form.arm, entry.factors))
-        n, joints = form.arm.n_joints, [rate.joint for rate in rates]
-        if not (
-            0 <= term.row < n
-            and [rate.order for rate in rates] in ([], [2], [1, 1])
-            and joints == sorted(joints)
-            and all(0 <= joint < n for joint in joints)
-        ):
+        joints = range(form.arm.n_joints)
+        pairs = combinations_with_replacement([Rate(1, joint) for joint in joints], 2)
+        if term.row not in joints or rates not in {(), *((Rate(2, joint),) for joint in joints), *pairs}:
             raise ModelError(f"{term} is no term of the arm's equations")
         return term, entry.weight

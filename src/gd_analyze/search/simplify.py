@@ -69,7 +69,7 @@ class How:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "level", level_named(self.level))
-        if self.refit and not self.level.can_be_refitted:
+        if self.refit and not self.level.has_torque_terms:
             raise UsageError(
                 f"{self.level.keeps} have no coefficients to refit",
                 where="refit",

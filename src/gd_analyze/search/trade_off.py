@@ -19,7 +19,7 @@ from gd_analyze.vectors import FloatArray
 KINDS: tuple[tuple[Level, bool], ...] = tuple(
     (level, refit)
     for level in LEVELS.values()
-    for refit in ((False, True) if level.can_be_refitted else (False,))
+    for refit in ((False, True) if level.has_torque_terms else (False,))
 )
 FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 
