@@ -114,12 +114,12 @@ class ExactDynamics:
         """Take the same dynamics at other states."""
         return replace(self, states=states, decomposed=None)
 
-    def thinned(self, most: int = MOST_STATES) -> ExactDynamics:
-        """Take the same at so many states at most: evenly chosen ones, and every extreme."""
+    def thinned(self) -> ExactDynamics:
+        """Take the same at `MOST_STATES` states at most: evenly chosen ones, and every extreme."""
         count = len(self.states)
-        if count <= most:
+        if count <= MOST_STATES:
             return self
-        evenly = np.linspace(0, count - 1, most).astype(int)
+        evenly = np.linspace(0, count - 1, MOST_STATES).astype(int)
         extremes = [np.abs(x).argmax(axis=0) for x in (self.torque, *self.states.arrays)]
         return self.at(self.states.at(np.unique(np.concatenate([evenly, *extremes]))))
 

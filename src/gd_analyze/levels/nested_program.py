@@ -23,14 +23,7 @@ _Polynomials = dict[_Key, _Polynomial]
 def nested_program(rates: AbsoluteRates, terms: Torques, *, in_line: bool = False) -> Program:
     """Write torques in nested form: a few milliseconds for some hundred terms.
 
-    Parameters
-    ----------
-    rates
-        The arm's absolute rates.
-    terms
-        Weights of the torque terms, in absolute rates.
-    in_line
-        Whether a bracket of a single term is multiplied out, so that sums of rates are taken out of it.
+    With `in_line` a bracket of a single term is multiplied out, so that sums of rates are taken out of it.
     """
     polynomials: _Polynomials = defaultdict(dict)
     for term, weight in terms.items():

@@ -17,20 +17,7 @@ def part_costs(traced: TracedParts, parts: tuple[Part, ...], drives: bool) -> di
 
 
 def blocks(trace: Trace, outputs: list[object]) -> dict[frozenset[int], int]:
-    """Operations by the set of parts that need them.
-
-    Parameters
-    ----------
-    trace
-        The arithmetic.
-    outputs
-        Expression of each part.
-
-    Returns
-    -------
-    dict
-        Number of multiplications and additions (sines and cosines too) needed by exactly those parts.
-    """
+    """Operations, sines and cosines too, by the set of parts that need them, given each part's expression."""
     above: dict[int, int] = defaultdict(int)
     for p, expression in enumerate(outputs):
         if isinstance(expression, Expression):

@@ -99,12 +99,7 @@ class TracedParts:
     def torque(self, parts: Collection[Part], drive_inertia: Array | None) -> Array:
         """Expressions of the torques from some parts alone, shape (n,).
 
-        Parameters
-        ----------
-        parts
-            The kept ones.
-        drive_inertia
-            Added to the diagonal of D, kg m^2, shape (n,); None without drives.
+        Drive inertia, kg m^2, shape (n,), is added to the diagonal of D; None without drives.
         """
         n = len(self.qdd)
         inertia = np.full((n, n), 0.0, dtype=object)

@@ -35,13 +35,7 @@ class SharedSums:
     operations: int
 
     def values(self, value: Callable[[Any], Any]) -> list[Any]:
-        """Evaluate the polynomials.
-
-        Parameters
-        ----------
-        value
-            The value of a variable: a number, an array or an expression.
-        """
+        """Evaluate the polynomials, given a variable's value: a number, an array or an expression."""
         known: dict[int, Any] = {}
 
         def of(v: int) -> Any:

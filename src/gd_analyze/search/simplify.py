@@ -185,12 +185,11 @@ def _searched(
     def count(kept: Kept, scale: FloatArray) -> int:
         return candidates.count(kept, scale, effort).total
 
-    found = search(candidates, count, refit=how.refit, thorough=how.thorough, progress=progress)
-    terms = candidates.keep(found.kept, found.scale)
+    found, solved = search(candidates, count, refit=how.refit, thorough=how.thorough, progress=progress)
+    *_, (kept, scale) = found.values()
+    terms = candidates.keep(kept, scale)
     # All steps are written the same quick way, so that they compare.
-    steps = tuple(
-        SearchStep(name, candidates.count(*step, ROUGH).total) for name, step in found.steps.items()
-    )
+    steps = tuple(SearchStep(name, candidates.count(*step, ROUGH).total) for name, step in found.items())
     thorough = how.thorough and how.write
     exactly = ErrorTable.of(exact.torque, exact.torque)
     model = SimplifiedModel(
@@ -198,9 +197,9 @@ def _searched(
         form=form,
         terms=terms,
         program=level.write(form, terms, THOROUGH if thorough else QUICK),
-        refitted=bool((found.scale[found.kept] != 1.0).any()),
+        refitted=bool((scale[kept] != 1.0).any()),
         operations_full=level.exact_operations(form, FULL if thorough else ROUGH),
-        promise=Promise(allowed, budget, exactly, exact.states.described, steps, found.solved),
+        promise=Promise(allowed, budget, exactly, exact.states.described, steps, solved),
     )
     errors = ErrorTable.of(exact.torque, model.torque(*exact.states.arrays))
     if not (errors.largest <= allowed).all():
