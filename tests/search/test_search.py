@@ -72,7 +72,7 @@ def test_beyond_greedy_and_refit_gain_on_the_puma(along, level):
     assert counts[-1] < 0.9 * counts[1]
     assert model.operations.total <= counts[-1]
     assert model.refitted
-    told = ", ".join(f"{name} {count}" for name, count in model.promise.steps)
+    told = ", ".join(f"{step.words} {step.operations}" for step in model.promise.steps)
     assert model.promise.search == told + ", solved to the end" * model.promise.solved
 
 

@@ -17,7 +17,6 @@ from gd_analyze.levels.promise import ErrorTable, Promise, SearchStep
 from gd_analyze.operations import OperationCount
 from gd_analyze.operations.written import read_back, written
 from gd_analyze.robots import arm_from_description, describe, fingerprint
-from gd_analyze.vectors import FloatArray
 
 FORMAT = "gd-analyze simplified model"
 VERSION = 2
@@ -116,9 +115,8 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
         raise ModelError("a term is stated twice")
     inputs = {f"{name}{i + 1}" for name in ("q", "qd", "qdd") for i in range(n)}
 
-    def column(name: str) -> FloatArray:
-        return np.array([getattr(row, name) for row in document.errors])
-
+    rows = [(row.peak_torque, row.allowed_error, row.largest_error, row.rms_error) for row in document.errors]
+    peak, allowed, largest, rms = np.array(rows, dtype=float).reshape(-1, 4).T
     model = SimplifiedModel(
         level=level,
         form=form,
@@ -127,9 +125,9 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
         refitted=document.refitted,
         operations_full=document.operations_full,
         promise=Promise(
-            column("allowed_error"),
+            allowed,
             document.budget,
-            ErrorTable(column("peak_torque"), column("largest_error"), column("rms_error")),
+            ErrorTable(peak, largest, rms),
             document.made_for,
             tuple(SearchStep(step.step, step.operations) for step in document.search),
             document.solved,
