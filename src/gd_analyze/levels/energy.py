@@ -12,10 +12,10 @@ from gd_analyze.harmonics.lagrangian import torques_of
 from gd_analyze.harmonics.terms import Energies, EnergyTerm, Torques
 from gd_analyze.levels.exact import ExactForm
 from gd_analyze.levels.harmonic import FactorEntry, HarmonicLevel, factor_entries, monomial_of, numbered
-from gd_analyze.levels.level import Entry, Numbers
+from gd_analyze.levels.level import Checked, Numbers
 
 
-class _EnergyEntry(Entry):
+class _EnergyEntry(Checked):
     i: int
     j: int
     factors: list[FactorEntry]
@@ -29,7 +29,7 @@ class EnergyLevel(HarmonicLevel):
     summary: ClassVar[str] = "the model remains a mechanical system, with symmetric D and its own energy"
     keeps: ClassVar[str] = "energy terms"
     is_mechanical: ClassVar[bool] = True
-    entry: ClassVar[type[Entry]] = _EnergyEntry
+    entry: ClassVar[type[Checked]] = _EnergyEntry
 
     def terms(self, form: ExactForm) -> Energies:
         """Every term of the energies and its coefficient."""
@@ -45,7 +45,7 @@ class EnergyLevel(HarmonicLevel):
         magnitudes = [abs(form.energies[term]) for term in terms]
         return Numbers(np.array([number[term] for term in terms], dtype=int), np.array(magnitudes))
 
-    def to_entry(self, term: EnergyTerm, weight: float) -> Entry:
+    def to_entry(self, term: EnergyTerm, weight: float) -> Checked:
         """Write element, factors and coefficient."""
         return _EnergyEntry(i=term.i, j=term.j, factors=factor_entries(term.monomial), coefficient=weight)
 

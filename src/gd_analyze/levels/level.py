@@ -70,8 +70,8 @@ class Numbers(NamedTuple):
     magnitude: FloatArray
 
 
-class Entry(BaseModel):
-    """One term in a model file."""
+class Checked(BaseModel):
+    """What a model file states: nothing unknown is in it, and no infinite number."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
@@ -104,7 +104,7 @@ class Level(ABC):
     has_torque_terms: ClassVar[bool] = False
     is_mechanical: ClassVar[bool] = False
     is_priced_exactly: ClassVar[bool] = False
-    entry: ClassVar[type[Entry]]
+    entry: ClassVar[type[Checked]]
 
     def __str__(self) -> str:
         return self.name
@@ -134,7 +134,7 @@ class Level(ABC):
         return Legend((), (), ())
 
     @abstractmethod
-    def to_entry(self, term: Any, weight: float) -> Entry:
+    def to_entry(self, term: Any, weight: float) -> Checked:
         """Write a term for a model file."""
 
     @abstractmethod

@@ -6,11 +6,11 @@ from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, TypeAdapter
+from pydantic import TypeAdapter
 
 from gd_analyze.errors import ModelError
 from gd_analyze.levels.exact import ExactForm
-from gd_analyze.levels.level import ROUGH
+from gd_analyze.levels.level import ROUGH, Checked
 from gd_analyze.levels.levels import level_named
 from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.levels.promise import ErrorTable, Promise, SearchStep
@@ -22,11 +22,7 @@ FORMAT = "gd-analyze simplified model"
 VERSION = 2
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
-
-
-class _JointError(_Strict):
+class _JointError(Checked):
     joint: str
     unit: str
     peak_torque: float
@@ -35,12 +31,12 @@ class _JointError(_Strict):
     rms_error: float
 
 
-class _Step(_Strict):
+class _Step(Checked):
     step: str
     operations: int
 
 
-class ModelDocument(_Strict):
+class ModelDocument(Checked):
     """The whole file; `terms` are as the level's own entry says."""
 
     format: Literal["gd-analyze simplified model"]

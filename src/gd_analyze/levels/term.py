@@ -15,10 +15,10 @@ from gd_analyze.harmonics.lagrangian import torques_of
 from gd_analyze.harmonics.terms import Rate, Torques, TorqueTerm
 from gd_analyze.levels.exact import ExactForm
 from gd_analyze.levels.harmonic import FactorEntry, HarmonicLevel, factor_entries, monomial_of, numbered
-from gd_analyze.levels.level import Entry, Numbers
+from gd_analyze.levels.level import Checked, Numbers
 
 
-class _TorqueEntry(Entry):
+class _TorqueEntry(Checked):
     row: int
     rates: Annotated[list[tuple[Literal[1, 2], int]], Field(max_length=2)]
     factors: list[FactorEntry]
@@ -31,7 +31,7 @@ class TermLevel(HarmonicLevel):
     name: ClassVar[str] = "term"
     summary: ClassVar[str] = "torque terms one by one, the fewest operations"
     keeps: ClassVar[str] = "torque terms"
-    entry: ClassVar[type[Entry]] = _TorqueEntry
+    entry: ClassVar[type[Checked]] = _TorqueEntry
 
     def terms(self, form: ExactForm) -> Torques:
         """Every torque term and its weight."""
@@ -53,7 +53,7 @@ class TermLevel(HarmonicLevel):
         parameter, magnitude = np.array([numbers[term] for term in terms]).reshape(-1, 2).T
         return Numbers(parameter.astype(int), magnitude)
 
-    def to_entry(self, term: TorqueTerm, weight: float) -> Entry:
+    def to_entry(self, term: TorqueTerm, weight: float) -> Checked:
         """Write row, rates, factors and weight."""
         factors = factor_entries(term.monomial)
         return _TorqueEntry(row=term.row, rates=list(term.rates), factors=factors, weight=weight)
