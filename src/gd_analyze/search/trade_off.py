@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -96,9 +97,11 @@ def trade_off(
     allowed = exact.allowed(budget)
     budgets = [budget.scaled(factor) for factor in factors]
     known: dict[Level, Candidates] = {}
+    found: Iterator[tuple[OperationCount, float]]
     for level, refit in kinds:
         if thorough:
-            found = _searched(exact, budgets, How(level, refit))
+            models = map(partial(simplify_exact, exact, how=How(level, refit)), budgets)
+            found = ((made.operations, float(made.promise.errors.largest_share.max())) for made in models)
         else:
             if level not in known:
                 known[level] = candidates_of(exact, level, allowed, SWEEP * min(1.0, *factors))
@@ -107,14 +110,6 @@ def trade_off(
             points.append(TradeOffPoint(level, refit, factor, str(stated), operations, error))
             tell(1)
     return tuple(points)
-
-
-def _searched(
-    exact: ExactDynamics, budgets: Sequence[Budget], how: How
-) -> Iterator[tuple[OperationCount, float]]:
-    for budget in budgets:
-        model = simplify_exact(exact, budget, how)
-        yield model.operations, float(model.promise.errors.largest_share.max())
 
 
 def _eliminated(
