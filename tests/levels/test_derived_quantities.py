@@ -95,7 +95,7 @@ def test_so_it_is_of_any_arm(case, level, drives):
 )
 def test_a_simplified_model_adds_up_as_well(case, level, budget):
     arm, states = case
-    how = How(level, refit=level.can_be_refitted, thorough=False)
+    how = How(level, refit=level.has_torque_terms, thorough=False)
     model = simplify_exact(ExactDynamics.of(arm, states), Budget.parse(budget), how)
     assert_adds_up(model, states)
     assert_adds_up(model, random_states(arm.n_joints, 10, 7))

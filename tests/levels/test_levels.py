@@ -59,7 +59,6 @@ def test_a_level_is_known_by_its_name_or_as_itself():
 def test_what_each_level_is():
     assert {level for level in LEVELS.values() if level.is_mechanical} == {ENERGY}
     assert {level for level in LEVELS.values() if level.has_torque_terms} == {TERM, ENERGY}
-    assert {level for level in LEVELS.values() if level.can_be_refitted} == {TERM, ENERGY}
     assert {level for level in LEVELS.values() if level.is_priced_exactly} == {ELEMENT}
 
 

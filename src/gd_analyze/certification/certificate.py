@@ -27,6 +27,7 @@ from gd_analyze.certification.torque_rows import exact_row, model_roundings, mod
 from gd_analyze.errors import UsageError
 from gd_analyze.harmonics import Harmonics, Waves, harmonics_of
 from gd_analyze.levels import SimplifiedModel
+from gd_analyze.robots import RobotArm
 from gd_analyze.vectors import FloatArray
 
 # Positions per joint: about 22 per angle for an arm like the PUMA 560, whose error knows four of its angles.
@@ -109,8 +110,7 @@ def certify(
         does not state all its limits.
     """
     arm = model.arm
-    box = box or Box.of(arm)
-    require_box(box, arm.n_joints, effort)
+    box = box_of(box, arm, effort)
     harmonics = harmonics or harmonics_of(arm)
     inertia = harmonics.whole_inertia(arm.drive_inertia if model.drives else None)
     rows = model_rows(model.torques, harmonics.rates, harmonics.potential.sliding)
@@ -126,19 +126,21 @@ def certify(
     return Certificate(box, certified, errors, (states[0], states[1], states[2]))
 
 
-def require_box(box: Box, n_joints: int, effort: int) -> None:
-    """Raise a UsageError where the box is of another arm or the effort is none."""
-    if box.n_joints != n_joints:
+def box_of(given: Box | None, arm: RobotArm, effort: int) -> Box:
+    """Box given, or the arm's own; a UsageError where it is of another arm or the effort is none."""
+    box = given or Box.of(arm)
+    if box.n_joints != arm.n_joints:
         raise UsageError(
             "the box does not fit the arm",
             where="box",
-            expected=f"limits of {n_joints} joints",
+            expected=f"limits of {arm.n_joints} joints",
             found=f"{box.n_joints}",
         )
     if effort < 1:
         raise UsageError(
             "there is nothing to bound the error by", where="effort", expected="at least 1", found=str(effort)
         )
+    return box
 
 
 def _bounded(field: ErrorField, box: Box, effort: int) -> tuple[float, FloatArray]:

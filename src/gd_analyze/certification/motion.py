@@ -74,24 +74,14 @@ class Motion:
         a, b = self._ends(self._kinds[3])
         return np.asarray(self._signs[:, a] * self._signs[:, b])
 
-    @property
-    def _all_tried(self) -> bool:
-        """Whether the choices are complete."""
-        return len(self._signs) == 2 ** max(0, len(self._joints(self._kinds[3])) - 1)
-
     def quick_bound(self, values: FloatArray) -> FloatArray:
-        """Upper bound of the error's magnitude over all rates and accelerations, shape (K,).
+        """Upper bound of the error's magnitude over all rates and accelerations, (K,), from values (P, K).
 
         Every acceleration can have the sign that is worst; the products of two rates share signs, of which
         all choices are tried; a square counts where it adds to the error, for the rate may also be 0.
-
-        Parameters
-        ----------
-        values
-            Shape (P, K).
         """
         still, pushed, squares, pairs = self._split(values)
-        if not self._all_tried:
+        if len(self._signs) < 2 ** max(0, len(self._joints(self._kinds[3])) - 1):
             return np.asarray(pushed + np.abs(still) + sum(np.abs(p).sum(axis=0) for p in (squares, pairs)))
         moved = self._pair_signs @ pairs
         up = still + np.maximum(squares, 0.0).sum(axis=0) + moved.max(axis=0)

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.certificate import require_box
+from gd_analyze.certification.certificate import box_of
 from gd_analyze.certification.error_field import round_off_of
 from gd_analyze.certification.grid import Grid, shared_out
 from gd_analyze.certification.local_maximum import local_maximum
@@ -94,8 +94,7 @@ def certify_positive_definite(
             found=f"level {model.level}",
             next_step="make one with `gd-analyze simplify --level energy`",
         )
-    box = box or Box.of(model.arm)
-    require_box(box, model.arm.n_joints, effort)
+    box = box_of(box, model.arm, effort)
     inertia = _GriddedInertia.of(model, box, effort)
     smallest, position = inertia.smallest()
     scale = abs(smallest) or 1.0
@@ -167,19 +166,16 @@ class _GriddedInertia:
         k = (vectors / np.sqrt(values)).T if values[0] > 0.0 else unit
         low = min(np.linalg.eigvalsh(k @ (d - shift * unit) @ k.T)[:, 0].min() for d in self._on_grid())
         slack = np.linalg.norm(np.abs(k) @ self.left_out @ np.abs(k).T, 2)
-        # Scaling and eigenvalues are off by some n eps of the largest, in the worst case times |K|^2 |D|.
-        rough = 64 * len(unit) * np.finfo(float).eps * self._reach(k, shift)
+        # Scaling and eigenvalues are off by some n eps of the largest, in the worst case times |K|^2 |D|, and
+        # |K| (|D| + |shift| 1) |K|^T is nowhere in the box larger than `reach`.
+        sizes = self.every.sizes(self.box.farthest).sum(axis=1).reshape(unit.shape) + abs(shift) * unit
+        reach = float(np.linalg.norm(np.abs(k) @ sizes @ np.abs(k).T, 2))
+        rough = 64 * len(unit) * np.finfo(float).eps * reach
         bound = low - slack - rough
         stretch = np.linalg.eigvalsh(k.T @ k)
         # b K^-1 K^-T has no eigenvalue below b / (largest of K^T K), below b / (smallest) for negative b.
         below = bound / (stretch[-1] if bound > 0.0 else stretch[0])
         return float(shift + below - rough * (abs(shift) + abs(below)))
-
-    def _reach(self, k: FloatArray, shift: float) -> float:
-        """Bound of |K| (|D| + |shift| 1) |K|^T anywhere in the box."""
-        sizes = self.every.sizes(self.box.farthest).sum(axis=1).reshape(self.left_out.shape)
-        sizes = sizes + abs(shift) * np.eye(len(k))
-        return float(np.linalg.norm(np.abs(k) @ sizes @ np.abs(k).T, 2))
 
 
 def _matrices(values: FloatArray) -> FloatArray:

@@ -14,6 +14,7 @@ from gd_analyze.certification.motion import RateFactor
 from gd_analyze.harmonics import AbsoluteRates, Harmonics, Waves
 from gd_analyze.harmonics.conversion import to_waves
 from gd_analyze.harmonics.terms import Monomial, Rate, Torques
+from gd_analyze.harmonics.transform import slopes_of
 from gd_analyze.vectors import FloatArray
 
 
@@ -59,15 +60,12 @@ def exact_row(
 ) -> tuple[Waves, list[int]]:
     """What adds up to the exact torque of joint i, D being `inertia`, and for each which of `rate_factors`.
 
-    The factor of qd_j qd_k, j < k, is 2 h_ijk = dD_ij/dq_k + dD_ik/dq_j - dD_jk/dq_i, that of qd_j^2 half
-    of this.
+    The factor of qd_j qd_k, j < k, is 2 h_ijk, that of qd_j^2 is h_ijj.
     """
     n = harmonics.arm.n_joints
     parts = [harmonics.gravity_loading[i], *(inertia[min(i, j), max(i, j)] for j in range(n))]
     places = list(range(n + 1))
     for place, (_, (j, k)) in enumerate(rate_factors(n)[n + 1 :], start=n + 1):
-        for sign, a, b, by in ((1.0, i, j, k), (1.0, i, k, j), (-1.0, j, k, i)):
-            slope = inertia[min(a, b), max(a, b)].derivative(by)
-            parts.append((0.5 * sign if j == k else sign) * slope)
-            places.append(place)
+        parts += [(1.0 if j == k else 2.0) * slope for slope in slopes_of(inertia, i, j, k)]
+        places += [place] * 3
     return Waves.stacked(parts), places

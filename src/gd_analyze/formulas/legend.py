@@ -19,15 +19,7 @@ def element_legend(equations: Iterable[Equation]) -> Legend:
 
 
 def torque_legend(rates: AbsoluteRates, terms: Iterable[TorqueTerm]) -> Legend:
-    """Say what the names in torques mean.
-
-    Parameters
-    ----------
-    rates
-        The arm's absolute rates.
-    terms
-        The torques' terms.
-    """
+    """Say what the names in torques of these terms, in absolute rates, mean."""
     terms = tuple(terms)
     used = sorted({rate for term in terms for rate in term.rates})
     inner = {joint: rates.inboard(joint) for joint in range(rates.n_joints)}

@@ -49,13 +49,6 @@ def torque_formulas(rates: AbsoluteRates, torques: Torques) -> tuple[Formula, ..
     """Formulas of all joints' torques: what a joint carries, then inertia, velocity, gravity.
 
     Within each the largest come first; terms with the same rates stand in brackets before them.
-
-    Parameters
-    ----------
-    rates
-        The arm's absolute rates.
-    torques
-        Weights of the terms, in absolute rates.
     """
     rows: list[dict[tuple[Rate, ...], list[Product]]] = [defaultdict(list) for _ in range(rates.n_joints)]
     for term, weight in sorted(torques.items(), key=lambda item: (falling(item[1]), item[0])):

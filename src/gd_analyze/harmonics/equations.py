@@ -155,20 +155,19 @@ def _equation(harmonics: Harmonics, kind: str, indices: Indices, min_share: floa
     links = tuple(range(max(indices), arm.n_joints))
     by_link = [_of_link(harmonics, kind, indices, s) for s in links]
     waves = Waves.stacked([effects.total(), effects, *by_link])
-    written = to_terms(waves, harmonics.rates, noise, deciding=3)
-    written = {factors: row for factors, row in written.items() if abs(row[0]) > noise}
-    sizes = {factors: abs(float(row[0])) * _largest_value(arm, factors) for factors, row in written.items()}
-    largest = max(sizes.values(), default=0.0)
-    terms = (
-        _term(factors, row, links, noise, sizes[factors] / largest)
-        for factors, row in written.items()
-        if sizes[factors] >= min_share * largest
-    )
-    return Equation(
-        kind + joined(indices),
-        unit,
-        tuple(sorted(terms, key=lambda term: (falling(term.share), term.factors))),
-    )
+    written = [
+        (abs(float(row[0])) * _largest_value(arm, factors), factors, row)
+        for factors, row in to_terms(waves, harmonics.rates, noise, deciding=3).items()
+        if abs(row[0]) > noise
+    ]
+    largest = max((size for size, _, _ in written), default=0.0)
+    terms = [
+        _term(factors, row, links, noise, size / largest)
+        for size, factors, row in written
+        if size >= min_share * largest
+    ]
+    terms.sort(key=lambda term: (falling(term.share), term.factors))
+    return Equation(kind + joined(indices), unit, tuple(terms))
 
 
 def _term(factors: Monomial, row: FloatArray, links: tuple[int, ...], noise: float, share: float) -> Term:

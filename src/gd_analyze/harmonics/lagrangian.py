@@ -18,6 +18,7 @@ from __future__ import annotations
 import itertools
 from collections import defaultdict
 from collections.abc import Iterable
+from functools import lru_cache
 
 import numpy as np
 
@@ -80,26 +81,25 @@ def _without_round_off(terms: dict[EnergyTerm, float]) -> dict[EnergyTerm, float
     return out
 
 
-def torques_of(term: EnergyTerm, rates: AbsoluteRates) -> dict[TorqueTerm, float]:
+@lru_cache(maxsize=1 << 14)
+def torques_of(term: EnergyTerm, rates: AbsoluteRates) -> Torques:
     """Torque terms of one energy term with unit coefficient."""
-    monomial = term.monomial
-    slopes = [slope_of(monomial, direction) for direction in rates.matrix.T]
-    out: dict[TorqueTerm, float] = defaultdict(float)
+    i, j, monomial = term
+    slopes = [
+        (m, inner, weight)
+        for m, direction in enumerate(rates.matrix.T)
+        for inner, weight in slope_of(monomial, direction).items()
+    ]
     if term.is_potential:
-        for m, slope in enumerate(slopes):
-            for inner, weight in slope.items():
-                out[TorqueTerm(m, (), inner)] += weight
-        return dict(out)
-    i, j = term.i, term.j
+        return {TorqueTerm(m, (), inner): weight for m, inner, weight in slopes}
+    out: dict[TorqueTerm, float] = defaultdict(float)
     half = 0.5 if i == j else 1.0
     for row, other in ((i, j), (j, i)):
         out[TorqueTerm(row, (Rate(2, other),), monomial)] += half
-        for m, slope in enumerate(slopes):
-            for inner, weight in slope.items():
-                out[TorqueTerm(row, _pair(other, m), inner)] += half * weight
-    for m, slope in enumerate(slopes):
-        for inner, weight in slope.items():
-            out[TorqueTerm(m, _pair(i, j), inner)] -= half * weight
+        for m, inner, weight in slopes:
+            out[TorqueTerm(row, _pair(other, m), inner)] += half * weight
+    for m, inner, weight in slopes:
+        out[TorqueTerm(m, _pair(i, j), inner)] -= half * weight
     return {key: weight for key, weight in out.items() if weight != 0.0}
 
 
@@ -131,10 +131,9 @@ def slope_of(monomial: Monomial, direction: FloatArray) -> dict[Monomial, float]
         if weight == 0.0:
             continue
         rest = monomial[:place] + monomial[place + 1 :]
-        if kind == "cos":
-            out[tuple(sorted((*rest, Factor("sin", multiples))))] -= weight
-        elif kind == "sin":
-            out[tuple(sorted((*rest, Factor("cos", multiples))))] += weight
-        else:
+        if kind == "power":
             out[rest] += weight
+        else:
+            partner = Factor("sin" if kind == "cos" else "cos", multiples)
+            out[tuple(sorted((*rest, partner)))] += -weight if kind == "cos" else weight
     return {inner: weight for inner, weight in out.items() if weight != 0.0}

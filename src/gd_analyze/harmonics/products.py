@@ -17,7 +17,7 @@ from gd_analyze.vectors import FloatArray
 # Beyond it, trying every choice of squares would take longer than it helps; no arm known comes near.
 _MOST_CHOICES = 2**10
 
-# FloatArray, shape (K,), by the factors of every run of joints.
+# Weights, shape (K,), by the factors of every run of joints.
 ByRun = dict[tuple[Monomial, ...], FloatArray]
 
 
@@ -27,11 +27,11 @@ def with_products(table: ByRun, r: int, close: float) -> ByRun:
     Parameters
     ----------
     table
-        FloatArray in every of K sums, of which all are rewritten alike; of a run at most one cosine or sine.
+        Weights in every of K sums, of which all are rewritten alike; of a run at most one cosine or sine.
     r
         Place of a run of turning joints.
     close
-        FloatArray no farther apart are taken for equal; nothing larger is ever lost.
+        Weights no farther apart are taken for equal; nothing larger is ever lost.
     """
     groups: dict[tuple[Monomial, ...], dict[Monomial, FloatArray]] = defaultdict(dict)
     for key, value in table.items():

@@ -24,9 +24,7 @@ from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.waves import DEGREE, Waves
 from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import Array, FloatArray
-
-_CHUNK = 4096
+from gd_analyze.vectors import Array, FloatArray, chunks
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,8 +108,13 @@ class Harmonics:
 
 def christoffel(inertia: Mapping[tuple[int, int], Waves], i: int, j: int, k: int) -> Waves:
     """Christoffel symbol (dD_ij/dq_k + dD_ik/dq_j - dD_jk/dq_i) / 2 of D_ij, i <= j."""
+    return Waves.summed(slopes_of(inertia, i, j, k))
+
+
+def slopes_of(inertia: Mapping[tuple[int, int], Waves], i: int, j: int, k: int) -> list[Waves]:
+    """What adds up to a Christoffel symbol."""
     slopes = ((0.5, i, j, k), (0.5, i, k, j), (-0.5, j, k, i))
-    return Waves.summed([sign * inertia[min(a, b), max(a, b)].derivative(by) for sign, a, b, by in slopes])
+    return [sign * inertia[min(a, b), max(a, b)].derivative(by) for sign, a, b, by in slopes]
 
 
 def harmonics_of(arm: RobotArm) -> Harmonics:
@@ -193,7 +196,7 @@ def _inertia_on_grid(arm: RobotArm) -> Iterator[FloatArray]:
     n = arm.n_joints
     shape, q = _grid(arm, range(1, n), DEGREE)
     out = np.empty((2, n, n, q.shape[1]))
-    for chunk in _chunks(q.shape[1]):
+    for chunk in chunks(q.shape[1]):
         moments = composite.composite_moments(arm, solve_kinematics(arm, q[:, chunk]))
         composite.inertia(moments, out[..., chunk])
     for i in range(n):
@@ -206,14 +209,10 @@ def _potential_on_grid(arm: RobotArm) -> FloatArray:
     """Potential energy of every link, shape (n, 3, 3, ...)."""
     shape, q = _grid(arm, range(arm.n_joints), 1)
     out = np.empty((arm.n_joints, q.shape[1]))
-    for chunk in _chunks(q.shape[1]):
+    for chunk in chunks(q.shape[1]):
         positions = solve_kinematics(arm, q[:, chunk]).com_positions
         out[:, chunk] = -np.einsum("s,a,san->sn", arm.mass, arm.gravity, positions)
     return out.reshape(-1, *shape)
-
-
-def _chunks(count: int) -> Iterator[slice]:
-    return (slice(start, min(start + _CHUNK, count)) for start in range(0, count, _CHUNK))
 
 
 def _waves_of(

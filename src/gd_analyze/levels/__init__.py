@@ -1,40 +1,26 @@
 """Levels of simplification, and the models made at them: evaluate, hold against the exact, save and load."""
 
-from gd_analyze.levels.budget import Budget
-from gd_analyze.levels.evaluation import Evaluation, evaluate, torque_csv
-from gd_analyze.levels.exact import ExactDynamics, ExactForm
-from gd_analyze.levels.level import Level
-from gd_analyze.levels.levels import ELEMENT, ENERGY, LEVELS, TERM, level_named
-from gd_analyze.levels.losses import Loss, losses
-from gd_analyze.levels.model import SimplifiedModel
-from gd_analyze.levels.model_file import load_model, save_model
-from gd_analyze.levels.parts import Part, parts_of
-from gd_analyze.levels.payload_effect import PayloadEffect, payload_effect
-from gd_analyze.levels.promise import ErrorTable, Promise, SearchStep
-
-__all__ = [
-    "ELEMENT",
-    "ENERGY",
-    "LEVELS",
-    "TERM",
-    "Budget",
-    "ErrorTable",
-    "Evaluation",
-    "ExactDynamics",
-    "ExactForm",
-    "Level",
-    "Loss",
-    "Part",
-    "PayloadEffect",
-    "Promise",
-    "SearchStep",
-    "SimplifiedModel",
-    "evaluate",
-    "level_named",
-    "load_model",
-    "losses",
-    "parts_of",
-    "payload_effect",
-    "save_model",
-    "torque_csv",
-]
+from gd_analyze.levels.budget import Budget as Budget
+from gd_analyze.levels.evaluation import Evaluation as Evaluation
+from gd_analyze.levels.evaluation import evaluate as evaluate
+from gd_analyze.levels.evaluation import torque_csv as torque_csv
+from gd_analyze.levels.exact import ExactDynamics as ExactDynamics
+from gd_analyze.levels.exact import ExactForm as ExactForm
+from gd_analyze.levels.level import Level as Level
+from gd_analyze.levels.levels import ELEMENT as ELEMENT
+from gd_analyze.levels.levels import ENERGY as ENERGY
+from gd_analyze.levels.levels import LEVELS as LEVELS
+from gd_analyze.levels.levels import TERM as TERM
+from gd_analyze.levels.levels import level_named as level_named
+from gd_analyze.levels.losses import Loss as Loss
+from gd_analyze.levels.losses import losses as losses
+from gd_analyze.levels.model import SimplifiedModel as SimplifiedModel
+from gd_analyze.levels.model_file import load_model as load_model
+from gd_analyze.levels.model_file import save_model as save_model
+from gd_analyze.levels.parts import Part as Part
+from gd_analyze.levels.parts import parts_of as parts_of
+from gd_analyze.levels.payload_effect import PayloadEffect as PayloadEffect
+from gd_analyze.levels.payload_effect import payload_effect as payload_effect
+from gd_analyze.levels.promise import ErrorTable as ErrorTable
+from gd_analyze.levels.promise import Promise as Promise
+from gd_analyze.levels.promise import SearchStep as SearchStep

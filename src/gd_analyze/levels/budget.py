@@ -10,6 +10,8 @@ import numpy as np
 from gd_analyze.errors import UsageError
 from gd_analyze.vectors import FloatArray
 
+_NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+
 
 @dataclass(frozen=True)
 class Budget:
@@ -56,12 +58,8 @@ class Budget:
         """
         amounts, is_share = [], []
         for column, entry in enumerate(text.split(","), start=1):
-            match = re.fullmatch(r"\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(%|N ?m?)?\s*", entry)
-            try:
-                amount = float(match[1]) if match else float("nan")
-            except ValueError:
-                amount = float("nan")
-            if match is None or not np.isfinite(amount):
+            match = re.fullmatch(rf"\s*({_NUMBER})\s*(%|N ?m?)?\s*", entry)
+            if match is None or not np.isfinite(float(match[1])):
                 raise UsageError(
                     "the budget is not understood",
                     where=f"--budget, entry {column}",
@@ -69,7 +67,7 @@ class Budget:
                     found=repr(entry.strip()),
                 )
             percent = match[2] == "%"
-            amounts.append(amount / 100 if percent else amount)
+            amounts.append(float(match[1]) / 100 if percent else float(match[1]))
             is_share.append(percent)
         return cls(tuple(amounts), tuple(is_share))
 

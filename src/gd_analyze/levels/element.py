@@ -9,14 +9,14 @@ from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula
 from gd_analyze.formulas.parts import parts_formulas
 from gd_analyze.levels.exact import ExactDynamics, ExactForm
-from gd_analyze.levels.level import Costs, Effort, Entry, Level, Terms
+from gd_analyze.levels.level import Checked, Costs, Effort, Level, Terms
 from gd_analyze.levels.part_costs import part_costs
 from gd_analyze.levels.parts import Part, kept_effects, parts_of, torque_by_part, trace_parts
 from gd_analyze.operations import Program
 from gd_analyze.vectors import FloatArray
 
 
-class _PartEntry(Entry):
+class _PartEntry(Checked):
     part: str
 
 
@@ -27,7 +27,7 @@ class ElementLevel(Level):
     summary: ClassVar[str] = "parts of D and h as a whole, the text's method"
     keeps: ClassVar[str] = "parts of elements"
     is_priced_exactly: ClassVar[bool] = True
-    entry: ClassVar[type[Entry]] = _PartEntry
+    entry: ClassVar[type[Checked]] = _PartEntry
 
     def terms(self, form: ExactForm) -> Terms:
         """Parts in the order of their elements."""
@@ -51,7 +51,7 @@ class ElementLevel(Level):
         n = form.arm.n_joints
         return parts_formulas(kept_effects(n, terms), n, form.drives)
 
-    def to_entry(self, term: Part, weight: float) -> Entry:
+    def to_entry(self, term: Part, weight: float) -> Checked:
         """Write the part's label."""
         return _PartEntry(part=term.label)
 

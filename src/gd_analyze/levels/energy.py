@@ -2,29 +2,20 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
 
 from gd_analyze.errors import ModelError
-from gd_analyze.harmonics.terms import Energies, EnergyTerm, Torques, TorqueTerm
-from gd_analyze.levels.exact import ExactDynamics, ExactForm
-from gd_analyze.levels.harmonic import (
-    FactorEntry,
-    HarmonicLevel,
-    factor_entries,
-    group_effects,
-    monomial_of,
-    numbered,
-    shared_costs,
-)
-from gd_analyze.levels.level import Costs, Entry, Numbers, Terms
-from gd_analyze.vectors import FloatArray
+from gd_analyze.harmonics.lagrangian import torques_of
+from gd_analyze.harmonics.terms import Energies, EnergyTerm, Torques
+from gd_analyze.levels.exact import ExactForm
+from gd_analyze.levels.harmonic import FactorEntry, HarmonicLevel, factor_entries, monomial_of, numbered
+from gd_analyze.levels.level import Checked, Numbers
 
 
-class _EnergyEntry(Entry):
+class _EnergyEntry(Checked):
     i: int
     j: int
     factors: list[FactorEntry]
@@ -38,42 +29,23 @@ class EnergyLevel(HarmonicLevel):
     summary: ClassVar[str] = "the model remains a mechanical system, with symmetric D and its own energy"
     keeps: ClassVar[str] = "energy terms"
     is_mechanical: ClassVar[bool] = True
-    entry: ClassVar[type[Entry]] = _EnergyEntry
+    entry: ClassVar[type[Checked]] = _EnergyEntry
 
     def terms(self, form: ExactForm) -> Energies:
         """Every term of the energies and its coefficient."""
         return form.energies
 
-    def torques(self, form: ExactForm, terms: Terms) -> Torques:
+    def source(self, form: ExactForm, term: EnergyTerm) -> Torques:
         """Apply Lagrange's equations."""
-        return form.torques_of(terms)
-
-    def effects(self, exact: ExactDynamics, terms: Energies) -> FloatArray:
-        """Torque that follows from every term."""
-        sources = ((coefficient, exact.form.source(term)) for term, coefficient in terms.items())
-        return group_effects(
-            exact, [{t: coefficient * w for t, w in of.items()} for coefficient, of in sources]
-        )
-
-    def costs(self, form: ExactForm, terms: Sequence[EnergyTerm]) -> Costs:
-        """Operations of the torque terms, as factoring may find them, by the energy terms that make them."""
-        users: dict[TorqueTerm, list[int]] = defaultdict(list)
-        for k, energy in enumerate(terms):
-            for term in form.source(energy):
-                users[term].append(k)
-        torque_terms = list(users)
-        gathered: dict[frozenset[int], int] = defaultdict(int)
-        for members, operations in shared_costs(torque_terms).items():
-            gathered[frozenset(k for m in members for k in users[torque_terms[m]])] += operations
-        return dict(gathered)
+        return torques_of(term, form.rates)
 
     def numbers(self, form: ExactForm, terms: Sequence[EnergyTerm]) -> Numbers:
         """Number coefficients that are alike the same."""
-        number = dict(zip(form.energies, numbered(form.energies), strict=True))
+        number = numbered(form.energies)
         magnitudes = [abs(form.energies[term]) for term in terms]
         return Numbers(np.array([number[term] for term in terms], dtype=int), np.array(magnitudes))
 
-    def to_entry(self, term: EnergyTerm, weight: float) -> Entry:
+    def to_entry(self, term: EnergyTerm, weight: float) -> Checked:
         """Write element, factors and coefficient."""
         return _EnergyEntry(i=term.i, j=term.j, factors=factor_entries(term.monomial), coefficient=weight)
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.harmonics import AbsoluteRates, Harmonics, harmonics_of
-from gd_analyze.harmonics.lagrangian import energy_terms, gathered, torques_of
-from gd_analyze.harmonics.terms import Energies, EnergyTerm, Torques
+from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
+from gd_analyze.harmonics.terms import Energies, Torques
 from gd_analyze.levels.budget import Budget
 from gd_analyze.operations import OperationCount
 from gd_analyze.robots import RobotArm
@@ -64,21 +64,7 @@ class ExactForm:
     @cached_property
     def torques(self) -> Torques:
         """Every torque term and its weight."""
-        return self.torques_of(self.energies)
-
-    def torques_of(self, energies: Energies) -> Torques:
-        """Torque terms that some energy terms make."""
-        return gathered((coefficient, self.source(term)) for term, coefficient in energies.items())
-
-    def source(self, term: EnergyTerm) -> Torques:
-        """Torque terms that an energy term makes with a coefficient of 1."""
-        if term not in self._sources:
-            self._sources[term] = torques_of(term, self.rates)
-        return self._sources[term]
-
-    @cached_property
-    def _sources(self) -> dict[EnergyTerm, Torques]:
-        return {}
+        return torques_of_energies(self.energies, self.rates)
 
     @cached_property
     def counts(self) -> dict[Hashable, OperationCount]:
@@ -128,12 +114,12 @@ class ExactDynamics:
         """Take the same dynamics at other states."""
         return replace(self, states=states, decomposed=None)
 
-    def thinned(self, most: int = MOST_STATES) -> ExactDynamics:
-        """Take the same at so many states at most: evenly chosen ones, and every extreme."""
+    def thinned(self) -> ExactDynamics:
+        """Take the same at `MOST_STATES` states at most: evenly chosen ones, and every extreme."""
         count = len(self.states)
-        if count <= most:
+        if count <= MOST_STATES:
             return self
-        evenly = np.linspace(0, count - 1, most).astype(int)
+        evenly = np.linspace(0, count - 1, MOST_STATES).astype(int)
         extremes = [np.abs(x).argmax(axis=0) for x in (self.torque, *self.states.arrays)]
         return self.at(self.states.at(np.unique(np.concatenate([evenly, *extremes]))))
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections import defaultdict
 from collections.abc import Sequence
-from typing import Annotated, ClassVar, Literal
+from functools import reduce
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -14,12 +16,15 @@ from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.legend import torque_legend
 from gd_analyze.formulas.writing import torque_formulas
-from gd_analyze.harmonics.terms import Energies, Factor, Monomial, Rate, Torques, TorqueTerm
+from gd_analyze.harmonics.lagrangian import gathered
+from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, Rate, Torques, TorqueTerm
 from gd_analyze.harmonics.waves import DEGREE
 from gd_analyze.levels.exact import ExactDynamics, ExactForm
-from gd_analyze.levels.level import Effort, Level, Terms
+from gd_analyze.levels.level import Costs, Effort, Level, Terms
 from gd_analyze.levels.torque_program import torque_program
+from gd_analyze.levels.torque_variables import TorqueVariables
 from gd_analyze.operations import Program
+from gd_analyze.operations.monomials import Magnitudes
 from gd_analyze.robots import RobotArm
 from gd_analyze.vectors import FloatArray
 
@@ -33,8 +38,51 @@ FactorEntry = tuple[Literal["cos", "sin", "power"], list[int], Annotated[int, Fi
 class HarmonicLevel(Level):
     """A level whose models are sums of harmonic torque terms."""
 
-    can_be_refitted: ClassVar[bool] = True
     has_torque_terms: ClassVar[bool] = True
+
+    @abstractmethod
+    def source(self, form: ExactForm, term: Any) -> Torques:
+        """Torque terms that a term makes with a number of 1."""
+
+    def torques(self, form: ExactForm, terms: Terms) -> Torques:
+        """Add up what the terms make."""
+        return gathered((number, self.source(form, term)) for term, number in terms.items())
+
+    def effects(self, exact: ExactDynamics, terms: Terms) -> FloatArray:
+        """Torque of everything that a term makes; each product of factors and rates is formed once."""
+        form, states = exact.form, (x.T for x in exact.states.arrays)
+        values = TorqueVariables(form.rates, states)
+        known: dict[tuple[Rate | Factor, ...], FloatArray] = {}
+        rows = np.zeros((exact.arm.n_joints, len(terms), len(exact.states)))
+        for k, (term, number) in enumerate(terms.items()):
+            for made, weight in self.source(form, term).items():
+                product: tuple[Rate | Factor, ...] = (*made.rates, *made.monomial)
+                if product not in known:
+                    known[product] = reduce(np.multiply, map(values, product), np.ones(len(exact.states)))
+                rows[made.row, k] += number * weight * known[product]
+        return np.stack(form.rates.joint_rows(rows), axis=1)
+
+    def costs(self, form: ExactForm, terms: Sequence[Any]) -> Costs:
+        """Operations by the set of terms that need them: a guess at what factoring will find.
+
+        A torque term takes its coefficient and its sum; equal products of sines and cosines are formed once,
+        and rates multiply the sum of all terms behind them.
+        """
+        users: dict[TorqueTerm, set[int]] = defaultdict(set)
+        products: dict[Monomial, set[int]] = defaultdict(set)
+        brackets: dict[tuple[int, tuple[Rate, ...]], set[int]] = defaultdict(set)
+        for k, term in enumerate(terms):
+            for made in self.source(form, term):
+                for needed in (users[made], products[made.monomial], brackets[made.row, made.rates]):
+                    needed.add(k)
+        costs: dict[frozenset[int], int] = defaultdict(int)
+        for members in users.values():
+            costs[frozenset(members)] += 2
+        for monomial, members in products.items():
+            costs[frozenset(members)] += max(len(monomial) - 1, 0)
+        for (_, rates), members in brackets.items():
+            costs[frozenset(members)] += len(rates)
+        return dict(costs)
 
     def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
         """Factor the torques that the terms make."""
@@ -49,77 +97,14 @@ class HarmonicLevel(Level):
         return torque_legend(form.rates, self.torques(form, terms))
 
 
-def group_effects(exact: ExactDynamics, groups: Sequence[Torques]) -> FloatArray:
-    """Torques of every group of terms at every state, N m, at the joints themselves, shape (K, n, N)."""
-    values = _Values(exact)
-    rows = np.zeros((exact.arm.n_joints, len(groups), len(exact.states)))
-    for k, group in enumerate(groups):
-        for term, weight in group.items():
-            rows[term.row, k] += weight * values(term)
-    return np.stack(exact.form.rates.joint_rows(rows), axis=1)
-
-
-class _Values:
-    """Values of monomials times rates at the states, each factor and each product formed once."""
-
-    def __init__(self, exact: ExactDynamics) -> None:
-        rates, states = exact.form.rates, exact.states
-        self._q = states.q.T
-        self._moving = {1: rates.absolute(states.qd.T), 2: rates.absolute(states.qdd.T)}
-        self._factors: dict[Factor, FloatArray] = {}
-        self._known: dict[tuple[tuple[Rate, ...], Monomial], FloatArray] = {}
-
-    def __call__(self, term: TorqueTerm) -> FloatArray:
-        key = (term.rates, term.monomial)
-        if key not in self._known:
-            value = np.ones(self._q.shape[1])
-            for rate in term.rates:
-                value = value * self._moving[rate.order][rate.joint]
-            for factor in term.monomial:
-                value = value * self._factor(factor)
-            self._known[key] = value
-        return self._known[key]
-
-    def _factor(self, factor: Factor) -> FloatArray:
-        if factor not in self._factors:
-            argument = np.array(factor.multiples, dtype=float) @ self._q
-            if factor.kind != "power":
-                argument = np.cos(argument) if factor.kind == "cos" else np.sin(argument)
-            self._factors[factor] = argument
-        return self._factors[factor]
-
-
-def shared_costs(terms: Sequence[TorqueTerm]) -> dict[frozenset[int], int]:
-    """Operations by the set of torque terms that need them: a guess at what factoring will find.
-
-    A term takes its coefficient and its sum; equal products of sines and cosines are formed once, and rates
-    multiply the sum of all terms behind them.
-    """
-    costs: dict[frozenset[int], int] = defaultdict(int)
-    products: dict[Monomial, set[int]] = defaultdict(set)
-    brackets: dict[tuple[int, tuple[Rate, ...]], set[int]] = defaultdict(set)
-    for p, term in enumerate(terms):
-        costs[frozenset([p])] += 2
-        products[term.monomial].add(p)
-        brackets[term.row, term.rates].add(p)
-    for monomial, members in products.items():
-        costs[frozenset(members)] += max(len(monomial) - 1, 0)
-    for (_, rates), members in brackets.items():
-        costs[frozenset(members)] += len(rates)
-    return dict(costs)
-
-
-def numbered(energies: Energies) -> list[int]:
+def numbered(energies: Energies) -> dict[EnergyTerm, int]:
     """Number every coefficient, those alike but for their sign and powers of two the same."""
-    mantissas = np.array([math.frexp(abs(coefficient))[0] for coefficient in energies.values()])
-    order = np.argsort(mantissas, kind="stable")
-    # Of neighbours in size the ones a round-off apart are one; 1/2 and 1 are neighbours, too.
-    steps = np.diff(mantissas[order]) > _EQUAL
-    number = np.empty(len(energies), dtype=int)
-    number[order] = np.concatenate([[0], np.cumsum(steps)]) if len(energies) else []
-    if len(energies) and mantissas[order[0]] + (1.0 - mantissas[order[-1]]) / 2 <= 0.5 + _EQUAL:
-        number[number == number.max()] = 0
-    return [int(k) for k in number]
+    equal = Magnitudes(_EQUAL)
+    half = equal(0.5)
+    mantissas = [equal(math.frexp(abs(coefficient))[0]) for coefficient in energies.values()]
+    # 1/2 and 1 are neighbours, too.
+    _, number = np.unique([half if x == 1.0 else x for x in mantissas], return_inverse=True)
+    return dict(zip(energies, number.tolist(), strict=True))
 
 
 def factor_entries(monomial: Monomial) -> list[FactorEntry]:

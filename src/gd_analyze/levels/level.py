@@ -70,8 +70,8 @@ class Numbers(NamedTuple):
     magnitude: FloatArray
 
 
-class Entry(BaseModel):
-    """One term in a model file."""
+class Checked(BaseModel):
+    """What a model file states: nothing unknown is in it, and no infinite number."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
@@ -87,10 +87,9 @@ class Level(ABC):
         What it does, for help and documents.
     keeps
         What its models keep, in the plural.
-    can_be_refitted
-        Whether kept terms have coefficients that may change.
     has_torque_terms
-        Whether its models are sums of harmonic terms, whose error can be certified.
+        Whether its models are sums of harmonic terms: their coefficients can be refitted, and their error be
+        certified.
     is_mechanical
         Whether its models are mechanical systems, with a symmetric D.
     is_priced_exactly
@@ -102,11 +101,10 @@ class Level(ABC):
     name: ClassVar[str]
     summary: ClassVar[str]
     keeps: ClassVar[str]
-    can_be_refitted: ClassVar[bool] = False
     has_torque_terms: ClassVar[bool] = False
     is_mechanical: ClassVar[bool] = False
     is_priced_exactly: ClassVar[bool] = False
-    entry: ClassVar[type[Entry]]
+    entry: ClassVar[type[Checked]]
 
     def __str__(self) -> str:
         return self.name
@@ -136,7 +134,7 @@ class Level(ABC):
         return Legend((), (), ())
 
     @abstractmethod
-    def to_entry(self, term: Any, weight: float) -> Entry:
+    def to_entry(self, term: Any, weight: float) -> Checked:
         """Write a term for a model file."""
 
     @abstractmethod

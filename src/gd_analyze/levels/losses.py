@@ -9,6 +9,7 @@ import numpy as np
 from gd_analyze.levels.exact import ExactDynamics
 from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.levels.parts import parts_of, torque_by_part
+from gd_analyze.levels.promise import share_of
 
 
 @dataclass(frozen=True)
@@ -35,8 +36,7 @@ def losses(model: SimplifiedModel, exact: ExactDynamics) -> tuple[Loss, ...]:
     """Rank the parts that a model of parts left out by their torque at given states, largest share first."""
     parts = tuple(part for part in parts_of(model.arm.n_joints) if part not in model.terms)
     largest = np.abs(torque_by_part(exact.quantities, exact.states.qdd, parts)).max(axis=2)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        shares = np.where(largest == 0.0, 0.0, largest / exact.peak_torque)
+    shares = share_of(largest, exact.peak_torque)
     joints = shares.argmax(axis=1)
     rows = [
         Loss(part.label, float(largest[p, joint]), int(joint) + 1, float(shares[p, joint]))

@@ -2,37 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, TypeAdapter
+from pydantic import TypeAdapter
 
 from gd_analyze.errors import ModelError
 from gd_analyze.levels.exact import ExactForm
-from gd_analyze.levels.level import ROUGH, Level
+from gd_analyze.levels.level import ROUGH, Checked
 from gd_analyze.levels.levels import level_named
 from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.levels.promise import ErrorTable, Promise, SearchStep
-from gd_analyze.operations import OperationCount, Program
+from gd_analyze.operations import OperationCount
 from gd_analyze.operations.written import read_back, written
 from gd_analyze.robots import arm_from_description, describe, fingerprint
-from gd_analyze.vectors import FloatArray
 
 FORMAT = "gd-analyze simplified model"
 VERSION = 2
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
-
-
-class _Operations(_Strict):
-    multiplications: int
-    additions: int
-    sines_cosines: int
-
-
-class _JointError(_Strict):
+class _JointError(Checked):
     joint: str
     unit: str
     peak_torque: float
@@ -41,12 +31,12 @@ class _JointError(_Strict):
     rms_error: float
 
 
-class _Step(_Strict):
+class _Step(Checked):
     step: str
     operations: int
 
 
-class ModelDocument(_Strict):
+class ModelDocument(Checked):
     """The whole file; `terms` are as the level's own entry says."""
 
     format: Literal["gd-analyze simplified model"]
@@ -60,8 +50,8 @@ class ModelDocument(_Strict):
     made_for: dict[str, str | int]
     search: list[_Step]
     solved: bool
-    operations: _Operations
-    operations_full: _Operations
+    operations: OperationCount
+    operations_full: OperationCount
     arm_fingerprint: str
     arm: dict[str, Any]
     terms: list[dict[str, Any]]
@@ -97,8 +87,8 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
         made_for=dict(promise.made_for),
         search=[_Step(step=step.name, operations=step.operations) for step in promise.steps],
         solved=promise.solved,
-        operations=_count(model.operations),
-        operations_full=_count(model.operations_full),
+        operations=model.operations,
+        operations_full=model.operations_full,
         arm_fingerprint=fingerprint(model.arm, model.drives),
         arm=describe(model.arm),
         terms=[model.level.to_entry(*item).model_dump() for item in model.terms.items()],
@@ -120,49 +110,38 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
     if len(terms) < len(stated):
         raise ModelError("a term is stated twice")
     inputs = {f"{name}{i + 1}" for name in ("q", "qd", "qdd") for i in range(n)}
-    program = read_back(document.steps, document.outputs, inputs)
-    _require_same(level, form, terms, program)
 
-    def column(name: str) -> FloatArray:
-        return np.array([getattr(row, name) for row in document.errors])
-
-    full = document.operations_full
-    return SimplifiedModel(
+    rows = [(row.peak_torque, row.allowed_error, row.largest_error, row.rms_error) for row in document.errors]
+    peak, allowed, largest, rms = np.array(rows, dtype=float).reshape(-1, 4).T
+    model = SimplifiedModel(
         level=level,
         form=form,
         terms=terms,
-        program=program,
+        program=read_back(document.steps, document.outputs, inputs),
         refitted=document.refitted,
-        operations_full=OperationCount(full.multiplications, full.additions, full.sines_cosines),
+        operations_full=document.operations_full,
         promise=Promise(
-            column("allowed_error"),
+            allowed,
             document.budget,
-            ErrorTable(column("peak_torque"), column("largest_error"), column("rms_error")),
+            ErrorTable(peak, largest, rms),
             document.made_for,
             tuple(SearchStep(step.step, step.operations) for step in document.search),
             document.solved,
         ),
         provenance=document.provenance,
     )
+    _require_same(model)
+    return model
 
 
-def _require_same(level: Level, form: ExactForm, terms: dict[Any, float], program: Program) -> None:
+def _require_same(model: SimplifiedModel) -> None:
     """Hold the written program against the terms at some states: one of them must not be out of step."""
-    n = form.arm.n_joints
-    if len(program.outputs) != n:
-        raise ValueError(f"the program has {len(program.outputs)} outputs, not {n}")
-    again = level.write(form, terms, ROUGH)
-    states = np.random.default_rng(0).uniform(-1.0, 1.0, (3, n, 5))
-    inputs = {f"{name}{i + 1}": states[k, i] for k, name in enumerate(("q", "qd", "qdd")) for i in range(n)}
-    one, other = again.run(inputs), program.run(inputs)
+    n, outputs = model.arm.n_joints, len(model.program.outputs)
+    if outputs != n:
+        raise ValueError(f"the program has {outputs} outputs, not {n}")
+    again = replace(model, program=model.level.write(model.form, model.terms, ROUGH))
+    states = np.random.default_rng(0).uniform(-1.0, 1.0, (3, 5, n))
+    one, other = again.torque(*states), model.torque(*states)
     # Two ways to sum some hundred products: far below any term that a change could touch and matter.
     if not np.abs(one - other).max(initial=0.0) <= 1e-9 * np.abs(one).max(initial=1e-300):
         raise ValueError("the program does not compute the terms")
-
-
-def _count(operations: OperationCount) -> _Operations:
-    return _Operations(
-        multiplications=operations.multiplications,
-        additions=operations.additions,
-        sines_cosines=operations.sines_cosines,
-    )

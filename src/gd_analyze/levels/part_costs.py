@@ -2,41 +2,26 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 
 from gd_analyze.elements import Element
 from gd_analyze.levels.parts import Part, TracedParts
 from gd_analyze.operations import Expression, Trace
+from gd_analyze.operations.trace import is_constant
 
 
 def part_costs(traced: TracedParts, parts: tuple[Part, ...], drives: bool) -> dict[frozenset[int], int]:
     """Operations by the set of parts that need them, those that put parts into torques included."""
-    costs = blocks(traced.trace, [[traced.expression(part)] for part in parts])
-    for needing, operations in assembly(traced, parts, drives).items():
-        costs[needing] = costs.get(needing, 0) + operations
-    return costs
+    shared = blocks(traced.trace, [traced.expression(part) for part in parts])
+    return dict(Counter(shared) + Counter(assembly(traced, parts, drives)))
 
 
-def blocks(trace: Trace, outputs: list[list[object]]) -> dict[frozenset[int], int]:
-    """Operations by the set of parts that need them.
-
-    Parameters
-    ----------
-    trace
-        The arithmetic.
-    outputs
-        Expressions of each part.
-
-    Returns
-    -------
-    dict
-        Number of multiplications and additions (sines and cosines too) needed by exactly those parts.
-    """
+def blocks(trace: Trace, outputs: list[object]) -> dict[frozenset[int], int]:
+    """Operations, sines and cosines too, by the set of parts that need them, given each part's expression."""
     above: dict[int, int] = defaultdict(int)
-    for p, expressions in enumerate(outputs):
-        for expression in expressions:
-            if isinstance(expression, Expression):
-                above[expression.order] |= 1 << p
+    for p, expression in enumerate(outputs):
+        if isinstance(expression, Expression):
+            above[expression.order] |= 1 << p
     weights: dict[int, int] = defaultdict(int)
     for node in reversed(trace.expressions):
         parts = above.get(node.order, 0)
@@ -63,7 +48,7 @@ def assembly(traced: TracedParts, parts: tuple[Part, ...], drives: bool) -> dict
     costs: dict[frozenset[int], int] = {}
     effects: dict[Element, list[int]] = {}
     for p, part in enumerate(parts):
-        if is_zero(traced.expression(part)):
+        if is_constant(traced.expression(part), 0.0):
             costs[frozenset([p])] = 1  # nothing is lost without it, so it goes
         else:
             effects.setdefault(part.element, []).append(p)
@@ -76,8 +61,3 @@ def assembly(traced: TracedParts, parts: tuple[Part, ...], drives: bool) -> dict
             either = frozenset(live)
             costs[either] = costs.get(either, 0) + 2 * joints - (1 if varying else 0)
     return costs
-
-
-def is_zero(expression: object) -> bool:
-    """Whether a part is zero in every state."""
-    return not isinstance(expression, Expression) and expression == 0.0

@@ -36,6 +36,10 @@ class Part:
             return self.element.label
         return f"{self.element.label} {self.effect}"
 
+    def values(self, quantities: Mapping[Any, Any]) -> Array:
+        """Its value at every state, shape (N,), of `quantities` as `Element.parts` takes them."""
+        return self.element.parts(quantities)[EFFECTS.index(self.effect)]
+
 
 def parts_of(n_joints: int) -> tuple[Part, ...]:
     """All parts of an arm of n joints, in the order of its elements."""
@@ -64,7 +68,7 @@ def torque_by_part(quantities: Mapping[Any, Any], qdd: FloatArray, parts: tuple[
     count, n = qdd.shape
     out = np.zeros((len(parts), n, count))
     for p, part in enumerate(parts):
-        values = part.element.parts(quantities)[EFFECTS.index(part.effect)]
+        values = part.values(quantities)
         for joint, factor in part.element.torque_factors(qdd).items():
             out[p, joint] = values * factor
     return out
@@ -80,34 +84,22 @@ class TracedParts:
         Where the expressions live.
     qdd
         The accelerations' inputs, shape (n,).
-    inertia, coriolis_centrifugal, gravity_loading
-        Expressions by effect: (2, n, n), (2, n), (n,).
+    quantities
+        Expressions of D, h and c by effect at the one state there is, as a decomposition has them.
     """
 
     trace: Trace
     qdd: Array
-    inertia: Array
-    coriolis_centrifugal: Array
-    gravity_loading: Array
+    quantities: Mapping[str, Array]
 
     def expression(self, part: Part) -> object:
         """Expression (or constant) of one part."""
-        element, effect = part.element, EFFECTS.index(part.effect)
-        if element.quantity == "gravity_loading":
-            return self.gravity_loading[element.i]
-        if element.j is None:
-            return self.coriolis_centrifugal[effect, element.i]
-        return self.inertia[effect, element.i, element.j]
+        return part.values(self.quantities)[0]
 
     def torque(self, parts: Collection[Part], drive_inertia: Array | None) -> Array:
         """Expressions of the torques from some parts alone, shape (n,).
 
-        Parameters
-        ----------
-        parts
-            The kept ones.
-        drive_inertia
-            Added to the diagonal of D, kg m^2, shape (n,); None without drives.
+        Drive inertia, kg m^2, shape (n,), is added to the diagonal of D; None without drives.
         """
         n = len(self.qdd)
         inertia = np.full((n, n), 0.0, dtype=object)
@@ -137,10 +129,10 @@ def trace_parts(arm: RobotArm) -> TracedParts:
     q, qd, qdd = (trace.inputs(name, arm.n_joints) for name in ("q", "qd", "qdd"))
     kinematics = solve_kinematics(arm, q)
     moments = composite.composite_moments(arm, kinematics)
-    return TracedParts(
-        trace,
-        qdd[:, 0],
-        composite.inertia(moments)[..., 0],
-        composite.coriolis_centrifugal(moments, composite.brackets(moments), qd)[0][..., 0],
-        composite.gravity_loading(arm, moments)[..., 0],
-    )
+    quantities = {
+        "inertia": composite.inertia(moments),
+        "coriolis_centrifugal": composite.coriolis_centrifugal(moments, composite.brackets(moments), qd)[0],
+        "gravity_loading": composite.gravity_loading(arm, moments),
+    }
+    states_first = {name: np.moveaxis(values, -1, 0) for name, values in quantities.items()}
+    return TracedParts(trace, qdd[:, 0], states_first)

@@ -9,7 +9,6 @@ import numpy as np
 from gd_analyze.formulations.regressor import regressor
 from gd_analyze.levels.exact import ExactDynamics
 from gd_analyze.levels.model import SimplifiedModel
-from gd_analyze.robots import RobotArm
 from gd_analyze.round_off import ROUND_OFF_SHARE
 from gd_analyze.states import States
 from gd_analyze.vectors import FloatArray, chunks
@@ -58,7 +57,10 @@ def payload_effect(model: SimplifiedModel, states: States) -> PayloadEffect:
     """
     exact = ExactDynamics(model.form, states).torque
     error = model.torque(*states.arrays) - exact
-    of_a_kilogram = _torque_of_a_kilogram(model.arm, states)
+    # One column of the regressor, N m, shape (N, n).
+    last, places = states.last, chunks(len(states))
+    parts = [regressor(model.arm, *(x[:, chunk] for x in last))[:, -1, 0] for chunk in places]
+    of_a_kilogram = np.concatenate(parts, axis=-1).T
     # Cancelled terms leave round-off behind, where there is neither an error nor an effect.
     error[np.abs(error) <= ROUND_OFF_SHARE * np.abs(exact).max()] = 0.0
     size = np.abs(of_a_kilogram)
@@ -68,10 +70,3 @@ def payload_effect(model: SimplifiedModel, states: States) -> PayloadEffect:
     np.divide(left, size, out=mass, where=acts)
     mass[np.abs(error) > model.promise.allowed] = 0.0
     return PayloadEffect(np.where(acts, size, 0.0).max(axis=0), mass.min(axis=0))
-
-
-def _torque_of_a_kilogram(arm: RobotArm, states: States) -> FloatArray:
-    """Torque that one kilogram in the hand needs, N m, shape (N, n): one column of the regressor."""
-    last = states.last
-    parts = [regressor(arm, *(x[:, chunk] for x in last))[:, -1, 0] for chunk in chunks(len(states))]
-    return np.concatenate(parts, axis=-1).T

@@ -38,12 +38,12 @@ class ErrorTable:
     @property
     def largest_share(self) -> FloatArray:
         """Largest error over peak torque; 0 where there is neither, infinite where only an error is."""
-        return _share(self.largest, self.peak_torque)
+        return share_of(self.largest, self.peak_torque)
 
     @property
     def rms_share(self) -> FloatArray:
         """RMS error over peak torque."""
-        return _share(self.rms, self.peak_torque)
+        return share_of(self.rms, self.peak_torque)
 
     @property
     def worst(self) -> int:
@@ -51,7 +51,8 @@ class ErrorTable:
         return int(self.largest_share.argmax())
 
 
-def _share(error: FloatArray, peak: FloatArray) -> FloatArray:
+def share_of(error: FloatArray, peak: FloatArray) -> FloatArray:
+    """Error over peak torque; 0 where there is neither, infinite where only an error is."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(error == 0.0, 0.0, error / peak)
 

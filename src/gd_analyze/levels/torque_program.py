@@ -64,5 +64,4 @@ def _shared(rates: AbsoluteRates, terms: Torques) -> Iterator[Program]:
     }
     for sums in shared_sums(rows, circles):
         trace = Trace()
-        variables = TorqueVariables(rates, trace)
-        yield Program.of(trace, rates.joint_rows(sums.values(variables)))
+        yield Program.of(trace, rates.joint_rows(sums.values(TorqueVariables.traced(rates, trace))))

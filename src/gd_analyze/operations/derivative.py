@@ -37,38 +37,26 @@ def derivative(
     (input('x2',),)
     """
     trace = Trace()
-    value, slope = _inputs(program, trace, along, values or {})
+    value = program.folded(trace, values or {})
+    slopes: dict[int, Any] = {}
 
-    def both(x: Any) -> tuple[Any, Any]:
-        return (value[x.order], slope[x.order]) if isinstance(x, Expression) else (x, 0.0)
+    def slope(x: Any) -> Any:
+        return slopes[x.order] if isinstance(x, Expression) else 0.0
 
     for step in program.steps:
         if step.operation == "input":
-            continue
-        (a, da), *rest = map(both, step.arguments)
-        value[step.order] = trace.apply(step.operation, a, *(b for b, _ in rest))
-        if step.operation in ("cos", "sin"):
-            other = trace.apply("sin" if step.operation == "cos" else "cos", a)
+            direction = along.get(step.arguments[0], 0.0)
+            slopes[step.order] = trace.record("input", direction) if isinstance(direction, str) else direction
+        elif step.operation in ("cos", "sin"):
+            (x,) = step.arguments
+            other = trace.apply("sin" if step.operation == "cos" else "cos", value(x))
             outer = trace.negative(other) if step.operation == "cos" else other
-            slope[step.order] = trace.multiply(outer, da)
+            slopes[step.order] = trace.multiply(outer, slope(x))
         elif step.operation == "multiply":
-            ((b, db),) = rest
-            slope[step.order] = trace.add(trace.multiply(da, b), trace.multiply(a, db))
+            x, y = step.arguments
+            slopes[step.order] = trace.add(
+                trace.multiply(slope(x), value(y)), trace.multiply(value(x), slope(y))
+            )
         else:
-            slope[step.order] = trace.apply(step.operation, da, *(db for _, db in rest))
-    return Program.of(trace, [both(output)[1] for output in program.outputs])
-
-
-def _inputs(
-    program: Program, trace: Trace, along: Mapping[str, float | str], values: Mapping[str, float]
-) -> tuple[dict[int, Any], dict[int, Any]]:
-    """Values and slopes of the inputs."""
-    value: dict[int, Any] = {}
-    slope: dict[int, Any] = {}
-    for step in program.steps:
-        if step.operation == "input":
-            name = step.arguments[0]
-            value[step.order] = values[name] if name in values else trace.record("input", name)
-            direction = along.get(name, 0.0)
-            slope[step.order] = trace.record("input", direction) if isinstance(direction, str) else direction
-    return value, slope
+            slopes[step.order] = trace.apply(step.operation, *map(slope, step.arguments))
+    return Program.of(trace, [slope(output) for output in program.outputs])

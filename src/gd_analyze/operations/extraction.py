@@ -106,8 +106,7 @@ def _update(sums: Sums, gains: dict[_Candidate, int]) -> None:
             for candidate in [c for c in gains if isinstance(c, _Factor) and c.v == changed]:
                 del gains[candidate]
             for candidate in _factors(sums, changed):
-                divisor = _factor(sums, candidate)
-                _note(gains, candidate, divisor.gain)
+                _note(gains, candidate, _factor(sums, candidate).gain)
     sums.touched.clear()
 
 

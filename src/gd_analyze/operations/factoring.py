@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import itertools
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Hashable, Mapping
 from typing import Any
 
-from gd_analyze.operations.monomials import EQUAL
+from gd_analyze.operations.monomials import EQUAL, Magnitudes, without
 
 Variables = tuple[Hashable, ...]
 
@@ -40,33 +40,22 @@ def factored(polynomial: Mapping[Any, float], value: Callable[[Any], Any]) -> An
             inside, rest = {}, {}
             for variables, c in terms.items():
                 if common in variables:
-                    place = variables.index(common)
-                    inside[variables[:place] + variables[place + 1 :]] = c
+                    inside[without(variables, common)] = c
                 else:
                     rest[variables] = c
             nested = value(common) * factored(inside, value)
             return nested + factored(rest, value) if rest else nested
     total: Any = 0.0
-    for coefficient, alike in _by_magnitude(terms):
-        inner: Any = 0.0
-        for variables, sign in alike:
+    equal = Magnitudes(EQUAL)
+    alike: dict[float, list[Variables]] = defaultdict(list)
+    for variables in sorted(terms, key=repr):
+        alike[abs(equal(terms[variables]))].append(variables)
+    for members in alike.values():
+        coefficient, inner = terms[members[0]], 0.0
+        for variables in members:
             product: Any = 1.0
             for variable in sorted(variables, key=repr):
                 product = value(variable) * product
-            inner = inner + sign * product
+            inner = inner + (1.0 if terms[variables] * coefficient > 0 else -1.0) * product
         total = total + coefficient * inner
     return total
-
-
-def _by_magnitude(terms: Mapping[Variables, float]) -> list[tuple[float, list[tuple[Variables, float]]]]:
-    """Terms by the magnitude of their coefficients, each with its sign beside the first one's."""
-    groups: list[tuple[float, list[tuple[Variables, float]]]] = []
-    for variables in sorted(terms, key=repr):
-        c = terms[variables]
-        for first, alike in groups:
-            if abs(abs(c) - abs(first)) <= EQUAL * abs(c):
-                alike.append((variables, 1.0 if c * first > 0 else -1.0))
-                break
-        else:
-            groups.append((c, [(variables, 1.0)]))
-    return groups

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import bisect
 from functools import lru_cache
+from typing import TypeVar
+
+_V = TypeVar("_V")
 
 # A product of variables, each as often as its power, in ascending order; variables are numbers.
 Monomial = tuple[int, ...]
@@ -81,7 +84,7 @@ class Magnitudes:
         return magnitude
 
 
-def without(monomial: Monomial, v: int) -> Monomial:
+def without(monomial: tuple[_V, ...], v: _V) -> tuple[_V, ...]:
     """Take one factor v away."""
     place = monomial.index(v)
     return monomial[:place] + monomial[place + 1 :]

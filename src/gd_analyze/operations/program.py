@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 from gd_analyze.operations.trace import Expression, Operation, Trace, reached
 from gd_analyze.vectors import FloatArray
 
-_UFUNCS: dict[Operation, Any] = {
+UFUNCS: dict[Operation, Any] = {
     "add": np.add,
     "subtract": np.subtract,
     "multiply": np.multiply,
@@ -76,6 +76,18 @@ class Program:
     def with_values(self, values: Mapping[str, float]) -> Program:
         """Give some inputs a number, and fold what follows from it."""
         trace = Trace()
+        of = self.folded(trace, values)
+        return Program.of(trace, [of(output) for output in self.outputs])
+
+    def folded(self, trace: Trace, values: Mapping[str, float]) -> Callable[[Any], Any]:
+        """Carry it out on a trace, where some inputs have a number; what it gives for each expression."""
+
+        def given(name: str) -> Any:
+            return values[name] if name in values else trace.record("input", name)
+
+        return self._carried_out(given, trace.apply)
+
+    def _carried_out(self, given: Callable[[str], Any], apply: Callable[..., Any]) -> Callable[[Any], Any]:
         known: dict[int, Any] = {}
 
         def of(x: Any) -> Any:
@@ -83,11 +95,10 @@ class Program:
 
         for step in self.steps:
             if step.operation == "input":
-                name = step.arguments[0]
-                known[step.order] = values[name] if name in values else trace.record("input", name)
+                known[step.order] = given(step.arguments[0])
             else:
-                known[step.order] = trace.apply(step.operation, *map(of, step.arguments))
-        return Program.of(trace, [of(output) for output in self.outputs])
+                known[step.order] = apply(step.operation, *map(of, step.arguments))
+        return of
 
     def run(self, inputs: Mapping[str, FloatArray]) -> FloatArray:
         """Evaluate on many set points at once.
@@ -105,20 +116,8 @@ class Program:
         count = len(next(iter(inputs.values())))
         out = np.empty((len(self.outputs), count))
         for start in range(0, count, _CHUNK):
-            chunk = slice(start, min(start + _CHUNK, count))
-            self._run_chunk({name: values[chunk] for name, values in inputs.items()}, out[:, chunk])
+            chunk = {name: values[start : start + _CHUNK] for name, values in inputs.items()}
+            value = self._carried_out(chunk.__getitem__, lambda operation, *x: UFUNCS[operation](*x))
+            for row, output in zip(out, self.outputs, strict=True):
+                row[start : start + _CHUNK] = value(output)
         return out
-
-    def _run_chunk(self, inputs: Mapping[str, FloatArray], out: FloatArray) -> None:
-        values: dict[int, Any] = {}
-
-        def value(x: Any) -> Any:
-            return values[x.order] if isinstance(x, Expression) else x
-
-        for step in self.steps:
-            if step.operation == "input":
-                values[step.order] = inputs[step.arguments[0]]
-            else:
-                values[step.order] = _UFUNCS[step.operation](*(value(a) for a in step.arguments))
-        for row, output in enumerate(self.outputs):
-            out[row] = value(output)

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from random import Random
 
 from gd_analyze.operations.extraction import extract
-from gd_analyze.operations.monomials import Monomial, multiplications, over, times
+from gd_analyze.operations.monomials import multiplications, over, times, without
 from gd_analyze.operations.sums import Sums
 
 # Numbers of definitions put back at once, and how far chance may overrule gains then: what did best of what
@@ -78,7 +78,7 @@ def _go_round(sums: Sums, circles: Mapping[int, int], random: Random) -> None:
     if found:
         v, m, x = random.choice(found)
         c = sums.terms[v][m]
-        rest = _quotient(m, (x, x))
+        rest = without(without(m, x), x)
         sums.put(v, m, 0.0)
         sums.add(v, rest, c)
         sums.add(v, times(rest, (circles[x], circles[x])), -c)
@@ -122,17 +122,17 @@ def _rescale_term(sums: Sums, _: Mapping[int, int], random: Random) -> None:
         if len(sums.terms[v]) == 1:
             ((product, d),) = sums.terms[v].items()
             found += [
-                (v, product, d, user, m)
+                (v, d, user, m, beside)
                 for user in sums.users[product[0]]
                 if user != v
                 for m, c in sums.terms[user].items()
-                if abs(c) != 1.0 and abs(d) != 1.0 and over(m, product) is not None
+                if abs(c) != 1.0 and abs(d) != 1.0 and (beside := over(m, product)) is not None
             ]
     if found:
-        v, product, d, user, m = random.choice(found)
+        v, d, user, m, beside = random.choice(found)
         c = sums.terms[user][m]
         sums.put(user, m, 0.0)
-        sums.add(user, times(_quotient(m, product), (v,)), sums.magnitude(c / d))
+        sums.add(user, times(beside, (v,)), sums.magnitude(c / d))
 
 
 def _rescale_variable(sums: Sums, _: Mapping[int, int], random: Random) -> None:
@@ -159,10 +159,3 @@ def _rescale_variable(sums: Sums, _: Mapping[int, int], random: Random) -> None:
             sums.put(v, m, magnitude(c * factor))
         for user, m, c in uses:
             sums.put(user, m, magnitude(c / factor))
-
-
-def _quotient(a: Monomial, b: Monomial) -> Monomial:
-    quotient = over(a, b)
-    if quotient is None:
-        raise ArithmeticError(f"{b} does not divide {a}")
-    return quotient

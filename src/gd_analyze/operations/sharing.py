@@ -35,13 +35,7 @@ class SharedSums:
     operations: int
 
     def values(self, value: Callable[[Any], Any]) -> list[Any]:
-        """Evaluate the polynomials.
-
-        Parameters
-        ----------
-        value
-            The value of a variable: a number, an array or an expression.
-        """
+        """Evaluate the polynomials, given a variable's value: a number, an array or an expression."""
         known: dict[int, Any] = {}
 
         def of(v: int) -> Any:
@@ -67,7 +61,7 @@ class SharedSums:
 def shared_sums(
     polynomials: Sequence[Mapping[Any, float]],
     circles: Mapping[Hashable, Hashable] | None = None,
-    tries: Callable[[int], int] | None = None,
+    tries: Callable[[int], int] = lambda operations: min(15 * operations, 120_000 // max(operations, 1)),
 ) -> Iterator[SharedSums]:
     """Find what polynomials share: what extraction finds, then what rearranging makes of it.
 
@@ -108,9 +102,5 @@ def shared_sums(
 
     extract(sums)
     yield found()
-    rearrange(sums, (tries or _tries)(sums.operations), partners)
+    rearrange(sums, tries(sums.operations), partners)
     yield found()
-
-
-def _tries(operations: int) -> int:
-    return min(15 * operations, 120_000 // max(operations, 1))

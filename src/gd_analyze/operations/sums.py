@@ -141,11 +141,9 @@ class Sums:
             # A product used once, a number, or another name for a variable; or nothing at all.
             cost = sum(multiplications(*term) for term in definition.items())
             return cost == 0 or users.total() <= 1
-        if users.total() == 0:
-            return True
-        if users.total() > 1:
-            return False
-        (user,) = (k for k, times_used in users.items() if times_used)
+        if users.total() != 1:
+            return not users
+        (user,) = users
         return abs(self.terms[user].get((v,), 0.0)) == 1.0
 
     def _count(self, v: int, monomial: Monomial, c: float, others: Terms, sign: int) -> None:

@@ -70,26 +70,26 @@ class Trace:
     def inputs(self, name: str, count: int) -> Array:
         """Make named inputs for one set point, shape (count, 1)."""
         out = np.empty((count, 1), dtype=object)
-        out[:, 0] = [self._node("input", f"{name}{i + 1}") for i in range(count)]
+        out[:, 0] = [self.record("input", f"{name}{i + 1}") for i in range(count)]
         return out
 
     def add(self, a: Any, b: Any) -> Any:
         """Sum with zeros left out and a sign turned into a difference."""
         if not isinstance(a, Expression) and not isinstance(b, Expression):
             return float(a) + float(b)
-        if _is_constant(a, 0.0):
+        if is_constant(a, 0.0):
             return b
-        if _is_constant(b, 0.0):
+        if is_constant(b, 0.0):
             return a
         if _is_negative(b):
             return self._difference(a, b.arguments[0])
         if _is_negative(a):
             return self._difference(b, a.arguments[0])
-        return self._node("add", *_sorted(a, b))
+        return self.record("add", *_sorted(a, b))
 
     def subtract(self, a: Any, b: Any) -> Any:
         """Difference; b is not turned round first, which could be an operation of its own."""
-        if isinstance(b, Expression) and not _is_negative(b) and not _is_constant(a, 0.0):
+        if isinstance(b, Expression) and not _is_negative(b) and not is_constant(a, 0.0):
             return self._difference(a, b)
         return self.add(a, self.negative(b))
 
@@ -107,7 +107,7 @@ class Trace:
                     return self.negative(self.multiply(-float(x), y))
             elif _is_negative(x):
                 return self.negative(self.multiply(x.arguments[0], y))
-        return self._node("multiply", *_sorted(a, b))
+        return self.record("multiply", *_sorted(a, b))
 
     def negative(self, a: Any) -> Any:
         """Change the sign; twice is nothing."""
@@ -116,35 +116,27 @@ class Trace:
         if _is_negative(a):
             return a.arguments[0]
         if a.operation == "subtract":
-            return self._node("subtract", a.arguments[1], a.arguments[0])
-        return self._node("negative", a)
+            return self.record("subtract", a.arguments[1], a.arguments[0])
+        return self.record("negative", a)
 
     def apply(self, operation: Operation, *arguments: Any) -> Any:
         """Carry an operation out, folding what can be folded."""
         if operation in ("cos", "sin"):
             (x,) = arguments
             constant = math.cos if operation == "cos" else math.sin
-            return self._node(operation, x) if isinstance(x, Expression) else constant(x)
-        fold: dict[str, Any] = {
-            "add": self.add,
-            "subtract": self.subtract,
-            "multiply": self.multiply,
-            "negative": self.negative,
-        }
-        return fold[operation](*arguments)
-
-    def record(self, operation: Operation, *arguments: Any) -> Expression:
-        """Take an operation down as it is, nothing folded: how a program that was written out comes back."""
-        return self._node(operation, *arguments)
+            return self.record(operation, x) if isinstance(x, Expression) else constant(x)
+        # Each of the others is named as the method that folds it.
+        return getattr(self, operation)(*arguments)
 
     def _difference(self, a: Any, b: Any) -> Any:
         if a is b:
             return 0.0
         if _is_negative(a):
             return self.negative(self.add(a.arguments[0], b))
-        return self._node("subtract", a, b)
+        return self.record("subtract", a, b)
 
-    def _node(self, operation: Operation, *arguments: Any) -> Expression:
+    def record(self, operation: Operation, *arguments: Any) -> Expression:
+        """Take an operation down as it is, nothing folded: how a program that was written out comes back."""
         arguments = tuple(a if isinstance(a, Expression | str) else float(a) for a in arguments)
         key = (operation, *((a.order, None) if isinstance(a, Expression) else a for a in arguments))
         known = self._known.get(key)
@@ -166,7 +158,8 @@ def reached(outputs: Sequence[Any]) -> list[int]:
     return sorted(needed)
 
 
-def _is_constant(x: Any, value: float) -> bool:
+def is_constant(x: Any, value: float) -> bool:
+    """Whether this is no expression, but that number."""
     return not isinstance(x, Expression) and x == value
 
 

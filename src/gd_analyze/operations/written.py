@@ -9,15 +9,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Sequence
-from typing import Any, cast, get_args
+from typing import Any, cast
 
-from gd_analyze.operations.program import Program
+from gd_analyze.operations.program import UFUNCS, Program
 from gd_analyze.operations.trace import Expression, Operation, Trace
 
-_ARGUMENTS: dict[str, int] = {"input": 1, "negative": 1, "cos": 1, "sin": 1} | dict.fromkeys(
-    ("add", "subtract", "multiply"), 2
-)
-assert set(_ARGUMENTS) == set(get_args(Operation))
+_ARGUMENTS: dict[str, int] = {"input": 1} | {name: ufunc.nin for name, ufunc in UFUNCS.items()}
 
 
 def written(program: Program) -> tuple[list[list[str | float]], list[str | float]]:

@@ -61,13 +61,7 @@ class Elimination:
         return out
 
     def within(self, factor: float = 1.0) -> NDArray[np.bool_]:
-        """What remains if every candidate, in this order, goes unless the budget times `factor` breaks.
-
-        Returns
-        -------
-        numpy.ndarray
-            Which candidates are kept, shape (K,).
-        """
+        """What remains, (K,), if each candidate in this order goes unless `factor` times the budget breaks."""
         effects = self.candidates.flat
         kept = np.ones(len(effects), dtype=bool)
         lost = np.zeros(effects.shape[1])

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.search.candidates import Candidates
+from gd_analyze.search.selection import add_rows
 from gd_analyze.vectors import FloatArray
 
 # States that a quadratic fit errs most at start the set; further ones join in bunches, and at most so many
@@ -106,15 +107,7 @@ def _solved(columns: FloatArray, target: FloatArray, limit: float | None) -> tup
     solver.addVars(width, np.full(width, -infinite), np.full(width, infinite))
     if limit is None:
         solver.changeColsCost(1, np.array([parameters], dtype=np.int32), np.ones(1))
-    solver.addRows(
-        rows,
-        lower,
-        upper,
-        matrix.size,
-        np.arange(0, matrix.size, max(width, 1), dtype=np.int32),
-        np.tile(np.arange(width, dtype=np.int32), rows),
-        matrix.ravel(),
-    )
+    add_rows(solver, np.tile(np.arange(width, dtype=np.int32), (rows, 1)), matrix, lower, upper)
     solver.run()
     if solver.getModelStatus() != highspy.HighsModelStatus.kOptimal:
         return None

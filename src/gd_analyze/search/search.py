@@ -9,7 +9,6 @@ anew, and fewer candidates may then do.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,11 +19,15 @@ from gd_analyze.search.selection import select
 from gd_analyze.search.tying import share_coefficients
 from gd_analyze.vectors import FloatArray
 
+# A selection, shape (K,), and the factors of its coefficients, shape (K,), all 1 without refit.
+Step = tuple[Kept, FloatArray]
 # Operations of a selection with given factors of its coefficients.
 Count = Callable[[Kept, FloatArray], int]
 # Factors with which a selection is within the budget, None if there are none; given the selection and the
 # error, over allowed, that it has with the factors before.
 Fit = Callable[[Kept, FloatArray], FloatArray | None]
+# Told the number of candidates dropped since the last call.
+Progress = Callable[[int], None] | None
 
 # Of the budget, what a first sweep may spend on candidates too small to weigh one by one.
 _SWEEP_SHARE = 0.02
@@ -36,37 +39,14 @@ _MOST = 1200
 _HOT = 0.8
 
 
-@dataclass(frozen=True, eq=False)
-class Found:
-    """What a search found, and what each of its steps led to.
-
-    Parameters
-    ----------
-    kept
-        Which candidates are kept, shape (K,).
-    scale
-        Factor of every candidate's own coefficient, shape (K,); 1 without refit.
-    steps
-        What was kept after every step of the search, and the factors then.
-    solved
-        Whether the integer program ended: of the candidates that matter no selection without refit takes
-        fewer operations, as `Candidates.costs` count them.
-    """
-
-    kept: Kept
-    scale: FloatArray
-    steps: dict[str, tuple[Kept, FloatArray]]
-    solved: bool
-
-
 def search(
     candidates: Candidates,
     count: Count,
     *,
     refit: bool = False,
     thorough: bool = True,
-    progress: Callable[[int], None] | None = None,
-) -> Found:
+    progress: Progress = None,
+) -> tuple[dict[str, Step], bool]:
     """Find few candidates whose model is within the budget at every state.
 
     Parameters
@@ -81,18 +61,24 @@ def search(
         Search the integer program; dive into it only otherwise.
     progress
         Called with the number of candidates dropped since the last call.
+
+    Returns
+    -------
+    steps, solved
+        What was kept after every step, and the factors then: the last is what was found. And whether the
+        integer program ended: of the candidates that matter no selection without refit takes fewer
+        operations, as `Candidates.costs` count them.
     """
     one = np.ones(len(candidates))
     tell = progress or (lambda _: None)
     if candidates.level.is_priced_exactly:
-        selection = select(candidates.effects, 1.0, candidates.costs)
-        kept = np.array(selection.kept)
-        return Found(kept, one, {"integer program": (kept, one)}, selection.optimal)
+        kept, solved = select(candidates.effects, 1.0, candidates.costs)
+        return {"integer program": (kept, one)}, solved
     best = eliminate(candidates).within()
     tell(int((~best).sum()))
     steps = {"elimination": (best, one)}
     if len(best) > _MOST:
-        return Found(best, one, steps, solved=False)
+        return steps, False
     programmed, solved = _programmed(candidates, thorough)
     if count(programmed, one) < count(best, one):
         best = programmed
@@ -101,7 +87,7 @@ def search(
         best, _ = _exchanged(candidates, best, one, _unchanged, count)
         steps["exchange"] = best, one
     if not refit:
-        return Found(best, one, steps, solved)
+        return steps, solved
     fit = _refitted(candidates)
     found = [(best, one)]
     first = fit(best, np.zeros(0))
@@ -118,9 +104,8 @@ def search(
     tied, scale = share_coefficients(candidates, kept, scale, count)
     if tied is not candidates:
         kept, scale = _exchanged(tied, kept, scale, _refitted(tied), count)
-    scale = Refit(tied).best(kept, otherwise=scale)
-    steps["shared coefficients"] = kept, scale
-    return Found(kept, scale, steps, solved)
+    steps["shared coefficients"] = kept, Refit(tied).best(kept, otherwise=scale)
+    return steps, solved
 
 
 def _programmed(candidates: Candidates, thorough: bool) -> tuple[Kept, bool]:
@@ -139,9 +124,8 @@ def _programmed(candidates: Candidates, thorough: bool) -> tuple[Kept, bool]:
         left = frozenset(place[k] for k in members if k in place)
         if left:
             costs[left] = costs.get(left, 0) + operations
-    selection = select(effects[matter], 1.0 - _SWEEP_SHARE, costs, thorough=thorough)
-    kept[matter] = selection.kept
-    return kept, selection.optimal
+    kept[matter], optimal = select(effects[matter], 1.0 - _SWEEP_SHARE, costs, thorough=thorough)
+    return kept, optimal
 
 
 def _unchanged(kept: Kept, error: FloatArray) -> FloatArray | None:
@@ -152,23 +136,16 @@ def _unchanged(kept: Kept, error: FloatArray) -> FloatArray | None:
 def _refitted(candidates: Candidates) -> Fit:
     """Coefficients are fitted anew for every selection."""
     refitting = Refit(candidates)
-
-    def fit(kept: Kept, error: FloatArray) -> FloatArray | None:
-        return refitting.within(kept)
-
-    return fit
+    return lambda kept, _: refitting.within(kept)
 
 
 def _refitted_start(elimination: Elimination, fit: Fit) -> tuple[Kept, FloatArray] | None:
     """Drop as many candidates, in the order given, as a refit can absorb."""
-    nothing = np.zeros(0)
-    every = np.ones(len(elimination.order), dtype=bool)
-    few, many, found = -1, len(every) + 1, None
+    few, many, found = -1, len(elimination.order) + 1, None
     while many - few > 1:
         middle = (few + many) // 2
-        trial = every.copy()
-        trial[list(elimination.order[:middle])] = False
-        scale = fit(trial, nothing)
+        trial = elimination.kept(middle)
+        scale = fit(trial, np.zeros(0))
         if scale is None:
             many = middle
         else:

@@ -17,7 +17,6 @@ not of seconds, so that every machine finds the same.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -38,22 +37,13 @@ _WHOLE = 1e-6
 _NEARLY = 0.7
 
 
-@dataclass(frozen=True)
-class Selection:
-    """What to keep, and whether it is proven to be the cheapest."""
-
-    kept: tuple[bool, ...]
-    optimal: bool
-
-
 def select(
     errors: FloatArray,
-    allowed: FloatArray | float,
+    allowed: float,
     costs: Mapping[frozenset[int], int],
     *,
     thorough: bool = True,
-    nodes: int = _NODES,
-) -> Selection:
+) -> tuple[NDArray[np.bool_], bool]:
     """Choose the candidates to keep.
 
     Parameters
@@ -61,18 +51,17 @@ def select(
     errors
         a_pis, torque lost at joint i and state s when candidate p is dropped, N m, shape (P, n, N).
     allowed
-        Allowed error, N m: per joint, shape (n,), or the same for all.
+        Allowed error, N m.
     costs
         Operations by the set of candidates that need them, see `Candidates`.
     thorough
         Search the integer program; dive only otherwise.
-    nodes
-        Nodes the search may visit for one solution.
 
     Returns
     -------
-    Selection
-        The cheapest candidates within the budget that were found.
+    tuple
+        The cheapest candidates within the budget that were found, shape (P,), and whether they are proven to
+        be that.
 
     Raises
     ------
@@ -80,17 +69,17 @@ def select(
         If the solver fails.
     """
     count, n_joints, n_states = errors.shape
-    flat = (errors / np.broadcast_to(allowed, n_joints)[:, None]).reshape(count, n_joints * n_states)
+    flat = (errors / allowed).reshape(count, n_joints * n_states)
     program = _Program(flat, costs)
     best = program.dive()
     if not thorough:
-        return Selection(tuple(best.tolist()), optimal=False)
+        return best, False
     for _ in range(_SOLUTIONS):
-        kept, optimal = program.search(best, nodes)
+        kept, optimal = program.search(best)
         if program.hold(kept):
             cheaper = kept if program.cost(kept) < program.cost(best) else best
-            return Selection(tuple(cheaper.tolist()), optimal and not program.barred)
-    return Selection(tuple(best.tolist()), optimal=False)
+            return cheaper, optimal and not program.barred
+    return best, False
 
 
 class _Program:
@@ -119,7 +108,7 @@ class _Program:
             self.barred.append(np.flatnonzero(~kept & (self._flat[:, beyond[0]] != 0.0)).tolist())
         return not beyond
 
-    def search(self, start: NDArray[np.bool_], nodes: int) -> tuple[NDArray[np.bool_], bool]:
+    def search(self, start: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], bool]:
         """Cheapest selection within the budget at the rows, or the best found; whether it is proven."""
         import highspy
 
@@ -130,8 +119,8 @@ class _Program:
             np.full(count, int(highspy.HighsVarType.kInteger), dtype=np.uint8),
         )
         for members in self.barred:
-            _add_rows(solver, np.array([members], dtype=np.int32), np.ones((1, len(members))), 1.0, np.inf)
-        solver.setOptionValue("mip_max_nodes", nodes)
+            add_rows(solver, np.array([members], dtype=np.int32), np.ones((1, len(members))), 1.0, np.inf)
+        solver.setOptionValue("mip_max_nodes", _NODES)
         guess = highspy.HighsSolution()
         needed = [float(start[members].any()) for members in self._members]
         guess.col_value = [*start.astype(float).tolist(), *needed]
@@ -187,7 +176,7 @@ class _Program:
         solver.changeColsCost(len(cost), np.arange(len(cost), dtype=np.int32), cost)
         pairs = [(count + b, p) for b, members in enumerate(self._members) for p in members]
         signs = np.tile([1.0, -1.0], (len(pairs), 1))
-        _add_rows(solver, np.array(pairs, dtype=np.int32).reshape(-1, 2), signs, 0.0, np.inf)
+        add_rows(solver, np.array(pairs, dtype=np.int32).reshape(-1, 2), signs, 0.0, np.inf)
         self._add_states(solver, self._rows)
         return solver
 
@@ -197,7 +186,7 @@ class _Program:
         lost, limit = lost / shrink[:, None], (1.0 - _FEASIBILITY_MARGIN) / shrink
         everything = lost.sum(axis=1)
         columns = np.tile(np.arange(len(self._flat), dtype=np.int32), (len(rows), 1))
-        _add_rows(solver, columns, lost, everything - limit, everything + limit)
+        add_rows(solver, columns, lost, everything - limit, everything + limit)
 
 
 def _largest_beyond(errors: FloatArray) -> list[int]:
@@ -214,7 +203,7 @@ def _failed(solver: Any) -> GdAnalyzeError:
     )
 
 
-def _add_rows(
+def add_rows(
     solver: Any,
     columns: NDArray[np.int32],
     coefficients: FloatArray,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -23,9 +23,9 @@ from gd_analyze.levels import (
 )
 from gd_analyze.levels.level import COUNTING, FULL, QUICK, ROUGH, THOROUGH
 from gd_analyze.robots import RobotArm
-from gd_analyze.search.candidates import Candidates, Kept, candidates_of
+from gd_analyze.search.candidates import Kept, candidates_of
 from gd_analyze.search.elimination import eliminate
-from gd_analyze.search.search import Found, search
+from gd_analyze.search.search import Progress, search
 from gd_analyze.states import States
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray
@@ -69,7 +69,7 @@ class How:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "level", level_named(self.level))
-        if self.refit and not self.level.can_be_refitted:
+        if self.refit and not self.level.has_torque_terms:
             raise UsageError(
                 f"{self.level.keeps} have no coefficients to refit",
                 where="refit",
@@ -138,7 +138,7 @@ def simplify_exact(
     how: How = How(),
     *,
     provenance: Mapping[str, str] | None = None,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress = None,
 ) -> SimplifiedModel:
     """Do what `simplify` does, against exact dynamics that are at hand.
 
@@ -151,27 +151,19 @@ def simplify_exact(
     progress
         Called with the number of candidates dropped since the last call.
     """
-    task = _Task(how, dict(provenance or {}), progress)
     if how.operations is None:
-        return _within(exact, budget, task)
-    return _of_few_operations(exact, budget, task, how.operations)
+        model = _within(exact, budget, how, progress)
+    else:
+        model = _of_few_operations(exact, budget, how, how.operations, progress)
+    return dataclasses.replace(model, provenance=dict(provenance or {}))
 
 
-@dataclass(frozen=True)
-class _Task:
-    """How to simplify, what to store with the model, and whom to tell."""
-
-    how: How
-    provenance: Mapping[str, str]
-    progress: Callable[[int], None] | None
-
-
-def _within(exact: ExactDynamics, budget: Budget, task: _Task) -> SimplifiedModel:
+def _within(exact: ExactDynamics, budget: Budget, how: How, progress: Progress = None) -> SimplifiedModel:
     """Search on some of the states if there are very many; those that break the budget join them."""
     allowed = exact.allowed(budget)
     known, margin = exact.thinned(), 1.0  # what is added counts a little more every time, so it ends
     while True:
-        model = _searched(known, margin * allowed, str(budget), task)
+        model = _searched(known, margin * allowed, str(budget), how, progress)
         if known is exact:
             return model
         torque = model.torque(*exact.states.arrays)
@@ -183,19 +175,31 @@ def _within(exact: ExactDynamics, budget: Budget, task: _Task) -> SimplifiedMode
         margin *= 0.98
 
 
-def _searched(exact: ExactDynamics, allowed: FloatArray, budget: str, task: _Task) -> SimplifiedModel:
-    how = task.how
-    candidates = candidates_of(exact, how.level, allowed)
+def _searched(
+    exact: ExactDynamics, allowed: FloatArray, budget: str, how: How, progress: Progress
+) -> SimplifiedModel:
+    level, form = how.level, exact.form
+    candidates = candidates_of(exact, level, allowed)
     effort = COUNTING if how.thorough else ROUGH
 
     def count(kept: Kept, scale: FloatArray) -> int:
         return candidates.count(kept, scale, effort).total
 
-    found = search(candidates, count, refit=how.refit, thorough=how.thorough, progress=task.progress)
-    model = _made(exact, candidates, found, task)
+    found, solved = search(candidates, count, refit=how.refit, thorough=how.thorough, progress=progress)
+    *_, (kept, scale) = found.values()
+    terms = candidates.keep(kept, scale)
     # All steps are written the same quick way, so that they compare.
-    steps = tuple(
-        SearchStep(name, candidates.count(*step, ROUGH).total) for name, step in found.steps.items()
+    steps = tuple(SearchStep(name, candidates.count(*step, ROUGH).total) for name, step in found.items())
+    thorough = how.thorough and how.write
+    exactly = ErrorTable.of(exact.torque, exact.torque)
+    model = SimplifiedModel(
+        level=level,
+        form=form,
+        terms=terms,
+        program=level.write(form, terms, THOROUGH if thorough else QUICK),
+        refitted=bool((scale[kept] != 1.0).any()),
+        operations_full=level.exact_operations(form, FULL if thorough else ROUGH),
+        promise=Promise(allowed, budget, exactly, exact.states.described, steps, solved),
     )
     errors = ErrorTable.of(exact.torque, model.torque(*exact.states.arrays))
     if not (errors.largest <= allowed).all():
@@ -205,27 +209,7 @@ def _searched(exact: ExactDynamics, allowed: FloatArray, budget: str, task: _Tas
             found=str(errors.largest.tolist()),
             next_step="please report this with the arm file and the states",
         )
-    return with_promise(
-        model, allowed=allowed, budget=budget, errors=errors, steps=steps, solved=found.solved
-    )
-
-
-def _made(exact: ExactDynamics, candidates: Candidates, found: Found, task: _Task) -> SimplifiedModel:
-    """The model of a selection, before it is measured."""
-    how, level = task.how, candidates.level
-    terms = candidates.keep(found.kept, found.scale)
-    nothing = np.zeros(exact.arm.n_joints)
-    thorough = how.thorough and how.write
-    return SimplifiedModel(
-        level=level,
-        form=exact.form,
-        terms=terms,
-        program=level.write(exact.form, terms, THOROUGH if thorough else QUICK),
-        refitted=bool((found.scale[found.kept] != 1.0).any()),
-        operations_full=level.exact_operations(exact.form, FULL if thorough else ROUGH),
-        promise=Promise(nothing, "", ErrorTable(nothing, nothing, nothing), exact.states.described),
-        provenance=task.provenance,
-    )
+    return with_promise(model, errors=errors)
 
 
 def with_promise(model: SimplifiedModel, **stated: object) -> SimplifiedModel:
@@ -233,13 +217,15 @@ def with_promise(model: SimplifiedModel, **stated: object) -> SimplifiedModel:
     return dataclasses.replace(model, promise=dataclasses.replace(model.promise, **stated))  # type: ignore[arg-type]
 
 
-def _of_few_operations(exact: ExactDynamics, budget: Budget, task: _Task, operations: int) -> SimplifiedModel:
+def _of_few_operations(
+    exact: ExactDynamics, budget: Budget, how: How, operations: int, progress: Progress
+) -> SimplifiedModel:
     """Scale the budget until the model takes no more operations than asked for.
 
     Elimination alone tells quickly about where; whole searches then close in from there.
     """
     some = exact.thinned()
-    candidates = candidates_of(some, task.how.level, exact.allowed(budget))
+    candidates = candidates_of(some, how.level, exact.allowed(budget))
     elimination = eliminate(candidates)
     one = np.ones(len(candidates))
 
@@ -248,16 +234,16 @@ def _of_few_operations(exact: ExactDynamics, budget: Budget, task: _Task, operat
 
     few, many = _LEAST, 1.0
     if quick(few) <= operations:  # nothing need be dropped but what is nothing
-        return _within(exact, budget.scaled(few), task)
+        return _within(exact, budget.scaled(few), how, progress)
     while quick(many) > operations:
         few, many = many, 2.0 * many
     while many / few > _CLOSE:
         middle = (few * many) ** 0.5
         few, many = (middle, many) if quick(middle) > operations else (few, middle)
-    best = _within(exact, budget.scaled(many), task)
-    step, quietly = 0.8, dataclasses.replace(task, progress=None)
+    best = _within(exact, budget.scaled(many), how, progress)
+    step = 0.8
     for _ in range(_ATTEMPTS):
-        trial = _within(exact, budget.scaled(many * step), quietly)
+        trial = _within(exact, budget.scaled(many * step), how)
         if trial.operations.total <= operations:
             best, many = trial, many * step
         else:

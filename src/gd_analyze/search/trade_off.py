@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from gd_analyze.vectors import FloatArray
 KINDS: tuple[tuple[Level, bool], ...] = tuple(
     (level, refit)
     for level in LEVELS.values()
-    for refit in ((False, True) if level.can_be_refitted else (False,))
+    for refit in ((False, True) if level.has_torque_terms else (False,))
 )
 FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 
@@ -94,53 +95,37 @@ def trade_off(
     points: list[TradeOffPoint] = []
     exact = exact if thorough else exact.thinned()
     allowed = exact.allowed(budget)
+    budgets = [budget.scaled(factor) for factor in factors]
     known: dict[Level, Candidates] = {}
+    found: Iterator[tuple[OperationCount, float]]
     for level, refit in kinds:
-        if not thorough:
+        if thorough:
+            models = map(partial(simplify_exact, exact, how=How(level, refit)), budgets)
+            found = ((made.operations, float(made.promise.errors.largest_share.max())) for made in models)
+        else:
             if level not in known:
                 known[level] = candidates_of(exact, level, allowed, SWEEP * min(1.0, *factors))
-            elimination = eliminate(known[level], refit=refit)
-            points += _eliminated(exact, budget, level, refit, elimination, factors)
-            tell(len(factors))
-            continue
-        for factor in factors:
-            model = simplify_exact(exact, budget.scaled(factor), How(level, refit))
-            error = float(model.promise.errors.largest_share.max())
-            stated = str(budget.scaled(factor))
-            points.append(TradeOffPoint(level, refit, factor, stated, model.operations, error))
+            found = _eliminated(exact, allowed, eliminate(known[level], refit=refit), refit, factors)
+        for factor, stated, (operations, error) in zip(factors, budgets, found, strict=True):
+            points.append(TradeOffPoint(level, refit, factor, str(stated), operations, error))
             tell(1)
     return tuple(points)
 
 
 def _eliminated(
-    exact: ExactDynamics,
-    budget: Budget,
-    level: Level,
-    refit: bool,
-    elimination: Elimination,
-    factors: Sequence[float],
-) -> list[TradeOffPoint]:
+    exact: ExactDynamics, allowed: FloatArray, elimination: Elimination, refit: bool, factors: Sequence[float]
+) -> Iterator[tuple[OperationCount, float]]:
     """The last models of one elimination that are within each budget."""
-    allowed = exact.allowed(budget)
+    candidates = elimination.candidates
     largest = elimination.errors().max(axis=1) if refit else None
-    points = []
     for factor in factors:
         if largest is None:
             kept, scale = elimination.within(factor), elimination.scales[0]
         else:
             last = int(np.flatnonzero(largest <= factor)[-1])
             kept, scale = elimination.kept(last), elimination.scales[last]
-        points.append(
-            TradeOffPoint(
-                level,
-                refit,
-                factor,
-                str(budget.scaled(factor)),
-                elimination.candidates.count(kept, scale, ROUGH),
-                _error_share(exact, elimination.candidates, kept * scale - 1.0, allowed),
-            )
-        )
-    return points
+        error = _error_share(exact, candidates, kept * scale - 1.0, allowed)
+        yield candidates.count(kept, scale, ROUGH), error
 
 
 def _error_share(
