@@ -61,20 +61,16 @@ def write_comparison(comparison: Comparison, folder: Path, formats: Collection[s
 
 def render_comparison_html(comparison: Comparison) -> str:
     """Write the page of one comparison; styles, charts and the theme switch are inside it."""
-    return (
-        environment()
-        .get_template("comparison.html.j2")
-        .render(
-            c=comparison_document(comparison),
-            provenance=provenance_rows(comparison),
-            short=_SHORT,
-            charts={
-                which: Markup(growth_chart(comparison.growth, which, SCREEN))
-                for which in ("executed", "folded")
-            },
-            slowest=max(comparison.timing.pinocchio, *comparison.timing.seconds.values()),
-            style=style("report.css", "comparison.css"),
-        )
+    template = environment().get_template("comparison.html.j2")
+    return template.render(
+        c=comparison_document(comparison),
+        provenance=provenance_rows(comparison),
+        names=[_SHORT[name] for name in comparison.agreement.names],
+        charts={
+            which: Markup(growth_chart(comparison.growth, which, SCREEN)) for which in ("executed", "folded")
+        },
+        slowest=max(comparison.timing.pinocchio, *comparison.timing.seconds.values()),
+        style=style("report.css", "comparison.css"),
     )
 
 

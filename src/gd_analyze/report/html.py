@@ -31,7 +31,7 @@ from gd_analyze.report.terms import (
 )
 from gd_analyze.results import Findings, rows_of, summary
 from gd_analyze.results.rows import Row, dropped_parts, element_rows, joint_rows, trade_off_rows
-from gd_analyze.results.words import LETTERS, SYMBOLS, VERDICTS, told
+from gd_analyze.results.words import LETTERS, SYMBOLS, VERDICTS, kind_name, told
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -104,7 +104,9 @@ def _content(findings: Findings) -> dict[str, Any]:
         "terms_total": tables["terms"].attrs["total"],
         "not_worth_keeping": summary.not_worth_keeping(findings),
         "trade_off": trade_off_rows(findings),
-        "trade_off_kinds": rows_of(tables["trade_off"], "kind"),
+        "trade_off_kinds": [
+            kind_name(kind["level"], kind["refit"]).capitalize() for kind in rows_of(tables["trade_off"], "kind")
+        ],
         "drawn": tables["beyond"].attrs["states_drawn"],
         "beyond_chart": beyond_chart(joints),
         "smallest_payload": min(joints, key=lambda row: row["mass_within_budget"]),
