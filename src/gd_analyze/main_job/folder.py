@@ -8,7 +8,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
 
-from gd_analyze.errors import Location, OutputError, UsageError
+from gd_analyze.errors import Location, OutputError
 from gd_analyze.files import replacing, write_text
 from gd_analyze.levels import save_model
 from gd_analyze.results.findings import Findings
@@ -55,15 +55,6 @@ def write_findings(findings: Findings, folder: Path, formats: Collection[str]) -
     if typeset:
         with replacing(folder / FILES["pdf"]) as temporary:
             temporary.write_bytes(typeset)
-
-
-def require_formats(formats: Collection[str]) -> None:
-    """Raise a UsageError where there is no such format."""
-    unknown = sorted(set(formats) - set(FILES))
-    if unknown:
-        raise UsageError(
-            f"there is no format {unknown[0]!r}", where="formats", expected=", ".join(FILES), found=unknown[0]
-        )
 
 
 def default_folder(arm: RobotArm, trajectory: Trajectory) -> Path:

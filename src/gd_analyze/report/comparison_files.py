@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import datetime
 import json
 import re
 from collections.abc import Collection
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from markupsafe import Markup
 
 from gd_analyze.comparison import Comparison
 from gd_analyze.comparison.agreement import PINOCCHIO
-from gd_analyze.errors import UsageError
-from gd_analyze.files import replacing, write_text
+from gd_analyze.files import replacing, require_formats, write_text
 from gd_analyze.formatting import figures, pretty
 from gd_analyze.formulations.methods import METHODS
-from gd_analyze.report.comparison_chart import PAPER, SCREEN, growth_chart
+from gd_analyze.report.comparison_chart import PAPER, SCREEN, Palette, growth_chart
 from gd_analyze.report.comparison_document import comparison_document, provenance_rows
 from gd_analyze.report.html import environment, style
 from gd_analyze.report.pdf import TEMPLATES, typeset
@@ -42,11 +40,7 @@ def write_comparison(comparison: Comparison, folder: Path, formats: Collection[s
     OutputError
         If the folder cannot be written to.
     """
-    unknown = sorted(set(formats) - set(FILES))
-    if unknown:
-        raise UsageError(
-            f"there is no format {unknown[0]!r}", where="formats", expected=", ".join(FILES), found=unknown[0]
-        )
+    require_formats(formats, FILES)
     html = render_comparison_html(comparison) if "html" in formats else ""
     pdf = render_comparison_pdf(comparison) if "pdf" in formats else b""
     if "json" in formats:
@@ -66,9 +60,7 @@ def render_comparison_html(comparison: Comparison) -> str:
         c=comparison_document(comparison),
         provenance=provenance_rows(comparison),
         names=[_SHORT[name] for name in comparison.agreement.names],
-        charts={
-            which: Markup(growth_chart(comparison.growth, which, SCREEN)) for which in ("executed", "folded")
-        },
+        charts=_charts(comparison, SCREEN),
         slowest=max(comparison.timing.pinocchio, *comparison.timing.seconds.values()),
         style=style("report.css", "comparison.css"),
     )
@@ -82,14 +74,13 @@ def render_comparison_pdf(comparison: Comparison) -> bytes:
     GdAnalyzeError
         If the document cannot be typeset.
     """
-    when = datetime.datetime.fromisoformat(comparison.provenance["created"])
-    shown = _typeset_numbers(comparison) | {"date": [when.year, when.month, when.day]}
-    inputs = {
-        "data": json.dumps(shown, ensure_ascii=False, allow_nan=False),
-        "executed": growth_chart(comparison.growth, "executed", PAPER),
-        "folded": growth_chart(comparison.growth, "folded", PAPER),
-    }
-    return typeset(TEMPLATES / "comparison.typ", inputs, when)
+    data, charts = _typeset_numbers(comparison), _charts(comparison, PAPER)
+    return typeset(TEMPLATES / "comparison.typ", data, charts, comparison.provenance["created"])
+
+
+def _charts(comparison: Comparison, palette: Palette) -> dict[str, Markup]:
+    kinds: tuple[Literal["executed", "folded"], ...] = ("executed", "folded")
+    return {which: Markup(growth_chart(comparison.growth, which, palette)) for which in kinds}
 
 
 def _typeset_numbers(comparison: Comparison) -> dict[str, Any]:

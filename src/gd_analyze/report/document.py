@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
 from collections.abc import Callable
 from typing import Any
 
@@ -29,14 +28,12 @@ def document(findings: Findings) -> dict[str, Any]:
     """Everything the template shows but the figures."""
     arm, model, tables = findings.arm, findings.model, findings.tables
     count = findings.trajectory.n_set_points
-    created = datetime.datetime.fromisoformat(findings.provenance["created"])
     ranked = element_rows(findings)
     return {
         "title": summary.title(findings),
         "subtitle": summary.subtitle(findings),
         "headline": summary.headline(findings),
         "facts": summary.facts(findings),
-        "date": [created.year, created.month, created.day],
         "letters": LETTERS,
         "n_joints": arm.n_joints,
         "n_set_points": count,

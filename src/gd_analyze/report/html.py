@@ -105,7 +105,8 @@ def _content(findings: Findings) -> dict[str, Any]:
         "not_worth_keeping": summary.not_worth_keeping(findings),
         "trade_off": trade_off_rows(findings),
         "trade_off_kinds": [
-            kind_name(kind["level"], kind["refit"]).capitalize() for kind in rows_of(tables["trade_off"], "kind")
+            kind_name(kind["level"], kind["refit"]).capitalize()
+            for kind in rows_of(tables["trade_off"], "kind")
         ],
         "drawn": tables["beyond"].attrs["states_drawn"],
         "beyond_chart": beyond_chart(joints),

@@ -29,8 +29,8 @@ SVG_STYLE: dict[Any, Any] = {
 }
 
 
-def render_pdf(findings: Findings) -> bytes:
-    """Typeset the findings.
+def prepare_pdf(findings: Findings) -> Callable[[], bytes]:
+    """Do all but the typesetting, which leaves the interpreter free for other threads.
 
     Parameters
     ----------
@@ -39,22 +39,11 @@ def render_pdf(findings: Findings) -> bytes:
 
     Returns
     -------
-    bytes
-        A PDF file; the same findings give the same bytes.
-
-    Raises
-    ------
-    GdAnalyzeError
-        If the document cannot be typeset.
+    callable
+        Typesets: gives a PDF file, of the same findings the same bytes, or raises a GdAnalyzeError.
     """
-    return prepare_pdf(findings)()
-
-
-def prepare_pdf(findings: Findings) -> Callable[[], bytes]:
-    """Do all of `render_pdf` but the typesetting, which leaves the interpreter free for other threads."""
-    created = datetime.datetime.fromisoformat(findings.provenance["created"])
-    data = {"data": json.dumps(document(findings), ensure_ascii=False, allow_nan=False)}
-    return partial(typeset, TEMPLATES / "report.typ", data | report_figures(findings), created)
+    data, figures, created = document(findings), report_figures(findings), findings.provenance["created"]
+    return partial(typeset, TEMPLATES / "report.typ", data, figures, created)
 
 
 def report_figures(findings: Findings) -> dict[str, str]:
@@ -81,8 +70,10 @@ def report_figures(findings: Findings) -> dict[str, str]:
         return {name: _svg(make(findings)) for name, make in makers.items()}
 
 
-def typeset(template: Path, inputs: Mapping[str, str], created: datetime.datetime) -> bytes:
-    """Compile a Typst template that reads its data from `sys.inputs`.
+def typeset(template: Path, data: dict[str, Any], figures: Mapping[str, str], created: str) -> bytes:
+    """Compile a Typst template that reads its data and its figures, SVG by name, from `sys.inputs`.
+
+    The file is dated as created, in ISO 8601.
 
     Raises
     ------
@@ -96,8 +87,8 @@ def typeset(template: Path, inputs: Mapping[str, str], created: datetime.datetim
             template,
             root=template.parent,
             ignore_system_fonts=True,
-            sys_inputs=dict(inputs),
-            timestamp=created,
+            sys_inputs={"data": json.dumps(data, ensure_ascii=False, allow_nan=False), **figures},
+            timestamp=datetime.datetime.fromisoformat(created),
         )
     except typst.TypstError as error:
         raise GdAnalyzeError(
