@@ -21,8 +21,9 @@ from gd_analyze.formulas.writing import term_formula
 from gd_analyze.levels import Budget
 from gd_analyze.levels.parts import parts_of
 from gd_analyze.main_job import Settings, find
+from gd_analyze.report.colours import TEMPLATES
 from gd_analyze.report.document import document
-from gd_analyze.report.pdf import TEMPLATES, prepare_pdf, report_figures, typeset
+from gd_analyze.report.pdf import prepare_pdf, report_figures, typeset
 from gd_analyze.results import Findings, summary
 from gd_analyze.robots import RobotArm
 from gd_analyze.robots.parts import JointKind

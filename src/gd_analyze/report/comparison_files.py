@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,13 +12,14 @@ from markupsafe import Markup
 
 from gd_analyze.comparison import Comparison
 from gd_analyze.comparison.agreement import PINOCCHIO
-from gd_analyze.files import replacing, require_formats, write_text
+from gd_analyze.files import replacing, require_formats
 from gd_analyze.formatting import figures, pretty
 from gd_analyze.formulations.methods import METHODS
+from gd_analyze.report.colours import TEMPLATES
 from gd_analyze.report.comparison_chart import PAPER, SCREEN, Palette, growth_chart
 from gd_analyze.report.comparison_document import comparison_document, provenance_rows
 from gd_analyze.report.html import environment, style
-from gd_analyze.report.pdf import TEMPLATES, typeset
+from gd_analyze.report.pdf import typeset
 
 FILES = {"html": "comparison.html", "pdf": "comparison.pdf", "json": "comparison.json"}
 
@@ -41,16 +42,19 @@ def write_comparison(comparison: Comparison, folder: Path, formats: Collection[s
         If the folder cannot be written to.
     """
     require_formats(formats, FILES)
-    html = render_comparison_html(comparison) if "html" in formats else ""
-    pdf = render_comparison_pdf(comparison) if "pdf" in formats else b""
-    if "json" in formats:
-        document = comparison_document(comparison)
-        write_text(folder / FILES["json"], json.dumps(document, indent=2, allow_nan=False) + "\n")
-    if html:
-        write_text(folder / FILES["html"], html)
-    if pdf:
-        with replacing(folder / FILES["pdf"]) as temporary:
-            temporary.write_bytes(pdf)
+    make: dict[str, Callable[[Comparison], bytes]] = {
+        "html": lambda compared: render_comparison_html(compared).encode(),
+        "pdf": render_comparison_pdf,
+        "json": _json,
+    }
+    made = {name: make[name](comparison) for name in formats}
+    for name, content in made.items():
+        with replacing(folder / FILES[name]) as temporary:
+            temporary.write_bytes(content)
+
+
+def _json(comparison: Comparison) -> bytes:
+    return (json.dumps(comparison_document(comparison), indent=2, allow_nan=False) + "\n").encode()
 
 
 def render_comparison_html(comparison: Comparison) -> str:

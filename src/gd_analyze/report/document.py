@@ -30,10 +30,7 @@ def document(findings: Findings) -> dict[str, Any]:
     count = findings.trajectory.n_set_points
     ranked = element_rows(findings)
     return {
-        "title": summary.title(findings),
-        "subtitle": summary.subtitle(findings),
-        "headline": summary.headline(findings),
-        "facts": summary.facts(findings),
+        **summary.opening(findings),
         "letters": LETTERS,
         "n_joints": arm.n_joints,
         "n_set_points": count,
@@ -44,7 +41,6 @@ def document(findings: Findings) -> dict[str, Any]:
         "is_mechanical": model.level.is_mechanical,
         "refitted": model.refitted,
         "drives": model.drives,
-        "kept_terms": summary.kept(findings),
         "search": model.promise.search,
         "operations": _operations(model.operations_full, model.operations),
         "joints": _joints(findings),
@@ -208,9 +204,9 @@ def _text(findings: Findings) -> dict[str, Any] | None:
             "unit": pretty(row["unit"]),
             "finding": finding,
         }
-        for row, remark, finding in text.remarks
+        for row, remark, finding in text["remarks"]
     ]
-    return {"source": text.source, "agreed": text.agreed, "given": text.given, "remarks": remarks}
+    return text | {"remarks": remarks}
 
 
 def _elements(findings: Findings) -> dict[str, Any]:

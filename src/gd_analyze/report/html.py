@@ -6,7 +6,6 @@ import json
 import math
 from functools import cache
 from importlib.resources import files
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
@@ -19,7 +18,7 @@ from gd_analyze.formulas.parts import part_symbol
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.labels import inertia_label
 from gd_analyze.report.beyond_chart import beyond_chart
-from gd_analyze.report.colours import css_variables
+from gd_analyze.report.colours import TEMPLATES, css_variables
 from gd_analyze.report.interactive import MOST_POINTS, page_data
 from gd_analyze.report.stroboscope import stroboscope
 from gd_analyze.report.terms import (
@@ -36,7 +35,6 @@ from gd_analyze.results.words import LETTERS, SYMBOLS, VERDICTS, kind_name, told
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-TEMPLATES = Path(__file__).parent / "templates"
 SCRIPTS = ("trade_off.js", "plots.js", "viewer.js", "table.js", "page.js")
 # Rows of the ranking of single terms.
 TERMS_SHOWN = 40
@@ -80,15 +78,11 @@ def _content(findings: Findings) -> dict[str, Any]:
     rows, joints = element_rows(findings), joint_rows(findings, "simplified_model", "beyond")
     ranked = {row["element"]: row for row in rows}
     return {
-        "title": summary.title(findings),
-        "subtitle": summary.subtitle(findings),
-        "headline": summary.headline(findings),
-        "facts": summary.facts(findings),
+        **summary.opening(findings),
         "findings": findings,
         "arm": arm,
         "model": findings.model,
         "elements_only": findings.element_model,
-        "kept_terms": summary.kept(findings),
         "steps": summary.search_steps(findings),
         "kinds": list(dict.fromkeys(joint.kind for joint in arm.joints)),
         "joints": joints,

@@ -11,13 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.report.colours import TEMPLATES
 from gd_analyze.report.document import document
 from gd_analyze.results import Findings
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-TEMPLATES = Path(__file__).parent / "templates"
 
 # Text stays text in the figures, so Typst sets it in the report's own font: matplotlib names both families,
 # has only the first, and Typst, which sees no font of the machine, has only the second.

@@ -9,15 +9,6 @@ report.viewer = (() => {
   const view = { frame: 0, playing: false, available: false, started: 0, from: 0 };
   slider.max = last;
 
-  function webgl() {
-    try {
-      const canvas = document.createElement("canvas");
-      return Boolean(canvas.getContext("webgl2") || canvas.getContext("webgl"));
-    } catch {
-      return false;
-    }
-  }
-
   const number = report.short;
   const position = (joint, value) => (joint.kind === "revolute" ? `${number((value * 180) / Math.PI)}°` : `${number(value)} m`);
   const columns = (points) => [0, 1, 2].map((axis) => points.map((point) => point[axis]));
@@ -138,7 +129,8 @@ report.viewer = (() => {
     if (!view.available) return Promise.resolve();
     return Plotly.react(scene, ...build());
   };
-  if (webgl()) {
+  const canvas = document.createElement("canvas");
+  if (canvas.getContext("webgl2") || canvas.getContext("webgl")) {
     view.available = true;
     new IntersectionObserver((entries, observer) => {
       if (!entries.some((entry) => entry.isIntersecting)) return;
