@@ -20,8 +20,8 @@ def beyond_chart(rows: list[Row]) -> dict[str, Any]:
     Returns
     -------
     dict
-        `marks`: of every joint the places of its errors by name, None for what is not known; `ticks`: place and
-        label of each; `budget`: its place.
+        `marks`: of every joint the places of its errors by name, None for what is not known; `ticks`: place
+        and label of each; `budget`: its place.
     """
     ratios = [
         {name: None if row[name] is None else row[name] / row["allowed_error"] for name in SHOWN}

@@ -62,7 +62,7 @@ def growth_chart(growth: Growth, which: Literal["executed", "folded"], palette: 
         total for name in growth.costs for counted in get_args(Counted) for total in totals(name, counted)
     ]
     # Both charts of a report share their scale.
-    axes = _Axes(growth.sizes, min(every), max(every), palette.width, palette.height)
+    axes = _Axes(growth.sizes, min(every), max(every), palette.width - _RIGHT, palette.height - _BOTTOM)
     parts = [_frame(axes, palette)]
     ends = []
     for name in growth.costs:
@@ -88,16 +88,8 @@ class _Axes:
     sizes: tuple[int, ...]
     low: float
     high: float
-    width: float
-    height: float
-
-    @property
-    def right(self) -> float:
-        return self.width - _RIGHT
-
-    @property
-    def bottom(self) -> float:
-        return self.height - _BOTTOM
+    right: float
+    bottom: float
 
     def x(self, n: float) -> float:
         span = math.log(self.sizes[-1] / self.sizes[0])
@@ -113,12 +105,13 @@ def _frame(axes: _Axes, palette: Palette) -> str:
     right, bottom = axes.right, axes.bottom
     parts = []
     for power in range(1, 8):
+        grouped = f"{10**power:,}".replace(",", "\u202f")
         if axes.low / 1.3 <= 10**power <= axes.high * 1.3:
             y = axes.y(10**power)
             parts.append(
                 f'<path d="M{_LEFT:g} {y:.1f}H{right:g}" style="stroke:{line};stroke-width:.7"/>'
                 f'<text x="{_LEFT - 6:g}" y="{y + 3.5:.1f}" text-anchor="end" style="fill:{soft}">'
-                f"{_grouped(10**power)}</text>"
+                f"{grouped}</text>"
             )
     for n in axes.sizes:
         x = axes.x(n)
@@ -130,7 +123,7 @@ def _frame(axes: _Axes, palette: Palette) -> str:
     middle = (_LEFT + right) / 2
     parts.append(
         f'<path d="M{_LEFT:g} {bottom:g}H{right:g}" style="stroke:{soft};stroke-width:.8"/>'
-        f'<text x="{middle:g}" y="{axes.height - 3:g}" text-anchor="middle" style="fill:{soft}">'
+        f'<text x="{middle:g}" y="{palette.height - 3:g}" text-anchor="middle" style="fill:{soft}">'
         "joints n</text>"
     )
     return "".join(parts)
@@ -169,7 +162,3 @@ def _labels(axes: _Axes, ends: list[tuple[float, str]], palette: Palette) -> lis
         f'style="fill:{palette.colour(_SERIES[name])};font-weight:600">{escape(METHODS[name].short)}</text>'
         for place, (_, name) in zip(places, ordered, strict=True)
     ]
-
-
-def _grouped(value: int) -> str:
-    return f"{value:,}".replace(",", "\u202f")

@@ -244,7 +244,9 @@ def _trade_off(findings: Findings) -> dict[str, Any]:
         "kinds": [kind_name(kind["level"], kind["refit"]) for kind in kinds],
         "rows": [
             {
-                "budget": _budget(row["budget"], row["factor"]),
+                "budget": pretty(row["budget"])
+                if len(row["budget"]) <= _LONGEST_BUDGET
+                else f"budget × {row['factor']:g}",
                 "asked": row["asked"],
                 "operations": [*map(str, row["operations"])],
                 "errors": [*map(hundredths, row["largest_share"])],
@@ -254,10 +256,6 @@ def _trade_off(findings: Findings) -> dict[str, Any]:
         "operations": model.operations.total,
         "error": percent(float(model.promise.errors.largest_share.max(initial=0.0))),
     }
-
-
-def _budget(stated: str, factor: float) -> str:
-    return pretty(stated) if len(stated) <= _LONGEST_BUDGET else f"budget × {factor:g}"
 
 
 def _terms(findings: Findings) -> dict[str, Any]:

@@ -63,9 +63,10 @@ def render_html(findings: Findings) -> str:
     True
     """
     shown = _content(findings) | _mathematics(findings)
+    plotly = files("plotly").joinpath("package_data", "plotly.min.js")
     frame = {
         "data": _json(page_data(findings)),
-        "plotly": _plotly(),
+        "plotly": Markup(plotly.read_text(encoding="utf-8")),
         "style": style("report.css"),
         "scripts": Markup("\n".join(template_text(name) for name in SCRIPTS)),
     }
@@ -205,8 +206,3 @@ def style(*names: str) -> Markup:
 def template_text(name: str) -> str:
     """Text of a file among the templates."""
     return (TEMPLATES / name).read_text(encoding="utf-8")
-
-
-def _plotly() -> Markup:
-    script = files("plotly").joinpath("package_data", "plotly.min.js").read_text(encoding="utf-8")
-    return Markup(script)

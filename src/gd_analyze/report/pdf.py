@@ -49,17 +49,18 @@ def report_figures(findings: Findings) -> dict[str, str]:
     """Draw every figure of the report, as SVG by its name in the template."""
     import matplotlib
 
-    from gd_analyze.report import figure_elements, figures
     from gd_analyze.report.figure_arm import arm_figure
+    from gd_analyze.report.figure_elements import inertia_figure, vector_figure
     from gd_analyze.report.figure_trade_off import trade_off_figure
+    from gd_analyze.report.figures import motion_figure, torque_figure
 
     makers: dict[str, Callable[[Findings], Figure]] = {
         "arm": arm_figure,
-        "motion": figures.motion_figure,
-        "inertia": figure_elements.inertia_figure,
-        "coriolis": figure_elements.coriolis_figure,
-        "gravity": figure_elements.gravity_figure,
-        "torque": figures.torque_figure,
+        "motion": motion_figure,
+        "inertia": inertia_figure,
+        "coriolis": partial(vector_figure, quantity="coriolis_centrifugal"),
+        "gravity": partial(vector_figure, quantity="gravity_loading"),
+        "torque": torque_figure,
         "trade_off": trade_off_figure,
     }
     # The user's own matplotlib settings (LaTeX text, tight boxes) must not reach the report.

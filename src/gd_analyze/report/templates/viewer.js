@@ -22,15 +22,15 @@ report.viewer = (() => {
   function floor() {
     const out = [[], [], []];
     const lines = 8;
-    const add = (u, v) => {
-      out[0].push(u); out[1].push(v); out[2].push(u === null ? null : viewer.floor);
-    };
     for (const [fixed, free] of [[0, 1], [1, 0]]) {
+      const [low, high] = viewer.range[fixed];
       for (let k = 0; k <= lines; k += 1) {
-        const [low, high] = viewer.range[fixed];
-        const at = low + ((high - low) * k) / lines;
-        for (const end of viewer.range[free]) fixed === 0 ? add(at, end) : add(end, at);
-        add(null, null);
+        // Nothing is drawn from or to a point without a coordinate.
+        for (const end of [...viewer.range[free], null]) {
+          out[fixed].push(low + ((high - low) * k) / lines);
+          out[free].push(end);
+          out[2].push(viewer.floor);
+        }
       }
     }
     return out;
