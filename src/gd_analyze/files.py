@@ -1,14 +1,14 @@
-"""Atomic writing: a file appears whole or not at all."""
+"""Writing files: each appears whole or not at all."""
 
 from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from gd_analyze.errors import Location, OutputError
+from gd_analyze.errors import Location, OutputError, UsageError
 
 
 @contextmanager
@@ -56,3 +56,12 @@ def write_text(path: str | Path, text: str) -> None:
     """Write a text file atomically, in UTF-8."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+def require_formats(formats: Collection[str], files: Mapping[str, str]) -> None:
+    """Raise a UsageError where a format is none of those that `files` are written in."""
+    unknown = sorted(set(formats) - set(files))
+    if unknown:
+        raise UsageError(
+            f"there is no format {unknown[0]!r}", where="formats", expected=", ".join(files), found=unknown[0]
+        )

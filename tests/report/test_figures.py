@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import pytest
@@ -11,14 +12,18 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from report_cases import made_findings, resting_findings
 
-from gd_analyze.report.figure_arm import arm_figure, equal_panel, upright_frame
-from gd_analyze.report.figure_elements import coriolis_figure, gravity_figure, inertia_figure
+from gd_analyze.report.figure_arm import arm_figure, equal_panel
+from gd_analyze.report.figure_elements import inertia_figure, vector_figure
 from gd_analyze.report.figure_trade_off import trade_off_figure
 from gd_analyze.report.figures import motion_figure, torque_figure
 from gd_analyze.report.panel import MOST_POINTS, power_of_ten, tick_label, ticks, value_range
+from gd_analyze.report.views import upright_frame
 from gd_analyze.results import Findings
 from gd_analyze.results.words import kind_name
 from gd_analyze.robots import RobotArm
+
+coriolis_figure = partial(vector_figure, quantity="coriolis_centrifugal")
+gravity_figure = partial(vector_figure, quantity="gravity_loading")
 
 MADE = {
     "one joint": lambda: made_findings(["revolute"]),

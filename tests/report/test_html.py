@@ -20,10 +20,10 @@ from gd_analyze.levels import ELEMENT
 from gd_analyze.levels.parts import kept_effects, parts_of
 from gd_analyze.main_job import Settings, find
 from gd_analyze.report.beyond_chart import beyond_chart
-from gd_analyze.report.colours import COLOURS
+from gd_analyze.report.colours import COLOURS, TEMPLATES
 from gd_analyze.report.document import document
 from gd_analyze.report.figures import motion_figure
-from gd_analyze.report.html import TEMPLATES, TERMS_SHOWN, render_html
+from gd_analyze.report.html import TERMS_SHOWN, render_html
 from gd_analyze.report.interactive import DIGITS, MOST_FRAMES, MOST_POINTS, page_data
 from gd_analyze.report.terms import exact_elements, tallies
 from gd_analyze.results import Findings, rows_of, summary
@@ -346,9 +346,9 @@ def test_the_trade_off_is_drawn_and_tabled(puma_findings: Findings, page: Page) 
 def test_marks_beyond_the_trajectory_are_in_order(puma_findings: Findings) -> None:
     rows = joint_rows(puma_findings, "simplified_model", "beyond")
     chart = beyond_chart(rows)
-    for mark, row in zip(chart.marks, rows, strict=True):
+    for mark, row in zip(chart["marks"], rows, strict=True):
         places = {place: row[name] for name, place in mark.items() if name != "uncertainty"}
-        places[chart.budget] = row["allowed_error"]
+        places[chart["budget"]] = row["allowed_error"]
         assert list(dict(sorted(places.items()))) == sorted(places, key=places.__getitem__)
         assert all(0.0 <= place <= 100.0 for place in places)
 

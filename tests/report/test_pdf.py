@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import dataclasses
-import datetime
 import json
 import re
 import shutil
@@ -22,15 +21,16 @@ from gd_analyze.formulas.writing import term_formula
 from gd_analyze.levels import Budget
 from gd_analyze.levels.parts import parts_of
 from gd_analyze.main_job import Settings, find
+from gd_analyze.report.colours import TEMPLATES
 from gd_analyze.report.document import document
-from gd_analyze.report.pdf import TEMPLATES, render_pdf, report_figures, typeset
+from gd_analyze.report.pdf import prepare_pdf, report_figures, typeset
 from gd_analyze.results import Findings, summary
 from gd_analyze.robots import RobotArm
 from gd_analyze.robots.parts import JointKind
 from gd_analyze.trajectories import Trajectory
 
 EIGHT: list[JointKind] = [*("prismatic",) * 5, *("revolute",) * 3]
-NOW = datetime.datetime(2024, 5, 1, tzinfo=datetime.UTC)
+NOW = "2024-05-01T00:00:00+00:00"
 
 
 def read(pdf: bytes, folder: Path, *options: str) -> str:
@@ -46,7 +46,7 @@ def read(pdf: bytes, folder: Path, *options: str) -> str:
 
 @pytest.fixture(scope="module")
 def puma_pdf(puma_findings: Findings) -> bytes:
-    return render_pdf(puma_findings)
+    return prepare_pdf(puma_findings)()
 
 
 def test_first_page_answers_the_question(puma_pdf: bytes, puma_findings: Findings, tmp_path: Path) -> None:
@@ -101,7 +101,7 @@ def test_is_a_pdf_of_a_sane_length_that_says_who_made_it(puma_pdf: bytes) -> Non
 
 
 def test_same_findings_give_the_same_bytes(swing_findings: Findings) -> None:
-    assert render_pdf(swing_findings) == render_pdf(swing_findings)
+    assert prepare_pdf(swing_findings)() == prepare_pdf(swing_findings)()
 
 
 def test_user_text_comes_out_literally(tmp_path: Path) -> None:
@@ -110,7 +110,7 @@ def test_user_text_comes_out_literally(tmp_path: Path) -> None:
     arm = dataclasses.replace(
         findings.arm, joints=(hostile_link, findings.arm.joints[1]), sources=("#eval(x) <b>_",)
     )
-    text = " ".join(read(render_pdf(dataclasses.replace(findings, arm=arm)), tmp_path).split())
+    text = " ".join(read(prepare_pdf(dataclasses.replace(findings, arm=arm))(), tmp_path).split())
     assert HOSTILE in text
     assert "#panic() $a_" in text
     assert "#eval(x) <b>_" in text
@@ -128,7 +128,7 @@ def test_user_text_comes_out_literally(tmp_path: Path) -> None:
     ],
 )
 def test_any_serial_arm_can_be_typeset(made: Callable[[], Findings]) -> None:
-    assert render_pdf(made()).startswith(b"%PDF-")
+    assert prepare_pdf(made())().startswith(b"%PDF-")
 
 
 def test_an_arm_without_torque_can_be_typeset(puma: RobotArm) -> None:
@@ -136,7 +136,7 @@ def test_an_arm_without_torque_can_be_typeset(puma: RobotArm) -> None:
     data = document(findings)
     assert {row["peak_torque"]["text"] for row in data["joints"]} == {"0"}
     assert not any(row["over"] for row in data["joints"])
-    assert render_pdf(findings).startswith(b"%PDF-")
+    assert prepare_pdf(findings)().startswith(b"%PDF-")
 
 
 def test_no_font_of_the_machine_is_needed(puma_findings: Findings) -> None:
@@ -153,7 +153,7 @@ def test_typst_errors_are_passed_on(tmp_path: Path) -> None:
     template = tmp_path / "broken.typ"
     template.write_text("#sys.inputs.nowhere")
     with pytest.raises(GdAnalyzeError, match=r"cannot be typeset[\s\S]*nowhere"):
-        typeset(template, {}, NOW)
+        typeset(template, {}, {}, NOW)
 
 
 @pytest.fixture(scope="module")
@@ -196,7 +196,7 @@ def test_every_level_is_typeset_with_its_own_equations(
     level: str, by_level: dict[str, Findings], tmp_path: Path
 ) -> None:
     findings = by_level[level]
-    words = " ".join(read(render_pdf(findings), tmp_path).split())
+    words = " ".join(read(prepare_pdf(findings)(), tmp_path).split())
     assert ("By the text’s own method" in words) == (level != "element")
     assert ("follow by Lagrange" in words) == (level == "energy")
     assert ("refitted to absorb" in words) == findings.model.refitted
@@ -262,7 +262,7 @@ def test_an_arm_without_limits_has_a_certificate_but_nothing_drawn(tmp_path: Pat
     data = document(findings)["beyond"]
     assert data["certified"]
     assert data["drawn"] == 0
-    words = " ".join(read(render_pdf(findings), tmp_path).split())
+    words = " ".join(read(prepare_pdf(findings)(), tmp_path).split())
     assert "nothing is said: the arm does not state all of them" in words
 
 
@@ -277,7 +277,7 @@ def test_units_follow_the_kind_of_joint() -> None:
 
 def test_other_arms_have_no_verdicts_of_the_text(swing_findings: Findings, tmp_path: Path) -> None:
     assert document(swing_findings)["text"] is None
-    assert "Beside the text" not in read(render_pdf(swing_findings), tmp_path)
+    assert "Beside the text" not in read(prepare_pdf(swing_findings)(), tmp_path)
 
 
 def test_text_remarks_are_weighed_with_our_numbers(puma_findings: Findings) -> None:

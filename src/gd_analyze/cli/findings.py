@@ -91,7 +91,9 @@ def _show(findings: Findings, files: list[Path], top: int) -> None:
             f"{at_most(worst['certified_share'])} of a joint's peak torque (joint {worst['joint']})."
         )
     if (text := summary.text_comparison(findings)) is not None:
-        sentence(f"The text's verdicts agree with ours on {text.agreed} of {text.given} elements of D and h.")
+        sentence(
+            f"The text's verdicts agree with ours on {text['agreed']} of {text['given']} elements of D and h."
+        )
     line(f"operations  {findings.model.operations_full}")
     line(f"         -> {findings.model.operations}")
     sentence(f"by level    {_by_level(findings)}, quickly counted", indent=" " * 12)

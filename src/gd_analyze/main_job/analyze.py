@@ -5,14 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection
 from pathlib import Path
 
+from gd_analyze.files import require_formats
 from gd_analyze.main_job.find import find
-from gd_analyze.main_job.folder import (
-    FILES,
-    default_folder,
-    require_formats,
-    require_writable,
-    write_findings,
-)
+from gd_analyze.main_job.folder import FILES, default_folder, require_writable, write_findings
 from gd_analyze.main_job.how import Origin, Progress, Settings
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots import RobotArm
@@ -55,7 +50,7 @@ def analyze(
         As for `find`.
     """
     folder = default_folder(arm, trajectory) if out is None else Path(out)
-    require_formats(formats)
+    require_formats(formats, FILES)
     require_writable(folder)
     findings = find(arm, trajectory, settings, origin=origin, progress=progress)
     if progress is not None:

@@ -8,8 +8,8 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
 
-from gd_analyze.errors import Location, OutputError, UsageError
-from gd_analyze.files import replacing, write_text
+from gd_analyze.errors import Location, OutputError
+from gd_analyze.files import replacing
 from gd_analyze.levels import save_model
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import frame_of
@@ -31,39 +31,29 @@ def write_findings(findings: Findings, folder: Path, formats: Collection[str]) -
 
     The PDF is typeset beside the others, as that leaves the interpreter free.
     """
+    made: dict[str, bytes] = {}
     with ThreadPoolExecutor(max_workers=1) as beside, ExitStack() as unfinished:
         pdf: Future[bytes] | None = None
         if "pdf" in formats:
             from gd_analyze.report.pdf import prepare_pdf
 
             pdf = beside.submit(prepare_pdf(findings))
-        html = ""
         if "html" in formats:
             from gd_analyze.report.html import render_html
 
-            html = render_html(findings)
+            made["html"] = render_html(findings).encode()
+        if "csv" in formats:
+            ranking = frame_of(findings.dominance, "element")
+            made["csv"] = ranking.to_csv(index=False, lineterminator="\n").encode()
         if "h5" in formats:
             write_results(findings, unfinished.enter_context(replacing(folder / FILES["h5"])))
-        typeset = pdf.result() if pdf is not None else b""
+        if pdf is not None:
+            made["pdf"] = pdf.result()
     if "json" in formats:
         save_model(findings.model, folder / FILES["json"])
-    if "csv" in formats:
-        ranking = frame_of(findings.dominance, "element")
-        write_text(folder / FILES["csv"], ranking.to_csv(index=False, lineterminator="\n"))
-    if html:
-        write_text(folder / FILES["html"], html)
-    if typeset:
-        with replacing(folder / FILES["pdf"]) as temporary:
-            temporary.write_bytes(typeset)
-
-
-def require_formats(formats: Collection[str]) -> None:
-    """Raise a UsageError where there is no such format."""
-    unknown = sorted(set(formats) - set(FILES))
-    if unknown:
-        raise UsageError(
-            f"there is no format {unknown[0]!r}", where="formats", expected=", ".join(FILES), found=unknown[0]
-        )
+    for name, content in made.items():
+        with replacing(folder / FILES[name]) as temporary:
+            temporary.write_bytes(content)
 
 
 def default_folder(arm: RobotArm, trajectory: Trajectory) -> Path:

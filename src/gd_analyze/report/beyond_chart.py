@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import Any
 
 from gd_analyze.results.rows import Row
 
@@ -14,27 +14,15 @@ SHOWN = ("largest_error", "worst_found", "certified", "within_limits", "uncertai
 _LOWEST, _HIGHEST = -2, 4
 
 
-@dataclass(frozen=True)
-class BeyondChart:
-    """Places are percent of the axis from its left.
+def beyond_chart(rows: list[Row]) -> dict[str, Any]:
+    """Put errors over what the budget allows on an axis; places are percent of it from its left.
 
-    Parameters
-    ----------
-    marks
-        Of every joint the places of its errors, None for what is not known.
-    ticks
-        Of the axis, as (place, label).
-    budget
-        Where it is.
+    Returns
+    -------
+    dict
+        `marks`: of every joint the places of its errors by name, None for what is not known; `ticks`: place
+        and label of each; `budget`: its place.
     """
-
-    marks: list[dict[str, float | None]]
-    ticks: list[tuple[float, str]]
-    budget: float
-
-
-def beyond_chart(rows: list[Row]) -> BeyondChart:
-    """Put errors over what the budget allows on an axis."""
     ratios = [
         {name: None if row[name] is None else row[name] / row["allowed_error"] for name in SHOWN}
         for row in rows
@@ -46,11 +34,11 @@ def beyond_chart(rows: list[Row]) -> BeyondChart:
     def place(ratio: float | None) -> float | None:
         return None if ratio is None else _placed(ratio, low, high)
 
-    return BeyondChart(
-        [{name: place(ratio) for name, ratio in row.items()} for row in ratios],
-        [(_placed(10.0**d, low, high), f"{10.0**d:g}×") for d in range(low, high + 1)],
-        _placed(1.0, low, high),
-    )
+    return {
+        "marks": [{name: place(ratio) for name, ratio in row.items()} for row in ratios],
+        "ticks": [(_placed(10.0**d, low, high), f"{10.0**d:g}×") for d in range(low, high + 1)],
+        "budget": _placed(1.0, low, high),
+    }
 
 
 def _placed(ratio: float, low: int, high: int) -> float:

@@ -11,10 +11,10 @@ from pathlib import Path
 
 from gd_analyze.levels import LEVELS
 
+TEMPLATES = Path(__file__).parent / "templates"
+
 # Name: colour on light and on dark paper.
-COLOURS: dict[str, list[str]] = json.loads(
-    (Path(__file__).parent / "templates" / "colours.json").read_text(encoding="utf-8")
-)
+COLOURS: dict[str, list[str]] = json.loads((TEMPLATES / "colours.json").read_text(encoding="utf-8"))
 ON_PAPER = {name: light for name, (light, _) in COLOURS.items()}
 INK, GREY, PALE = ON_PAPER["ink"], ON_PAPER["soft"], ON_PAPER["line"]
 

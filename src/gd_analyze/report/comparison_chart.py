@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, get_args
 from xml.sax.saxutils import escape
@@ -25,32 +25,21 @@ _MARKERS = {
     "generalized_dalembert": "diamond",
     "composite_moments": "cross",
 }
+_SERIES = {name: f"series-{k}" for k, name in enumerate(_MARKERS, start=1)}
 
 
 @dataclass(frozen=True)
 class Palette:
-    """Colours as CSS, by method and for "soft", "line" and "paper"; font as a CSS family; size in px."""
+    """How the names of `gd_analyze.report.colours` are written in CSS; font as a CSS family; size in px."""
 
-    colours: Mapping[str, str]
+    colour: Callable[[str], str]
     font: str
     width: float
     height: float
 
 
-SCREEN = Palette(
-    {name: f"var(--series-{k})" for k, name in enumerate(_MARKERS, start=1)}
-    | {"soft": "var(--soft)", "line": "var(--line)", "paper": "var(--paper)"},
-    "inherit",
-    510.0,
-    340.0,
-)
-PAPER = Palette(
-    {name: ON_PAPER[f"series-{k}"] for k, name in enumerate(_MARKERS, start=1)}
-    | {name: ON_PAPER[name] for name in ("soft", "line", "paper")},
-    "Libertinus Serif",
-    380.0,
-    300.0,
-)
+SCREEN = Palette("var(--{})".format, "inherit", 510.0, 340.0)
+PAPER = Palette(ON_PAPER.__getitem__, "Libertinus Serif", 380.0, 300.0)
 
 
 def growth_chart(growth: Growth, which: Literal["executed", "folded"], palette: Palette) -> str:
@@ -73,11 +62,11 @@ def growth_chart(growth: Growth, which: Literal["executed", "folded"], palette: 
         total for name in growth.costs for counted in get_args(Counted) for total in totals(name, counted)
     ]
     # Both charts of a report share their scale.
-    axes = _Axes(growth.sizes, min(every), max(every), palette.width, palette.height)
+    axes = _Axes(growth.sizes, min(every), max(every), palette.width - _RIGHT, palette.height - _BOTTOM)
     parts = [_frame(axes, palette)]
     ends = []
     for name in growth.costs:
-        colour = palette.colours[name]
+        colour = palette.colour(_SERIES[name])
         if stated := totals(name, "text"):
             parts.append(_line(axes, stated, colour, dashed=True))
         ours = totals(name, which)
@@ -99,16 +88,8 @@ class _Axes:
     sizes: tuple[int, ...]
     low: float
     high: float
-    width: float
-    height: float
-
-    @property
-    def right(self) -> float:
-        return self.width - _RIGHT
-
-    @property
-    def bottom(self) -> float:
-        return self.height - _BOTTOM
+    right: float
+    bottom: float
 
     def x(self, n: float) -> float:
         span = math.log(self.sizes[-1] / self.sizes[0])
@@ -120,16 +101,17 @@ class _Axes:
 
 
 def _frame(axes: _Axes, palette: Palette) -> str:
-    soft, line = palette.colours["soft"], palette.colours["line"]
+    soft, line = palette.colour("soft"), palette.colour("line")
     right, bottom = axes.right, axes.bottom
     parts = []
     for power in range(1, 8):
+        grouped = f"{10**power:,}".replace(",", "\u202f")
         if axes.low / 1.3 <= 10**power <= axes.high * 1.3:
             y = axes.y(10**power)
             parts.append(
                 f'<path d="M{_LEFT:g} {y:.1f}H{right:g}" style="stroke:{line};stroke-width:.7"/>'
                 f'<text x="{_LEFT - 6:g}" y="{y + 3.5:.1f}" text-anchor="end" style="fill:{soft}">'
-                f"{_grouped(10**power)}</text>"
+                f"{grouped}</text>"
             )
     for n in axes.sizes:
         x = axes.x(n)
@@ -141,7 +123,7 @@ def _frame(axes: _Axes, palette: Palette) -> str:
     middle = (_LEFT + right) / 2
     parts.append(
         f'<path d="M{_LEFT:g} {bottom:g}H{right:g}" style="stroke:{soft};stroke-width:.8"/>'
-        f'<text x="{middle:g}" y="{axes.height - 3:g}" text-anchor="middle" style="fill:{soft}">'
+        f'<text x="{middle:g}" y="{palette.height - 3:g}" text-anchor="middle" style="fill:{soft}">'
         "joints n</text>"
     )
     return "".join(parts)
@@ -154,14 +136,14 @@ def _line(axes: _Axes, totals: list[int], colour: str, dashed: bool = False) -> 
 
 
 def _marker(axes: _Axes, n: int, total: int, name: str, palette: Palette) -> str:
-    x, y, colour = axes.x(n), axes.y(total), palette.colours[name]
+    x, y, colour = axes.x(n), axes.y(total), palette.colour(_SERIES[name])
     shape = {
         "square": f"M{x - 2.6:.1f} {y - 2.6:.1f}h5.2v5.2h-5.2z",
         "triangle": f"M{x - 3.1:.1f} {y + 2.5:.1f}h6.2l-3.1 -5.6z",
         "diamond": f"M{x:.1f} {y - 3.5:.1f}l3.5 3.5l-3.5 3.5l-3.5 -3.5z",
         "cross": f"M{x - 2.8:.1f} {y - 2.8:.1f}l5.6 5.6m0 -5.6l-5.6 5.6",
     }.get(_MARKERS[name], f"M{x - 2.7:.1f} {y:.1f}a2.7 2.7 0 1 0 5.4 0a2.7 2.7 0 1 0 -5.4 0z")
-    fill = palette.colours["paper"] if _MARKERS[name] == "open" else colour
+    fill = palette.colour("paper") if _MARKERS[name] == "open" else colour
     told = escape(f"{METHODS[name].short}, n = {n}: {total} operations")
     return (
         f'<path d="{shape}" style="fill:{fill};stroke:{colour};stroke-width:1.3"><title>{told}</title></path>'
@@ -177,10 +159,6 @@ def _labels(axes: _Axes, ends: list[tuple[float, str]], palette: Palette) -> lis
     overshoot = max(0.0, places[-1] - axes.bottom)
     return [
         f'<text x="{axes.right + 8:g}" y="{place - overshoot + 3.5:.1f}" '
-        f'style="fill:{palette.colours[name]};font-weight:600">{escape(METHODS[name].short)}</text>'
+        f'style="fill:{palette.colour(_SERIES[name])};font-weight:600">{escape(METHODS[name].short)}</text>'
         for place, (_, name) in zip(places, ordered, strict=True)
     ]
-
-
-def _grouped(value: int) -> str:
-    return f"{value:,}".replace(",", "\u202f")

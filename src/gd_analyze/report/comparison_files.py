@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-import datetime
 import json
 import re
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from markupsafe import Markup
 
 from gd_analyze.comparison import Comparison
 from gd_analyze.comparison.agreement import PINOCCHIO
-from gd_analyze.errors import UsageError
-from gd_analyze.files import replacing, write_text
+from gd_analyze.files import replacing, require_formats
 from gd_analyze.formatting import figures, pretty
 from gd_analyze.formulations.methods import METHODS
-from gd_analyze.report.comparison_chart import PAPER, SCREEN, growth_chart
+from gd_analyze.report.colours import TEMPLATES
+from gd_analyze.report.comparison_chart import PAPER, SCREEN, Palette, growth_chart
 from gd_analyze.report.comparison_document import comparison_document, provenance_rows
 from gd_analyze.report.html import environment, style
-from gd_analyze.report.pdf import TEMPLATES, typeset
+from gd_analyze.report.pdf import typeset
 
 FILES = {"html": "comparison.html", "pdf": "comparison.pdf", "json": "comparison.json"}
 
@@ -42,39 +41,32 @@ def write_comparison(comparison: Comparison, folder: Path, formats: Collection[s
     OutputError
         If the folder cannot be written to.
     """
-    unknown = sorted(set(formats) - set(FILES))
-    if unknown:
-        raise UsageError(
-            f"there is no format {unknown[0]!r}", where="formats", expected=", ".join(FILES), found=unknown[0]
-        )
-    html = render_comparison_html(comparison) if "html" in formats else ""
-    pdf = render_comparison_pdf(comparison) if "pdf" in formats else b""
-    if "json" in formats:
-        document = comparison_document(comparison)
-        write_text(folder / FILES["json"], json.dumps(document, indent=2, allow_nan=False) + "\n")
-    if html:
-        write_text(folder / FILES["html"], html)
-    if pdf:
-        with replacing(folder / FILES["pdf"]) as temporary:
-            temporary.write_bytes(pdf)
+    require_formats(formats, FILES)
+    make: dict[str, Callable[[Comparison], bytes]] = {
+        "html": lambda compared: render_comparison_html(compared).encode(),
+        "pdf": render_comparison_pdf,
+        "json": _json,
+    }
+    made = {name: make[name](comparison) for name in formats}
+    for name, content in made.items():
+        with replacing(folder / FILES[name]) as temporary:
+            temporary.write_bytes(content)
+
+
+def _json(comparison: Comparison) -> bytes:
+    return (json.dumps(comparison_document(comparison), indent=2, allow_nan=False) + "\n").encode()
 
 
 def render_comparison_html(comparison: Comparison) -> str:
     """Write the page of one comparison; styles, charts and the theme switch are inside it."""
-    return (
-        environment()
-        .get_template("comparison.html.j2")
-        .render(
-            c=comparison_document(comparison),
-            provenance=provenance_rows(comparison),
-            short=_SHORT,
-            charts={
-                which: Markup(growth_chart(comparison.growth, which, SCREEN))
-                for which in ("executed", "folded")
-            },
-            slowest=max(comparison.timing.pinocchio, *comparison.timing.seconds.values()),
-            style=style("report.css", "comparison.css"),
-        )
+    template = environment().get_template("comparison.html.j2")
+    return template.render(
+        c=comparison_document(comparison),
+        provenance=provenance_rows(comparison),
+        names=[_SHORT[name] for name in comparison.agreement.names],
+        charts=_charts(comparison, SCREEN),
+        slowest=max(comparison.timing.pinocchio, *comparison.timing.seconds.values()),
+        style=style("report.css", "comparison.css"),
     )
 
 
@@ -86,14 +78,13 @@ def render_comparison_pdf(comparison: Comparison) -> bytes:
     GdAnalyzeError
         If the document cannot be typeset.
     """
-    when = datetime.datetime.fromisoformat(comparison.provenance["created"])
-    shown = _typeset_numbers(comparison) | {"date": [when.year, when.month, when.day]}
-    inputs = {
-        "data": json.dumps(shown, ensure_ascii=False, allow_nan=False),
-        "executed": growth_chart(comparison.growth, "executed", PAPER),
-        "folded": growth_chart(comparison.growth, "folded", PAPER),
-    }
-    return typeset(TEMPLATES / "comparison.typ", inputs, when)
+    data, charts = _typeset_numbers(comparison), _charts(comparison, PAPER)
+    return typeset(TEMPLATES / "comparison.typ", data, charts, comparison.provenance["created"])
+
+
+def _charts(comparison: Comparison, palette: Palette) -> dict[str, Markup]:
+    kinds: tuple[Literal["executed", "folded"], ...] = ("executed", "folded")
+    return {which: Markup(growth_chart(comparison.growth, which, palette)) for which in kinds}
 
 
 def _typeset_numbers(comparison: Comparison) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
 from collections.abc import Callable
 from typing import Any
 
@@ -29,14 +28,9 @@ def document(findings: Findings) -> dict[str, Any]:
     """Everything the template shows but the figures."""
     arm, model, tables = findings.arm, findings.model, findings.tables
     count = findings.trajectory.n_set_points
-    created = datetime.datetime.fromisoformat(findings.provenance["created"])
     ranked = element_rows(findings)
     return {
-        "title": summary.title(findings),
-        "subtitle": summary.subtitle(findings),
-        "headline": summary.headline(findings),
-        "facts": summary.facts(findings),
-        "date": [created.year, created.month, created.day],
+        **summary.opening(findings),
         "letters": LETTERS,
         "n_joints": arm.n_joints,
         "n_set_points": count,
@@ -47,7 +41,6 @@ def document(findings: Findings) -> dict[str, Any]:
         "is_mechanical": model.level.is_mechanical,
         "refitted": model.refitted,
         "drives": model.drives,
-        "kept_terms": summary.kept(findings),
         "search": model.promise.search,
         "operations": _operations(model.operations_full, model.operations),
         "joints": _joints(findings),
@@ -211,9 +204,9 @@ def _text(findings: Findings) -> dict[str, Any] | None:
             "unit": pretty(row["unit"]),
             "finding": finding,
         }
-        for row, remark, finding in text.remarks
+        for row, remark, finding in text["remarks"]
     ]
-    return {"source": text.source, "agreed": text.agreed, "given": text.given, "remarks": remarks}
+    return text | {"remarks": remarks}
 
 
 def _elements(findings: Findings) -> dict[str, Any]:
@@ -251,7 +244,9 @@ def _trade_off(findings: Findings) -> dict[str, Any]:
         "kinds": [kind_name(kind["level"], kind["refit"]) for kind in kinds],
         "rows": [
             {
-                "budget": _budget(row["budget"], row["factor"]),
+                "budget": pretty(row["budget"])
+                if len(row["budget"]) <= _LONGEST_BUDGET
+                else f"budget × {row['factor']:g}",
                 "asked": row["asked"],
                 "operations": [*map(str, row["operations"])],
                 "errors": [*map(hundredths, row["largest_share"])],
@@ -261,10 +256,6 @@ def _trade_off(findings: Findings) -> dict[str, Any]:
         "operations": model.operations.total,
         "error": percent(float(model.promise.errors.largest_share.max(initial=0.0))),
     }
-
-
-def _budget(stated: str, factor: float) -> str:
-    return pretty(stated) if len(stated) <= _LONGEST_BUDGET else f"budget × {factor:g}"
 
 
 def _terms(findings: Findings) -> dict[str, Any]:

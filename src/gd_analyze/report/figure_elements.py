@@ -60,17 +60,8 @@ def inertia_figure(findings: Findings) -> Figure:
     return figure
 
 
-def coriolis_figure(findings: Findings) -> Figure:
-    """h_1..h_n by effect against the set points."""
-    return _vector_figure(findings, "coriolis_centrifugal")
-
-
-def gravity_figure(findings: Findings) -> Figure:
-    """c_1..c_n against the set points."""
-    return _vector_figure(findings, "gravity_loading")
-
-
-def _vector_figure(findings: Findings, quantity: str) -> Figure:
+def vector_figure(findings: Findings, quantity: str) -> Figure:
+    """Elements of a vector, h_1..h_n by effect or c_1..c_n, against the set points."""
     arm = findings.arm
     chosen = [e for e in elements(arm.n_joints) if e.quantity == quantity]
     columns = min(len(chosen), 3 if len(chosen) <= 9 else 4)

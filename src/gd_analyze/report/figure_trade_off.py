@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from gd_analyze.report.colours import GREY, INK, OF_LEVEL, ON_PAPER, PALE
 from gd_analyze.report.panel import (
@@ -29,7 +29,6 @@ HEIGHT = 180.0
 _DECADES = 4
 
 _MARKERS = {"square": "s", "circle": "o", "diamond": "D"}
-_REFITTED: dict[str, Any] = {"linestyle": (0, (3.2, 1.6)), "markerfacecolor": "white"}
 
 
 @dataclass(frozen=True)
@@ -104,7 +103,8 @@ def trade_off_figure(findings: Findings) -> Figure:
             markeredgewidth=0.9,
             label=name,
             zorder=3,
-            **({"markerfacecolor": colour} | (_REFITTED if refit else {})),
+            linestyle=(0, (3.2, 1.6)) if refit else "-",
+            markerfacecolor="white" if refit else colour,
         )
         names.append((y[-1], name, colour))
     add_line(

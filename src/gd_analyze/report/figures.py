@@ -23,30 +23,33 @@ from gd_analyze.report.panel import (
     whole_range,
 )
 from gd_analyze.results import Findings
+from gd_analyze.robots import RobotArm
 from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+# Above, below and beside the rows of a figure.
+_HEAD, _FOOT, _NAME_WIDTH = 12.0, 16.0, 66.0
+
+
 def motion_figure(findings: Findings) -> Figure:
     """Position, rate and acceleration of every joint against time, one joint per row."""
     arm, trajectory = findings.arm, findings.trajectory
     n = arm.n_joints
-    row, head, foot, name_width = min(350.0 / n, 84.0), 12.0, 16.0, 66.0
-    height = n * row + head + foot
-    figure = new_figure(WIDTH, height)
-    column = (WIDTH - name_width) / 3
+    row, column = min(350.0 / n, 84.0), (WIDTH - _NAME_WIDTH) / 3
+    figure = _figure_of_rows(arm, row)
     time = whole_range(trajectory.time)
     for c, (name, title) in enumerate(
         (("q", "position q"), ("qd", "rate q̇"), ("qdd", "acceleration q̈")),
     ):
         units = " or ".join(dict.fromkeys(pretty(motion_unit(joint, name)) for joint in arm.joints))
-        left = name_width + c * column + 24
-        add_text(figure, left, height - 8, f"{title}, {units}", 7.5)
+        left = _NAME_WIDTH + c * column + 24
+        add_text(figure, left, _FOOT + n * row + 4, f"{title}, {units}", 7.5)
         for i, joint in enumerate(arm.joints):
             curve = motion_curve(trajectory, joint, name, i)
-            bottom = foot + (n - 1 - i) * row
+            bottom = _FOOT + (n - 1 - i) * row
             span = value_range(curve) if c else _around(curve)
             panel = Panel(left, bottom + 3, column - 30, row - 8, time, span)
             add_frame(
@@ -58,11 +61,6 @@ def motion_figure(findings: Findings) -> Figure:
                 power=power_of_ten(span),
             )
             add_curve(figure, panel, trajectory.time, curve, color=INK, linewidth=1.1, label=f"{name}{i + 1}")
-    for i, joint in enumerate(arm.joints):
-        middle = foot + (n - 0.5 - i) * row
-        add_text(figure, 0, middle, f"joint {i + 1}", 7.5, weight="bold")
-        add_text(figure, 0, middle - 8, _clipped(joint.name, 17), 7, color=GREY)
-    add_text(figure, name_width + 8, foot - 5.5, "time, s", 6.5, ha="right", color=GREY)
     return figure
 
 
@@ -70,16 +68,14 @@ def torque_figure(findings: Findings) -> Figure:
     """Exact and simplified torque of every joint, and the error beside what is allowed."""
     arm, table = findings.arm, findings.tables["simplified_model"]
     n = arm.n_joints
-    row, head, foot = min(620.0 / n, 110.0), 12.0, 16.0
-    height = n * row + head + foot
-    figure = new_figure(WIDTH, height)
-    name_width, half = 66.0, (WIDTH - 66.0) / 2
+    row, half = min(620.0 / n, 110.0), (WIDTH - _NAME_WIDTH) / 2
+    figure = _figure_of_rows(arm, row)
     seconds, noise = findings.trajectory.time, findings.round_off
     time = whole_range(seconds)
-    add_text(figure, name_width + 26, height - 8, "torque: exact and simplified", 7.5)
-    add_text(figure, name_width + half + 26, height - 8, "error: simplified − exact, allowed band", 7.5)
+    for c, title in enumerate(("torque: exact and simplified", "error: simplified − exact, allowed band")):
+        add_text(figure, _NAME_WIDTH + c * half + 26, _FOOT + n * row + 4, title, 7.5)
     for i, joint in enumerate(arm.joints):
-        bottom = foot + (n - 1 - i) * row
+        bottom = _FOOT + (n - 1 - i) * row
         exact, simplified = findings.exact_torque[:, i], findings.simplified_torque[:, i]
         error, allowed = table.torque_error.values[:, i], float(table.allowed_error[i])
         spans = (
@@ -88,7 +84,7 @@ def torque_figure(findings: Findings) -> Figure:
         )
         powers = [power_of_ten(span) for span in spans]
         panels = [
-            Panel(name_width + c * half + 26, bottom + 5, half - 32, row - 15, time, span)
+            Panel(_NAME_WIDTH + c * half + 26, bottom + 3, half - 32, row - 13, time, span)
             for c, span in enumerate(spans)
         ]
         if allowed > noise:
@@ -107,10 +103,19 @@ def torque_figure(findings: Findings) -> Figure:
         ):
             colour = ON_PAPER[colour]
             add_curve(figure, panel, seconds, curve, color=colour, linewidth=width, label=f"{label} {i + 1}")
-        middle = bottom + 0.5 * row
+    return figure
+
+
+def _figure_of_rows(arm: RobotArm, row: float) -> Figure:
+    """Make a figure of a named row per joint over a common axis of time."""
+    n = arm.n_joints
+    figure = new_figure(WIDTH, n * row + _HEAD + _FOOT)
+    for i, joint in enumerate(arm.joints):
+        middle = _FOOT + (n - 0.5 - i) * row
+        name = joint.name if len(joint.name) <= 17 else joint.name[:16] + "…"
         add_text(figure, 0, middle, f"joint {i + 1}", 7.5, weight="bold")
-        add_text(figure, 0, middle - 8, _clipped(joint.name, 17), 7, color=GREY)
-    add_text(figure, name_width + 8, foot - 3.5, "time, s", 6.5, ha="right", color=GREY)
+        add_text(figure, 0, middle - 8, name, 7, color=GREY)
+    add_text(figure, _NAME_WIDTH + 8, _FOOT - 5.5, "time, s", 6.5, ha="right", color=GREY)
     return figure
 
 
@@ -135,7 +140,3 @@ def _around(values: FloatArray) -> tuple[float, float]:
     low, high = float(values.min()), float(values.max())
     room = max(0.1 * (high - low), 1e-6 * max(abs(low), abs(high)), 1e-9)
     return (low - room, high + room) if high > low else (low - 1.0, high + 1.0)
-
-
-def _clipped(text: str, most: int) -> str:
-    return text if len(text) <= most else text[: most - 1] + "…"

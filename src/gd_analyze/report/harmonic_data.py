@@ -10,7 +10,7 @@ from gd_analyze.formulas.formula import Formula
 from gd_analyze.formulas.legend import torque_legend
 from gd_analyze.formulas.typst import Typst
 from gd_analyze.formulas.writing import energy_formulas
-from gd_analyze.harmonics.terms import EnergyTerm, Rate, Torques, TorqueTerm
+from gd_analyze.harmonics.terms import EnergyTerm, Rate, TorqueTerm
 from gd_analyze.levels import SimplifiedModel
 from gd_analyze.report.terms import tallies
 
@@ -31,7 +31,10 @@ def harmonic_data(model: SimplifiedModel) -> dict[str, Any] | None:
     return {
         "equations": [equation_data(formula) for formula in model.formulas],
         "legend": _TYPST.legend(model.legend),
-        "kept": _torques_kept(form.torques, model.torques, rates.n_joints),
+        "kept": [
+            [{"kept": tally.kept, "of": tally.total} for tally in row]
+            for row in tallies(form.torques, model.torques, rates.n_joints)
+        ],
         "carried": [{"joint": joint + 1, "by": joint + 2} for run in rates.runs for joint in run[:-1]],
     }
 
@@ -49,11 +52,6 @@ def equation_data(formula: Formula) -> dict[str, Any]:
         group = groups.setdefault("inertia" if piece.quantity == "carried" else piece.quantity, [])
         group.append({"sign": "−" if piece.negative else "+", "math": _TYPST.body(piece)})
     return {"left": _TYPST.symbol(formula.left), "groups": [*groups.values()]}
-
-
-def _torques_kept(exact: Torques, kept: Torques, n: int) -> list[list[dict[str, int]]]:
-    """Terms of every joint's torque by what they are multiplied with: accelerations, rates, nothing."""
-    return [[{"kept": tally.kept, "of": tally.total} for tally in row] for row in tallies(exact, kept, n)]
 
 
 def _energy_kept(

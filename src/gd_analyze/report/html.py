@@ -6,7 +6,6 @@ import json
 import math
 from functools import cache
 from importlib.resources import files
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
@@ -19,7 +18,7 @@ from gd_analyze.formulas.parts import part_symbol
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.labels import inertia_label
 from gd_analyze.report.beyond_chart import beyond_chart
-from gd_analyze.report.colours import css_variables
+from gd_analyze.report.colours import TEMPLATES, css_variables
 from gd_analyze.report.interactive import MOST_POINTS, page_data
 from gd_analyze.report.stroboscope import stroboscope
 from gd_analyze.report.terms import (
@@ -31,12 +30,11 @@ from gd_analyze.report.terms import (
 )
 from gd_analyze.results import Findings, rows_of, summary
 from gd_analyze.results.rows import Row, dropped_parts, element_rows, joint_rows, trade_off_rows
-from gd_analyze.results.words import LETTERS, SYMBOLS, VERDICTS, told
+from gd_analyze.results.words import LETTERS, SYMBOLS, VERDICTS, kind_name, told
 
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-TEMPLATES = Path(__file__).parent / "templates"
 SCRIPTS = ("trade_off.js", "plots.js", "viewer.js", "table.js", "page.js")
 # Rows of the ranking of single terms.
 TERMS_SHOWN = 40
@@ -65,9 +63,10 @@ def render_html(findings: Findings) -> str:
     True
     """
     shown = _content(findings) | _mathematics(findings)
+    plotly = files("plotly").joinpath("package_data", "plotly.min.js")
     frame = {
         "data": _json(page_data(findings)),
-        "plotly": _plotly(),
+        "plotly": Markup(plotly.read_text(encoding="utf-8")),
         "style": style("report.css"),
         "scripts": Markup("\n".join(template_text(name) for name in SCRIPTS)),
     }
@@ -80,15 +79,11 @@ def _content(findings: Findings) -> dict[str, Any]:
     rows, joints = element_rows(findings), joint_rows(findings, "simplified_model", "beyond")
     ranked = {row["element"]: row for row in rows}
     return {
-        "title": summary.title(findings),
-        "subtitle": summary.subtitle(findings),
-        "headline": summary.headline(findings),
-        "facts": summary.facts(findings),
+        **summary.opening(findings),
         "findings": findings,
         "arm": arm,
         "model": findings.model,
         "elements_only": findings.element_model,
-        "kept_terms": summary.kept(findings),
         "steps": summary.search_steps(findings),
         "kinds": list(dict.fromkeys(joint.kind for joint in arm.joints)),
         "joints": joints,
@@ -104,7 +99,10 @@ def _content(findings: Findings) -> dict[str, Any]:
         "terms_total": tables["terms"].attrs["total"],
         "not_worth_keeping": summary.not_worth_keeping(findings),
         "trade_off": trade_off_rows(findings),
-        "trade_off_kinds": rows_of(tables["trade_off"], "kind"),
+        "trade_off_kinds": [
+            kind_name(kind["level"], kind["refit"]).capitalize()
+            for kind in rows_of(tables["trade_off"], "kind")
+        ],
         "drawn": tables["beyond"].attrs["states_drawn"],
         "beyond_chart": beyond_chart(joints),
         "smallest_payload": min(joints, key=lambda row: row["mass_within_budget"]),
@@ -208,8 +206,3 @@ def style(*names: str) -> Markup:
 def template_text(name: str) -> str:
     """Text of a file among the templates."""
     return (TEMPLATES / name).read_text(encoding="utf-8")
-
-
-def _plotly() -> Markup:
-    script = files("plotly").joinpath("package_data", "plotly.min.js").read_text(encoding="utf-8")
-    return Markup(script)

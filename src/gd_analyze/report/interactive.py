@@ -14,8 +14,8 @@ from gd_analyze.elements import elements
 from gd_analyze.formatting import pretty
 from gd_analyze.report.colours import OF_LEVEL
 from gd_analyze.report.element_curves import element_curves, rank_of
-from gd_analyze.report.motion import motion, motion_curve, motion_unit
-from gd_analyze.report.thinning import thinned
+from gd_analyze.report.motion import motion_curve, motion_unit, skeleton
+from gd_analyze.report.thinning import evenly, thinned
 from gd_analyze.results import Findings
 from gd_analyze.results.rows import exact_operations
 from gd_analyze.results.words import kind_name
@@ -137,12 +137,11 @@ def _viewer(findings: Findings) -> dict[str, Any]:
     """Skeleton of the arm at evenly spaced set points, the hand's path, and a floor below."""
     arm = findings.arm
     count = findings.trajectory.n_set_points
-    frames = np.unique(np.linspace(0, count - 1, min(count, MOST_FRAMES)).round().astype(int))
+    frames = evenly(count, MOST_FRAMES)
     q, torque = findings.trajectory.q, findings.exact_torque
     torque = np.where(np.abs(torque) > ROUND_OFF * np.abs(torque).max(), torque, 0.0)
-    posed = motion(arm, q[frames])
-    whole = motion(arm, q[np.unique(np.linspace(0, count - 1, min(count, MOST_POINTS)).round().astype(int))])
-    every = np.concatenate([whole.points.reshape(-1, 3), posed.points.reshape(-1, 3)])
+    posed, whole = skeleton(arm, q[frames]), skeleton(arm, q[evenly(count, MOST_POINTS)])
+    every = np.concatenate([whole, posed]).reshape(-1, 3)
     low, high = every.min(axis=0), every.max(axis=0)
     reach = float(max((high - low).max(), 1e-3))
     up = int(np.abs(arm.gravity).argmax()) if arm.gravity.any() else 2
@@ -159,8 +158,8 @@ def _viewer(findings: Findings) -> dict[str, Any]:
     return {
         "at": (frames + 1).tolist(),
         "time": _rounded(findings.trajectory.time[frames]),
-        "points": np.round(posed.points[..., axes], 5).tolist(),
-        "path": np.round(whole.hand.T[axes], 5).tolist(),
+        "points": np.round(posed[..., axes], 5).tolist(),
+        "path": np.round(whole[:, -1].T[axes], 5).tolist(),
         "q": [_rounded(row) for row in q[frames]],
         "torque": [_rounded(row) for row in torque[frames]],
         "joints": [

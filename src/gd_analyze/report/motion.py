@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from gd_analyze.kinematics import solve_kinematics
@@ -13,31 +11,21 @@ from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray, set_points_last
 
 
-@dataclass(frozen=True, eq=False)
-class Motion:
-    """Where the arm is along the trajectory, for drawing; m.
+def skeleton(arm: RobotArm, q: FloatArray) -> FloatArray:
+    """Where the arm is at every set point of q, shape (N, n), for drawing.
 
-    Parameters
-    ----------
-    points
-        Base origin, then for every joint its origin and its link frame's origin, shape (N, 2 n + 1, 3).
-    hand
-        Origin of the last link frame, shape (N, 3).
+    Returns
+    -------
+    numpy.ndarray
+        Base origin, then for every joint its origin and its link frame's origin, m, shape (N, 2 n + 1, 3);
+        the last is the hand.
     """
-
-    points: FloatArray
-    hand: FloatArray
-
-
-def motion(arm: RobotArm, q: FloatArray) -> Motion:
-    """Skeleton of the arm at every set point of q, shape (N, n)."""
     kinematics = solve_kinematics(arm, set_points_last(q))
-    count = len(q)
-    points = np.zeros((count, 2 * arm.n_joints + 1, 3))
+    points = np.zeros((len(q), 2 * arm.n_joints + 1, 3))
     for i in range(arm.n_joints):
         points[:, 2 * i + 1] = kinematics.joint_origins[i].T
         points[:, 2 * i + 2] = kinematics.link_origins[i].T
-    return Motion(points, points[:, -1])
+    return points
 
 
 def motion_curve(trajectory: Trajectory, joint: Joint, name: str, i: int) -> FloatArray:

@@ -136,15 +136,8 @@ def add_frame(
             add_text(figure, x, bottom - size - 2.5, tick_label(value), size, ha="center", color=GREY)
     if y_labels:
         for y, value in zip(y_at, y_ticks, strict=True):
-            add_text(
-                figure,
-                left - 2.5,
-                y - 0.32 * size,
-                tick_label(value / 10.0**power),
-                size,
-                ha="right",
-                color=GREY,
-            )
+            label = tick_label(value / 10.0**power)
+            add_text(figure, left - 2.5, y - 0.32 * size, label, size, ha="right", color=GREY)
 
 
 def value_range(*curves: FloatArray, floor: float = 0.0) -> tuple[float, float]:
@@ -157,11 +150,11 @@ def value_range(*curves: FloatArray, floor: float = 0.0) -> tuple[float, float]:
     return (low - room, high + room)
 
 
-def ticks(span: tuple[float, float], most: int = 3, whole: bool = False) -> list[float]:
+def ticks(span: tuple[float, float], most: int = 3) -> list[float]:
     """Return few round values inside a range."""
     from matplotlib.ticker import MaxNLocator
 
-    values = MaxNLocator(most, steps=[1, 2, 5, 10], integer=whole).tick_values(*span)
+    values = MaxNLocator(most, steps=[1, 2, 5, 10]).tick_values(*span)
     slack = 1e-9 * (span[1] - span[0])
     return [float(v) for v in values if span[0] - slack <= v <= span[1] + slack]
 

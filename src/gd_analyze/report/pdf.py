@@ -11,13 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.report.colours import TEMPLATES
 from gd_analyze.report.document import document
 from gd_analyze.results import Findings
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-TEMPLATES = Path(__file__).parent / "templates"
 
 # Text stays text in the figures, so Typst sets it in the report's own font: matplotlib names both families,
 # has only the first, and Typst, which sees no font of the machine, has only the second.
@@ -29,8 +28,8 @@ SVG_STYLE: dict[Any, Any] = {
 }
 
 
-def render_pdf(findings: Findings) -> bytes:
-    """Typeset the findings.
+def prepare_pdf(findings: Findings) -> Callable[[], bytes]:
+    """Do all but the typesetting, which leaves the interpreter free for other threads.
 
     Parameters
     ----------
@@ -39,39 +38,29 @@ def render_pdf(findings: Findings) -> bytes:
 
     Returns
     -------
-    bytes
-        A PDF file; the same findings give the same bytes.
-
-    Raises
-    ------
-    GdAnalyzeError
-        If the document cannot be typeset.
+    callable
+        Typesets: gives a PDF file, of the same findings the same bytes, or raises a GdAnalyzeError.
     """
-    return prepare_pdf(findings)()
-
-
-def prepare_pdf(findings: Findings) -> Callable[[], bytes]:
-    """Do all of `render_pdf` but the typesetting, which leaves the interpreter free for other threads."""
-    created = datetime.datetime.fromisoformat(findings.provenance["created"])
-    data = {"data": json.dumps(document(findings), ensure_ascii=False, allow_nan=False)}
-    return partial(typeset, TEMPLATES / "report.typ", data | report_figures(findings), created)
+    data, figures, created = document(findings), report_figures(findings), findings.provenance["created"]
+    return partial(typeset, TEMPLATES / "report.typ", data, figures, created)
 
 
 def report_figures(findings: Findings) -> dict[str, str]:
     """Draw every figure of the report, as SVG by its name in the template."""
     import matplotlib
 
-    from gd_analyze.report import figure_elements, figures
     from gd_analyze.report.figure_arm import arm_figure
+    from gd_analyze.report.figure_elements import inertia_figure, vector_figure
     from gd_analyze.report.figure_trade_off import trade_off_figure
+    from gd_analyze.report.figures import motion_figure, torque_figure
 
     makers: dict[str, Callable[[Findings], Figure]] = {
         "arm": arm_figure,
-        "motion": figures.motion_figure,
-        "inertia": figure_elements.inertia_figure,
-        "coriolis": figure_elements.coriolis_figure,
-        "gravity": figure_elements.gravity_figure,
-        "torque": figures.torque_figure,
+        "motion": motion_figure,
+        "inertia": inertia_figure,
+        "coriolis": partial(vector_figure, quantity="coriolis_centrifugal"),
+        "gravity": partial(vector_figure, quantity="gravity_loading"),
+        "torque": torque_figure,
         "trade_off": trade_off_figure,
     }
     # The user's own matplotlib settings (LaTeX text, tight boxes) must not reach the report.
@@ -81,8 +70,10 @@ def report_figures(findings: Findings) -> dict[str, str]:
         return {name: _svg(make(findings)) for name, make in makers.items()}
 
 
-def typeset(template: Path, inputs: Mapping[str, str], created: datetime.datetime) -> bytes:
-    """Compile a Typst template that reads its data from `sys.inputs`.
+def typeset(template: Path, data: dict[str, Any], figures: Mapping[str, str], created: str) -> bytes:
+    """Compile a Typst template that reads its data and its figures, SVG by name, from `sys.inputs`.
+
+    The file is dated as created, in ISO 8601.
 
     Raises
     ------
@@ -96,8 +87,8 @@ def typeset(template: Path, inputs: Mapping[str, str], created: datetime.datetim
             template,
             root=template.parent,
             ignore_system_fonts=True,
-            sys_inputs=dict(inputs),
-            timestamp=created,
+            sys_inputs={"data": json.dumps(data, ensure_ascii=False, allow_nan=False), **figures},
+            timestamp=datetime.datetime.fromisoformat(created),
         )
     except typst.TypstError as error:
         raise GdAnalyzeError(

@@ -8,6 +8,11 @@ from numpy.typing import NDArray
 from gd_analyze.vectors import FloatArray
 
 
+def evenly(count: int, most: int) -> NDArray[np.intp]:
+    """Indices of evenly spaced set points, at most so many, first and last among them."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
+
+
 def thinned(curves: FloatArray, most: int) -> NDArray[np.intp]:
     """Indices of the set points to draw: every curve keeps its extremes in each of equal stretches.
 

@@ -180,17 +180,9 @@ def _require_ours(path: Path) -> None:
         attributes: Any = dict(file.attrs)
         groups = list(file)
         file.visititems(lambda _, item: dict(item.attrs) and None)
-    foreign = StoreError(
-        "this HDF5 file does not hold gd-analyze results",
-        where=Location(path),
-        expected=f"the groups {', '.join(GROUPS)}",
-        found=", ".join(groups) or "no groups",
-        next_step="name the analysis.h5 of a results folder",
-    )
-    if not np.array_equal(attributes.get("format"), FORMAT):
-        raise foreign
+    ours = np.array_equal(attributes.get("format"), FORMAT)
     schema = np.ravel(attributes.get("schema")).tolist()  # netCDF stores numbers as arrays of one
-    if schema != [SCHEMA_VERSION]:
+    if ours and schema != [SCHEMA_VERSION]:
         raise StoreError(
             "the results file is of another schema version",
             where=Location(path),
@@ -198,8 +190,14 @@ def _require_ours(path: Path) -> None:
             found=", ".join(str(number) for number in schema),
             next_step="use the gd-analyze that wrote it, or run the analysis again",
         )
-    if not set(GROUPS) <= set(groups):
-        raise foreign
+    if not ours or not set(GROUPS) <= set(groups):
+        raise StoreError(
+            "this HDF5 file does not hold gd-analyze results",
+            where=Location(path),
+            expected=f"the groups {', '.join(GROUPS)}",
+            found=", ".join(groups) or "no groups",
+            next_step="name the analysis.h5 of a results folder",
+        )
 
 
 @contextmanager

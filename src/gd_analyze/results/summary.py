@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from typing import Any
 
 from gd_analyze.dominance import text_verdicts
 from gd_analyze.formatting import at_most, number, percent, pretty
@@ -80,6 +80,17 @@ def facts(findings: Findings) -> list[tuple[str, str]]:
     ]
 
 
+def opening(findings: Findings) -> dict[str, Any]:
+    """What a report opens with."""
+    return {
+        "title": title(findings),
+        "subtitle": subtitle(findings),
+        "headline": headline(findings),
+        "facts": facts(findings),
+        "kept_terms": kept(findings),
+    }
+
+
 def cross_check_row(findings: Findings) -> Row:
     """Row of the cross-check that comes closest to what round-off explains."""
     rows = rows_of(findings.tables["cross_check"], "quantity")
@@ -104,28 +115,15 @@ def verdict_counts(findings: Findings) -> dict[str, int]:
     return dict(Counter(split.tolist()))
 
 
-@dataclass(frozen=True)
-class TextComparison:
-    """The founding text's verdicts beside ours.
+def text_comparison(findings: Findings) -> dict[str, Any] | None:
+    """Compare with the founding text's verdicts; None for an arm it does not show.
 
-    Parameters
-    ----------
-    source
-        Where its verdicts are from.
-    agreed, given
-        How many of those it gives ours match.
-    remarks
-        Elements on which it contradicts itself: row, its remark, and what our numbers say of it.
+    Returns
+    -------
+    dict
+        `source` of its verdicts; how many are `given` and how many of them `agreed` with ours; `remarks`, the
+        elements on which it contradicts itself: row, its remark, and what our numbers say of it.
     """
-
-    source: str
-    agreed: int
-    given: int
-    remarks: list[tuple[Row, str, str]]
-
-
-def text_comparison(findings: Findings) -> TextComparison | None:
-    """Compare with the founding text's verdicts; None for an arm it does not show."""
     reference = text_verdicts(findings.arm.name)
     if reference is None:
         return None
@@ -135,7 +133,7 @@ def text_comparison(findings: Findings) -> TextComparison | None:
         (compared[element], remark, _borne_out(compared[element]))
         for element, remark in reference.remarks.items()
     ]
-    return TextComparison(reference.source, agreed, len(compared), remarks)
+    return {"source": reference.source, "agreed": agreed, "given": len(compared), "remarks": remarks}
 
 
 def _borne_out(row: Row) -> str:

@@ -125,7 +125,7 @@ const report = (() => {
     const spec = data.figures[div.dataset.figure];
     const axis = data.axes[spec.axis];
     const marks = { translation: ["T", "t"], rotation: ["R", "r"], combined: ["=", ""], centrifugal: ["cf", ""], coriolis: ["Co", ""] };
-    const order = ["translation", "rotation", "combined", "centrifugal", "coriolis"];
+    const order = Object.keys(marks);
     const values = spec.traces.filter((t) => !["centrifugal", "coriolis"].includes(t.role) || !state.hidden.has(t.role))
       .sort((a, b) => order.indexOf(a.role) - order.indexOf(b.role));
     line.replaceChildren(`#${axis.point[index]}, ${short(axis.time[index])} s: `);

@@ -9,15 +9,6 @@ report.viewer = (() => {
   const view = { frame: 0, playing: false, available: false, started: 0, from: 0 };
   slider.max = last;
 
-  function webgl() {
-    try {
-      const canvas = document.createElement("canvas");
-      return Boolean(canvas.getContext("webgl2") || canvas.getContext("webgl"));
-    } catch {
-      return false;
-    }
-  }
-
   const number = report.short;
   const position = (joint, value) => (joint.kind === "revolute" ? `${number((value * 180) / Math.PI)}°` : `${number(value)} m`);
   const columns = (points) => [0, 1, 2].map((axis) => points.map((point) => point[axis]));
@@ -31,15 +22,15 @@ report.viewer = (() => {
   function floor() {
     const out = [[], [], []];
     const lines = 8;
-    const add = (u, v) => {
-      out[0].push(u); out[1].push(v); out[2].push(u === null ? null : viewer.floor);
-    };
     for (const [fixed, free] of [[0, 1], [1, 0]]) {
+      const [low, high] = viewer.range[fixed];
       for (let k = 0; k <= lines; k += 1) {
-        const [low, high] = viewer.range[fixed];
-        const at = low + ((high - low) * k) / lines;
-        for (const end of viewer.range[free]) fixed === 0 ? add(at, end) : add(end, at);
-        add(null, null);
+        // Nothing is drawn from or to a point without a coordinate.
+        for (const end of [...viewer.range[free], null]) {
+          out[fixed].push(low + ((high - low) * k) / lines);
+          out[free].push(end);
+          out[2].push(viewer.floor);
+        }
       }
     }
     return out;
@@ -138,7 +129,8 @@ report.viewer = (() => {
     if (!view.available) return Promise.resolve();
     return Plotly.react(scene, ...build());
   };
-  if (webgl()) {
+  const canvas = document.createElement("canvas");
+  if (canvas.getContext("webgl2") || canvas.getContext("webgl")) {
     view.available = true;
     new IntersectionObserver((entries, observer) => {
       if (!entries.some((entry) => entry.isIntersecting)) return;
