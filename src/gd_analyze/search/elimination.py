@@ -61,7 +61,7 @@ class Elimination:
         return out
 
     def within(self, factor: float = 1.0) -> NDArray[np.bool_]:
-        """What remains, (K,), if each candidate in this order goes unless `factor` times the budget breaks."""
+        """What remains, (K,), if each in this order goes unless `factor` times the budget breaks."""
         effects = self.candidates.flat
         kept = np.ones(len(effects), dtype=bool)
         lost = np.zeros(effects.shape[1])
