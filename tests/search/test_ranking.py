@@ -94,4 +94,4 @@ def test_the_puma_has_terms_below_its_uncertainty(along):
     limit = np.array(ranking.uncertainty)
     last = ranking.terms[kept]
     assert last.without_share * along.peak_torque[last.without_joint - 1] <= limit[last.without_joint - 1]
-    assert TERM.exact_operations(along.form, ROUGH).total > 600
+    assert TERM.exact_operations(along.form, ROUGH).total > 550
