@@ -84,7 +84,7 @@ def _identities(arm: gd.RobotArm, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray
     kinematics = solve_kinematics(arm, np.ascontiguousarray(q.T))
     by_link = dalembert.inertia_by_link(arm, kinematics).sum(axis=1)
     yield Measurement(
-        "D: composite moments equal the text's sums over links",
+        "D: composite moments equal the founding text's sums over links",
         arm.name,
         float(np.abs(by_link - np.moveaxis(inertia, 0, -1)).max()),
         bounds["inertia"],
@@ -96,7 +96,7 @@ def _identities(arm: gd.RobotArm, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray
     literal = np.stack([itemised[effects == effect].sum(axis=0) for effect in dalembert.EFFECTS])
     h = np.moveaxis(ours["coriolis_centrifugal"], 0, -1)
     yield Measurement(
-        "h: sums of brackets equal the sums of the text's terms over links",
+        "h: sums of brackets equal the sums of the founding text's terms over links",
         arm.name,
         float(np.abs(literal - h).max()),
         bounds["coriolis_centrifugal"],

@@ -161,7 +161,7 @@ class TextVerdicts:
 
 @cache
 def text_verdicts(arm_name: str) -> TextVerdicts | None:
-    """Verdicts read from Figs 3.10 and 3.11 of the text, or None for an arm it does not show."""
+    """Verdicts read from Figs 3.10 and 3.11 of the founding text, or None for an arm it does not show."""
     reference = tomllib.loads((data_folder("references") / "fgl87_figures.toml").read_text(encoding="utf-8"))
     if arm_name != reference["arm"]:
         return None

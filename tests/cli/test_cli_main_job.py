@@ -81,7 +81,7 @@ def test_the_terminal_shows_the_answer_within_80_columns(run, here):
     assert "\x1b" not in result.out
     assert lines[0] == "Unimation PUMA 560 along pick-and-place, 31 set points"
     assert lines[-1] == "wrote       reports/puma560-pick-and-place/dominance.csv"
-    assert "The text's verdicts agree with ours" in result.out
+    assert "The founding text's verdicts agree with ours" in result.out
 
 
 @pytest.mark.parametrize("formats", [("csv",), ("json",), ("h5", "json"), ("html",), ("pdf",)])

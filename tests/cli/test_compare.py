@@ -65,7 +65,7 @@ def test_in_symbols(run, listing):
     assert (result.code, result.err) == (0, "")
     assert max(map(len, result.out.splitlines())) <= 80
     assert "D22 = l**2*m2/3" in result.out
-    assert result.out.count("as the text has it") == len(METHODS)
+    assert result.out.count("as FGL87 has it") == len(METHODS)
     assert "NOT" not in result.out
     assert listing() == set()
     told = run("compare", "two_link", "--symbolic", "--json").json

@@ -30,7 +30,7 @@ from gd_analyze.levels import (
     level_named,
     payload_effect,
 )
-from gd_analyze.levels.level import FULL, ROUGH, Costs, Effort, Entry, Terms
+from gd_analyze.levels.level import FULL, ROUGH, Checked, Costs, Effort, Terms
 from gd_analyze.operations import Expression, Program
 from gd_analyze.operations.derivative import derivative
 from gd_analyze.search import How, simplify_exact
@@ -85,7 +85,7 @@ class PrunedLevel(Level):
     name = "pruned"
     summary = "steps of the program"
     keeps = "steps"
-    entry = Entry
+    entry = Checked
 
     def __init__(self, forgotten: Sequence[int]) -> None:
         self.forgotten = forgotten
@@ -107,7 +107,7 @@ class PrunedLevel(Level):
     def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
         return ()
 
-    def to_entry(self, term: Any, weight: float) -> Entry:
+    def to_entry(self, term: Any, weight: float) -> Checked:
         raise AssertionError("there are no terms")
 
     def from_entry(self, form: ExactForm, entry: Any) -> tuple[Any, float]:

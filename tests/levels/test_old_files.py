@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from made_models import assert_same
 
 from gd_analyze.errors import ModelError
 from gd_analyze.levels import (
@@ -23,13 +22,14 @@ from gd_analyze.levels import (
 from gd_analyze.levels.model_file import _digest
 from gd_analyze.search import How, simplify_exact
 from gd_analyze.states import states_of
+from made_models import assert_same
 
 
 def version_1(document: dict[str, Any]) -> dict[str, Any]:
     """What version 1 wrote of the same model, its digest right."""
     new = dict(document)
     search, solved, terms = new.pop("search"), new.pop("solved"), new.pop("terms")
-    sentence = ", ".join(f"{step['step']} {step['operations']}" for step in search)
+    sentence = ", ".join(f"{step['name']} {step['operations']}" for step in search)
     sentence += ", solved to the end" if solved else ""
     old = new | {"version": 1, "provenance": new["provenance"] | {"search": sentence}}
     if old["level"] == "element":

@@ -189,10 +189,10 @@ def test_drives_are_written_into_the_model(puma_findings: Findings) -> None:
 def test_text_verdicts_stand_beside_ours_for_the_texts_arm_only(
     page: Page, arms: dict[str, RobotArm]
 ) -> None:
-    assert "Beside the text's verdicts" in page.text
+    assert "Beside the founding text's verdicts" in page.text
     assert "VAX-11/780" in page.text
     other = Page(render_html(find(arms["sliding"], swing(arms["sliding"]))))
-    assert "Beside the text's verdicts" not in other.text
+    assert "Beside the founding text's verdicts" not in other.text
     assert "Fig 3.10" not in other.text
 
 

@@ -73,14 +73,14 @@ def test_every_part_of_the_report_is_there(puma_pdf: bytes, tmp_path: Path) -> N
         "Coriolis and centrifugal vector",
         "Gravity loading vector",
         "What dominates, ranked by torque",
-        "Beside the text",
+        "Beside the founding text",
         "Errors along the trajectory",
         "The simplified model",
         "Operations for one evaluation of all torques",
         "Beyond this trajectory",
         "Fewer operations, or less error",
         "Single terms, ranked by torque",
-        "By the text’s own method",
+        "By the founding text’s own method",
         "What was dropped, and why",
         "Equations",
         "Cross-check against Pinocchio",
@@ -197,7 +197,7 @@ def test_every_level_is_typeset_with_its_own_equations(
 ) -> None:
     findings = by_level[level]
     words = " ".join(read(prepare_pdf(findings)(), tmp_path).split())
-    assert ("By the text’s own method" in words) == (level != "element")
+    assert ("By the founding text’s own method" in words) == (level != "element")
     assert ("follow by Lagrange" in words) == (level == "energy")
     assert ("refitted to absorb" in words) == findings.model.refitted
     assert ("Nothing is certified" in words) == (level == "element")
@@ -277,7 +277,7 @@ def test_units_follow_the_kind_of_joint() -> None:
 
 def test_other_arms_have_no_verdicts_of_the_text(swing_findings: Findings, tmp_path: Path) -> None:
     assert document(swing_findings)["text"] is None
-    assert "Beside the text" not in read(prepare_pdf(swing_findings)(), tmp_path)
+    assert "Beside the founding text" not in read(prepare_pdf(swing_findings)(), tmp_path)
 
 
 def test_text_remarks_are_weighed_with_our_numbers(puma_findings: Findings) -> None:

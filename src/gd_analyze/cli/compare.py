@@ -30,7 +30,7 @@ FORMATS = ("html", "pdf", "json")
 @trajectory_argument("Left out, torques are compared at random states.")
 @payload_option
 @click.option(
-    "--symbolic", is_flag=True, help="Only print the text's two-link arm in symbols, by every formulation."
+    "--symbolic", is_flag=True, help="Only print FGL87's two-link arm in symbols, by every formulation."
 )
 @out_option("Folder for the results.  [default: reports/compare-ROBOT]")
 @formats_option(FORMATS)
@@ -47,7 +47,7 @@ def compare(
     r"""Count, time and compare every formulation of the arm's dynamics.
 
     Multiplications and additions are counted by running each formulation's own code on numbers that
-    count, and set beside the text's polynomials. With --symbolic the two-link arm of the text goes
+    count, and set beside the founding text's polynomials. With --symbolic its two-link arm goes
     through the same code as symbols (needs SymPy).
 
     \b
@@ -113,16 +113,16 @@ def _show(told: dict[str, Any], files: list[Path]) -> None:
     theirs = number(max(told["torque_differences"][-1]))
     rows.append(["Pinocchio", "-", "-", "-", microseconds(told["seconds_pinocchio"]), theirs])
     table(
-        "Operations per set point (multiplications + additions): as executed, folded, and the text's "
+        "Operations per set point (multiplications + additions): as executed, folded, and FGL87's "
         f"polynomial at n = {told['n_joints']}; time in µs; largest difference of torque, "
         f"{'N m' if told['all_turning'] else 'N m or N'}",
-        ["", "executed", "folded", "text", "time", "difference"],
+        ["", "executed", "folded", "FGL87", "time", "difference"],
         rows,
     )
     slopes = ("exponent", "exponent_folded", "exponent_text")
     table(
         f"Growth: slope of log(operations) over log(n), n = 6 to {told['sizes'][-1]}, on a generic chain",
-        ["", "order", "executed", "folded", "text"],
+        ["", "order", "executed", "folded", "FGL87"],
         [
             [row["short"], row["order"], *("-" if row[s] is None else f"{row[s]:.2f}" for s in slopes)]
             for row in methods
@@ -136,14 +136,14 @@ def _show(told: dict[str, Any], files: list[Path]) -> None:
 
 
 def _symbolic(robot: str, as_json: bool) -> None:
-    """Print D, h and c of the two-link arm by every formulation, and whether they are the text's."""
+    """Print D, h and c of the two-link arm by every formulation, and whether they are the founding text's."""
     from gd_analyze.comparison.symbolic import same, text_closed_forms, two_link_closed_forms
     from gd_analyze.errors import UsageError
     from gd_analyze.formulations.methods import METHODS
 
     if robot != "two_link":
         raise UsageError(
-            "only the text's two-link arm has closed forms here",
+            "only the founding text's two-link arm has closed forms here",
             where="--symbolic",
             expected="two_link",
             found=robot,
@@ -173,4 +173,4 @@ def _symbolic(robot: str, as_json: bool) -> None:
             line(f"{label:3} = {entry}")
         line()
         for title in titles:
-            line(f"{title}: {'as the text has it' if is_the_texts else 'NOT what the text has'}")
+            line(f"{title}: {'as FGL87 has it' if is_the_texts else 'NOT what FGL87 has'}")

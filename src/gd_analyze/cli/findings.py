@@ -92,7 +92,7 @@ def _show(findings: Findings, files: list[Path], top: int) -> None:
         )
     if (text := summary.text_comparison(findings)) is not None:
         sentence(
-            f"The text's verdicts agree with ours on {text['agreed']} of {text['given']} elements of D and h."
+            f"The founding text's verdicts agree with ours on {text['agreed']} of {text['given']} elements."
         )
     line(f"operations  {findings.model.operations_full}")
     line(f"         -> {findings.model.operations}")
@@ -127,7 +127,7 @@ def _show_ranking(findings: Findings, top: int) -> None:
     table(
         f"Ranking by torque, {len(shown)} of {len(rows)} elements: largest part by effect (D in kg m², h and "
         "c in N m), largest torque, its joint and its share of that joint's peak torque",
-        ["", "tran", "rot", "torque", "joint", "share", "verdict", "kept", *(["text"] if with_text else [])],
+        ["", "tran", "rot", "torque", "joint", "share", "verdict", "kept", *(["FGL87"] if with_text else [])],
         [
             [
                 row["element"],

@@ -100,8 +100,8 @@ def joint_rows(arm: RobotArm, columns: Mapping[str, Any]) -> list[dict[str, Any]
     return [
         {
             "joint": i + 1,
-            "name": joint.name,
-            "unit": joint.effort_unit,
+            "joint_name": joint.name,
+            "effort_unit": joint.effort_unit,
             **{name: None if values is None else values[i] for name, values in plain.items()},
         }
         for i, joint in enumerate(arm.joints)

@@ -10,7 +10,7 @@ from gd_analyze.cli.options import F, number_option, together
 
 # As in `gd_analyze.levels.LEVELS`, which loads NumPy; a test compares.
 LEVELS = {
-    "element": "parts of D and h as a whole, the text's method",
+    "element": "parts of D and h as a whole, the founding text's method",
     "term": "torque terms one by one, the fewest operations",
     "energy": "the model remains a mechanical system, with symmetric D and its own energy",
 }

@@ -1,4 +1,4 @@
-"""Where our counts differ from the text's, and why."""
+"""Where our counts differ from the founding text's, and why."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ N_JOINTS = 6
 
 _WHY = {
     "lagrange_euler": (
-        "The text's rows amount to four 4x4 products (256 multiplications) for each of its 392 traces. Ours "
+        "FGL87's rows amount to four 4x4 products (256 multiplications) for each of its 392 traces. Ours "
         "forms every derivative of a transform once, going outwards, and weights it with the link's "
         "pseudo-inertia once, so a trace takes 16; it does not use the symmetry of D and of h's coefficients "
         "and takes 532 traces. The zeros and ones of the 4x4 matrices are multiplied out by both; folding "
@@ -25,7 +25,7 @@ _WHY = {
         "are placed in the base frame first."
     ),
     "newton_euler_link": (
-        "Ours makes the rotation matrices from sines and cosines, a row the text's table does not have. The "
+        "Ours makes the rotation matrices from sines and cosines, a row FGL87's table does not have. The "
         "joint's axis may have any direction in the link's frame: multiplying by its zeros and ones is "
         "folded away where it is an axis of the frame."
     ),
@@ -35,7 +35,7 @@ _WHY = {
         "in full, not its upper triangle."
     ),
     "composite_moments": (
-        "The text sums over links for every element; the moments of all links from joint m outwards are one "
+        "FGL87 sums over links for every element; the moments of all links from joint m outwards are one "
         "suffix sum, used by every element of row m, and h comes from brackets of pairs of joints rather "
         "than from triples."
     ),
@@ -43,19 +43,19 @@ _WHY = {
 
 
 def explanation(method: str, grown: Growth) -> str:
-    """Set a method's count beside the text's, and say why they differ; `grown` must have `N_JOINTS`."""
+    """Set a method's count beside FGL87's, and say why they differ; `grown` must have `N_JOINTS`."""
     cost = grown.costs[method][grown.sizes.index(N_JOINTS)]
     executed, folded = cost.executed.total, cost.folded.total
     stated = text_costs().of(method)
     if stated is None:
         counted = (
-            f"Not counted in the text; at n = {N_JOINTS} ours carries out {executed} operations, "
+            f"Not counted in the founding text; at n = {N_JOINTS} ours carries out {executed} operations, "
             f"folded {folded}."
         )
     else:
         total = stated.at(N_JOINTS).total
         counted = (
-            f"At n = {N_JOINTS} the text counts {total} operations, ours carries out {executed} "
+            f"At n = {N_JOINTS} the founding text counts {total} operations, ours carries out {executed} "
             f"({100 * executed / total:.0f} % of that), folded {folded} ({100 * folded / total:.0f} %)."
         )
     return f"{counted} {_WHY[method]}"

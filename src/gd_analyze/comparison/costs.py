@@ -19,7 +19,7 @@ from gd_analyze.robots import RobotArm
 
 Counted = Literal["executed", "folded", "text"]
 
-# The text's polynomials are set beside ours for these numbers of joints.
+# The founding text's polynomials are set beside ours for these numbers of joints.
 SIZES = tuple(range(1, 13))
 # With one or two joints some sums are empty.
 _REGULAR = 3
@@ -58,7 +58,7 @@ class Growth:
     sizes: ClassVar[tuple[int, ...]] = SIZES
 
     def counts(self, method: str, which: Counted) -> tuple[OperationCount, ...]:
-        """Counts by size, ours or the text's; none where the text has no polynomial of the method."""
+        """Counts by size, ours or FGL87's; none where it has no polynomial of the method."""
         if which != "text":
             return tuple(getattr(cost, which) for cost in self.costs[method])
         stated = text_costs().of(method)

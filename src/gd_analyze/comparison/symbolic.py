@@ -1,4 +1,4 @@
-"""The text's two-link arm with symbols for numbers, through the formulations' own code.
+"""The founding text's two-link arm with symbols for numbers, through the formulations' own code.
 
 The array code runs on SymPy expressions as it runs on numbers. Its own constants (0.5, 1, 2) are floats, but
 all of them, and all their products and sums, are exact in binary, so they turn back into rationals without
@@ -38,7 +38,7 @@ class ClosedForms:
 
 
 def two_link_closed_forms(method: str) -> ClosedForms:
-    """Run one formulation on the text's two rods, masses, length and angles left as symbols.
+    """Run one formulation on the founding text's two rods, masses, length and angles left as symbols.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def two_link_closed_forms(method: str) -> ClosedForms:
     def exact(expression: Any) -> Any:
         rational = sp.sympify(expression).replace(lambda x: x.is_Float, lambda x: sp.Rational(float(x)))
         rods = {s[f"I{k}"]: s[f"m{k}"] * s["l"] ** 2 / 12 for k in (1, 2)}
-        # Sums of angles stay in the text's form: cos(theta1 + theta2), not its expansion.
+        # Sums of angles stay in the founding text's form: cos(theta1 + theta2), not its expansion.
         return sp.trigsimp(sp.expand(rational.subs(rods)))
 
     return ClosedForms(

@@ -16,9 +16,9 @@ from gd_analyze.resources import data_folder
 
 @dataclass(frozen=True)
 class TextCost:
-    """One line of the text's tables: a whole formulation, or one row of its breakdown.
+    """One line of the founding text's tables: a whole formulation, or one row of its breakdown.
 
-    `name` is a method of `METHODS` for a whole, the text's row for a part.
+    `name` is a method of `METHODS` for a whole, the founding text's row for a part.
     """
 
     name: str
@@ -28,13 +28,13 @@ class TextCost:
     remark: str = ""
 
     def at(self, n: int) -> OperationCount:
-        """Count at n joints; sines and cosines, which the text leaves out, as 0."""
+        """Count at n joints; sines and cosines, which the founding text leaves out, as 0."""
         return OperationCount(self.multiplications(n), self.additions(n), 0)
 
 
 @dataclass(frozen=True)
 class TextCosts:
-    """All the text says of costs."""
+    """All the founding text says of costs."""
 
     source: str
     remark: str
@@ -42,7 +42,7 @@ class TextCosts:
     rows: tuple[TextCost, ...]
 
     def of(self, method: str, table: str | None = None) -> TextCost | None:
-        """What the text says of a method, in its first table that does; None where it says nothing."""
+        """What FGL87 says of a method, in its first table that does; None where it says nothing."""
         found = [c for c in self.totals if c.name == method and table in (None, c.table)]
         return found[0] if found else None
 

@@ -24,7 +24,7 @@ class ElementLevel(Level):
     """Parts are kept or dropped as they are: each has the weight 1."""
 
     name: ClassVar[str] = "element"
-    summary: ClassVar[str] = "parts of D and h as a whole, the text's method"
+    summary: ClassVar[str] = "parts of D and h as a whole, the founding text's method"
     keeps: ClassVar[str] = "parts of elements"
     is_priced_exactly: ClassVar[bool] = True
     entry: ClassVar[type[Checked]] = _PartEntry

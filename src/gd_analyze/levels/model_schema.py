@@ -32,7 +32,7 @@ class _JointError(Checked):
 
 
 class _Step(Checked):
-    step: str
+    name: str
     operations: int
 
 
@@ -85,7 +85,7 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
             for i, joint in enumerate(model.arm.joints)
         ],
         made_for=dict(promise.made_for),
-        search=[_Step(step=step.name, operations=step.operations) for step in promise.steps],
+        search=[_Step(name=step.name, operations=step.operations) for step in promise.steps],
         solved=promise.solved,
         operations=model.operations,
         operations_full=model.operations_full,
@@ -125,7 +125,7 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
             document.budget,
             ErrorTable(peak, largest, rms),
             document.made_for,
-            tuple(SearchStep(step.step, step.operations) for step in document.search),
+            tuple(SearchStep(step.name, step.operations) for step in document.search),
             document.solved,
         ),
         provenance=document.provenance,

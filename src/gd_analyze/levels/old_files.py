@@ -28,7 +28,7 @@ def from_version_1(raw: dict[str, Any]) -> dict[str, Any]:
     new |= {
         "version": 2,
         "provenance": provenance,
-        "search": [{"step": name, "operations": int(operations)} for name, _, operations in steps],
+        "search": [{"name": name, "operations": int(operations)} for name, _, operations in steps],
         "solved": sentence.endswith("solved to the end"),
         "terms": [{"part": label} for label in terms] if raw["level"] == "element" else terms,
     }

@@ -1,7 +1,7 @@
 """Numbers that count: how many multiplications and additions code carries out, as it stands.
 
 Unlike a trace nothing is folded and nothing shared: a product with zero counts, an intermediate result formed
-twice counts twice. This is what the text's tables count, and what running the code costs.
+twice counts twice. This is what the founding text's tables count, and what running the code costs.
 """
 
 from __future__ import annotations

@@ -43,7 +43,7 @@ PAPER = Palette(ON_PAPER.__getitem__, "Libertinus Serif", 380.0, 300.0)
 
 
 def growth_chart(growth: Growth, which: Literal["executed", "folded"], palette: Palette) -> str:
-    """Draw the total operations of every method; the text's polynomials are dashed.
+    """Draw the total operations of every method; the founding text's polynomials are dashed.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ def comparison_document(comparison: Comparison) -> dict[str, Any]:
     Returns
     -------
     dict
-        Operations by method are those of one torque of this arm, `text` the text's polynomials at its number
+        Operations by method are those of one torque of this arm, `text` FGL87's polynomials at its number
         of joints; `exponent` and the curves are of the generic chain. Times are seconds per set point,
         differences of torque N m (N), `from_pinocchio` rows of D, h, c and torque, SI units, as `bounds` are.
     """
@@ -98,7 +98,7 @@ def _of_text(count: OperationCount) -> dict[str, Any]:
 
 
 def _polynomials(comparison: Comparison) -> list[list[str]]:
-    """Per method the text's polynomials, then ours: title, whose, multiplications, additions, remark."""
+    """Per method FGL87's polynomials, then ours: title, whose, multiplications, additions, remark."""
     rows = []
     for name, method in METHODS.items():
         stated: dict[tuple[str, str, str], list[str]] = {}
