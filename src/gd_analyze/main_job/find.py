@@ -16,6 +16,7 @@ from gd_analyze.levels import (
     TERM,
     ErrorTable,
     ExactDynamics,
+    Level,
     SimplifiedModel,
     level_named,
     payload_effect,
@@ -100,11 +101,7 @@ def find(
         dominance = rank(dataset, budget=how.budget.allowed(peak_magnitude(dataset.torque.values)))
         exact = ExactDynamics.of(arm, dataset)
         elements = simplify_exact(exact, how.budget, How(ELEMENT), provenance=source)
-        wanted = None if how.level is None else level_named(how.level)
-        many = wanted in (None, ELEMENT) and _is_large(exact)
-        if many and wanted is None:
-            _tell_to_stay_with_elements(exact)
-        level = wanted or (ELEMENT if many else TERM)
+        level, many = _level(exact, how)
         model = elements
         if level is not ELEMENT or how.operations is not None:
             search = How(level, how.refit, how.operations, thorough=level is ELEMENT)
@@ -132,6 +129,15 @@ def find(
         warnings=(*before.warnings, *_told(caught)),
         provenance=source,
     )
+
+
+def _level(exact: ExactDynamics, how: Settings) -> tuple[Level, bool]:
+    """Level of the model, and whether there are too many terms to look at single ones."""
+    wanted = None if how.level is None else level_named(how.level)
+    many = wanted in (None, ELEMENT) and _is_large(exact)
+    if many and wanted is None:
+        _tell_to_stay_with_elements(exact)
+    return wanted or (ELEMENT if many else TERM), many
 
 
 def _is_large(exact: ExactDynamics) -> bool:
