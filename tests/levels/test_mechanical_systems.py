@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_models import ROUND_OFF
 from scipy.integrate import solve_ivp
 
 from gd_analyze.levels import ENERGY, TERM, Budget, ExactDynamics, SimplifiedModel
 from gd_analyze.search import How, simplify_exact
 from gd_analyze.states import states_in_box
+from made_models import ROUND_OFF
 from strategies import arms_with_states, examples
 
 

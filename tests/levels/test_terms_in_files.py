@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made_models import assert_same
 
 from gd_analyze.errors import ModelError
 from gd_analyze.levels import ENERGY, Budget, ExactDynamics, SimplifiedModel, evaluate, load_model, save_model
 from gd_analyze.levels.model_file import _digest
 from gd_analyze.search import How, simplify, simplify_exact
 from gd_analyze.states import states_of
+from made_models import assert_same
 
 
 @pytest.fixture(scope="module")
