@@ -110,9 +110,8 @@ def _element_panel(
         figure,
         panel,
         x_ticks=[1.0, float(count)] if count > 1 else [1.0],
-        x_labels=set_points,
         y_ticks=[0.0] if zero else ticks(span, 4),
-        y_labels=roomy,
+        labels="x" * set_points + "y" * roomy,
         power=power,
         size=6 if roomy else 4.5,
     )

@@ -56,8 +56,8 @@ def motion_figure(findings: Findings) -> Figure:
                 figure,
                 panel,
                 x_ticks=ticks(time, 4),
-                x_labels=i == n - 1,
                 y_ticks=ticks(span, 3 if row > 40 else 2),
+                labels="xy" if i == n - 1 else "y",
                 power=power_of_ten(span),
             )
             add_curve(figure, panel, trajectory.time, curve, color=INK, linewidth=1.1, label=f"{name}{i + 1}")
@@ -90,9 +90,9 @@ def torque_figure(findings: Findings) -> Figure:
         if allowed > noise:
             _band(figure, panels[1], allowed)
         for panel, span, power in zip(panels, spans, powers, strict=True):
-            last = i == n - 1
+            shown = "xy" if i == n - 1 else "y"
             add_frame(
-                figure, panel, x_ticks=ticks(time, 5), x_labels=last, y_ticks=ticks(span, 4), power=power
+                figure, panel, x_ticks=ticks(time, 5), y_ticks=ticks(span, 4), labels=shown, power=power
             )
             unit = scaled(joint.effort_unit, power)
             add_text(figure, panel.left, panel.bottom + panel.height + 2, unit, 6.5, color=GREY)

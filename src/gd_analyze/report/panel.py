@@ -109,13 +109,12 @@ def add_frame(
     panel: Panel,
     *,
     x_ticks: Sequence[float] = (),
-    x_labels: bool = True,
     y_ticks: Sequence[float] = (),
-    y_labels: bool = True,
+    labels: str = "xy",
     power: int = 0,
     size: float = 6,
 ) -> None:
-    """Draw baseline, zero line, ticks and their labels; y labels are in units of 10^power."""
+    """Draw baseline, zero line, ticks and the labels of the axes named; those of y in units of 10^power."""
     left, bottom, top = panel.left, panel.bottom, panel.bottom + panel.height
     right = left + panel.width
     x_at = np.interp(x_ticks, panel.x, (left, right))
@@ -131,10 +130,10 @@ def add_frame(
         linewidth=0.6,
         zorder=1,
     )
-    if x_labels:
+    if "x" in labels:
         for x, value in zip(x_at, x_ticks, strict=True):
             add_text(figure, x, bottom - size - 2.5, tick_label(value), size, ha="center", color=GREY)
-    if y_labels:
+    if "y" in labels:
         for y, value in zip(y_at, y_ticks, strict=True):
             label = tick_label(value / 10.0**power)
             add_text(figure, left - 2.5, y - 0.32 * size, label, size, ha="right", color=GREY)
