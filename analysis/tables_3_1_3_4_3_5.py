@@ -15,6 +15,7 @@ from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import FrameType
 from typing import NamedTuple, get_args
 
 import numpy as np
@@ -48,8 +49,9 @@ def count_by_place(method: str) -> Parts:
     parts: dict[Place, Tally] = defaultdict(Tally)
 
     def asking() -> Place:
-        frame, callers = sys._getframe(), []
-        while frame := frame.f_back:  # type: ignore[assignment]
+        frame: FrameType | None = sys._getframe()
+        callers = []
+        while frame := frame.f_back if frame else None:
             callers += [frame] if frame.f_code.co_filename == file else []
         if not callers:
             return Place("", "", "")

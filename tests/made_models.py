@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,7 +11,6 @@ from gd_analyze.levels import ELEMENT, ENERGY, ErrorTable, ExactForm, Level, Pro
 from gd_analyze.levels.level import QUICK, Effort, Terms
 from gd_analyze.operations import OperationCount
 from gd_analyze.robots import RobotArm
-from gd_analyze.search.simplify import with_promise
 from gd_analyze.states import States
 from gd_analyze.vectors import FloatArray
 
@@ -50,7 +50,7 @@ def model_of_parts(arm: RobotArm, labels: Collection[str], drives: bool = False)
 
 def allowing(model: SimplifiedModel, allowed: FloatArray) -> SimplifiedModel:
     """The same model with another budget, N m, shape (n,)."""
-    return with_promise(model, allowed=allowed)
+    return replace(model, promise=replace(model.promise, allowed=allowed))
 
 
 def assert_same(model: SimplifiedModel, again: SimplifiedModel, states: States) -> None:

@@ -7,8 +7,8 @@ little. A few rounds suffice, as the bound is close to the worst state.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from gd_analyze.errors import UsageError
 from gd_analyze.levels import TERM, Budget, ErrorTable, ExactDynamics, Level, SimplifiedModel
 from gd_analyze.levels.level import FULL, THOROUGH
 from gd_analyze.search import How, simplify_exact
-from gd_analyze.search.simplify import with_promise
 from gd_analyze.vectors import FloatArray
 
 # Rounds at most; of the first the budget shrinks to no less than this share, later by what the bound asks.
@@ -88,10 +87,11 @@ def _finished(
     model: SimplifiedModel, exact: ExactDynamics, allowed: FloatArray, stated: str
 ) -> SimplifiedModel:
     """Say what the model was asked for, and write its program with few operations."""
-    written = dataclasses.replace(
+    written = replace(
         model,
         program=model.level.write(model.form, model.terms, THOROUGH),
         operations_full=model.level.exact_operations(model.form, FULL),
     )
     errors = ErrorTable.of(exact.torque, written.torque(*exact.states.arrays))
-    return with_promise(written, allowed=allowed, budget=f"{stated}, certified", errors=errors)
+    promise = replace(written.promise, allowed=allowed, budget=f"{stated}, certified", errors=errors)
+    return replace(written, promise=promise)

@@ -7,13 +7,7 @@ from collections.abc import Callable, Sequence
 import click
 
 from gd_analyze.cli.options import F, number_option, together
-
-# As in `gd_analyze.levels.LEVELS`, which loads NumPy; a test compares.
-LEVELS = {
-    "element": "parts of D and h as a whole, the founding text's method",
-    "term": "torque terms one by one, the fewest operations",
-    "energy": "the model remains a mechanical system, with symmetric D and its own energy",
-}
+from gd_analyze.level_names import LEVEL_NAMES
 
 
 def budget_option(
@@ -25,10 +19,10 @@ def budget_option(
 
 
 def level_option(
-    default: str | None, help_default: str, names: Sequence[str] = ("term", "energy", "element")
+    default: str | None, help_default: str, names: Sequence[str] = tuple(LEVEL_NAMES)
 ) -> Callable[[F], F]:
     """--level."""
-    told = "; ".join(f"{name}: {LEVELS[name]}" for name in names)
+    told = "; ".join(f"{name}: {LEVEL_NAMES[name]}" for name in names)
     return click.option(
         "--level", type=click.Choice(names), default=default, help=f"{told}.  [default: {help_default}]"
     )

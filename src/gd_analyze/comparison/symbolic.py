@@ -17,6 +17,7 @@ import numpy as np
 from gd_analyze.errors import UsageError
 from gd_analyze.formulations.methods import known_method
 from gd_analyze.robots import Joint, RobotArm
+from gd_analyze.vectors import Array
 
 if TYPE_CHECKING:
     import sympy
@@ -121,10 +122,18 @@ def same(one: ClosedForms, other: ClosedForms) -> bool:
     return all(sp.simplify(difference) == sp.zeros(*difference.shape) for difference in differences)
 
 
-class _SymbolicArm(SimpleNamespace):
+@dataclass(frozen=True, eq=False)
+class _SymbolicArm:
     """What the formulations read of a `RobotArm`, whose own checks want numbers."""
 
-    __hash__ = object.__hash__  # type: ignore[assignment]
+    mass: Array
+    com: Array
+    inertia_com: Array
+    gravity: Array
+    links: tuple[Any, ...]
+    joints: tuple[Joint, ...]
+    is_revolute: tuple[bool, ...]
+    n_joints: int
 
 
 def _symbolic_arm(s: dict[str, Any]) -> _SymbolicArm:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
+
+from pydantic import TypeAdapter
 
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula
@@ -24,10 +26,9 @@ class ElementLevel(Level):
     """Parts are kept or dropped as they are: each has the weight 1."""
 
     name: ClassVar[str] = "element"
-    summary: ClassVar[str] = "parts of D and h as a whole, the founding text's method"
     keeps: ClassVar[str] = "parts of elements"
     is_priced_exactly: ClassVar[bool] = True
-    entry: ClassVar[type[Checked]] = _PartEntry
+    entries: ClassVar[TypeAdapter[Any]] = TypeAdapter(list[_PartEntry])
 
     def terms(self, form: ExactForm) -> Terms:
         """Parts in the order of their elements."""
@@ -65,3 +66,6 @@ class ElementLevel(Level):
                 expected=f"labels such as {labels[0]!r} or {labels[-1]!r}",
             )
         return parts[entry.part], 1.0
+
+
+ELEMENT = ElementLevel()

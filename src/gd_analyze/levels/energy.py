@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.lagrangian import torques_of
@@ -26,10 +27,9 @@ class EnergyLevel(HarmonicLevel):
     """Terms of D' in absolute rates and of the potential: the model is a mechanical system itself."""
 
     name: ClassVar[str] = "energy"
-    summary: ClassVar[str] = "the model remains a mechanical system, with symmetric D and its own energy"
     keeps: ClassVar[str] = "energy terms"
     is_mechanical: ClassVar[bool] = True
-    entry: ClassVar[type[Checked]] = _EnergyEntry
+    entries: ClassVar[TypeAdapter[Any]] = TypeAdapter(list[_EnergyEntry])
 
     def terms(self, form: ExactForm) -> Energies:
         """Every term of the energies and its coefficient."""
@@ -55,3 +55,6 @@ class EnergyLevel(HarmonicLevel):
         if not (term.i == term.j == -1 or 0 <= term.i <= term.j < form.arm.n_joints):
             raise ModelError(f"{term} is no term of the arm's equations")
         return term, entry.coefficient
+
+
+ENERGY = EnergyLevel()

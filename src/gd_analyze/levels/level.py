@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, TypeAdapter
 
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
@@ -82,9 +82,7 @@ class Level(ABC):
     Parameters
     ----------
     name
-        As users call it.
-    summary
-        What it does, for help and documents.
+        As users call it, see `gd_analyze.level_names`.
     keeps
         What its models keep, in the plural.
     has_torque_terms
@@ -94,17 +92,16 @@ class Level(ABC):
         Whether its models are mechanical systems, with a symmetric D.
     is_priced_exactly
         Whether `costs` are what a program takes, so that an integer program's optimum is the end.
-    entry
-        Schema of one term in a model file.
+    entries
+        Schema of the terms in a model file.
     """
 
     name: ClassVar[str]
-    summary: ClassVar[str]
     keeps: ClassVar[str]
     has_torque_terms: ClassVar[bool] = False
     is_mechanical: ClassVar[bool] = False
     is_priced_exactly: ClassVar[bool] = False
-    entry: ClassVar[type[Checked]]
+    entries: ClassVar[TypeAdapter[Any]]
 
     def __str__(self) -> str:
         return self.name
@@ -140,6 +137,26 @@ class Level(ABC):
     @abstractmethod
     def from_entry(self, form: ExactForm, entry: Any) -> tuple[Any, float]:
         """Read a term back; a ModelError if no arm of this make has it."""
+
+    def to_entries(self, terms: Terms) -> list[Any]:
+        """Write terms for a model file, in plain values."""
+        return [self.to_entry(*term).model_dump(mode="json") for term in terms.items()]
+
+    def from_entries(self, form: ExactForm, entries: Sequence[Any]) -> dict[Any, float]:
+        """Read terms back.
+
+        Raises
+        ------
+        pydantic.ValidationError
+            If they are not as the schema says.
+        ModelError
+            If no arm of this make has one of them, or one is stated twice.
+        """
+        stated = [self.from_entry(form, entry) for entry in self.entries.validate_python(entries)]
+        terms = dict(stated)
+        if len(terms) < len(stated):
+            raise ModelError("a term is stated twice")
+        return terms
 
     def numbers(self, form: ExactForm, terms: Sequence[Any]) -> Numbers:
         """Free numbers of a refit: by default every term has its own."""

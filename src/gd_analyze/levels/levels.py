@@ -1,16 +1,16 @@
-"""The levels there are: a new one is a file of its own and a line here."""
+"""The levels there are: one for each of `LEVEL_NAMES`, in the file of its name, as TERM in term.py."""
 
 from __future__ import annotations
 
+from importlib import import_module
+
 from gd_analyze.errors import UsageError
-from gd_analyze.levels.element import ElementLevel
-from gd_analyze.levels.energy import EnergyLevel
+from gd_analyze.level_names import LEVEL_NAMES
 from gd_analyze.levels.level import Level
-from gd_analyze.levels.term import TermLevel
 
-ELEMENT, TERM, ENERGY = ElementLevel(), TermLevel(), EnergyLevel()
-
-LEVELS: dict[str, Level] = {level.name: level for level in (ELEMENT, TERM, ENERGY)}
+LEVELS: dict[str, Level] = {
+    name: getattr(import_module(f"gd_analyze.levels.{name}"), name.upper()) for name in LEVEL_NAMES
+}
 
 
 def level_named(level: str | Level) -> Level:

@@ -6,9 +6,7 @@ from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import TypeAdapter
 
-from gd_analyze.errors import ModelError
 from gd_analyze.levels.exact import ExactForm
 from gd_analyze.levels.level import ROUGH, Checked
 from gd_analyze.levels.levels import level_named
@@ -91,7 +89,7 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
         operations_full=model.operations_full,
         arm_fingerprint=fingerprint(model.arm, model.drives),
         arm=describe(model.arm),
-        terms=[model.level.to_entry(*item).model_dump() for item in model.terms.items()],
+        terms=model.level.to_entries(model.terms),
         steps=steps,
         outputs=outputs,
         provenance=dict(model.provenance),
@@ -104,11 +102,6 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
     level = level_named(document.level)
     form = ExactForm(arm_from_description(document.arm), document.drives)
     n = form.arm.n_joints
-    entries = TypeAdapter(list[level.entry]).validate_python(document.terms)  # type: ignore[name-defined]
-    stated = [level.from_entry(form, entry) for entry in entries]
-    terms = dict(stated)
-    if len(terms) < len(stated):
-        raise ModelError("a term is stated twice")
     inputs = {f"{name}{i + 1}" for name in ("q", "qd", "qdd") for i in range(n)}
 
     rows = [(row.peak_torque, row.allowed_error, row.largest_error, row.rms_error) for row in document.errors]
@@ -116,7 +109,7 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
     model = SimplifiedModel(
         level=level,
         form=form,
-        terms=terms,
+        terms=level.from_entries(form, document.terms),
         program=read_back(document.steps, document.outputs, inputs),
         refitted=document.refitted,
         operations_full=document.operations_full,

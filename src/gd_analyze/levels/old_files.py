@@ -35,6 +35,6 @@ def from_version_1(raw: dict[str, Any]) -> dict[str, Any]:
     if "steps" not in raw:
         level = level_named(raw["level"])
         form = ExactForm(arm_from_description(raw["arm"]), raw["drives"])
-        kept = dict(level.from_entry(form, level.entry(**entry)) for entry in new["terms"])
+        kept = level.from_entries(form, new["terms"])
         new["steps"], new["outputs"] = written(level.write(form, kept, ROUGH))
     return new

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 from itertools import combinations_with_replacement
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, TypeAdapter
 
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.lagrangian import torques_of
@@ -29,9 +29,8 @@ class TermLevel(HarmonicLevel):
     """Terms of tau' in absolute rates."""
 
     name: ClassVar[str] = "term"
-    summary: ClassVar[str] = "torque terms one by one, the fewest operations"
     keeps: ClassVar[str] = "torque terms"
-    entry: ClassVar[type[Checked]] = _TorqueEntry
+    entries: ClassVar[TypeAdapter[Any]] = TypeAdapter(list[_TorqueEntry])
 
     def terms(self, form: ExactForm) -> Torques:
         """Every torque term and its weight."""
@@ -67,3 +66,6 @@ class TermLevel(HarmonicLevel):
         if term.row not in joints or rates not in {(), *((Rate(2, joint),) for joint in joints), *pairs}:
             raise ModelError(f"{term} is no term of the arm's equations")
         return term, entry.weight
+
+
+TERM = TermLevel()

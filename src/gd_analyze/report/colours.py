@@ -7,9 +7,10 @@ and lightened on dark paper; forms for letters meet a contrast of 4.5 to 1.
 from __future__ import annotations
 
 import json
+from itertools import cycle
 from pathlib import Path
 
-from gd_analyze.levels import LEVELS
+from gd_analyze.level_names import LEVEL_NAMES
 
 TEMPLATES = Path(__file__).parent / "templates"
 
@@ -19,9 +20,8 @@ ON_PAPER = {name: light for name, (light, _) in COLOURS.items()}
 INK, GREY, PALE = ON_PAPER["ink"], ON_PAPER["soft"], ON_PAPER["line"]
 
 # Colour and mark of every level of simplification in the trade-off.
-OF_LEVEL = dict(
-    zip(LEVELS, (("series-6", "square"), ("series-3", "circle"), ("series-4", "diamond")), strict=True)
-)
+_SERIES = (("series-6", "square"), ("series-3", "circle"), ("series-4", "diamond"))
+OF_LEVEL = dict(zip(LEVEL_NAMES, cycle(_SERIES)))
 
 
 def css_variables() -> str:

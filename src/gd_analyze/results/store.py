@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -66,9 +66,7 @@ def _documents(findings: Findings) -> xr.Dataset:
     documents = {
         "arm": describe_in_full(findings.arm),
         "model": document_of(findings.model).model_dump(),
-        "ranked_terms": [
-            TERM.to_entry(*item).model_dump(mode="json") for item in findings.ranked_terms.items()
-        ],
+        "ranked_terms": TERM.to_entries(findings.ranked_terms),
     }
     if findings.element_model is not findings.model:
         documents["element_model"] = document_of(findings.element_model).model_dump()
@@ -100,8 +98,7 @@ def load_findings(path: str | Path) -> Findings:
         elements = model
         if "element_model" in documents:
             elements = model_of(ModelDocument.model_validate(read("element_model")))
-        form = ExactForm(arm)
-        entries = [TERM.from_entry(form, cast("Any", TERM.entry(**entry))) for entry in read("ranked_terms")]
+        ranked = TERM.from_entries(ExactForm(arm), read("ranked_terms"))
     except (GdAnalyzeError, KeyError, TypeError, ValueError) as error:
         raise _damaged(Path(path), str(error) or type(error).__name__) from None
     motion = tables["trajectory"]
@@ -120,7 +117,7 @@ def load_findings(path: str | Path) -> Findings:
         tables=tables,
         model=model,
         element_model=elements,
-        ranked_terms=dict(entries),
+        ranked_terms=ranked,
         warnings=tuple(warnings.split("\n")) if warnings else (),
         provenance={
             str(name): str(value)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -155,7 +154,7 @@ def simplify_exact(
         model = _within(exact, budget, how, progress)
     else:
         model = _of_few_operations(exact, budget, how, how.operations, progress)
-    return dataclasses.replace(model, provenance=dict(provenance or {}))
+    return replace(model, provenance=dict(provenance or {}))
 
 
 def _within(exact: ExactDynamics, budget: Budget, how: How, progress: Progress = None) -> SimplifiedModel:
@@ -169,7 +168,7 @@ def _within(exact: ExactDynamics, budget: Budget, how: How, progress: Progress =
         torque = model.torque(*exact.states.arrays)
         errors = ErrorTable.of(exact.torque, torque)
         if (errors.largest <= allowed).all():
-            return with_promise(model, allowed=allowed, errors=errors)
+            return replace(model, promise=replace(model.promise, allowed=allowed, errors=errors))
         worst = np.unique(np.abs(torque - exact.torque).argmax(axis=0))
         known = known.at(known.states.joined_by(*(x[worst] for x in exact.states.arrays)))
         margin *= 0.98
@@ -209,12 +208,7 @@ def _searched(
             found=str(errors.largest.tolist()),
             next_step="please report this with the arm file and the states",
         )
-    return with_promise(model, errors=errors)
-
-
-def with_promise(model: SimplifiedModel, **stated: object) -> SimplifiedModel:
-    """Let a model state something else: what is not named remains."""
-    return dataclasses.replace(model, promise=dataclasses.replace(model.promise, **stated))  # type: ignore[arg-type]
+    return replace(model, promise=replace(model.promise, errors=errors))
 
 
 def _of_few_operations(
