@@ -28,7 +28,7 @@ from gd_analyze.levels import (
     Promise,
     SimplifiedModel,
 )
-from gd_analyze.levels.level import ROUGH, THOROUGH, Effort
+from gd_analyze.levels.effort import ROUGH, THOROUGH, Effort
 from gd_analyze.search import How, simplify_exact, trade_off
 from gd_analyze.search.trade_off import KINDS
 from gd_analyze.states import states_in_box
@@ -72,7 +72,7 @@ def model_of(exact: ExactDynamics, torques: Torques, effort: Effort = ROUGH) -> 
         form=exact.form,
         terms=torques,
         program=TERM.write(exact.form, torques, effort),
-        operations_full=TERM.exact_operations(exact.form),
+        operations_full=exact.form.operations,
         promise=Promise(nothing + np.inf, "none", unmeasured, exact.states.described),
     )
 

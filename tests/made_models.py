@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from gd_analyze.levels import ELEMENT, ENERGY, ErrorTable, ExactForm, Level, Promise, SimplifiedModel
-from gd_analyze.levels.level import QUICK, Effort, Terms
+from gd_analyze.levels.effort import QUICK, Effort
+from gd_analyze.levels.level import Terms
 from gd_analyze.operations import OperationCount
 from gd_analyze.robots import RobotArm
 from gd_analyze.states import States

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.terms import Factor, Rate, TorqueTerm
 from gd_analyze.levels import ExactForm
-from gd_analyze.levels.level import COUNTING, FULL, QUICK, ROUGH, THOROUGH
+from gd_analyze.levels.effort import COUNTING, QUICK, ROUGH, THOROUGH, Effort
 from gd_analyze.levels.torque_program import torque_program
 from gd_analyze.robots import load_arm
 from strategies import examples, random_states
@@ -26,7 +26,7 @@ ROUND_OFF = 1e-11
 
 ARMS = ("puma560", "stanford", "two_link")
 FUNCTIONS = {"cos": np.cos, "sin": np.sin, "power": lambda x: x}
-EFFORTS = (ROUGH, COUNTING, QUICK, FULL, THOROUGH)
+EFFORTS = (ROUGH, COUNTING, QUICK, THOROUGH)
 WEIGHTS = (1.0, -1.0, 2.0, 0.5, 0.7, -0.7, 1.4, 1e-3)
 
 
@@ -125,7 +125,7 @@ def test_rows_of_parallel_joints_are_passed_on():
 def test_all_terms_of_an_arm_take_few_operations(name, fewest):
     """Extracted once, with a margin of some 5 %; nested, the PUMA takes 639 and the Stanford arm 583."""
     form = ExactForm(load_arm(name))
-    assert torque_program(form.rates, form.torques, FULL).count.total <= fewest
+    assert torque_program(form.rates, form.torques, Effort(600)).count.total <= fewest
 
 
 def test_no_terms_are_no_torque():
@@ -146,7 +146,7 @@ def test_the_order_of_the_terms_does_not_matter():
 
 PRINT = """
 from gd_analyze.levels import ExactForm
-from gd_analyze.levels.level import THOROUGH
+from gd_analyze.levels.effort import THOROUGH
 from gd_analyze.levels.torque_program import torque_program
 from gd_analyze.robots import load_arm
 

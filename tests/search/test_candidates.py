@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from gd_analyze.errors import UsageError
 from gd_analyze.levels import ELEMENT, ENERGY, LEVELS, TERM, ExactDynamics
-from gd_analyze.levels.level import ROUGH
+from gd_analyze.levels.effort import ROUGH
 from gd_analyze.robots import Drive
 from gd_analyze.search import How, simplify
 from gd_analyze.search.candidates import candidates_of
@@ -90,7 +90,9 @@ def test_a_selection_keeps_terms_times_their_factors(two_link, swing, level):
     count = len(candidates)
     every, one = np.ones(count, dtype=bool), np.ones(count)
     assert candidates.keep(every, one) == candidates.terms == level.terms(exact.form)
-    assert candidates.count(every, one, ROUGH) == level.exact_operations(exact.form, ROUGH)
+    assert (
+        candidates.count(every, one, ROUGH) == level.write(exact.form, level.terms(exact.form), ROUGH).count
+    )
     some = every.copy()
     some[::2] = False
     kept = candidates.keep(some, 3.0 * one)

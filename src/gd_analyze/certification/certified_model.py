@@ -16,8 +16,9 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import Certificate, certify
 from gd_analyze.errors import UsageError
 from gd_analyze.levels import TERM, Budget, ErrorTable, ExactDynamics, Level, SimplifiedModel
-from gd_analyze.levels.level import FULL, THOROUGH
+from gd_analyze.levels.effort import THOROUGH
 from gd_analyze.search import How, simplify_exact
+from gd_analyze.search.simplify import exactly, no_dearer
 from gd_analyze.vectors import FloatArray
 
 # Rounds at most; of the first the budget shrinks to no less than this share, later by what the bound asks.
@@ -52,33 +53,41 @@ def simplify_certified(
     Returns
     -------
     tuple
-        The model, and the certificate that proves its budget.
+        The model, and the certificate that proves its budget. The exact one, where none that takes fewer
+        operations was found.
 
     Raises
     ------
     UsageError
-        If no model could be certified: the budget is too close to what the bound cannot resolve.
+        If not even the exact model could be certified: the budget is less than what the bound resolves.
     """
-    allowed = exact.allowed(budget)
+    allowed, stated = exact.allowed(budget), f"{budget}, certified"
     share = np.ones(len(allowed))
     known = exact
     for turn in range(_ROUNDS):
         within = Budget(tuple((share * allowed).tolist()), (False,) * len(allowed))
-        model = simplify_exact(known, within, How(level, write=False), provenance=provenance)
+        model = simplify_exact(known, within, How(level, write=False, dearer=True), provenance=provenance)
         certificate = certify(model, box, harmonics=exact.form.harmonics)
         if progress is not None:
             progress(1)
         beyond = certificate.certified > allowed
         if not beyond.any():
-            return _finished(model, exact, allowed, str(budget)), certificate
+            finished = _finished(model, exact, allowed, stated)
+            if finished.saves:
+                return finished, certificate
+            break
         known = known.at(known.states.joined_by(*(states[beyond] for states in certificate.worst_states)))
         needed = 0.98 * allowed / np.where(beyond, certificate.certified, allowed)
         share = np.where(beyond, np.minimum(share, _SLIGHTLY) if turn < _PATIENT else share * needed, share)
+    everything = replace(exactly(exact, level, allowed, stated), provenance=dict(provenance or {}))
+    certificate = certify(everything, box, harmonics=exact.form.harmonics)
+    if (certificate.certified <= allowed).all():
+        return everything, certificate
     raise UsageError(
-        "no model could be certified within that budget",
+        "not even the exact model can be certified within that budget",
         where="budget",
         expected=f"errors of at most {', '.join(f'{x:.3g}' for x in allowed)} over the whole box",
-        found=f"bounds of {', '.join(f'{x:.3g}' for x in certificate.certified)} after {_ROUNDS} rounds",
+        found=f"round-off bounded by {', '.join(f'{x:.3g}' for x in certificate.certified)}",
         next_step="allow a larger error, or a smaller box",
     )
 
@@ -87,11 +96,7 @@ def _finished(
     model: SimplifiedModel, exact: ExactDynamics, allowed: FloatArray, stated: str
 ) -> SimplifiedModel:
     """Say what the model was asked for, and write its program with few operations."""
-    written = replace(
-        model,
-        program=model.level.write(model.form, model.terms, THOROUGH),
-        operations_full=model.level.exact_operations(model.form, FULL),
-    )
+    written = replace(model, program=model.level.write(model.form, model.terms, THOROUGH))
     errors = ErrorTable.of(exact.torque, written.torque(*exact.states.arrays))
-    promise = replace(written.promise, allowed=allowed, budget=f"{stated}, certified", errors=errors)
-    return replace(written, promise=promise)
+    promise = replace(written.promise, allowed=allowed, budget=stated, errors=errors)
+    return no_dearer(exact, replace(written, promise=promise))

@@ -138,8 +138,16 @@ def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: f
 
     promise, errors, arm = model.promise, model.promise.errors, model.arm
     full, left = model.operations_full, model.operations
+    answer = (
+        f"{left.total} instead of {full.total} operations, largest error "
+        if model.saves
+        else (
+            f"nothing is gained, no model found within the budget takes less than the {full.total} operations of the "
+            "exact torque, which is given; largest error "
+        )
+    )
     sentence(
-        f"{arm_in_words(arm, model.drives)}: {left.total} instead of {full.total} operations, largest error "
+        f"{arm_in_words(arm, model.drives)}: {answer}"
         f"{percent(float(errors.largest_share[errors.worst]))} of peak torque (joint {errors.worst + 1})",
         bold=True,
     )

@@ -69,7 +69,6 @@ def trade_off(given: Given, budget: str, quick: bool, output: Output) -> None:
 
 def _show(exact: gd.ExactDynamics, points: tuple[TradeOffPoint, ...]) -> None:
     from gd_analyze.cli.joint_table import arm_in_words
-    from gd_analyze.levels import ELEMENT, TERM
     from gd_analyze.results.words import kind_name
     from gd_analyze.search import curves
 
@@ -85,5 +84,6 @@ def _show(exact: gd.ExactDynamics, points: tuple[TradeOffPoint, ...]) -> None:
         ],
         "r",
     )
-    elements, terms = (level.exact_operations(exact.form).total for level in (ELEMENT, TERM))
-    sentence(f"Exact: {elements} by elements, {terms} by harmonic terms.")
+    sentence(
+        f"The exact torque takes {exact.form.operations.total}; where a model would not take fewer, that is given."
+    )

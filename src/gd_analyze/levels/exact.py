@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -10,11 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.decomposition import decompose_states
+from gd_analyze.formulations import newton_euler_regrouped
 from gd_analyze.harmonics import AbsoluteRates, Harmonics, harmonics_of
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Energies, Torques
 from gd_analyze.levels.budget import Budget
-from gd_analyze.operations import OperationCount
+from gd_analyze.levels.effort import THOROUGH
+from gd_analyze.levels.torque_program import torque_program
+from gd_analyze.operations import OperationCount, Program, Trace
+from gd_analyze.operations.rewriting import rewritten
 from gd_analyze.robots import RobotArm
 from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.states import States, states_of
@@ -26,6 +30,9 @@ if TYPE_CHECKING:
 
 # States that a search looks at; of a longer trajectory some stand for all, until others turn out to matter.
 MOST_STATES = 5000
+# Joints up to which sums of terms may take fewer operations than the recursion: terms grow with the fourth
+# power of the joints and more, the recursion's operations with the first.
+_FEW_JOINTS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,9 +74,17 @@ class ExactForm:
         return torques_of_energies(self.energies, self.rates)
 
     @cached_property
-    def counts(self) -> dict[Hashable, OperationCount]:
-        """Operations of its torque by how it was written, kept by whoever counted."""
-        return {}
+    def program(self) -> Program:
+        """Its torque in the fewest operations known; about a second."""
+        ways = [_recursion(self)]
+        if self.arm.n_joints <= _FEW_JOINTS:
+            ways.append(torque_program(self.rates, self.torques, THOROUGH))
+        return min(map(rewritten, ways), key=lambda way: way.count.total)
+
+    @property
+    def operations(self) -> OperationCount:
+        """What the exact torque costs: every saving is stated against this."""
+        return self.program.count
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,3 +160,13 @@ class ExactDynamics:
         # Without any torque anywhere nothing is worth keeping, and any positive budget says so.
         floor = ROUND_OFF_SHARE * (float(self.peak_torque.max()) or 1.0)
         return np.maximum(budget.allowed(self.peak_torque), floor)
+
+
+def _recursion(form: ExactForm) -> Program:
+    """The cheapest formulation as it folds, drives added."""
+    trace, n = Trace(), form.arm.n_joints
+    states = [trace.inputs(name, n) for name in ("q", "qd", "qdd")]
+    torque = newton_euler_regrouped.torque(form.arm, *states)[:, 0]
+    if form.drive_inertia is not None:
+        torque = torque + form.drive_inertia * states[2][:, 0]
+    return Program.of(trace, list(torque))

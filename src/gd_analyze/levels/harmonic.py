@@ -19,8 +19,9 @@ from gd_analyze.formulas.writing import torque_formulas
 from gd_analyze.harmonics.lagrangian import gathered
 from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, Rate, Torques, TorqueTerm
 from gd_analyze.harmonics.waves import DEGREE
+from gd_analyze.levels.effort import Effort
 from gd_analyze.levels.exact import ExactDynamics, ExactForm
-from gd_analyze.levels.level import Costs, Effort, Level, Terms
+from gd_analyze.levels.level import Costs, Level, Terms
 from gd_analyze.levels.torque_program import torque_program
 from gd_analyze.levels.torque_variables import TorqueVariables
 from gd_analyze.operations import Program

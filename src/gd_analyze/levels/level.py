@@ -18,40 +18,15 @@ from pydantic import BaseModel, ConfigDict, TypeAdapter
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.harmonics.terms import Torques
+from gd_analyze.levels.effort import Effort
 from gd_analyze.levels.exact import ExactDynamics, ExactForm
-from gd_analyze.operations import OperationCount, Program
+from gd_analyze.operations import Program
 from gd_analyze.vectors import FloatArray
 
 # What a model keeps: a number by term, of whatever kind the level's terms are.
 Terms = Mapping[Any, float]
 # Operations by the set of candidates, numbered in their order, that need them.
 Costs = Mapping[frozenset[int], int]
-
-
-class Effort(NamedTuple):
-    """How much time goes into a program of few operations.
-
-    Parameters
-    ----------
-    shared
-        Number of torque terms up to which what the rows share is looked for.
-    thorough
-        Whether that is rearranged, too, and other ways are tried: about a second.
-    alone
-        Whether, where it is looked for, no other way is held against it.
-    """
-
-    shared: int
-    thorough: bool = False
-    alone: bool = False
-
-
-# Milliseconds; hundredths of a second, many times in a search; tenths; for the exact form; for good.
-ROUGH = Effort(0)
-COUNTING = Effort(80, alone=True)
-QUICK = Effort(250)
-FULL = Effort(600)
-THOROUGH = Effort(600, thorough=True)
 
 
 class Numbers(NamedTuple):
@@ -176,9 +151,3 @@ class Level(ABC):
             found=f"level {self.name}",
             next_step="make one with `gd-analyze simplify`",
         )
-
-    def exact_operations(self, form: ExactForm, effort: Effort = FULL) -> OperationCount:
-        """Operations of the exact torque in the form that models of this level have."""
-        if (self, effort) not in form.counts:
-            form.counts[self, effort] = self.write(form, self.terms(form), effort).count
-        return form.counts[self, effort]

@@ -37,7 +37,7 @@ class SimplifiedModel:
     refitted
         Whether kept coefficients were refitted to absorb what was dropped.
     operations_full
-        Operations of the exact model in the same form.
+        Operations of the exact torque, in the fewest known.
     promise
         Budget, errors, and where they were measured.
     provenance
@@ -62,6 +62,11 @@ class SimplifiedModel:
     def drives(self) -> bool:
         """Whether drive inertia is part of it."""
         return self.form.drives
+
+    @property
+    def saves(self) -> bool:
+        """Whether it takes fewer operations than the exact torque."""
+        return self.operations.total < self.operations_full.total
 
     @cached_property
     def torques(self) -> Torques:

@@ -7,8 +7,9 @@ from typing import Any, Literal
 
 import numpy as np
 
+from gd_analyze.levels.effort import ROUGH
 from gd_analyze.levels.exact import ExactForm
-from gd_analyze.levels.level import ROUGH, Checked
+from gd_analyze.levels.level import Checked
 from gd_analyze.levels.levels import level_named
 from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.levels.promise import ErrorTable, Promise, SearchStep

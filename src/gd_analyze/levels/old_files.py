@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from gd_analyze.levels.effort import ROUGH
 from gd_analyze.levels.exact import ExactForm
-from gd_analyze.levels.level import ROUGH
 from gd_analyze.levels.levels import level_named
 from gd_analyze.operations.written import written
 from gd_analyze.robots import arm_from_description

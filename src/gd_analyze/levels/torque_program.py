@@ -7,7 +7,7 @@ from typing import Any
 
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.terms import Torques
-from gd_analyze.levels.level import Effort
+from gd_analyze.levels.effort import Effort
 from gd_analyze.levels.nested_program import nested_program
 from gd_analyze.levels.torque_variables import TorqueVariables
 from gd_analyze.operations import Program, Trace

@@ -29,6 +29,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.robots import RobotArm
 from gd_analyze.round_off import peak_magnitude
 from gd_analyze.search import How, TermRanking, rank_terms, simplify_exact, trade_off
+from gd_analyze.search.simplify import no_dearer
 from gd_analyze.search.trade_off import KINDS
 from gd_analyze.states import states_in_box
 from gd_analyze.trajectories import Trajectory
@@ -100,10 +101,11 @@ def find(
         residuals = cross_check(arm, dataset)
         dominance = rank(dataset, budget=how.budget.allowed(peak_magnitude(dataset.torque.values)))
         exact = ExactDynamics.of(arm, dataset)
-        elements = simplify_exact(exact, how.budget, How(ELEMENT), provenance=source)
+        elements = simplify_exact(exact, how.budget, How(ELEMENT, dearer=True), provenance=source)
         level, many = _level(exact, how)
-        model = elements
-        if level is not ELEMENT or how.operations is not None:
+        if level is ELEMENT and how.operations is None:
+            model = no_dearer(exact, elements)
+        else:
             search = How(level, how.refit, how.operations, thorough=level is ELEMENT)
             model = simplify_exact(exact, how.budget, search, provenance=source)
     ranking = TermRanking() if many else rank_terms(exact)

@@ -19,6 +19,8 @@ _PUT_BACK = (1, 1, 2, 2, 3, 4, 6)
 _NOISE = (0.3, 0.9, 1.5)
 _NEAR = 0.7
 _REWRITE = 0.5
+# Tries for each operation there is, after which nothing more is expected.
+_PATIENCE = 5
 
 
 def rearrange(sums: Sums, tries: int, circles: Mapping[int, int], seed: int = 0) -> None:
@@ -29,16 +31,19 @@ def rearrange(sums: Sums, tries: int, circles: Mapping[int, int], seed: int = 0)
     sums
         Extracted; changed in place, never to more operations.
     tries
-        How often to disturb and extract again.
+        How often to disturb and extract again, unless nothing was gained for long.
     circles
         Inputs whose squares sum to 1, each with its partner: a cosine and the sine of the same angle.
     seed
         Of the random choices; they are the same in every run.
     """
     random = Random(seed)
-    least = sums.operations
+    least, patience = sums.operations, 0
     sums.mark()
     for _ in range(tries):
+        patience += 1
+        if patience > _PATIENCE * least:
+            return
         _put_back(sums, random)
         for rewrite in (_rescale_term, _rescale_variable, _fold, _go_round):
             if random.random() < _REWRITE:
@@ -46,6 +51,7 @@ def rearrange(sums: Sums, tries: int, circles: Mapping[int, int], seed: int = 0)
                 rewrite(sums, circles, random)
         extract(sums, random, random.choice(_NOISE))
         if sums.operations <= least:
+            patience = patience if sums.operations == least else 0
             least = sums.operations
             sums.mark()
         else:

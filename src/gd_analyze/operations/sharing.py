@@ -34,6 +34,12 @@ class SharedSums:
     count: int
     operations: int
 
+    @classmethod
+    def of(cls, sums: Sums, variables: Sequence[Hashable], count: int) -> SharedSums:
+        """Take down what was found so far."""
+        definitions = {v: dict(terms) for v, terms in sums.terms.items()}
+        return cls(tuple(variables), definitions, count, sums.operations)
+
     def values(self, value: Callable[[Any], Any]) -> list[Any]:
         """Evaluate the polynomials, given a variable's value: a number, an array or an expression."""
         known: dict[int, Any] = {}
@@ -58,10 +64,15 @@ class SharedSums:
         return [of(-number) for number in range(1, self.count + 1)]
 
 
+def usual_tries(operations: int) -> int:
+    """Rearrangements to try: fifteen per operation, fewer for many, so that it takes about a second."""
+    return min(15 * operations, 120_000 // max(operations, 1))
+
+
 def shared_sums(
     polynomials: Sequence[Mapping[Any, float]],
     circles: Mapping[Hashable, Hashable] | None = None,
-    tries: Callable[[int], int] = lambda operations: min(15 * operations, 120_000 // max(operations, 1)),
+    tries: Callable[[int], int] = usual_tries,
 ) -> Iterator[SharedSums]:
     """Find what polynomials share: what extraction finds, then what rearranging makes of it.
 
@@ -72,8 +83,7 @@ def shared_sums(
     circles
         Variables whose squares sum to 1, each with its partner. Only rearranging makes use of them.
     tries
-        How many rearrangements to try, given the number of operations; by default fifteen per operation,
-        fewer for many operations, so that it takes about a second at most.
+        How many rearrangements to try, given the number of operations.
 
     Yields
     ------
@@ -95,12 +105,7 @@ def shared_sums(
         if x in numbers
     }
     sums = Sums(outputs, len(numbers))
-
-    def found() -> SharedSums:
-        definitions = {v: dict(terms) for v, terms in sums.terms.items()}
-        return SharedSums(tuple(numbers), definitions, len(outputs), sums.operations)
-
     extract(sums)
-    yield found()
+    yield SharedSums.of(sums, tuple(numbers), len(outputs))
     rearrange(sums, tries(sums.operations), partners)
-    yield found()
+    yield SharedSums.of(sums, tuple(numbers), len(outputs))

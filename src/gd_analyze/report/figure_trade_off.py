@@ -17,7 +17,6 @@ from gd_analyze.report.panel import (
     tick_label,
 )
 from gd_analyze.results import Findings
-from gd_analyze.results.rows import exact_operations
 from gd_analyze.results.words import kind_name
 
 if TYPE_CHECKING:
@@ -73,17 +72,15 @@ def trade_off_figure(findings: Findings) -> Figure:
     model, table = findings.model, findings.tables["trade_off"]
     errors, operations = 100 * table.largest_share.values, table.operations.values.astype(float)
     own = (100 * float(model.promise.errors.largest_share.max(initial=0.0)), float(model.operations.total))
-    exact = exact_operations(findings)
+    exact = findings.model.operations_full.total
     across = _Axis.around([own[0], *errors.ravel()], _DECADES)
-    upward = _Axis.around([own[1], *operations.ravel(), *map(float, exact.values())])
+    upward = _Axis.around([own[1], *operations.ravel(), float(exact)])
     figure = new_figure(WIDTH, HEIGHT)
     panel = Panel(34.0, 24.0, WIDTH - 34.0 - 96.0, HEIGHT - 24.0 - 16.0, (0.0, 1.0), (0.0, 1.0))
     _frame(figure, panel, across, upward)
-    names: list[tuple[float, str, str]] = []
-    for name, count in exact.items():
-        height = upward.place(count)
-        add_line(figure, panel, (0, 1), (height, height), color=INK, linewidth=0.8, dashes=(1, 1.6))
-        names.append((height, f"{name}: {count}", INK))
+    height = upward.place(exact)
+    add_line(figure, panel, (0, 1), (height, height), color=INK, linewidth=0.8, dashes=(1, 1.6))
+    names = [(height, f"exact: {exact}", INK)]
     for level, refit, error, count in zip(
         table.level.values, table.refit.values, errors, operations, strict=True
     ):

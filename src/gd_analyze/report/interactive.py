@@ -17,7 +17,6 @@ from gd_analyze.report.element_curves import element_curves, rank_of
 from gd_analyze.report.motion import motion_curve, motion_unit, skeleton
 from gd_analyze.report.thinning import evenly, thinned
 from gd_analyze.results import Findings
-from gd_analyze.results.rows import exact_operations
 from gd_analyze.results.words import kind_name
 from gd_analyze.vectors import Array, FloatArray
 
@@ -100,7 +99,7 @@ def _add_torques(drawing: _Drawing, findings: Findings) -> None:
 
 
 def _trade_off(findings: Findings) -> dict[str, Any]:
-    """Operations against error in percent: a curve for every kind, this report's model, the exact ones."""
+    """Operations against error in percent: a curve for every kind, this report's model, the exact one."""
     model, table = findings.model, findings.tables["trade_off"]
     traces = []
     for k, (level, refit) in enumerate(zip(table.level.values, table.refit.values, strict=True)):
@@ -122,7 +121,7 @@ def _trade_off(findings: Findings) -> dict[str, Any]:
         "kind": "trade-off",
         "unit": "operations",
         "traces": traces,
-        "exact": [{"label": label, "y": count} for label, count in exact_operations(findings).items()],
+        "exact": model.operations_full.total,
         "model": {
             "label": f"this report: {kind_name(model.level.name, model.refitted)}",
             # A joint that needs no torque at all has no peak to take a share of.

@@ -76,11 +76,3 @@ def trade_off_rows(findings: Findings) -> list[Row]:
         }
         for k, row in enumerate(rows_of(table, "factor"))
     ]
-
-
-def exact_operations(findings: Findings) -> dict[str, int]:
-    """Operations of the exact torques in the forms that models have here, by what they are called."""
-    by_elements = {"exact, by elements": findings.element_model.operations_full.total}
-    if findings.model is findings.element_model:
-        return by_elements
-    return by_elements | {"exact, by terms": findings.model.operations_full.total}

@@ -222,7 +222,7 @@ def _efforts(arm: RobotArm, joints: Sequence[int] | np.ndarray) -> np.ndarray:
 
 
 def _counts(model: SimplifiedModel) -> dict[str, int]:
-    """Operations of a model, and of the exact dynamics in the same form."""
+    """Operations of a model, and of the exact torque in the fewest known."""
     return {
         f"{kind}{suffix}": getattr(count, kind)
         for suffix, count in (("", model.operations), ("_full", model.operations_full))

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from gd_analyze.errors import UsageError
 from gd_analyze.levels import ExactDynamics, ExactForm, Level
-from gd_analyze.levels.level import Costs, Effort, Terms
+from gd_analyze.levels.effort import Effort
+from gd_analyze.levels.level import Costs, Terms
 from gd_analyze.operations import OperationCount
 from gd_analyze.vectors import FloatArray
 

@@ -20,7 +20,7 @@ from gd_analyze.levels import (
     SimplifiedModel,
     level_named,
 )
-from gd_analyze.levels.level import COUNTING, FULL, QUICK, ROUGH, THOROUGH
+from gd_analyze.levels.effort import COUNTING, QUICK, ROUGH, THOROUGH
 from gd_analyze.robots import RobotArm
 from gd_analyze.search.candidates import Kept, candidates_of
 from gd_analyze.search.elimination import eliminate
@@ -53,6 +53,8 @@ class How:
         Search the integer program; dive into it only otherwise: tenths of a second instead of seconds.
     write
         Spend a second on a program of few operations.
+    dearer
+        Give what was found even where the exact torque takes no more operations: to see what matters.
 
     Raises
     ------
@@ -65,6 +67,7 @@ class How:
     operations: int | None = None
     thorough: bool = True
     write: bool = True
+    dearer: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "level", level_named(self.level))
@@ -110,7 +113,8 @@ def simplify(
     Returns
     -------
     SimplifiedModel
-        Its largest error over the states is within the budget, measured on its own program.
+        Its largest error over the states is within the budget, measured on its own program. Where that takes
+        as many operations as the exact torque, it is the exact model.
 
     Raises
     ------
@@ -189,25 +193,52 @@ def _searched(
     terms = candidates.keep(kept, scale)
     # All steps are written the same quick way, so that they compare.
     steps = tuple(SearchStep(name, candidates.count(*step, ROUGH).total) for name, step in found.items())
-    thorough = how.thorough and how.write
-    exactly = ErrorTable.of(exact.torque, exact.torque)
-    model = SimplifiedModel(
-        level=level,
-        form=form,
+    written = level.write(form, terms, THOROUGH if how.thorough and how.write else QUICK)
+    everything = exactly(exact, level, allowed, budget)
+    model = replace(
+        everything,
         terms=terms,
-        program=level.write(form, terms, THOROUGH if thorough else QUICK),
+        program=written,
         refitted=bool((scale[kept] != 1.0).any()),
-        operations_full=level.exact_operations(form, FULL if thorough else ROUGH),
-        promise=Promise(allowed, budget, exactly, exact.states.described, steps, solved),
+        promise=replace(everything.promise, steps=steps, solved=solved),
     )
-    errors = ErrorTable.of(exact.torque, model.torque(*exact.states.arrays))
-    if not (errors.largest <= allowed).all():
+    model = _measured(exact, model)
+    if not (model.promise.errors.largest <= allowed).all():
         raise GdAnalyzeError(
             "the simplified model misses its budget",
             expected=str(allowed.tolist()),
-            found=str(errors.largest.tolist()),
+            found=str(model.promise.errors.largest.tolist()),
             next_step="please report this with the arm file and the states",
         )
+    return model if how.dearer else no_dearer(exact, model)
+
+
+def no_dearer(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
+    """Give the exact model in place of one that saves nothing; what was searched and promised remains said."""
+    if model.saves:
+        return model
+    everything = exactly(exact, model.level, model.promise.allowed, model.promise.budget)
+    promise = replace(model.promise, errors=everything.promise.errors)
+    return replace(everything, promise=promise, provenance=model.provenance)
+
+
+def exactly(exact: ExactDynamics, level: Level, allowed: FloatArray, budget: str) -> SimplifiedModel:
+    """Keep everything, in the fewest operations known."""
+    form = exact.form
+    model = SimplifiedModel(
+        level=level,
+        form=form,
+        terms=level.terms(form),
+        program=form.program,
+        operations_full=form.operations,
+        promise=Promise(allowed, budget, ErrorTable.of(exact.torque, exact.torque), exact.states.described),
+    )
+    return _measured(exact, model)
+
+
+def _measured(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
+    """State the errors that a model's own program makes."""
+    errors = ErrorTable.of(exact.torque, model.torque(*exact.states.arrays))
     return replace(model, promise=replace(model.promise, errors=errors))
 
 
@@ -218,6 +249,8 @@ def _of_few_operations(
 
     Elimination alone tells quickly about where; whole searches then close in from there.
     """
+    if operations >= exact.form.operations.total:
+        return exactly(exact, how.level, exact.allowed(budget), str(budget))
     some = exact.thinned()
     candidates = candidates_of(some, how.level, exact.allowed(budget))
     elimination = eliminate(candidates)
@@ -227,8 +260,6 @@ def _of_few_operations(
         return candidates.count(elimination.within(factor), one, COUNTING).total
 
     few, many = _LEAST, 1.0
-    if quick(few) <= operations:  # nothing need be dropped but what is nothing
-        return _within(exact, budget.scaled(few), how, progress)
     while quick(many) > operations:
         few, many = many, 2.0 * many
     while many / few > _CLOSE:

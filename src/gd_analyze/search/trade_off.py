@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from gd_analyze.levels import LEVELS, Budget, ExactDynamics, Level
-from gd_analyze.levels.level import ROUGH
+from gd_analyze.levels.effort import ROUGH
 from gd_analyze.operations import OperationCount
 from gd_analyze.search.candidates import SWEEP, Candidates, candidates_of
 from gd_analyze.search.elimination import Elimination, eliminate
@@ -27,7 +27,7 @@ FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 
 @dataclass(frozen=True)
 class TradeOffPoint:
-    """One model of the curve.
+    """One model of the curve; the exact one where nothing cheaper is within the budget.
 
     Parameters
     ----------
@@ -124,8 +124,11 @@ def _eliminated(
         else:
             last = int(np.flatnonzero(largest <= factor)[-1])
             kept, scale = elimination.kept(last), elimination.scales[last]
-        error = _error_share(exact, candidates, kept * scale - 1.0, allowed)
-        yield candidates.count(kept, scale, ROUGH), error
+        operations = candidates.count(kept, scale, ROUGH)
+        if operations.total < exact.form.operations.total:
+            yield operations, _error_share(exact, candidates, kept * scale - 1.0, allowed)
+        else:
+            yield exact.form.operations, 0.0
 
 
 def _error_share(

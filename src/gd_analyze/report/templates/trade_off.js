@@ -9,7 +9,7 @@ function tradeOff(spec, { color, look, mouse }) {
   };
   const every = (key) => [...spec.traces.flatMap((trace) => trace[key]), spec.model[key]];
   const lowX = end(every("x"), nothing);
-  const lowY = end([...every("y"), ...spec.exact.map((line) => line.y)], 1);
+  const lowY = end([...every("y"), spec.exact], 1);
   const tell = (x, y, budget) => `budget ${budget}<br>error ${x === 0 ? "0" : x < 0.01 ? "below 0.01" : Number(x.toPrecision(2))} %<br>${y} operations`;
   const onAxes = (points) => ({ x: points.x.map((x) => (x < nothing ? lowX : x)), y: points.y.map((y) => y || lowY) });
   const traces = spec.traces.map((trace) => {
@@ -27,7 +27,7 @@ function tradeOff(spec, { color, look, mouse }) {
     marker: { color: color("accent"), size: 17, symbol: "star", line: { color: color("paper"), width: 1.5 } },
     text: [tell(model.x, model.y, model.budget)], hovertemplate: "<b>%{fullData.name}</b><br>%{text}<extra></extra>",
   });
-  const xs = traces.flatMap((trace) => trace.x), ys = [...traces.flatMap((trace) => trace.y), ...spec.exact.map((line) => line.y)];
+  const xs = traces.flatMap((trace) => trace.x), ys = [...traces.flatMap((trace) => trace.y), spec.exact];
   const range = (values, below, above) => [Math.log10(Math.min(...values)) - below, Math.log10(Math.max(...values)) + above];
   // Plotly would label 1, 2 and 5 of a decade, or whole decades where a small screen has room for no more.
   const ticks = (values, low, endLabel, unit) => {
@@ -46,9 +46,9 @@ function tradeOff(spec, { color, look, mouse }) {
     legend: { orientation: "h", x: 0, y: -0.2, yanchor: "top", font: { size: 12 } },
     xaxis: { ...axis, range: range(xs, 0.12, 0.12), ...ticks(xs, lowX, "≈ 0", " %"), title: { text: "largest torque error, of peak torque", standoff: 8 } },
     yaxis: { ...axis, range: range(ys, 0.12, 0.14), ...ticks(ys, lowY, "0", ""), title: { text: "multiplications + additions", standoff: 6 } },
-    shapes: spec.exact.map((line) => ({ type: "line", xref: "paper", x0: 0, x1: 1, y0: line.y || lowY, y1: line.y || lowY, line: { color: color("soft"), width: 1.2, dash: "dot" } })),
-    annotations: spec.exact.map((line) => ({ xref: "paper", x: 1, xanchor: "right", y: Math.log10(line.y || lowY), yanchor: "bottom", showarrow: false,
-      text: `${line.label}: ${line.y}`, font: { size: 11, color: color("soft") } })),
+    shapes: [{ type: "line", xref: "paper", x0: 0, x1: 1, y0: spec.exact || lowY, y1: spec.exact || lowY, line: { color: color("soft"), width: 1.2, dash: "dot" } }],
+    annotations: [{ xref: "paper", x: 1, xanchor: "right", y: Math.log10(spec.exact || lowY), yanchor: "bottom", showarrow: false,
+      text: `exact: ${spec.exact}`, font: { size: 11, color: color("soft") } }],
   };
   return [traces, layout, look.config];
 }
