@@ -1,7 +1,7 @@
-"""Figures published with common toolbox data of the PUMA 560 hold for those data, and not for the shipped arm.
+"""Figures published with common toolbox data of the PUMA 560 hold for those data, not for the shipped arm.
 
-P. Corke's Robotics Toolbox: other lengths, twists of the other sign, drive inertia as motor inertia behind gears,
-and link 4's centre of mass beyond the wrist's centre instead of before it.
+P. Corke's Robotics Toolbox: other lengths, twists of the other sign, drive inertia as motor inertia behind
+gears, and link 4's centre of mass beyond the wrist's centre instead of before it.
 """
 
 from __future__ import annotations
