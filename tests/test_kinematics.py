@@ -23,6 +23,21 @@ def test_puma_hand_at_the_pose_of_the_text(puma):
     np.testing.assert_allclose(rows, [[0, -1, 0], [0, 0, 1], [-1, 0, 0]], atol=60 * EPS)
 
 
+def test_puma_hand_in_closed_form(puma, rng):
+    """[FGL87] section 2.2.10: the position column of the PUMA's arm matrix, lengths of Fig. 2.11 in mm."""
+    q = rng.uniform(puma.limits("lower"), puma.limits("upper"), (200, 6)).T.copy()
+    a2, a3, d2, d4, d6 = 431.8, -20.32, 149.09, 433.07, 56.25
+    (_, c2, _, c4, c5, _), (_, s2, _, s4, s5, _) = np.cos(q), np.sin(q)
+    c1, s1, c23, s23 = np.cos(q[0]), np.sin(q[0]), np.cos(q[1] + q[2]), np.sin(q[1] + q[2])
+    outwards = d6 * (c23 * c4 * s5 + s23 * c5) + s23 * d4 + a3 * c23 + a2 * c2
+    aside = d6 * s4 * s5 + d2
+    up = d6 * (c23 * c5 - s23 * c4 * s5) + c23 * d4 - a3 * s23 - a2 * s2
+    expected = [c1 * outwards - s1 * aside, s1 * outwards + c1 * aside, up]
+    # As above: 60 roundings of lengths below 1 m.
+    hand = 1000 * solve_kinematics(puma, q).link_origins[5]
+    np.testing.assert_allclose(hand, expected, atol=1000 * 60 * EPS)
+
+
 @examples(60)
 @given(arms_with_states())
 def test_frames_axes_and_centres_of_mass_are_those_of_the_transforms(case):

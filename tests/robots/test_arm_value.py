@@ -46,7 +46,11 @@ def test_puma_numbers(puma):
     assert puma.mass.tolist() == [0.0, 17.4, 4.8, 0.82, 0.34, 0.09]
     assert puma.inertia_com[1].diagonal().tolist() == [0.13, 0.524, 0.539]
     assert puma.com[1].tolist() == [-0.3638, 0.006, 0.07745]
+    assert puma.com[3].tolist() == [0.0, 0.019, 0.0]
     assert puma.drive_inertia.tolist() == [1.14, 4.71, 0.827, 0.2, 0.179, 0.193]
+    uncertain = [drive.inertia_uncertainty for drive in puma.drives]
+    assert uncertain == [0.27, 0.54, 0.093, 0.016, 0.014, 0.016]
+    assert [drive.torque_limit for drive in puma.drives] == [97.6, 186.4, 89.4, 24.2, 20.1, 21.3]
     np.testing.assert_allclose(
         np.degrees(puma.limits("lower")), [-160, -225, -45, -110, -100, -266], rtol=4e-16
     )
@@ -54,6 +58,18 @@ def test_puma_numbers(puma):
     assert puma.gravity.tolist() == [0.0, 0.0, -9.8062]
     assert [row.a for row in puma.dh_table] == [0.0, 0.4318, -0.02032, 0.0, 0.0, 0.0]
     assert isinstance(puma.dh_table[0], DHRow)
+
+
+def test_two_link_numbers(two_link):
+    """[FGL87] section 3.2.6: slender rods of length l, m l^2 / 12 across and nothing along them."""
+    length = [row.a for row in two_link.dh_table]
+    assert length == [1.0, 1.0]
+    assert two_link.mass.tolist() == [2.0, 1.0]
+    for link, side in zip(two_link.links, length, strict=True):
+        assert link.com.tolist() == [-side / 2, 0.0, 0.0]
+        across = link.mass * side**2 / 12
+        assert link.inertia_com.tolist() == np.diag([0.0, across, across]).tolist()
+    assert two_link.gravity.tolist() == [0.0, -9.8062, 0.0]
 
 
 def test_limits_that_are_unknown_are_infinite():

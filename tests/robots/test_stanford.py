@@ -73,6 +73,37 @@ def test_moving_the_inertias_back_gives_the_table(stanford):
         np.testing.assert_allclose(back, np.diag(moments), atol=1e-15 * max(moments))
 
 
+def test_copies_in_circulation_hold_the_same_digits(stanford):
+    """A second reading of Paul's tables: centres of mass and moments of the copy in P. Corke's toolbox.
+
+    Its link 1 is in metres; of the others the centres of mass are ten times theirs, and the row of link 5 is
+    one column too far to the left, x = 0 being lost. So read, every digit is ours.
+    """
+    copy = np.array(
+        [
+            [0, 0.0175, -0.1105, 0.276, 0.255, 0.071],
+            [0, -1.054, 0, 0.108, 0.018, 0.100],
+            [0, 0, -6.447, 2.51, 2.51, 0.006],
+            [0, 0.092, -0.054, 0.002, 0.001, 0.001],
+            [0, 0.566, 0.003, 0.003, 0.0004, 0],
+            [0, 0, 1.554, 0.013, 0.013, 0.0003],
+        ]
+    )
+    copy[4] = np.roll(copy[4], 1)
+    com = copy[:, :3] / np.array([1, 10, 10, 10, 10, 10])[:, None]
+    # Decimal numbers divided by ten: a rounding.
+    np.testing.assert_allclose(stanford.com, com, rtol=2e-16)
+    offset = np.einsum("la,la->l", com, com)[:, None] - com**2
+    about_origin = np.einsum("lii->li", stanford.inertia_com) + stanford.mass[:, None] * offset
+    np.testing.assert_allclose(about_origin, copy[:, 3:], atol=1e-15 * copy.max())
+
+
+def test_the_boom_slides_between_twelve_and_fifty_inches(stanford):
+    # Products with 0.0254: a rounding.
+    found = [stanford.joints[2].lower, stanford.joints[2].upper]
+    np.testing.assert_allclose(found, [12 * 0.0254, (12 + 38) * 0.0254], rtol=3e-16)
+
+
 def test_metres_for_centimetres_is_refused(tmp_path):
     text = builtin_arms()["stanford"].read_text("utf-8")
 

@@ -37,7 +37,7 @@ _ORDER = tuple(_QUANTITIES.values())
 
 
 def element_formula(equation: Equation) -> Formula:
-    """Formula of an exact element, its terms in the order they have: D12 = 0.687 S2 - 0.138 C23."""
+    """Formula of an exact element, its terms in the order they have: D12 = 0.687 S2 - 0.133 C23."""
     letter, number = equation.symbol[0], equation.symbol[1:]
     terms = (Product(term.coefficient, powers(term.factors)) for term in equation.terms)
     return Formula(

@@ -1,6 +1,6 @@
 """Sums of cosines and sines as a person would write them: products and squares where they are shorter.
 
-0.386 sin(q3) + 0.386 sin(2 q2 + q3) is 0.771 C2 S23, and 1.35 + 0.80 cos(2 q2) is 0.55 + 1.60 C2^2. Both
+0.372 sin(q3) + 0.372 sin(2 q2 + q3) is 0.744 C2 S23, and 1.35 + 0.80 cos(2 q2) is 0.55 + 1.60 C2^2. Both
 forms are exact; the second has fewer terms or simpler ones.
 """
 
