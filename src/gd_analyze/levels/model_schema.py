@@ -49,6 +49,7 @@ class ModelDocument(Checked):
     made_for: dict[str, str | int]
     search: list[_Step]
     solved: bool
+    cut_short: bool = False
     operations: OperationCount
     operations_full: OperationCount
     arm_fingerprint: str
@@ -86,6 +87,7 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
         made_for=dict(promise.made_for),
         search=[_Step(name=step.name, operations=step.operations) for step in promise.steps],
         solved=promise.solved,
+        cut_short=promise.cut_short,
         operations=model.operations,
         operations_full=model.operations_full,
         arm_fingerprint=fingerprint(model.arm, model.drives),
@@ -121,6 +123,7 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
             document.made_for,
             tuple(SearchStep(step.name, step.operations) for step in document.search),
             document.solved,
+            document.cut_short,
         ),
         provenance=document.provenance,
     )

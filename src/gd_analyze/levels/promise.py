@@ -93,6 +93,8 @@ class Promise:
     steps, solved
         What every step of the search led to, and whether its integer program ended: then no selection without
         refit takes fewer operations.
+    cut_short
+        Whether the search ended because its effort was used up.
     """
 
     allowed: FloatArray
@@ -101,9 +103,11 @@ class Promise:
     made_for: Mapping[str, str | int]
     steps: tuple[SearchStep, ...] = ()
     solved: bool = False
+    cut_short: bool = False
 
     @property
     def search(self) -> str:
         """The steps in words."""
         steps = ", ".join(f"{step.words} {step.operations}" for step in self.steps)
-        return steps + (", solved to the end" if self.solved else "")
+        end = ", solved to the end" if self.solved else ""
+        return steps + end + (", ended as its effort was used up" if self.cut_short else "")

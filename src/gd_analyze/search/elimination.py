@@ -15,8 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.search.candidates import Candidates
+from gd_analyze.search.work import Work
 from gd_analyze.vectors import FloatArray
 
+# A refit of P numbers takes some 10 P^3 multiplications; after so many candidates have gone that it comes to
+# this for each, the next is due.
+_REFIT_EACH = 100**3
 # What a candidate counts as saving that saves nothing while those it shares its arithmetic with remain.
 _LEAST_SAVING = 0.5
 
@@ -72,7 +76,9 @@ class Elimination:
         return kept
 
 
-def eliminate(candidates: Candidates, *, by_cost: bool = True, refit: bool = False) -> Elimination:
+def eliminate(
+    candidates: Candidates, *, by_cost: bool = True, refit: bool = False, work: Work | None = None
+) -> Elimination:
     """Order candidates for elimination.
 
     Parameters
@@ -82,7 +88,9 @@ def eliminate(candidates: Candidates, *, by_cost: bool = True, refit: bool = Fal
     by_cost
         Weigh the error against the operations saved; by error alone otherwise.
     refit
-        Refit the coefficients of what remains after every step.
+        Refit the coefficients of what remains after every step, or after some where they are many.
+    work
+        To note down what is done; it takes seconds at most, so that it is never cut short.
     """
     flat = candidates.flat
     gram = flat @ flat.T
@@ -93,6 +101,7 @@ def eliminate(candidates: Candidates, *, by_cost: bool = True, refit: bool = Fal
     scale, slope = np.ones(len(flat)), np.zeros(len(flat))
     order: list[int] = []
     scales = [scale]
+    due = 0.0
     while kept.any():
         added = scale * (scale * np.diag(gram) - 2.0 * slope)
         merit = np.where(kept, added / (np.maximum(savings.now, _LEAST_SAVING) if by_cost else 1.0), np.inf)
@@ -103,7 +112,13 @@ def eliminate(candidates: Candidates, *, by_cost: bool = True, refit: bool = Fal
         if fit is None:
             slope -= gram[chosen]
         else:
-            scale = fit.without(chosen)
+            fit.drop(chosen)
+            due += _REFIT_EACH
+            if due >= fit.numbers**3:
+                due = 0.0
+                if work is not None:
+                    work.spend(10.0 * fit.numbers**3)
+                scale = fit.factors()
             slope = gram @ (kept * scale - 1.0)
         scales.append(scale)
     return Elimination(candidates, tuple(order), np.array(scales))
@@ -120,10 +135,18 @@ class _LeastSquares:
         self._gathered = gram @ self._spread
         self._wished = gram.sum(axis=1)
 
-    def without(self, k: int) -> FloatArray:
-        """Factors of all candidates without k and those dropped before, shape (K,)."""
+    def drop(self, k: int) -> None:
+        """Fit without k from now on."""
+        self._gathered[:, self._place[k]] -= self._gram[k] * self._spread[k, self._place[k]]
         self._spread[k] = 0.0
-        self._gathered[:, self._place[k]] -= self._gram[k]
+
+    @property
+    def numbers(self) -> int:
+        """How many free numbers are left."""
+        return int(self._spread.any(axis=0).sum())
+
+    def factors(self) -> FloatArray:
+        """Factors of all candidates, shape (K,); 1 of those dropped."""
         used = np.flatnonzero(self._spread.any(axis=0))
         spread = self._spread[:, used]
         # Some coefficients may not show in the torque at all: the smallest ones that fit.

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from gd_analyze.search.candidates import Candidates
 from gd_analyze.search.selection import add_rows
+from gd_analyze.search.work import Work
 from gd_analyze.vectors import FloatArray
 
 # States that a quadratic fit errs most at start the set; further ones join in bunches, and at most so many
@@ -28,8 +29,9 @@ _CLOSE = 1e-6
 class Refit:
     """Fits kept candidates again and again, remembering which states decide."""
 
-    def __init__(self, candidates: Candidates, like: Refit | None = None) -> None:
+    def __init__(self, candidates: Candidates, work: Work, like: Refit | None = None) -> None:
         """`like` is a refit of the same effects, whose deciding states are a good start."""
+        self._work = work
         self._flat = candidates.flat
         self._parameter = candidates.parameter
         self._ratio = candidates.ratio
@@ -69,7 +71,7 @@ class Refit:
             self._deciding = np.argsort(-np.abs(theta @ columns - self._target))[:_FIRST].tolist()
         del self._deciding[:-_MOST]
         while True:
-            found = _solved(columns[:, self._deciding], self._target[self._deciding], limit)
+            found = _solved(columns[:, self._deciding], self._target[self._deciding], limit, self._work)
             if found is None:
                 return None
             theta, least = found
@@ -83,10 +85,12 @@ class Refit:
             self._deciding += fresh
 
 
-def _solved(columns: FloatArray, target: FloatArray, limit: float | None) -> tuple[FloatArray, float] | None:
+def _solved(
+    columns: FloatArray, target: FloatArray, limit: float | None, work: Work
+) -> tuple[FloatArray, float] | None:
     """Coefficients within a limit, or those of the least largest error, and that limit or error.
 
-    None if there are none, or if the solver cannot tell.
+    None if there are none, or if the solver cannot tell, or not with the effort left.
     """
     import highspy
 
@@ -108,8 +112,7 @@ def _solved(columns: FloatArray, target: FloatArray, limit: float | None) -> tup
     if limit is None:
         solver.changeColsCost(1, np.array([parameters], dtype=np.int32), np.ones(1))
     add_rows(solver, np.tile(np.arange(width, dtype=np.int32), (rows, 1)), matrix, lower, upper)
-    solver.run()
-    if solver.getModelStatus() != highspy.HighsModelStatus.kOptimal:
+    if not work.solve(solver) or solver.getModelStatus() != highspy.HighsModelStatus.kOptimal:
         return None
     values = np.array(solver.getSolution().col_value)
     return values[:parameters] / size, float(values[-1]) if limit is None else limit

@@ -17,6 +17,7 @@ from gd_analyze.search.elimination import Elimination, eliminate
 from gd_analyze.search.refit import Refit
 from gd_analyze.search.selection import select
 from gd_analyze.search.tying import share_coefficients
+from gd_analyze.search.work import Work
 from gd_analyze.vectors import FloatArray
 
 # A selection, shape (K,), and the factors of its coefficients, shape (K,), all 1 without refit.
@@ -45,6 +46,7 @@ def search(
     *,
     refit: bool = False,
     thorough: bool = True,
+    work: Work | None = None,
     progress: Progress = None,
 ) -> tuple[dict[str, Step], bool]:
     """Find few candidates whose model is within the budget at every state.
@@ -59,6 +61,8 @@ def search(
         Whether kept coefficients may change.
     thorough
         Search the integer program; dive into it only otherwise.
+    work
+        What may be done; the usual by default. Where it ends, what was best so far is what was found.
     progress
         Called with the number of candidates dropped since the last call.
 
@@ -70,45 +74,46 @@ def search(
         operations, as `Candidates.costs` count them.
     """
     one = np.ones(len(candidates))
-    tell = progress or (lambda _: None)
+    tell, work = progress or (lambda _: None), work or Work()
     if candidates.level.is_priced_exactly:
-        kept, solved = select(candidates.effects, 1.0, candidates.costs)
+        kept, solved = select(candidates.effects, 1.0, candidates.costs, work=work)
         return {"integer program": (kept, one)}, solved
-    best = eliminate(candidates).within()
+    best = eliminate(candidates, work=work).within()
     tell(int((~best).sum()))
     steps = {"elimination": (best, one)}
     if len(best) > _MOST:
+        work.was_short = True
         return steps, False
-    programmed, solved = _programmed(candidates, thorough)
+    programmed, solved = _programmed(candidates, thorough, work)
     if count(programmed, one) < count(best, one):
         best = programmed
     steps["integer program" if thorough else "dive"] = best, one
     if not solved:
-        best, _ = _exchanged(candidates, best, one, _unchanged, count)
+        best, _ = _exchanged(candidates, best, one, _unchanged, count, work)
         steps["exchange"] = best, one
     if not refit:
         return steps, solved
-    fit = _refitted(candidates)
+    fit = _refitted(candidates, work)
     found = [(best, one)]
     first = fit(best, np.zeros(0))
     for start in (
         (best, first) if first is not None else None,
-        _refitted_start(eliminate(candidates, refit=True), fit),
+        _refitted_start(eliminate(candidates, refit=True, work=work), fit),
     ):
         if start is not None:
-            found.append(_exchanged(candidates, *start, fit, count))
+            found.append(_exchanged(candidates, *start, fit, count, work))
     # Of equal ones the last: it has been fitted.
     kept, scale = min(reversed(found), key=lambda one: count(*one))
     tell(int(best.sum()) - int(kept.sum()))
     steps["refit"] = kept, scale
-    tied, scale = share_coefficients(candidates, kept, scale, count)
+    tied, scale = share_coefficients(candidates, kept, scale, count, work)
     if tied is not candidates:
-        kept, scale = _exchanged(tied, kept, scale, _refitted(tied), count)
-    steps["shared coefficients"] = kept, Refit(tied).best(kept, otherwise=scale)
+        kept, scale = _exchanged(tied, kept, scale, _refitted(tied, work), count, work)
+    steps["shared coefficients"] = kept, Refit(tied, work).best(kept, otherwise=scale)
     return steps, solved
 
 
-def _programmed(candidates: Candidates, thorough: bool) -> tuple[Kept, bool]:
+def _programmed(candidates: Candidates, thorough: bool, work: Work) -> tuple[Kept, bool]:
     """Keep what the integer program keeps of the candidates that matter."""
     effects = candidates.effects
     kept = np.zeros(len(effects), dtype=bool)
@@ -124,7 +129,7 @@ def _programmed(candidates: Candidates, thorough: bool) -> tuple[Kept, bool]:
         left = frozenset(place[k] for k in members if k in place)
         if left:
             costs[left] = costs.get(left, 0) + operations
-    kept[matter], optimal = select(effects[matter], 1.0 - _SWEEP_SHARE, costs, thorough=thorough)
+    kept[matter], optimal = select(effects[matter], 1.0 - _SWEEP_SHARE, costs, thorough=thorough, work=work)
     return kept, optimal
 
 
@@ -133,9 +138,9 @@ def _unchanged(kept: Kept, error: FloatArray) -> FloatArray | None:
     return np.ones(len(kept)) if np.abs(error).max(initial=0.0) <= 1.0 else None
 
 
-def _refitted(candidates: Candidates) -> Fit:
+def _refitted(candidates: Candidates, work: Work) -> Fit:
     """Coefficients are fitted anew for every selection."""
-    refitting = Refit(candidates)
+    refitting = Refit(candidates, work)
     return lambda kept, _: refitting.within(kept)
 
 
@@ -154,7 +159,7 @@ def _refitted_start(elimination: Elimination, fit: Fit) -> tuple[Kept, FloatArra
 
 
 def _exchanged(
-    candidates: Candidates, kept: Kept, scale: FloatArray, fit: Fit, count: Count
+    candidates: Candidates, kept: Kept, scale: FloatArray, fit: Fit, count: Count, work: Work
 ) -> tuple[Kept, FloatArray]:
     """Drop one more, or one for another that is cheaper, while operations go down."""
     shared, flat = _Shared(candidates), candidates.flat
@@ -162,7 +167,7 @@ def _exchanged(
     fewest, trials = count(kept, scale), _TRIALS
     while True:
         for trial, error in _neighbours(flat, size, shared, kept, scale):
-            if trials == 0:
+            if trials == 0 or not work.affords(0.0):
                 return kept, scale
             trials -= 1
             fitted = fit(trial, error)

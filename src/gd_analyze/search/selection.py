@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.search.work import Work
 from gd_analyze.vectors import FloatArray
 
 # HiGHS accepts solutions that break a row by 1e-6; asking for that much less keeps the promise exact.
@@ -31,6 +32,8 @@ _FEASIBILITY_MARGIN = 2e-6
 _LARGEST_COEFFICIENT = 1e3
 # Nodes per solution, and solutions until every state holds; the relaxed program takes states in bunches.
 _NODES, _SOLUTIONS, _BUNCH = 40, 12, 50
+# What such a search takes, in solutions of the relaxed program from the start: cuts, heuristics and nodes.
+_SEARCHING = 50
 # A relaxed variable this close to 0 or 1 is that.
 _WHOLE = 1e-6
 # The dive keeps what is this close to 1, beside the largest.
@@ -43,6 +46,7 @@ def select(
     costs: Mapping[frozenset[int], int],
     *,
     thorough: bool = True,
+    work: Work | None = None,
 ) -> tuple[NDArray[np.bool_], bool]:
     """Choose the candidates to keep.
 
@@ -56,6 +60,8 @@ def select(
         Operations by the set of candidates that need them, see `Candidates`.
     thorough
         Search the integer program; dive only otherwise.
+    work
+        What may be done; the usual by default.
 
     Returns
     -------
@@ -70,12 +76,15 @@ def select(
     """
     count, n_joints, n_states = errors.shape
     flat = (errors / allowed).reshape(count, n_joints * n_states)
-    program = _Program(flat, costs)
+    program = _Program(flat, costs, work or Work())
     best = program.dive()
     if not thorough:
         return best, False
     for _ in range(_SOLUTIONS):
-        kept, optimal = program.search(best)
+        found = program.search(best)
+        if found is None:
+            break
+        kept, optimal = found
         if program.hold(kept):
             cheaper = kept if program.cost(kept) < program.cost(best) else best
             return cheaper, optimal and not program.barred
@@ -85,7 +94,8 @@ def select(
 class _Program:
     """The program over x (candidates) and y (blocks), with the states held so far."""
 
-    def __init__(self, flat: FloatArray, costs: Mapping[frozenset[int], int]) -> None:
+    def __init__(self, flat: FloatArray, costs: Mapping[frozenset[int], int], work: Work) -> None:
+        self._work, self._relaxed = work, 0.0
         self._flat = flat
         self._members = [sorted(members) for members in costs]
         self._weights = np.array(list(costs.values()), dtype=float)
@@ -108,10 +118,15 @@ class _Program:
             self.barred.append(np.flatnonzero(~kept & (self._flat[:, beyond[0]] != 0.0)).tolist())
         return not beyond
 
-    def search(self, start: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], bool]:
-        """Cheapest selection within the budget at the rows, or the best found; whether it is proven."""
+    def search(self, start: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], bool] | None:
+        """Cheapest selection within the budget at the rows, or the best found; whether it is proven.
+
+        None where that is beyond the effort left.
+        """
         import highspy
 
+        if not self._work.affords(_SEARCHING * self._relaxed):
+            return None
         solver, count = self._solver(), len(self._flat)
         solver.changeColsIntegrality(
             count,
@@ -125,7 +140,7 @@ class _Program:
         needed = [float(start[members].any()) for members in self._members]
         guess.col_value = [*start.astype(float).tolist(), *needed]
         solver.setSolution(guess)
-        solver.run()
+        self._work.solve(solver)
         status = solver.getModelStatus()
         values = np.array(solver.getSolution().col_value)
         if len(values) != count + len(self._members) or not solver.getInfo().primal_solution_status:
@@ -133,14 +148,21 @@ class _Program:
         return values[:count] > 0.5, status == highspy.HighsModelStatus.kOptimal
 
     def dive(self) -> NDArray[np.bool_]:
-        """Solve the relaxed program, keep the largest fraction for good, and again until none is left."""
+        """Solve the relaxed program, keep the largest fraction for good, and again until none is left.
+
+        What is undecided when the effort ends is kept.
+        """
         import highspy
 
         solver, count = self._solver(), len(self._flat)
         solver.setOptionValue("presolve", "off")  # the solver goes on from where it was
         settled = np.zeros(count, dtype=bool)
+        x = np.ones(count)
         while True:
-            solver.run()
+            before = self._work.spent
+            if not self._work.solve(solver):
+                break
+            self._relaxed = max(self._relaxed, self._work.spent - before)
             if solver.getModelStatus() != highspy.HighsModelStatus.kOptimal:
                 raise _failed(solver)
             x = np.array(solver.getSolution().col_value)[:count]
@@ -158,7 +180,7 @@ class _Program:
             }:
                 settled[k] = True
                 solver.changeColBounds(k, 1.0, 1.0)
-        kept = x > 0.5
+        kept = x > _WHOLE
         while not self.hold(kept):  # by the solver's tolerance at most
             dropped = np.flatnonzero(~kept)
             kept[dropped[np.abs(self._flat[dropped]).max(axis=1).argmax()]] = True

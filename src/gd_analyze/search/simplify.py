@@ -25,6 +25,7 @@ from gd_analyze.robots import RobotArm
 from gd_analyze.search.candidates import Kept, candidates_of
 from gd_analyze.search.elimination import eliminate
 from gd_analyze.search.search import Progress, search
+from gd_analyze.search.work import Work
 from gd_analyze.states import States
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
 
 # --operations: the smallest multiple of the budget, how close it is searched, how often it is tightened.
 _LEAST, _CLOSE, _ATTEMPTS = 1e-6, 1.02, 4
+# Writing a program to count it takes as long as so many multiplications for each term.
+_WRITING = 3e5
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,9 @@ class How:
         Search the integer program; dive into it only otherwise: tenths of a second instead of seconds.
     write
         Spend a second on a program of few operations.
+    effort
+        How much to do, as a multiple of the usual: about a minute at most. Where it ends, the best so far is
+        given, and said to be that.
     dearer
         Give what was found even where the exact torque takes no more operations: to see what matters.
 
@@ -67,6 +73,7 @@ class How:
     operations: int | None = None
     thorough: bool = True
     write: bool = True
+    effort: float = 1.0
     dearer: bool = False
 
     def __post_init__(self) -> None:
@@ -77,6 +84,10 @@ class How:
                 where="refit",
                 expected="level term or energy",
                 found=f"level {self.level}",
+            )
+        if not self.effort > 0.0:
+            raise UsageError(
+                "a search takes some effort", where="effort", expected="above 0", found=f"{self.effort}"
             )
         if self.operations is not None and self.operations < 0:
             raise UsageError("so few operations do not exist", where="operations", found=str(self.operations))
@@ -91,6 +102,7 @@ def simplify(
     refit: bool = False,
     operations: int | None = None,
     drives: bool = False,
+    effort: float = 1.0,
 ) -> SimplifiedModel:
     """Leave out what a torque error budget allows, so that few operations remain.
 
@@ -103,7 +115,7 @@ def simplify(
         hand, or drawn ones, see `states_in_box`.
     budget
         Allowed torque error per joint; 1 % of each joint's peak torque over the states by default.
-    level, refit, operations
+    level, refit, operations, effort
         See `How`: "term" drops torque terms one by one, the fewest operations; "energy" drops terms of the
         energies, so that the model stays a mechanical system; "element" drops the effects of D_ij and h_i
         and c_i, the founding text's method.
@@ -131,7 +143,7 @@ def simplify(
     >>> bool((model.promise.errors.largest_share <= 0.01).all())
     True
     """
-    how = How(level_named(level), refit, operations)
+    how = How(level_named(level), refit, operations, effort=effort)
     return simplify_exact(ExactDynamics.of(arm, states, drives), budget or Budget(), how)
 
 
@@ -183,12 +195,15 @@ def _searched(
 ) -> SimplifiedModel:
     level, form = how.level, exact.form
     candidates = candidates_of(exact, level, allowed)
-    effort = COUNTING if how.thorough else ROUGH
+    writing, work = COUNTING if how.thorough else ROUGH, Work(how.effort)
 
     def count(kept: Kept, scale: FloatArray) -> int:
-        return candidates.count(kept, scale, effort).total
+        work.spend(_WRITING * int(kept.sum()))
+        return candidates.count(kept, scale, writing).total
 
-    found, solved = search(candidates, count, refit=how.refit, thorough=how.thorough, progress=progress)
+    found, solved = search(
+        candidates, count, refit=how.refit, thorough=how.thorough, work=work, progress=progress
+    )
     *_, (kept, scale) = found.values()
     terms = candidates.keep(kept, scale)
     # All steps are written the same quick way, so that they compare.
@@ -200,7 +215,7 @@ def _searched(
         terms=terms,
         program=written,
         refitted=bool((scale[kept] != 1.0).any()),
-        promise=replace(everything.promise, steps=steps, solved=solved),
+        promise=replace(everything.promise, steps=steps, solved=solved, cut_short=work.was_short),
     )
     model = _measured(exact, model)
     if not (model.promise.errors.largest <= allowed).all():

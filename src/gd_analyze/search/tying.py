@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from gd_analyze.search.candidates import Candidates
 from gd_analyze.search.refit import Refit
+from gd_analyze.search.work import Work
 from gd_analyze.vectors import FloatArray
 
 # Pairs tried in all, and how far apart the coefficients of a pair may be, as a factor.
@@ -26,6 +27,7 @@ def share_coefficients(
     kept: NDArray[np.bool_],
     scale: FloatArray,
     count: Callable[[NDArray[np.bool_], FloatArray], int],
+    work: Work,
 ) -> tuple[Candidates, FloatArray]:
     """Tie coefficients to each other while the budget holds and operations go down.
 
@@ -35,6 +37,8 @@ def share_coefficients(
         What may be kept, what is, and the factors of their coefficients, shape (K,) each.
     count
         Operations of a selection with given factors.
+    work
+        What may be done.
 
     Returns
     -------
@@ -42,14 +46,14 @@ def share_coefficients(
         The candidates with fewer free numbers, and the factors.
     """
     fewest, trials = count(kept, scale), _TRIALS
-    refit = Refit(candidates)
+    refit = Refit(candidates, work)
     while True:
         for one, other in _pairs(candidates, kept, scale):
-            if trials == 0:
+            if trials == 0 or not work.affords(0.0):
                 return candidates, scale
             trials -= 1
             trial = _tied(candidates, scale, one, other)
-            refit = Refit(trial, refit)
+            refit = Refit(trial, work, refit)
             fitted = refit.within(kept)
             if fitted is not None and (operations := count(kept, fitted)) < fewest:
                 candidates, scale, fewest = trial, fitted, operations
