@@ -17,6 +17,7 @@ from gd_analyze.certification.certificate import Certificate, certify
 from gd_analyze.errors import UsageError
 from gd_analyze.levels import TERM, Budget, ErrorTable, ExactDynamics, Level, SimplifiedModel
 from gd_analyze.levels.level import FULL, THOROUGH
+from gd_analyze.levels.promise import CERTIFIED
 from gd_analyze.search import How, simplify_exact
 from gd_analyze.vectors import FloatArray
 
@@ -93,5 +94,5 @@ def _finished(
         operations_full=model.level.exact_operations(model.form, FULL),
     )
     errors = ErrorTable.of(exact.torque, written.torque(*exact.states.arrays))
-    promise = replace(written.promise, allowed=allowed, budget=f"{stated}, certified", errors=errors)
+    promise = replace(written.promise, allowed=allowed, budget=stated + CERTIFIED, errors=errors)
     return replace(written, promise=promise)

@@ -11,6 +11,9 @@ import numpy as np
 from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.vectors import FloatArray
 
+# Behind a budget that is proven for a whole box.
+CERTIFIED = ", certified"
+
 
 @dataclass(frozen=True, eq=False)
 class ErrorTable:
@@ -93,6 +96,8 @@ class Promise:
     steps, solved
         What every step of the search led to, and whether its integer program ended: then no selection without
         refit takes fewer operations.
+    measured
+        Whether the errors were measured here; otherwise a file states them, for states that are not at hand.
     """
 
     allowed: FloatArray
@@ -101,6 +106,7 @@ class Promise:
     made_for: Mapping[str, str | int]
     steps: tuple[SearchStep, ...] = ()
     solved: bool = False
+    measured: bool = True
 
     @property
     def search(self) -> str:
