@@ -26,13 +26,13 @@ from gd_analyze.harmonics.waves import DEGREE, Waves, numbers
 from gd_analyze.operations import Program
 from gd_analyze.vectors import Array, FloatArray
 
-# Largest multiple of an angle, or power, in any step; what a torque has is `DEGREE`, and code that turns
-# vectors to and fro passes twice that before sines and cosines cancel.
-_HIGHEST = 2 * DEGREE
+# Largest multiple of an angle, or power, in any step. What a torque has is `DEGREE`; a product of an inertia
+# turned into the base frame with three axes there has more until sines and cosines cancel.
+_HIGHEST = 3 * DEGREE
 # Products of two terms, at one step and in all: a tenth of a second, and some ten.
 _MOST_AT_ONCE, _MOST = 2**22, 2**28
-# What is left of numbers that cancel, over what was added up.
-_CANCELLED = 8 * float(np.finfo(float).eps)
+# Roundings of what was added up that may be left of numbers that cancel.
+_CANCELLED = 32
 _EPS = float(np.finfo(float).eps)
 
 _Angle = tuple[int, ...]
@@ -260,10 +260,9 @@ def _gathered(keys: NDArray[np.int64], values: Array, degrees: NDArray[np.int64]
     if len(starts) == len(keys):
         return _Sum(keys, values, degrees, roundings)
     totals = np.add.reduceat(values, starts)
-    there = np.abs(totals) > _CANCELLED * np.add.reduceat(np.abs(values), starts)
     # What is no number must stay.
-    there |= ~np.isfinite(totals)
-    return _Sum(keys[starts][there], totals[there], degrees, roundings + 8)
+    gone = np.abs(totals) <= _CANCELLED * _EPS * np.add.reduceat(np.abs(values), starts)
+    return _Sum(keys[starts][~gone], totals[~gone], degrees, roundings + _CANCELLED * bool(gone.any()))
 
 
 def _largest(operation: str, *arguments: float) -> float:
