@@ -126,6 +126,7 @@ NO_TORQUE = {
     "a cosine of many turns": (lambda q, qd, qdd: np.cos(sum([q[0]] * 7)), "degree in q1"),
     "a cube of a rate": (lambda q, qd, qdd: qd[0] * qd[1] * qd[0], "more than two rates"),
     "an acceleration times a rate": (lambda q, qd, qdd: qdd[0] * qd[0], "more than two rates"),
+    "numbers beyond any": (lambda q, qd, qdd: 1e300 * (1e300 * np.cos(q[0])), "overflow"),
     "a single rate": (lambda q, qd, qdd: np.cos(q[0]) * qd[0], "a single rate"),
 }
 

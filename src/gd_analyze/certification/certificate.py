@@ -124,7 +124,7 @@ def certify(
         found.append((bound, *field.worst(box, starts)))
     bounds, errors, *states = (np.array(values) for values in zip(*found, strict=True))
     bounds = bounds + harmonics_slack(harmonics, box)
-    certified = np.where(bounds > 0.0, np.nextafter(bounds, np.inf), 0.0)
+    certified = np.where(bounds <= 0.0, 0.0, np.nextafter(bounds, np.inf))
     return Certificate(box, certified, errors, (states[0], states[1], states[2]))
 
 

@@ -163,3 +163,8 @@ def checked(model: SimplifiedModel, document: ModelDocument) -> SimplifiedModel:
     require_terms_computed(model)
     require_consistent(model)
     return measured_where_possible(model)
+
+
+def checked_model(document: ModelDocument) -> SimplifiedModel:
+    """Rebuild a model and hold it against its document; errors as of `model_of` and `checked`."""
+    return checked(model_of(document), document)
