@@ -7,10 +7,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from gd_analyze.certification import certify, certify_positive_definite, largest_torque
+from gd_analyze.certification import certify, certify_positive_definite, largest_torque, simplify_certified
 from gd_analyze.certification.box import Box
+from gd_analyze.certification.certificate import Certificate
 from gd_analyze.errors import ModelError, UsageError
-from gd_analyze.levels import ENERGY, ErrorTable, ExactDynamics, ExactForm, SimplifiedModel
+from gd_analyze.levels import ENERGY, Budget, ErrorTable, ExactDynamics, ExactForm, SimplifiedModel
 from gd_analyze.operations import Program, Trace
 from gd_analyze.robots import RobotArm, load_arm
 from gd_analyze.states import states_in_box
@@ -87,3 +88,25 @@ def test_no_motion_and_no_gravity_is_no_torque(two_link: RobotArm) -> None:
 def test_a_box_of_another_arm(two_link: RobotArm, puma: RobotArm) -> None:
     with pytest.raises(UsageError, match="does not fit the arm"):
         largest_torque(exact_model(two_link), Box.of(puma))
+
+
+def test_a_certified_model_is_certified_as_it_is_returned(two_link: RobotArm) -> None:
+    """The certificate is of the program that is stored, to the last bit, not of one written on the way."""
+    exact = ExactDynamics.of(two_link, states_in_box(two_link, 300))
+    box = Box.of(two_link)
+    model, certificate = simplify_certified(exact, Budget.parse("40%"), box)
+    assert certify(model, box).certified.tolist() == certificate.certified.tolist()
+    assert certificate.within(model.promise.allowed).all()
+
+
+def test_it_is_certified_after_it_was_written(two_link: RobotArm, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[SimplifiedModel] = []
+
+    def watched(model: SimplifiedModel, *args: object, **named: object) -> Certificate:
+        seen.append(model)
+        return certify(model, *args, **named)  # type: ignore[arg-type]
+
+    monkeypatch.setattr("gd_analyze.certification.certified_model.certify", watched)
+    exact = ExactDynamics.of(two_link, states_in_box(two_link, 300))
+    model, _ = simplify_certified(exact, Budget.parse("40%"), Box.of(two_link))
+    assert seen[-1] is model

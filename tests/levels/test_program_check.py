@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -114,3 +115,11 @@ def test_what_the_tool_writes_fits_however_it_is_written(arm, level, effort, see
     form = ExactForm(arm)
     kept = {term: number for term, number in level.terms(form).items() if random.random() < 0.8}
     require_terms_computed(model_of(form, level, kept, effort))
+
+
+def test_a_program_of_a_sample_is_written_out_quickly(puma):
+    """A hundredth of a second here, for the exact PUMA's 600 operations two; loading must not be felt."""
+    model = exact_model(puma)
+    started = time.process_time()
+    require_terms_computed(model)
+    assert time.process_time() - started < 1.0
