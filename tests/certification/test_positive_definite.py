@@ -104,3 +104,22 @@ def test_bad_arguments_are_refused(two_link: RobotArm, puma: RobotArm) -> None:
         certify_positive_definite(exact_model(two_link), Box.of(puma))
     with pytest.raises(UsageError, match="effort"):
         certify_positive_definite(exact_model(two_link), effort=0)
+
+
+@pytest.mark.parametrize("joint", range(6))
+def test_a_joint_without_inertia_makes_d_singular(puma: RobotArm, joint: int) -> None:
+    """The eigenvalue is zero, and the bound no worse than the grid makes of the largest elements of D."""
+    kept = {t: c for t, c in ExactForm(puma).energies.items() if joint not in (t.i, t.j)}
+    shown = certify_positive_definite(energy_model(puma, kept))
+    assert shown.is_singular
+    assert not shown.is_proven
+    assert abs(shown.smallest_found) < 1e-12
+    largest = max(abs(c) for t, c in kept.items() if not t.is_potential)
+    assert -largest < shown.proven <= 0.0
+
+
+def test_an_eigenvalue_far_from_zero_is_not_singular(two_link: RobotArm) -> None:
+    energy = ExactForm(two_link).energies
+    negative = energy_model(two_link, {t: c for t, c in energy.items() if (t.i, t.j) != (0, 0) or t.monomial})
+    assert not certify_positive_definite(negative).is_singular
+    assert not certify_positive_definite(exact_model(two_link)).is_singular

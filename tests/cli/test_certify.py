@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
 from gd_analyze.certification.certificate import EFFORT
 from gd_analyze.cli.certify import _rounded_up, certify
+from gd_analyze.levels import ENERGY, ExactForm, save_model
+from gd_analyze.levels.model_file import _digest
+from made_models import exact_model, model_of
 
 
 @pytest.fixture
@@ -110,3 +115,99 @@ def test_bad_options_are_refused(run, model, words, named):
     assert result.code == 2
     assert named in result.err
     assert "Traceback" not in result.err
+
+
+def test_shares_are_of_the_largest_torque_in_the_box(run, model):
+    document = run("certify", model, "--json").json
+    for joint in document["joints"]:
+        assert joint["certified_share"] == pytest.approx(
+            joint["certified"] / joint["largest_torque_found"], rel=1e-12
+        )
+    said = " ".join(run("certify", model).out.split())
+    assert "of the largest torque found there" in said
+    assert "of peak" not in said
+
+
+def edited(model, change):
+    document = json.loads(model.read_text(encoding="utf-8"))
+    change(document)
+    document["digest"] = _digest(document)
+    model.write_text(json.dumps(document), encoding="utf-8")
+    return model
+
+
+def lie(document):
+    """A peak of 1e9 N m, for a trajectory that nobody else has: consistent, and not to be measured again."""
+    document["made_for"] = {"trajectory": "mine", "trajectory_fingerprint": "0" * 64, "set_points": 9}
+    for row in document["errors"]:
+        row["peak_torque"], row["allowed_error"] = 1e9, 0.05e9
+
+
+def test_what_only_the_file_says_is_said_to_be_stated(run, model):
+    honest = run("certify", model, "--json").json
+    assert honest["allowed_and_largest_error"] == "measured"
+    assert "stated" not in run("certify", model).out
+    result = run("certify", edited(model, lie))
+    said = " ".join(result.out.split())
+    assert "sampled and allowed as the file states" in said
+    assert "stated by the file, for 9 set points of mine, which are not at hand" in said
+    assert "within the stated budget of 5%" in said
+    assert max(map(len, result.out.splitlines())) <= 80
+    document = run("certify", model, "--json").json
+    assert document["allowed_and_largest_error"] == "stated by the file"
+    for here, before in zip(document["joints"], honest["joints"], strict=True):
+        for name in ("certified", "certified_share", "largest_torque_found"):
+            assert here[name] == before[name]
+
+
+def test_the_named_trajectory_measures_what_is_stated(run, here):
+    motion = run("plan", "two_link", "--from", "0,0", "--to", "1,1", "--duration", "1", "-o", "mine.csv")
+    assert motion.code == 0, motion.err
+    assert run("simplify", "two_link", "mine.csv", "--budget", "40%", "-o", "mine.json").code == 0
+    assert run("certify", "mine.json", "--json").json["allowed_and_largest_error"] == "stated by the file"
+    along = run("certify", "mine.json", "--along", "mine.csv", "--json").json
+    assert along["allowed_and_largest_error"] == "measured"
+
+    def understate(document):
+        for row in document["errors"]:
+            row["peak_torque"], row["allowed_error"] = 1e3 * row["peak_torque"], 1e3 * row["allowed_error"]
+
+    edited(here / "mine.json", understate)
+    assert run("certify", "mine.json").code == 0
+    refused = run("certify", "mine.json", "--along", "mine.csv")
+    assert refused.code == 2
+    assert "peak_torque of joint 1" in refused.err
+
+
+def test_a_singular_model_gets_a_clear_answer(run, here, two_link):
+    form = ExactForm(two_link)
+    kept = {t: c for t, c in form.energies.items() if 1 not in (t.i, t.j)}
+    save_model(model_of(form, ENERGY, kept), here / "singular.json")
+    result = run("certify", "singular.json")
+    assert result.code == 0, result.err
+    said = " ".join(result.out.split())
+    assert "D is singular at q = (" in said
+    assert "cannot be simulated" in said
+    document = run("certify", "singular.json", "--json").json["positive_definite"]
+    assert document["singular"]
+    assert not document["proven"]
+    assert -1.0 < document["smallest_eigenvalue_at_least"] <= 0.0
+
+
+def test_an_indefinite_model_is_said_to_be_so(run, here, two_link):
+    form = ExactForm(two_link)
+    kept = {t: c for t, c in form.energies.items() if (t.i, t.j) != (0, 0) or t.monomial}
+    save_model(model_of(form, ENERGY, kept), here / "indefinite.json")
+    assert "D is not positive definite: it has an eigenvalue of -0.5" in " ".join(
+        run("certify", "indefinite.json").out.split()
+    )
+
+
+def test_effort_reaches_the_proof_of_definiteness(run, here, puma):
+    save_model(exact_model(puma), here / "puma.json")
+    little, more = (
+        run("certify", "puma.json", "--effort", effort, "--json").json["positive_definite"]
+        for effort in ("2000", "500000")
+    )
+    assert little["smallest_eigenvalue_at_least"] < more["smallest_eigenvalue_at_least"]
+    assert more["smallest_eigenvalue_at_least"] <= more["smallest_eigenvalue_found"]

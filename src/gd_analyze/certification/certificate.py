@@ -1,4 +1,4 @@
-"""A bound on the torque error that no state of a box exceeds, proven from the dropped terms.
+"""A bound on the torque error that no state of a box exceeds, proven from the program that runs.
 
 The error of joint i is e_i = sum_r F_ir(q) r, r running over 1, the accelerations and the products of two
 rates, and F over polynomials in sines, cosines and sliding variables whose coefficients are known. For any
@@ -7,9 +7,10 @@ exceeds its maximum over a grid by no more than its curvature allows between the
 for the worst rates and accelerations too, whose error at a grid position has a closed bound (`motion`). Waves
 in too many joints for a grid are bounded by their amplitudes.
 
-To this comes what the exact dynamics can be off by, being read off numbers (`harmonics_slack`), and what
-evaluating the error can (`ErrorField.round_off`). The bound is on the model as its coefficients say; the
-rounding of its own evaluation in floating point, some 1e-15 of the torque, is not in it.
+The model's part of it is what its program computes, written out (`harmonics/expansion.py`): what is bounded
+is what runs, whatever the terms beside it say. To this comes what the exact dynamics can be off by, being
+read off numbers (`harmonics_slack`), what evaluating the error can (`ErrorField.round_off`), and what writing
+the program out and running it in floating point can (`Expansion.round_off`).
 """
 
 from __future__ import annotations
@@ -23,9 +24,10 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.error_field import ErrorField
 from gd_analyze.certification.grid import shared_out
 from gd_analyze.certification.harmonics_slack import harmonics_slack
-from gd_analyze.certification.torque_rows import exact_row, model_roundings, model_rows
-from gd_analyze.errors import UsageError
+from gd_analyze.errors import ModelError, UsageError
 from gd_analyze.harmonics import Harmonics, Waves, harmonics_of
+from gd_analyze.harmonics.expansion import Expansion, expanded
+from gd_analyze.harmonics.torque_rows import exact_row
 from gd_analyze.levels import SimplifiedModel
 from gd_analyze.robots import RobotArm
 from gd_analyze.vectors import FloatArray
@@ -104,7 +106,7 @@ def certify(
     Raises
     ------
     ModelError
-        If the model has no harmonic terms.
+        If the model has no harmonic terms, or its program computes no torque of an arm, see `expanded`.
     UsageError
         If the box is of another number of joints, `effort` is not positive, or no box is given and the arm
         does not state all its limits.
@@ -113,20 +115,33 @@ def certify(
     box = box_of(box, arm, effort)
     harmonics = harmonics or harmonics_of(arm)
     inertia = harmonics.whole_inertia(arm.drive_inertia if model.drives else None)
-    rows = model_rows(model.torques, harmonics.rates, harmonics.potential.sliding)
-    roundings = model_roundings(model.torques, harmonics.rates, box)
+    runs = expansion_of(model)
+    roundings = runs.round_off(box.farthest, box.rate, box.acceleration)
     found = []
-    for i, (row, rounding) in enumerate(zip(rows, roundings, strict=True)):
+    for i, (row, rounding) in enumerate(zip(runs.rows, roundings, strict=True)):
         field = ErrorField.of(exact_row(harmonics, inertia, i), row, float(rounding), box)
         bound, starts = _bounded(field, box, effort)
         found.append((bound, *field.worst(box, starts)))
     bounds, errors, *states = (np.array(values) for values in zip(*found, strict=True))
     bounds = bounds + harmonics_slack(harmonics, box)
-    certified = np.where(bounds > 0.0, np.nextafter(bounds, np.inf), 0.0)
+    certified = np.where(bounds <= 0.0, 0.0, np.nextafter(bounds, np.inf))
     return Certificate(box, certified, errors, (states[0], states[1], states[2]))
 
 
-def box_of(given: Box | None, arm: RobotArm, effort: int) -> Box:
+def expansion_of(model: SimplifiedModel) -> Expansion:
+    """Write out what a model's program computes; a ModelError where its level is not certified."""
+    if not model.level.has_torque_terms:
+        raise ModelError(
+            f"a model of level {model.level.name} has no harmonic terms, and is not certified",
+            where="level",
+            expected="a model of a level that has, such as term or energy",
+            found=f"level {model.level.name}",
+            next_step="make one with `gd-analyze simplify`",
+        )
+    return expanded(model.program, [not turns for turns in model.arm.is_revolute])
+
+
+def box_of(given: Box | None, arm: RobotArm, effort: int = 1) -> Box:
     """Box given, or the arm's own; a UsageError where it is of another arm or the effort is none."""
     box = given or Box.of(arm)
     if box.n_joints != arm.n_joints:

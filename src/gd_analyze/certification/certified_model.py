@@ -17,6 +17,7 @@ from gd_analyze.certification.certificate import Certificate, certify
 from gd_analyze.errors import UsageError
 from gd_analyze.levels import TERM, Budget, ErrorTable, ExactDynamics, Level, SimplifiedModel
 from gd_analyze.levels.effort import THOROUGH
+from gd_analyze.levels.promise import CERTIFIED
 from gd_analyze.search import How, simplify_exact
 from gd_analyze.search.simplify import exactly, no_dearer
 from gd_analyze.vectors import FloatArray
@@ -61,7 +62,7 @@ def simplify_certified(
     UsageError
         If not even the exact model could be certified: the budget is less than what the bound resolves.
     """
-    allowed, stated = exact.allowed(budget), f"{budget}, certified"
+    allowed, stated = exact.allowed(budget), f"{budget}{CERTIFIED}"
     share = np.ones(len(allowed))
     known = exact
     for turn in range(_ROUNDS):
@@ -70,11 +71,14 @@ def simplify_certified(
         certificate = certify(model, box, harmonics=exact.form.harmonics)
         if progress is not None:
             progress(1)
+        if (certificate.certified <= allowed).all():
+            # Written anew it is another program, and that one runs.
+            model = _finished(model, exact, allowed, stated)
+            certificate = certify(model, box, harmonics=exact.form.harmonics)
         beyond = certificate.certified > allowed
         if not beyond.any():
-            finished = _finished(model, exact, allowed, stated)
-            if finished.saves:
-                return finished, certificate
+            if model.saves:
+                return model, certificate
             break
         known = known.at(known.states.joined_by(*(states[beyond] for states in certificate.worst_states)))
         needed = 0.98 * allowed / np.where(beyond, certificate.certified, allowed)

@@ -8,9 +8,9 @@ import numpy as np
 
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.local_maximum import local_maximum
-from gd_analyze.certification.motion import Motion, RateFactor
-from gd_analyze.certification.torque_rows import rate_factors
+from gd_analyze.certification.motion import Motion
 from gd_analyze.harmonics import Waves
+from gd_analyze.harmonics.torque_rows import RateFactor, rate_factors
 from gd_analyze.vectors import FloatArray
 
 _EPS = float(np.finfo(float).eps)

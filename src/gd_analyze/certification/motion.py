@@ -9,15 +9,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.harmonics.torque_rows import RateFactor
 from gd_analyze.vectors import FloatArray
 
 # Above it the signs of the rates are not tried all: 2^9 choices for ten joints.
 _MOST_SIGNED = 10
 # And above this not all of -1, 0 and 1: 3280 choices for eight joints.
 _MOST_THIRDS = 8
-
-# "1", an acceleration "qdd" (joint,) or a product of rates "qd" (joint, joint): the factor of a polynomial.
-RateFactor = tuple[str, tuple[int, ...]]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,19 +11,18 @@ matrix has no eigenvalue below some b > 0, D has none below the shift plus b / |
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.certificate import box_of
+from gd_analyze.certification.certificate import box_of, expansion_of
 from gd_analyze.certification.error_field import round_off_of
 from gd_analyze.certification.grid import Grid, shared_out
 from gd_analyze.certification.local_maximum import local_maximum
-from gd_analyze.certification.torque_rows import model_roundings, model_rows
 from gd_analyze.errors import ModelError
-from gd_analyze.harmonics import AbsoluteRates, Waves
+from gd_analyze.harmonics import Waves
 from gd_analyze.levels import SimplifiedModel
 from gd_analyze.vectors import FloatArray
 
@@ -31,6 +30,9 @@ from gd_analyze.vectors import FloatArray
 EFFORT = 8_000
 # Shares of the smallest eigenvalue seen that are tried as the shift; the first that can be proven is taken.
 _SHIFTS = (0.999, 0.99, 0.9, 0.0)
+# Roundings of an eigenvalue, per joint.
+_ROUNDINGS = 64
+_EPS = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,17 +49,25 @@ class Definiteness:
         Smallest one found; the truth lies between.
     position
         Where that is, rad (m), shape (n,).
+    round_off
+        What rounding can do to an eigenvalue that is found.
     """
 
     box: Box
     proven: float
     smallest_found: float
     position: FloatArray
+    round_off: float
 
     @property
     def is_proven(self) -> bool:
         """Whether D is proven to be positive definite over the whole box."""
         return self.proven > 0.0
+
+    @property
+    def is_singular(self) -> bool:
+        """Whether an eigenvalue was found that only round-off tells from zero: some motion has no inertia."""
+        return abs(self.smallest_found) <= self.round_off
 
 
 def certify_positive_definite(
@@ -97,14 +107,17 @@ def certify_positive_definite(
     box = box_of(box, model.arm, effort)
     inertia = _GriddedInertia.of(model, box, effort)
     smallest, position = inertia.smallest()
-    scale = abs(smallest) or 1.0
-    shifts = [smallest - (1.0 - share) * scale for share in _SHIFTS]
+    found = Definiteness(box, -np.inf, smallest, position, inertia.round_off)
     proven = -np.inf
-    for shift in shifts:
+    # A K that made one of an eigenvalue of zero would be made of round-off.
+    for share in () if found.is_singular else _SHIFTS:
+        shift = smallest - (1.0 - share) * abs(smallest)
         proven = max(proven, inertia.proven_above(shift))
         if proven > shift:
             break
-    return Definiteness(box, float(proven), smallest, position)
+    if not proven > 0.0:
+        proven = max(proven, inertia.proven_plainly())
+    return replace(found, proven=float(proven))
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,10 +133,9 @@ class _GriddedInertia:
     @classmethod
     def of(cls, model: SimplifiedModel, box: Box, effort: int) -> _GriddedInertia:
         n = model.arm.n_joints
-        rates, sliding = AbsoluteRates.of(model.arm), [not turns for turns in model.arm.is_revolute]
         # Of every row what the accelerations are multiplied by.
-        rows = model_rows(model.torques, rates, sliding)
-        every = Waves.stacked([row[1 : n + 1] for row in rows])
+        runs = expansion_of(model)
+        every = Waves.stacked([row[1 : n + 1] for row in runs.rows])
         # The constant part is the same everywhere and says nothing about where to look.
         constant = (every.multiples == 0).all(axis=1)
         shares, rest = shared_out(every.only(~constant), box, effort, groups=1)
@@ -131,8 +143,8 @@ class _GriddedInertia:
         if shares:
             chosen |= (every.multiples[:, None] == shares[0][0].multiples).all(axis=2).any(axis=1)
         left_out = rest.sizes(box.farthest).sum(axis=1).reshape(n, n)
-        pushed = Box(box.lower, box.upper, np.zeros(n), np.ones(n))
-        left_out += model_roundings(model.torques, rates, pushed).sum() + round_off_of(every, box)
+        roundings = runs.round_off(box.farthest, np.zeros(n), np.ones(n))
+        left_out += np.maximum(roundings, roundings[:, None]) + round_off_of(every, box)
         grid = shares[0][1] if shares else Grid.at(box.centre)
         left_out += grid.between(every.only(chosen), box).reshape(n, n)
         return cls(box, every, every.only(chosen), grid, left_out)
@@ -160,17 +172,31 @@ class _GriddedInertia:
 
     def proven_above(self, shift: float) -> float:
         """Lower bound of all eigenvalues of D over the box, with one shift."""
-        unit = np.eye(len(self._typical))
-        values, vectors = np.linalg.eigh(self._typical - shift * unit)
-        # K; where the typical D does not lie above the shift, as it is.
-        k = (vectors / np.sqrt(values)).T if values[0] > 0.0 else unit
+        values, vectors = np.linalg.eigh(self._typical - shift * np.eye(len(self._typical)))
+        # Where the typical D does not lie above the shift no K makes it the identity.
+        return self._proven((vectors / np.sqrt(values)).T, shift) if values[0] > 0.0 else -np.inf
+
+    def proven_plainly(self) -> float:
+        """Lower bound with D as it is: never far below the truth, nor ever close to a small eigenvalue."""
+        return self._proven(np.eye(len(self._typical)), 0.0)
+
+    @property
+    def round_off(self) -> float:
+        """What an eigenvalue of D can be off by."""
+        return _ROUNDINGS * len(self._typical) * _EPS * self._reach(np.eye(len(self._typical)), 0.0)
+
+    def _reach(self, k: FloatArray, shift: float) -> float:
+        """Norm that |K| (|D| + |shift| 1) |K|^T does not exceed anywhere in the box."""
+        n = len(k)
+        sizes = self.every.sizes(self.box.farthest).sum(axis=1).reshape(n, n) + abs(shift) * np.eye(n)
+        return float(np.linalg.norm(np.abs(k) @ sizes @ np.abs(k).T, 2))
+
+    def _proven(self, k: FloatArray, shift: float) -> float:
+        unit = np.eye(len(k))
         low = min(np.linalg.eigvalsh(k @ (d - shift * unit) @ k.T)[:, 0].min() for d in self._on_grid())
         slack = np.linalg.norm(np.abs(k) @ self.left_out @ np.abs(k).T, 2)
-        # Scaling and eigenvalues are off by some n eps of the largest, in the worst case times |K|^2 |D|, and
-        # |K| (|D| + |shift| 1) |K|^T is nowhere in the box larger than `reach`.
-        sizes = self.every.sizes(self.box.farthest).sum(axis=1).reshape(unit.shape) + abs(shift) * unit
-        reach = float(np.linalg.norm(np.abs(k) @ sizes @ np.abs(k).T, 2))
-        rough = 64 * len(unit) * np.finfo(float).eps * reach
+        # Scaling and eigenvalues are off by some n eps of the largest, in the worst case times |K|^2 |D|.
+        rough = _ROUNDINGS * len(k) * _EPS * self._reach(k, shift)
         bound = low - slack - rough
         stretch = np.linalg.eigvalsh(k.T @ k)
         # b K^-1 K^-T has no eigenvalue below b / (largest of K^T K), below b / (smallest) for negative b.

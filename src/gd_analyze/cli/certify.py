@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from decimal import ROUND_CEILING, Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,9 +17,32 @@ from gd_analyze.cli.terminal import line, sentence
 
 if TYPE_CHECKING:
     from gd_analyze.certification import Certificate, Definiteness
+    from gd_analyze.levels import Promise
+    from gd_analyze.vectors import FloatArray
 
 # Shares of peak torque below this are printed as "< 0.01 %".
 _LEAST_SHARE = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class _Shown:
+    """A model, what is proven of it, where, and the largest exact torque found there, N m (N), shape (n,).
+
+    `definiteness` is None where D need not be symmetric.
+    """
+
+    model: gd.SimplifiedModel
+    certificate: Certificate
+    definiteness: Definiteness | None
+    where: str
+    largest: FloatArray
+
+    @property
+    def shares(self) -> FloatArray:
+        """Certified errors over the largest torques."""
+        from gd_analyze.levels.promise import share_of
+
+        return share_of(self.certificate.certified, self.largest)
 
 
 @click.command(short_help="Bound a model's torque error over all states of a box.")
@@ -34,16 +59,19 @@ _LEAST_SHARE = 1e-4
     type=click.IntRange(min=1),
     default=250_000,
     show_default=True,
-    help="Positions per joint at which the error is evaluated. More bring the bound closer to the truth; it "
-    "is proven with any number.",
+    help="Positions per joint at which the error is evaluated, and D at a thirtieth as many. More bring the "
+    "bounds closer to the truth; they are proven with any number.",
 )
 @reporting
 def certify(model: Path, along: str | None, effort: int, output: Output) -> None:
     r"""Bound the torque error of a simplified model over a whole box of states.
 
     No state of the box has a larger error than the certified one; the largest error that a search found
-    stands beside it, and the truth lies between. Of a model of level energy also the smallest eigenvalue of
-    D is bounded. The same input gives the same figures on any machine.
+    stands beside it, and the truth lies between. What is bounded is the error of the program in the file.
+    Shares are of the largest exact torque found in the same box. Allowed and sampled errors are measured
+    again where the states that the model was made for are at hand: drawn ones, a shipped trajectory's, or
+    those of --along. Otherwise they are shown as the file states them. Of a model of level energy also the
+    smallest eigenvalue of D is bounded. The same input gives the same figures on any machine.
 
     \b
     Examples:
@@ -52,46 +80,62 @@ def certify(model: Path, along: str | None, effort: int, output: Output) -> None
     """
     with output.working() as stage:
         stage("reading")
+        from gd_analyze.certification import certificate as bounds
+        from gd_analyze.certification import largest_torque, positive_definite
+        from gd_analyze.levels.statements import measured_at
+
         loaded = gd.load_model(model)
         if along is None:
             box, where = gd.Box.of(loaded.arm), "the arm's limits"
         else:
             motion = gd.read_trajectory(along, loaded.arm)
             box, where = gd.Box.around(motion.q, motion.qd, motion.qdd), f"the extremes of {motion.name}"
+            if loaded.promise.made_for.get("trajectory_fingerprint") == motion.fingerprint:
+                loaded = measured_at(loaded, gd.states_of(motion))
         stage("certifying")
-        certificate = gd.certify(loaded, box, effort=effort)
-        definiteness = gd.certify_positive_definite(loaded, box) if loaded.level.is_mechanical else None
-    output.give(
-        lambda: _document(loaded, certificate, definiteness) | {"effort": effort, "from": where},
-        lambda: _show(loaded, certificate, definiteness, where),
-    )
+        harmonics = gd.harmonics_of(loaded.arm)
+        of_inertia = max(1, effort * positive_definite.EFFORT // bounds.EFFORT)
+        shown = _Shown(
+            loaded,
+            gd.certify(loaded, box, effort=effort, harmonics=harmonics),
+            gd.certify_positive_definite(loaded, box, effort=of_inertia)
+            if loaded.level.is_mechanical
+            else None,
+            where,
+            largest_torque(loaded, box, harmonics=harmonics),
+        )
+    output.give(lambda: _document(shown) | {"effort": effort}, lambda: _show(shown))
 
 
-def _document(
-    model: gd.SimplifiedModel, certificate: Certificate, definiteness: Definiteness | None
-) -> dict[str, object]:
+def _document(shown: _Shown) -> dict[str, object]:
     from gd_analyze.cli.joint_table import joint_rows
 
-    allowed, box = model.promise.allowed, certificate.box
+    model, certificate, definiteness = shown.model, shown.certificate, shown.definiteness
+    promise, box = model.promise, certificate.box
     states = zip(*(values.tolist() for values in certificate.worst_states), strict=True)
     columns: dict[str, object] = {
-        "allowed_error": allowed,
-        "largest_error": model.promise.errors.largest,
+        "allowed_error": promise.allowed,
+        "largest_error": promise.errors.largest,
         "worst_found": certificate.worst_found,
         "worst_state": [dict(zip(("q", "qd", "qdd"), state, strict=True)) for state in states],
         "certified": certificate.certified,
-        "within_allowed": certificate.within(allowed),
+        "largest_torque_found": shown.largest,
+        "certified_share": shown.shares,
+        "within_allowed": certificate.within(promise.allowed),
         "ratio": certificate.ratio,
     }
     return {
         "arm": model.arm.name,
         "level": model.level.name,
-        "budget": model.promise.budget,
+        "budget": promise.budget,
+        "allowed_and_largest_error": "measured" if promise.measured else "stated by the file",
+        "from": shown.where,
         "box": {name: getattr(box, name).tolist() for name in ("lower", "upper", "rate", "acceleration")},
         "joints": joint_rows(model.arm, columns),
         "positive_definite": definiteness
         and {
             "proven": definiteness.is_proven,
+            "singular": definiteness.is_singular,
             "smallest_eigenvalue_at_least": definiteness.proven,
             "smallest_eigenvalue_found": definiteness.smallest_found,
             "position": definiteness.position.tolist(),
@@ -99,33 +143,31 @@ def _document(
     }
 
 
-def _show(
-    model: gd.SimplifiedModel, certificate: Certificate, definiteness: Definiteness | None, where: str
-) -> None:
+def _show(shown: _Shown) -> None:
     from gd_analyze.cli.joint_table import arm_in_words, joint_table, numbers, percents
     from gd_analyze.formatting import percent
 
+    model, certificate = shown.model, shown.certificate
+    arm, promise = model.arm, model.promise
     # A bound is never shown smaller than it is.
-    shown = [_rounded_up(float(bound)) for bound in certificate.certified]
-    arm, peak = model.arm, model.promise.errors.peak_torque
-    pairs = zip(certificate.certified, peak, strict=True)
-    shares = [_rounded_up(float(bound / p), 2) if p > 0.0 else 0.0 for bound, p in pairs]
+    shares = [_rounded_up(float(share), 2) for share in shown.shares]
     worst = max(range(len(shares)), key=shares.__getitem__)
     sentence(
-        f"{arm_in_words(arm)}: no state within {where} has a torque error above "
-        f"{percent(max(shares[worst], _LEAST_SHARE))} of peak torque (joint {worst + 1}).",
+        f"{arm_in_words(arm)}: no state within {shown.where} has a torque error above "
+        f"{percent(max(shares[worst], _LEAST_SHARE))} of the largest torque found there "
+        f"(joint {worst + 1}).",
         bold=True,
     )
-    within = certificate.within(model.promise.allowed)
+    within = certificate.within(promise.allowed)
     joint_table(
-        "Torque error, {units}",
+        "Torque error, {units}" + ("" if promise.measured else "; sampled and allowed as the file states"),
         arm,
         [
-            ("sampled", numbers(model.promise.errors.largest)),
+            ("sampled", numbers(promise.errors.largest)),
             ("found", numbers(certificate.worst_found)),
-            ("certified", numbers(shown)),
-            ("of peak", percents(shares)),
-            ("allowed", numbers(model.promise.allowed)),
+            ("certified", numbers(_rounded_up(float(bound)) for bound in certificate.certified)),
+            ("share", percents(shares)),
+            ("allowed", numbers(promise.allowed)),
             ("within", ["proven" if x else "no" for x in within]),
         ],
     )
@@ -135,18 +177,30 @@ def _show(
         "Sampled: over the states the model was made for. Found: by a search over the whole box. Certified: "
         "no state of the box exceeds it"
         + (f"; at most {_rounded_up(float(ratio.max())):.2f} times what was found. " if ratio.size else ". ")
-        + _verdict(int(within.sum()), len(within), model.promise.budget)
+        + "Share: of the largest exact torque that a search found in the box. "
+        + _verdict(int(within.sum()), len(within), promise)
     )
-    if definiteness is not None:
-        sentence(_definite(definiteness, all(arm.is_revolute)))
+    if not promise.measured:
+        sentence(_stated(promise))
+    if shown.definiteness is not None:
+        sentence(_definite(shown.definiteness, all(arm.is_revolute)))
 
 
-def _verdict(proven: int, joints: int, budget: str) -> str:
-    if proven == joints:
-        return f"Every joint stays within the budget of {budget} everywhere in the box."
+def _stated(promise: Promise) -> str:
+    from gd_analyze.states import in_words
+
+    where = in_words(promise.made_for) if promise.made_for else "states without a name"
     return (
-        f"{proven} of {joints} joints are proven to stay within the budget of {budget} everywhere in the box."
+        f"The allowed and the sampled errors are stated by the file, for {where}, which are not at hand"
+        + (": --along with that trajectory measures them again." if "trajectory" in promise.made_for else ".")
     )
+
+
+def _verdict(proven: int, joints: int, promise: Promise) -> str:
+    budget = f"{'' if promise.measured else 'stated '}budget of {promise.budget}"
+    if proven == joints:
+        return f"Every joint stays within the {budget} everywhere in the box."
+    return f"{proven} of {joints} joints are proven to stay within the {budget} everywhere in the box."
 
 
 def _definite(definiteness: Definiteness, all_turning: bool) -> str:
@@ -154,17 +208,28 @@ def _definite(definiteness: Definiteness, all_turning: bool) -> str:
     bound, found = (
         f"{value:.4g}{unit}" for value in (-_rounded_up(-definiteness.proven, 4), definiteness.smallest_found)
     )
+    place = ", ".join(f"{q:.4g}" for q in definiteness.position)
     if definiteness.is_proven:
         return f"D is positive definite everywhere in the box: no eigenvalue below {bound}, {found} found."
+    if definiteness.is_singular:
+        return (
+            f"D is singular at q = ({place}): an eigenvalue of zero, up to round-off, was found, so some "
+            f"motion has no inertia and the model cannot be simulated. No eigenvalue lies below {bound}."
+        )
+    if definiteness.smallest_found < 0.0:
+        return (
+            f"D is not positive definite: it has an eigenvalue of {found} at q = ({place}). "
+            f"None lies below {bound}."
+        )
     return (
         f"D is not shown to be positive definite: an eigenvalue as low as {bound} cannot be ruled out, the "
-        f"smallest found is {found}."
+        f"smallest found is {found}. A larger --effort may show it."
     )
 
 
 def _rounded_up(value: float, digits: int = 3) -> float:
     """Round to significant digits, never down."""
-    if value == 0.0:
+    if value == 0.0 or not math.isfinite(value):
         return value
     exact = Decimal(value)
     step = Decimal(1).scaleb(exact.adjusted() - digits + 1)

@@ -113,6 +113,7 @@ def _document(trial: _Trial) -> dict[str, Any]:
         "level": model.level.name,
         "made_for": dict(model.promise.made_for),
         "budget": model.promise.budget,
+        "promised": "measured" if model.promise.measured else "stated by the file",
         "held_against": {
             "arm": exact.arm.name,
             "drives": model.drives,
@@ -140,7 +141,8 @@ def _show(trial: _Trial) -> None:
     if trial.without_payload is not None:
         beside, heading = trial.without_payload.errors, "unloaded"
     else:
-        beside, heading = model.promise.errors, "promised"
+        # Not measured again: the file's word.
+        beside, heading = model.promise.errors, "promised" if model.promise.measured else "stated"
     joint_table(
         "Torque error, {units}, and its share of peak torque",
         exact.arm,

@@ -157,9 +157,14 @@ class ExactDynamics:
 
     def allowed(self, budget: Budget) -> FloatArray:
         """Allowed error per joint, N m, shape (n,), and never less than round-off."""
-        # Without any torque anywhere nothing is worth keeping, and any positive budget says so.
-        floor = ROUND_OFF_SHARE * (float(self.peak_torque.max()) or 1.0)
-        return np.maximum(budget.allowed(self.peak_torque), floor)
+        return allowed_by(budget, self.peak_torque)
+
+
+def allowed_by(budget: Budget, peak_torque: FloatArray) -> FloatArray:
+    """Allowed error per joint, N m, shape (n,), for these peak torques, and never less than round-off."""
+    # Without any torque anywhere nothing is worth keeping, and any positive budget says so.
+    floor = ROUND_OFF_SHARE * (float(peak_torque.max()) or 1.0)
+    return np.maximum(budget.allowed(peak_torque), floor)
 
 
 def _recursion(form: ExactForm) -> Program:

@@ -13,7 +13,7 @@ from gd_analyze.errors import GdAnalyzeError, Location, ModelError
 from gd_analyze.files import write_text
 from gd_analyze.levels.levels import LEVELS
 from gd_analyze.levels.model import SimplifiedModel
-from gd_analyze.levels.model_schema import FORMAT, VERSION, ModelDocument, document_of, model_of
+from gd_analyze.levels.model_schema import FORMAT, VERSION, ModelDocument, checked, document_of, model_of
 from gd_analyze.levels.old_files import from_version_1
 
 _WRITE_AGAIN = "write the model again with `gd-analyze ROBOT TRAJECTORY` or `gd-analyze simplify ROBOT -o`"
@@ -38,7 +38,9 @@ def load_model(path: str | Path) -> SimplifiedModel:
     Raises
     ------
     ModelError
-        If the file cannot be read, is not such a model, or was changed so that it no longer fits itself.
+        If the file cannot be read, is not such a model, or was changed so that it no longer fits itself: its
+        program must compute its terms at every state, the arm must be the one it was made for, and what it
+        states must hold where that can be looked at, see `Promise.measured`.
     """
     path = Path(path)
     raw = _read(path)
@@ -60,7 +62,8 @@ def load_model(path: str | Path) -> SimplifiedModel:
         )
     try:
         content = from_version_1(raw) if raw["version"] == 1 else raw
-        model = model_of(ModelDocument.model_validate(content))
+        document = ModelDocument.model_validate(content)
+        model = model_of(document)
     except ValidationError as error:
         first = error.errors()[0]
         raise ModelError(
@@ -85,7 +88,17 @@ def load_model(path: str | Path) -> SimplifiedModel:
             found=f"digest {str(raw['digest'])[:16]}...",
             next_step="write the model again for the arm and the parts you mean",
         )
-    return model
+    try:
+        return checked(model, document)
+    except GdAnalyzeError as error:
+        details = error.details
+        raise ModelError(
+            error.what,
+            where=": ".join([str(path), *filter(None, [details.get("where")])]),
+            expected=details.get("expected"),
+            found=details.get("found"),
+            next_step=_WRITE_AGAIN,
+        ) from None
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from gd_analyze.levels.effort import ROUGH
 from gd_analyze.levels.exact import ExactForm
 from gd_analyze.levels.level import Checked
 from gd_analyze.levels.levels import level_named
 from gd_analyze.levels.model import SimplifiedModel
+from gd_analyze.levels.program_check import require_terms_computed
 from gd_analyze.levels.promise import ErrorTable, Promise, SearchStep
+from gd_analyze.levels.statements import measured_where_possible, require_consistent, require_equal
 from gd_analyze.operations import OperationCount
 from gd_analyze.operations.written import read_back, written
 from gd_analyze.robots import arm_from_description, describe, fingerprint
@@ -35,6 +37,26 @@ class _Step(Checked):
     operations: int
 
 
+class _SetPoints(Checked):
+    trajectory: str
+    trajectory_fingerprint: str
+    set_points: int
+
+
+class _Drawn(Checked):
+    box: str
+    states: int
+    seed: int
+
+
+class _Unnamed(Checked):
+    pass
+
+
+_MadeFor = _SetPoints | _Drawn | _Unnamed
+_MADE_FOR: TypeAdapter[_MadeFor] = TypeAdapter(_MadeFor)
+
+
 class ModelDocument(Checked):
     """The whole file; `terms` are as the level's own entry says."""
 
@@ -46,7 +68,7 @@ class ModelDocument(Checked):
     budget: str
     errors_are: Literal["sampled at the states of made_for"]
     errors: list[_JointError]
-    made_for: dict[str, str | int]
+    made_for: _MadeFor
     search: list[_Step]
     solved: bool
     cut_short: bool = False
@@ -84,7 +106,7 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
             )
             for i, joint in enumerate(model.arm.joints)
         ],
-        made_for=dict(promise.made_for),
+        made_for=_MADE_FOR.validate_python(dict(promise.made_for)),
         search=[_Step(name=step.name, operations=step.operations) for step in promise.steps],
         solved=promise.solved,
         cut_short=promise.cut_short,
@@ -109,7 +131,7 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
 
     rows = [(row.peak_torque, row.allowed_error, row.largest_error, row.rms_error) for row in document.errors]
     peak, allowed, largest, rms = np.array(rows, dtype=float).reshape(-1, 4).T
-    model = SimplifiedModel(
+    return SimplifiedModel(
         level=level,
         form=form,
         terms=level.from_entries(form, document.terms),
@@ -120,25 +142,33 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
             allowed,
             document.budget,
             ErrorTable(peak, largest, rms),
-            document.made_for,
+            document.made_for.model_dump(),
             tuple(SearchStep(step.name, step.operations) for step in document.search),
             document.solved,
             document.cut_short,
         ),
         provenance=document.provenance,
     )
-    _require_same(model)
-    return model
 
 
-def _require_same(model: SimplifiedModel) -> None:
-    """Hold the written program against the terms at some states: one of them must not be out of step."""
-    n, outputs = model.arm.n_joints, len(model.program.outputs)
-    if outputs != n:
-        raise ValueError(f"the program has {outputs} outputs, not {n}")
-    again = replace(model, program=model.level.write(model.form, model.terms, ROUGH))
-    states = np.random.default_rng(0).uniform(-1.0, 1.0, (3, 5, n))
-    one, other = again.torque(*states), model.torque(*states)
-    # Two ways to sum some hundred products: far below any term that a change could touch and matter.
-    if not np.abs(one - other).max(initial=0.0) <= 1e-9 * np.abs(one).max(initial=1e-300):
-        raise ValueError("the program does not compute the terms")
+def checked(model: SimplifiedModel, document: ModelDocument) -> SimplifiedModel:
+    """Hold a rebuilt model against what its document states of it; `promise.measured` says what could be.
+
+    Raises
+    ------
+    ModelError
+        If the program does not compute the terms everywhere, or a statement is not true or contradicts
+        itself.
+    """
+    require_equal("arm_fingerprint", document.arm_fingerprint, fingerprint(model.arm, model.drives))
+    require_equal("operations", document.operations, model.operations)
+    joints = [(joint.name, joint.effort_unit) for joint in model.arm.joints]
+    require_equal("joints of errors", [(row.joint, row.unit) for row in document.errors], joints)
+    require_terms_computed(model)
+    require_consistent(model)
+    return measured_where_possible(model)
+
+
+def checked_model(document: ModelDocument) -> SimplifiedModel:
+    """Rebuild a model and hold it against its document; errors as of `model_of` and `checked`."""
+    return checked(model_of(document), document)

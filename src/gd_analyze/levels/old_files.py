@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 from gd_analyze.levels.effort import ROUGH
@@ -36,5 +37,8 @@ def from_version_1(raw: dict[str, Any]) -> dict[str, Any]:
         level = level_named(raw["level"])
         form = ExactForm(arm_from_description(raw["arm"]), raw["drives"])
         kept = level.from_entries(form, new["terms"])
-        new["steps"], new["outputs"] = written(level.write(form, kept, ROUGH))
+        program = level.write(form, kept, ROUGH)
+        new["steps"], new["outputs"] = written(program)
+        # Counted as it is written now.
+        new["operations"] = asdict(program.count)
     return new

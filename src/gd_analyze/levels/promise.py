@@ -11,6 +11,9 @@ import numpy as np
 from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.vectors import FloatArray
 
+# Behind a budget that is proven for a whole box.
+CERTIFIED = ", certified"
+
 
 @dataclass(frozen=True, eq=False)
 class ErrorTable:
@@ -95,6 +98,8 @@ class Promise:
         refit takes fewer operations.
     cut_short
         Whether the search ended because its effort was used up.
+    measured
+        Whether the errors were measured here; otherwise a file states them, for states that are not at hand.
     """
 
     allowed: FloatArray
@@ -104,6 +109,7 @@ class Promise:
     steps: tuple[SearchStep, ...] = ()
     solved: bool = False
     cut_short: bool = False
+    measured: bool = True
 
     @property
     def search(self) -> str:

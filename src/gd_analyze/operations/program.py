@@ -85,9 +85,13 @@ class Program:
         def given(name: str) -> Any:
             return values[name] if name in values else trace.record("input", name)
 
-        return self._carried_out(given, trace.apply)
+        return self.carried_out(given, trace.apply)
 
-    def _carried_out(self, given: Callable[[str], Any], apply: Callable[..., Any]) -> Callable[[Any], Any]:
+    def carried_out(self, given: Callable[[str], Any], apply: Callable[..., Any]) -> Callable[[Any], Any]:
+        """Carry it out on whatever `given` makes of an input's name and `apply` of operation and arguments.
+
+        Returns what came of each expression; constants come back as they are.
+        """
         known: dict[int, Any] = {}
 
         def of(x: Any) -> Any:
@@ -117,7 +121,7 @@ class Program:
         out = np.empty((len(self.outputs), count))
         for start in range(0, count, _CHUNK):
             chunk = {name: values[start : start + _CHUNK] for name, values in inputs.items()}
-            value = self._carried_out(chunk.__getitem__, lambda operation, *x: UFUNCS[operation](*x))
+            value = self.carried_out(chunk.__getitem__, lambda operation, *x: UFUNCS[operation](*x))
             for row, output in zip(out, self.outputs, strict=True):
                 row[start : start + _CHUNK] = value(output)
         return out

@@ -13,7 +13,7 @@ import numpy as np
 from gd_analyze.errors import GdAnalyzeError, Location, StoreError
 from gd_analyze.files import replacing
 from gd_analyze.levels import TERM, ExactForm
-from gd_analyze.levels.model_schema import ModelDocument, document_of, model_of
+from gd_analyze.levels.model_schema import ModelDocument, checked_model, document_of
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots import arm_from_description, describe_in_full
 from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table, validate
@@ -94,10 +94,10 @@ def load_findings(path: str | Path) -> Findings:
 
     try:
         arm = arm_from_description(read("arm"))
-        model = model_of(ModelDocument.model_validate(read("model")))
+        model = checked_model(ModelDocument.model_validate(read("model")))
         elements = model
         if "element_model" in documents:
-            elements = model_of(ModelDocument.model_validate(read("element_model")))
+            elements = checked_model(ModelDocument.model_validate(read("element_model")))
         ranked = TERM.from_entries(ExactForm(arm), read("ranked_terms"))
     except (GdAnalyzeError, KeyError, TypeError, ValueError) as error:
         raise _damaged(Path(path), str(error) or type(error).__name__) from None

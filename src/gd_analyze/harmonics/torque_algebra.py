@@ -1,0 +1,208 @@
+"""Arithmetic on torques written out: on sums of exponentials, powers and rates, and on angles."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.errors import ModelError
+from gd_analyze.harmonics.torque_rows import RateFactor, rate_factors
+from gd_analyze.harmonics.waves import DEGREE, Waves, numbers
+from gd_analyze.vectors import Array
+
+# Largest multiple of an angle, or power, in any step. What a torque has is `DEGREE`; a product of an inertia
+# turned into the base frame with three axes there has more until sines and cosines cancel.
+_HIGHEST = 3 * DEGREE
+# Terms formed at one step and in all: about a second and 0.3 GB, and ten seconds. The exact torque of an arm
+# of seven joints and 19 358 terms forms 2.8 million, all parts of the PUMA's elements 0.7 million.
+_MOST_AT_ONCE, _MOST = 2**22, 2**26
+# Roundings of what was added up that may be left of numbers that cancel.
+_CANCELLED = 32
+_EPS = float(np.finfo(float).eps)
+
+# How often every joint goes into a sum of angles.
+_Angle = tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Sum:
+    """Numbers by key, which are the multiples of all joints as one number, and the rates beside them.
+
+    Degrees are formal: nothing that is there has a higher one, but it may have cancelled.
+    """
+
+    keys: NDArray[np.int64]
+    numbers: Array
+    degrees: NDArray[np.int64]
+    roundings: int = 0
+
+
+class TorqueAlgebra:
+    """What each operation makes of sums, of angles (whole multiples, by joint) and of plain numbers."""
+
+    def __init__(self, sliding: Sequence[bool]) -> None:
+        self.sliding = tuple(sliding)
+        self.n = len(self.sliding)
+        self.factors = rate_factors(self.n)
+        # Single rates come last: they occur on the way, but in no torque.
+        moving: list[RateFactor] = [*self.factors, *(("qd", (j,)) for j in range(self.n))]
+        self.place = {factor: k for k, factor in enumerate(moving)}
+        self.products = _products(moving, self.place)
+        self.weights = [(2 * _HIGHEST + 1) ** (self.n - 1 - j) for j in range(self.n)]
+        self.work = 0
+        if (2 * _HIGHEST + 1) ** self.n * len(moving) >= 2**62:
+            raise no_torque(f"it has {self.n} joints, too many to write it out")
+
+    def given(self, name: str) -> _Angle | Sum:
+        """An input: an angle, or a sum of one term."""
+        kind, joint = name.rstrip("0123456789"), int(name.lstrip("qd")) - 1
+        if kind != "q":
+            return self._term(0, self.place[kind, (joint,)], np.zeros(self.n, dtype=np.int64))
+        alone = np.eye(self.n, dtype=np.int64)[joint]
+        return self._term(self.weights[joint], 0, alone) if self.sliding[joint] else tuple(alone.tolist())
+
+    def lifted(self, x: Any) -> Sum:
+        """Take a number as a sum, and refuse an angle."""
+        if isinstance(x, Sum):
+            return x
+        if isinstance(x, tuple):
+            raise no_torque("it uses an angle outside of sines and cosines")
+        return self._term(0, 0, np.zeros(self.n, dtype=np.int64), float(x))
+
+    def apply(self, operation: str, *arguments: Any) -> Any:
+        """Carry an operation out."""
+        if operation in ("cos", "sin"):
+            return self._wave(operation, arguments[0])
+        if all(isinstance(x, tuple) for x in arguments) and operation != "multiply":
+            sign = 1 if operation == "add" else -1
+            first, *second = arguments
+            if not second:
+                return tuple(-m for m in first)
+            return tuple(a + sign * b for a, b in zip(first, second[0], strict=True))
+        sums = [self.lifted(x) for x in arguments]
+        if operation == "multiply":
+            return self._product(*sums)
+        if operation != "add":
+            last = sums[-1]
+            sums[-1] = Sum(last.keys, -last.numbers, last.degrees, last.roundings)
+        return self._added(*sums) if len(sums) == 2 else sums[0]
+
+    def waves(self, one: Sum) -> Waves:
+        """Write a sum as waves, a polynomial for each of `rate_factors`."""
+        angles, moving = np.divmod(one.keys, len(self.products))
+        if (moving >= len(self.factors)).any():
+            raise no_torque("an output holds a single rate")
+        multiples = self._multiples(angles)
+        # Of m and -m, which are conjugate, the one of positive sign counts for both.
+        sign = numbers(multiples * ~np.array(self.sliding))
+        kept = sign >= 0
+        values = (one.numbers * np.where(sign > 0, 2.0, 1.0))[kept]
+        _, first, column = np.unique(numbers(multiples[kept]), return_index=True, return_inverse=True)
+        out = np.zeros((len(self.factors), len(first)), dtype=complex)
+        out[moving[kept], column] = values
+        return Waves(self.sliding, multiples[kept][first], out)
+
+    def _multiples(self, angles: NDArray[np.int64]) -> NDArray[np.int64]:
+        out = np.empty((len(angles), self.n), dtype=np.int64)
+        for j in reversed(range(self.n)):
+            out[:, j] = (angles + _HIGHEST) % (2 * _HIGHEST + 1) - _HIGHEST
+            angles = (angles - out[:, j]) // (2 * _HIGHEST + 1)
+        return out
+
+    def _term(self, angle: int, moving: int, degrees: NDArray[np.int64], number: float = 1.0) -> Sum:
+        keys = np.array([angle * len(self.products) + moving], dtype=np.int64)
+        return Sum(keys, np.array([number], dtype=complex), degrees)
+
+    def _wave(self, operation: str, argument: Any) -> float | Sum:
+        if isinstance(argument, Sum):
+            raise no_torque(f"it takes the {operation} of what is no sum of angles")
+        if not isinstance(argument, tuple):
+            return math.cos(argument) if operation == "cos" else math.sin(argument)
+        degrees = np.abs(np.array(argument, dtype=object))
+        self._require_low(degrees)
+        angle = len(self.products) * sum(m * w for m, w in zip(argument, self.weights, strict=True))
+        if angle == 0:
+            return 1.0 if operation == "cos" else 0.0
+        halves = (0.5, 0.5) if operation == "cos" else (-0.5j, 0.5j)
+        return Sum(
+            np.array([angle, -angle], dtype=np.int64), np.array(halves, complex), degrees.astype(np.int64)
+        )
+
+    def _added(self, a: Sum, b: Sum) -> Sum:
+        self._spend(len(a.keys) + len(b.keys))
+        keys, values = np.concatenate([a.keys, b.keys]), np.concatenate([a.numbers, b.numbers])
+        roundings = max(a.roundings, b.roundings) + 1
+        return _gathered(keys, values, np.maximum(a.degrees, b.degrees), roundings)
+
+    def _product(self, a: Sum, b: Sum) -> Sum:
+        degrees = a.degrees + b.degrees
+        if (degrees > _HIGHEST).any():
+            # Squares of sines and cosines may have cancelled since; their roundings have not.
+            self._require_low(self._degrees(a) + self._degrees(b))
+        self._spend(len(a.keys) * len(b.keys))
+        (angle_a, moving_a), (angle_b, moving_b) = (np.divmod(x.keys, len(self.products)) for x in (a, b))
+        moving = self.products[moving_a[:, None], moving_b]
+        if (moving < 0).any():
+            raise no_torque("it multiplies more than two rates, or an acceleration by a rate")
+        keys = ((angle_a[:, None] + angle_b) * len(self.products) + moving).ravel()
+        values = np.outer(a.numbers, b.numbers).ravel()
+        # Of complex numbers' products, and of those that fall on one key.
+        least = min(len(a.keys), len(b.keys))
+        roundings = a.roundings + b.roundings + 2 + least
+        if least == 1:
+            return Sum(keys, values, degrees, roundings)
+        return _gathered(keys, values, degrees, roundings)
+
+    def _spend(self, terms: int) -> None:
+        self.work += terms
+        if terms > _MOST_AT_ONCE or self.work > _MOST:
+            raise no_torque("written out it has too many terms")
+
+    def _degrees(self, one: Sum) -> NDArray[np.int64]:
+        """Largest multiple of every joint that is there."""
+        return np.abs(self._multiples(one.keys // len(self.products))).max(axis=0, initial=0)
+
+    def _require_low(self, degrees: NDArray[Any]) -> None:
+        if (degrees > _HIGHEST).any():
+            joint = int(np.argmax(degrees > _HIGHEST))
+            raise no_torque(f"its degree in q{joint + 1} is above {_HIGHEST}")
+
+
+def _products(moving: Sequence[RateFactor], place: dict[RateFactor, int]) -> NDArray[np.int64]:
+    """Place of the product of two factors; -1 where no torque has it."""
+    out = np.full((len(moving), len(moving)), -1, dtype=np.int64)
+    for (a, (kind, one)), (b, (_, other)) in itertools.product(enumerate(moving), repeat=2):
+        if a == 0 or b == 0:
+            out[a, b] = a + b
+        elif kind == "qd" == moving[b][0] and len(one) == len(other) == 1:
+            out[a, b] = place["qd", tuple(sorted(one + other))]
+    return out
+
+
+def _gathered(keys: NDArray[np.int64], values: Array, degrees: NDArray[np.int64], roundings: int) -> Sum:
+    """Add up the numbers of equal keys; what cancels is gone."""
+    order = np.argsort(keys, kind="stable")
+    keys, values = keys[order], values[order]
+    starts = np.flatnonzero(np.concatenate([[True], keys[1:] != keys[:-1]])) if len(keys) else keys
+    if len(starts) == len(keys):
+        return Sum(keys, values, degrees, roundings)
+    totals = np.add.reduceat(values, starts)
+    # What is no number must stay.
+    gone = np.abs(totals) <= _CANCELLED * _EPS * np.add.reduceat(np.abs(values), starts)
+    return Sum(keys[starts][~gone], totals[~gone], degrees, roundings + _CANCELLED * bool(gone.any()))
+
+
+def no_torque(what: str) -> ModelError:
+    """Say what makes a program no torque of an arm."""
+    return ModelError(
+        f"the program computes no torque of an arm: {what}",
+        where="program",
+        expected="sines and cosines of sums of angles, times at most two rates or one acceleration",
+        next_step="make the model again with `gd-analyze simplify`",
+    )

@@ -1,0 +1,133 @@
+"""What a model file states of its model, held against what follows from the model itself.
+
+What is cheap is made again: the arm's fingerprint, the operations, the allowed error that budget and peak
+torque come to, and peak torque and errors where the states can be had at which they were measured. What
+cannot be made again must not contradict itself, and remains a statement of the file.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, ModelError
+from gd_analyze.levels.budget import Budget
+from gd_analyze.levels.exact import ExactDynamics, allowed_by
+from gd_analyze.levels.model import SimplifiedModel
+from gd_analyze.levels.promise import CERTIFIED, ErrorTable
+from gd_analyze.robots import RobotArm
+from gd_analyze.round_off import ROUND_OFF_SHARE
+from gd_analyze.states import States, states_in_box, states_of
+from gd_analyze.trajectories import read_trajectory, shipped_trajectories
+from gd_analyze.vectors import FloatArray
+
+# A budget is written with six digits, the least precise of which are 1.00000.
+_SIX_DIGITS = 5e-6
+# Most drawn states at which errors are measured again: a tenth of a second.
+_MOST_STATES = 10_000
+
+
+def require_equal(what: str, stated: Any, found: Any) -> None:
+    """Refuse what a file states of itself if it is not so."""
+    if stated != found:
+        raise ModelError(
+            "the model file contradicts itself", where=what, expected=str(found), found=str(stated)[:120]
+        )
+
+
+def require_consistent(model: SimplifiedModel) -> None:
+    """Refuse a promise that contradicts itself.
+
+    Raises
+    ------
+    ModelError
+        If a torque or an error is negative, an error's root mean square is above its largest, the largest
+        above the allowed one, or the allowed one not what budget and peak torque come to.
+    """
+    promise, errors = model.promise, model.promise.errors
+    most = 1.0 + 1e3 * float(np.finfo(float).eps)  # a mean of thousands of squares
+    _require(model, "peak_torque", errors.peak_torque >= 0.0, errors.peak_torque, "0 or more")
+    _require(model, "rms_error", errors.rms >= 0.0, errors.rms, "0 or more")
+    _require(model, "rms_error", errors.rms <= most * errors.largest, errors.rms, "at most the largest error")
+    _require(
+        model, "largest_error", errors.largest <= promise.allowed, errors.largest, "at most the allowed error"
+    )
+    budget = Budget.parse(promise.budget.removesuffix(CERTIFIED))
+    comes_to = allowed_by(budget, errors.peak_torque)
+    fits = np.abs(promise.allowed - comes_to) <= _SIX_DIGITS * comes_to
+    _require(model, "allowed_error", fits, promise.allowed, f"{promise.budget} of the peak torque")
+
+
+def measured_where_possible(model: SimplifiedModel) -> SimplifiedModel:
+    """Measure the errors again if the states can be had; mark them as stated otherwise.
+
+    Raises
+    ------
+    ModelError
+        If they are others than the file states.
+    """
+    states = _states_at_hand(model.arm, model.promise.made_for)
+    if states is None:
+        return replace(model, promise=replace(model.promise, measured=False))
+    return measured_at(model, states)
+
+
+def measured_at(model: SimplifiedModel, states: States) -> SimplifiedModel:
+    """Measure what a model states of its errors again, at the states it was made for.
+
+    Raises
+    ------
+    ModelError
+        If peak torque or errors are others than stated.
+    """
+    exact = ExactDynamics.of(model.arm, states, model.drives)
+    measured = ErrorTable.of(exact.torque, model.torque(*states.arrays))
+    # On another machine either sum may be rounded otherwise.
+    slack = 10 * ROUND_OFF_SHARE * float(measured.peak_torque.max())
+    for name, stated, found in (
+        ("peak_torque", model.promise.errors.peak_torque, measured.peak_torque),
+        ("largest_error", model.promise.errors.largest, measured.largest),
+        ("rms_error", model.promise.errors.rms, measured.rms),
+    ):
+        fits = np.abs(stated - found) <= slack
+        joint = int(np.argmin(fits))
+        _require(model, name, fits, stated, f"{found[joint]:.6g}, as measured at {states.in_words}")
+    return replace(model, promise=replace(model.promise, measured=True))
+
+
+def _require(
+    model: SimplifiedModel, what: str, holds: NDArray[np.bool_], stated: FloatArray, expected: str
+) -> None:
+    if not np.all(holds):
+        joint = int(np.argmin(holds))
+        raise ModelError(
+            "what the model file states of its errors cannot be",
+            where=f"{what} of joint {joint + 1}, {model.arm.joints[joint].name}",
+            expected=expected,
+            found=f"{stated[joint]:.6g}",
+            next_step="write the model again with `gd-analyze simplify`",
+        )
+
+
+def _states_at_hand(arm: RobotArm, made_for: Mapping[str, str | int]) -> States | None:
+    """States a model was made for, if they are drawn from the arm's limits or a shipped trajectory's."""
+    count, seed = made_for.get("states"), made_for.get("seed")
+    name = made_for.get("trajectory")
+    found = None
+    if isinstance(count, int) and isinstance(seed, int) and arm.has_all_limits:
+        if 0 < count <= _MOST_STATES and seed >= 0:
+            found = states_in_box(arm, count, seed)
+    elif name in shipped_trajectories():
+        # Another arm may bear the name of one that it was planned for, and limits that it breaks.
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", GdAnalyzeWarning)
+            try:
+                found = states_of(read_trajectory(str(name), arm))
+            except GdAnalyzeError:
+                return None
+    return found if found is not None and dict(found.described) == dict(made_for) else None
