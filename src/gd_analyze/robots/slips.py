@@ -35,6 +35,7 @@ _HEAVIEST = 30.0
 # links, 3e7 times more with the mass in grams. Links that carry point masses are beyond osmium's 22 600, up
 # to 1e7 where a hand of 0.1 kg carries 10 kg in its middle.
 _DENSEST = 1e8
+_STANDS_FOR_NONE = 1e-6
 # Mass that industrial robots have, per cube of what they reach: 30 to 250 kg/m^3. Of turntables that reach
 # nowhere this says nothing, hence at least half a metre, and only where the inertia says nothing either.
 _HEAVIEST_CUBE, _LEAST_CUBE = 1000.0, 0.5
@@ -115,7 +116,7 @@ def _limit_slips(joint: Joint) -> Iterator[str]:
 
 
 def _mass_slips(link: Link, reach: float) -> Iterator[str]:
-    if link.mass == 0 or link.axial_only:
+    if link.mass < _STANDS_FOR_NONE or link.axial_only:
         return
     where, mass = _place(link), f"a mass of {link.mass:g} kg"
     gyration = math.sqrt(max(0.0, float(np.trace(link.inertia_com))) / 2 / link.mass)
