@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given
 
 from gd_analyze.decomposition import decompose, decompose_states
 from gd_analyze.errors import ArmError, TrajectoryError
+from gd_analyze.given_numbers import LARGEST
 from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
-from gd_analyze.robots import load_arm
+from gd_analyze.robots import Placement, load_arm
 from gd_analyze.schema import GROUPS
 from gd_analyze.states import States
 from gd_analyze.trajectories import Trajectory, read_trajectory, shipped_trajectories
@@ -179,6 +182,34 @@ def test_states_that_do_not_fit_are_refused(puma, q, qd, qdd, culprit):
     with pytest.raises(TrajectoryError) as caught:
         decompose_states(puma, States(np.zeros(q), np.zeros(qd), np.zeros(qdd)))
     assert caught.value.details["where"] == culprit
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e150, -2e12])
+@pytest.mark.parametrize("culprit", ["q", "qd", "qdd"])
+def test_states_that_no_arm_has_are_refused(puma, culprit, value):
+    given = {name: np.zeros((3, 6)) for name in ("q", "qd", "qdd")}
+    given[culprit][1, 2] = value
+    with pytest.raises(TrajectoryError, match=f"{culprit} is not possible"):
+        decompose_states(puma, States(**given))
+
+
+def test_the_largest_numbers_do_not_overflow(two_link):
+    """All numbers of the arm and of its states at the limit: nothing becomes infinite on the way."""
+    links = tuple(
+        dataclasses.replace(
+            link,
+            mass=LARGEST,
+            com=np.full(3, LARGEST),
+            inertia_com=LARGEST * np.eye(3),
+            frame=Placement(np.eye(3), np.full(3, LARGEST)),
+        )
+        for link in two_link.links
+    )
+    arm = dataclasses.replace(two_link, links=links, gravity=np.full(3, LARGEST))
+    states = LARGEST * np.random.default_rng(3).uniform(-1, 1, (3, 4, 2))
+    for array in decompose_states(arm, States(*states), by_link=True, terms=True).values():
+        assert np.isfinite(array).all()
+        assert np.isfinite(np.square(array)).all()
 
 
 def test_one_set_point_is_a_trajectory(puma):

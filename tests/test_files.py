@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from gd_analyze.errors import OutputError
-from gd_analyze.files import replacing, write_text
+from gd_analyze.files import megabytes, read_at_most, replacing, write_text
 from strategies import names_in
 
 
@@ -124,3 +124,18 @@ def test_a_killed_process_leaves_no_half_file(tmp_path: Path, before: str | None
     assert (path.read_text() if path.exists() else None) == before
     left = [name for name in names_in(tmp_path) if name != path.name]
     assert all(name.startswith(".file.txt.") for name in left)
+
+
+@pytest.mark.parametrize("size", [0, 1, 2**20 - 1, 2**20, 2**20 + 1, 3 * 2**20])
+def test_reading_ends_at_the_largest_size(tmp_path, size):
+    path = tmp_path / "text"
+    path.write_bytes(b"x" * size)
+    assert read_at_most(path, size) == b"x" * size
+    assert read_at_most(path, size + 1) == b"x" * size
+    if size:
+        assert read_at_most(path, size - 1) is None
+
+
+def test_reading_of_what_is_no_text_ends_early():
+    assert read_at_most("/dev/zero", 10**12) == bytes(2**20)
+    assert (megabytes(10_000), megabytes(10**9)) == ("0.01 MB", "1000 MB")

@@ -10,6 +10,7 @@ import numpy as np
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.formulations import composite_moments as composite
 from gd_analyze.formulations import generalized_dalembert as dalembert
+from gd_analyze.given_numbers import LARGEST, are_possible
 from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.robots import RobotArm, fingerprint
 from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
@@ -137,7 +138,7 @@ def decompose_states(
     Raises
     ------
     TrajectoryError
-        If q, qd and qdd are not all of one shape (..., n).
+        If q, qd and qdd are not all of one shape (..., n), or a number is not finite or too large.
     ArmError
         If drives are asked for and the arm describes none.
     """
@@ -149,6 +150,13 @@ def decompose_states(
                 where=name,
                 expected=str((*leading, arm.n_joints)) if leading else f"(..., {arm.n_joints})",
                 found=str(np.shape(array)),
+            )
+        if not are_possible(array):
+            raise TrajectoryError(
+                f"{name} is not possible",
+                where=name,
+                expected=f"finite numbers up to {LARGEST:g}",
+                found=str(np.abs(array).max()),
             )
     q, qd, qdd = states.last
     n, count = q.shape

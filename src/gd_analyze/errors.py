@@ -5,6 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+# A message shows this much of what a file holds, so that it stays a line.
+_EXCERPT = 80
+
+
+def excerpt(text: str) -> str:
+    """Quote what a file holds, of a long text the beginning."""
+    return repr(text) if len(text) <= _EXCERPT else f"{text[:_EXCERPT]!r}... ({len(text)} characters)"
+
 
 @dataclass(frozen=True)
 class Location:

@@ -1,4 +1,4 @@
-"""Writing files: each appears whole or not at all."""
+"""Reading files up to a stated size, and writing them: each appears whole or not at all."""
 
 from __future__ import annotations
 
@@ -7,8 +7,11 @@ import tempfile
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from gd_analyze.errors import Location, OutputError, UsageError
+
+_PIECE = 2**20  # bytes read at once
 
 
 @contextmanager
@@ -50,6 +53,41 @@ def replacing(path: str | Path) -> Iterator[Path]:
         ) from None
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def read_at_most(source: str | Path | BinaryIO, most: int) -> bytes | None:
+    """Read a text's bytes; None where there are more than `most`, however many.
+
+    A text holds no zero byte, so reading ends soon after one: what is read of /dev/zero is one piece.
+
+    Parameters
+    ----------
+    source
+        A path or an open file; a pipe or a device will do.
+    most
+        Largest size, bytes.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read.
+    """
+    if isinstance(source, str | Path):
+        with Path(source).open("rb") as file:
+            return read_at_most(file, most)
+    data = bytearray()
+    while piece := source.read(min(_PIECE, most + 1 - len(data))):
+        data += piece
+        if len(data) > most:
+            return None
+        if b"\0" in piece:
+            break
+    return bytes(data)
+
+
+def megabytes(size: int) -> str:
+    """Write a size as messages give it."""
+    return f"{size / 1e6:g} MB"
 
 
 def write_text(path: str | Path, text: str) -> None:

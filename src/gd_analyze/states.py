@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gd_analyze.errors import UsageError
+from gd_analyze.given_numbers import LARGEST, are_possible
 from gd_analyze.robots import RobotArm
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import Array, FloatArray, set_points_last
@@ -143,7 +144,8 @@ def checked_states(arm: RobotArm, **given: ArrayLike) -> tuple[tuple[int, ...], 
     Raises
     ------
     UsageError
-        If one is not of shape (..., n), is of another shape than the first, or holds nan or infinity.
+        If one is not of shape (..., n), is of another shape than the first, or holds a number that is not
+        finite or too large.
     """
     arrays: list[FloatArray] = []
     for name, values in given.items():
@@ -160,12 +162,13 @@ def checked_states(arm: RobotArm, **given: ArrayLike) -> tuple[tuple[int, ...], 
                 expected=f"shape ({leading}{arm.n_joints})",
                 found=str(array.shape),
             )
-        if not np.isfinite(array).all():
+        if not are_possible(array):
+            wrong = ~(np.abs(array) <= LARGEST)
             raise UsageError(
-                f"{name} is not finite",
-                where=f"{name}{list(map(int, np.argwhere(~np.isfinite(array))[0]))}",
-                expected="finite numbers",
-                found=str(array[~np.isfinite(array)][0]),
+                f"{name} is {'too large' if np.isfinite(array).all() else 'not finite'}",
+                where=f"{name}{list(map(int, np.argwhere(wrong)[0]))}",
+                expected=f"finite numbers up to {LARGEST:g}",
+                found=str(array[wrong][0]),
             )
         arrays.append(array)
     return arrays[0].shape[:-1], arrays

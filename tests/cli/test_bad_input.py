@@ -8,7 +8,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.main_job import find
+from gd_analyze.results import load_findings
+from gd_analyze.robots import load_arm
+from gd_analyze.trajectories import read_trajectory
 
 HEADER = "time,q1,q2"
 ROWS = tuple(f"{0.25 * k},{0.02 * k * k},{-0.01 * k * k}" for k in range(9))
@@ -92,6 +99,21 @@ CASES = (
     trajectory("empty cell", replaced(4, "1.0,,0.0"), "line 6, column 2", "found: an empty cell"),
     trajectory("short line", replaced(8, "2.0,0.1"), "line 10", "too few columns", "expected: 3", "found: 2"),
     trajectory("NaN", replaced(2, "0.5,nan,0.0"), "line 4, column 2", "not a finite number", "found: nan"),
+    trajectory("underscore", replaced(2, "0.5,1_000,0.0"), "line 4, column 2", "found: '1_000'"),
+    trajectory("far too early", replaced(0, "-1e308,0,0"), "line 2, column 1", "time is too large"),
+    trajectory(
+        "huge rates",
+        csv("0,0,0,1e150,0", "1,1,1,1e150,0", header=HEADER + ",qd1,qd2"),
+        "line 2, column 4",
+        "qd1 is too large",
+        "up to 1e+12",
+    ),
+    trajectory(
+        "instants too near",
+        csv(*(f"{k}e-200,0.{k},0" for k in range(9))),
+        "qd cannot be derived",
+        "time steps of 1e-200 s",
+    ),
     trajectory("infinity", replaced(2, "0.5,0.0,-inf"), "line 4, column 3", "found: -inf"),
     trajectory(
         "fewer than needed rows", csv(*ROWS[:3]), "too few set points", "found: 3 set points", "next:"
@@ -117,6 +139,14 @@ CASES = (
     arm("unknown key", ARM.replace("mass = 2.0", "mas = 2.0"), "links[1]"),
     arm("missing key", ARM.replace("mass = 2.0\n", ""), "line 7", "links[1].mass", "found: nothing"),
     arm("word for a number", ARM.replace("2.0", '"heavy"', 1), "line 8", "found: 'heavy'"),
+    arm(
+        "huge mass",
+        ARM.replace("mass = 2.0", "mass = 1e300"),
+        "line 8",
+        "less than or equal to 1000000000000",
+    ),
+    arm("huge gravity", ARM.replace("[[joints]]", "gravity = [0.0, 0.0, -1e308]\n[[joints]]", 1), "line 3"),
+    arm("huge length", ARM.replace("a = 1.0", "a = 1e300", 1), "line 4", "joints[1].a"),
     arm("negative mass", ARM.replace("mass = 2.0", "mass = -2.0"), "line 7", "mass of link 1 is negative"),
     arm("triangle inequality", ARM.replace("yy = 0.2", "yy = 0.7"), "line 7", "triangle inequality", "next:"),
     arm("not positive", ARM.replace("zz = 0.2", "zz = -0.2"), "line 7", "not positive semidefinite"),
@@ -157,6 +187,17 @@ CASES = (
     words("knot out of range", PLAN.replace("60,-45", "60,700"), "where: --to", "found: 12.22 rad (700 deg)"),
     words("via out of range", PLAN + " --profile quintic --via 0,300", "where: --via", "outside the range"),
     words("NaN duration", PLAN.replace("duration 2", "duration nan"), "'--duration'", "'nan'"),
+    words("endless duration", PLAN.replace("duration 2", "duration 1e308"), "'--duration'", "up to 1e+12"),
+    words("short duration", PLAN.replace("duration 2", "duration 1e-300"), "where: duration", "1e-06 s to"),
+    words("a huge knot", PLAN.replace("60,-45", "60,1e300"), "where: --to"),
+    words("an underscore in a knot", PLAN.replace("60,-45", "60,4_5"), "where: --to, value 2", "'4_5'"),
+    words("huge budget", "two_link x.csv --budget 1e308", "--budget, entry 1", "up to 1e+12"),
+    words("huge payload", "rank two_link x.csv --payload 1e300,0,0,0", "mass of link payload is too large"),
+    words(
+        "payload far away", "rank two_link x.csv --payload 1,1e200,0,0", "com of link payload is too large"
+    ),
+    words("an endless trajectory", "two_link /dev/zero", "where: /dev/zero", "a binary file"),
+    words("an endless model", "evaluate /dev/zero x.csv", "where: /dev/zero"),
     words("negative duration", PLAN.replace("duration 2", "duration -2"), "'--duration'", "'-2'"),
     words("one point", PLAN + " --points 1", "'--points'"),
     words("unknown profile", PLAN + " --profile quintc", "'--profile'", "quintic"),
@@ -254,3 +295,51 @@ def test_a_failed_run_leaves_earlier_results_alone(run, here, motion):
     before = {path.name: path.read_bytes() for path in (here / "r").iterdir()}
     assert run("two_link", motion, "--out", "r", "--budget", "1%,1%,1%").code == 2
     assert {path.name: path.read_bytes() for path in (here / "r").iterdir()} == before
+
+
+LIMITS = "a = 1.0\nrange = [-3.0, 3.0]\nrate_limit = 5.0\nacceleration_limit = 9.0"
+SLIPS = ARM.replace("[[joints]]", "gravity = [0.0, -981.0, 0.0]\n[[joints]]", 1).replace("a = 1.0", LIMITS)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "own.toml x.csv --format h5,html",
+        "rank own.toml x.csv",
+        "simplify own.toml x.csv -o model.json",
+        "trade-off own.toml x.csv",
+        "equations own.toml",
+        "arms own.toml",
+        "plan own.toml --from 0,0 --to 60,-45 --duration 2 -o made.csv",
+        "simplify own.toml x.csv -o model.json && evaluate model.json x.csv",
+        "simplify own.toml x.csv -o model.json && certify model.json",
+    ],
+)
+def test_a_slip_is_told_once_by_every_verb(run, here, line):
+    """In the arm and, where the verb reads it, in the trajectory."""
+    (here / "own.toml").write_text(SLIPS)
+    time = 1000 * np.linspace(0.0, 1.0, 20)
+    motion = np.column_stack(
+        [time, np.sin(time / 1e3), np.cos(time / 1e3), np.cos(time / 1e3), -np.sin(time / 1e3)]
+    )
+    rows = [",".join(map(str, row)) for row in motion.tolist()]
+    (here / "x.csv").write_text(csv(*rows, header=HEADER + ",qd1,qd2"))
+    for verb in line.split(" && "):
+        done = run(*verb.split())
+        assert done.code == 0
+    assert done.err.count("gravity is 981 m/s^2") == 1
+    assert done.err.count("1000 times the derivative of q") == ("x.csv" in verb)
+    if verb.startswith("own.toml"):
+        findings = load_findings(here / "reports" / "own-x" / "analysis.h5")
+        assert sum("gravity is 981 m/s^2" in told for told in findings.warnings) == 1
+        assert sum("1000 times" in told for told in findings.warnings) == 1
+        assert "gravity is 981 m/s^2" in (here / "reports" / "own-x" / "report.html").read_text()
+
+
+def test_findings_have_the_warnings_of_what_python_read(here):
+    (here / "own.toml").write_text(SLIPS)
+    with pytest.warns(GdAnalyzeWarning, match="gravity is 981"):
+        read = load_arm(here / "own.toml")
+    (here / "x.csv").write_text(csv(*ROWS))
+    findings = find(read, read_trajectory(here / "x.csv", read))
+    assert sum("gravity is 981 m/s^2" in told for told in findings.warnings) == 1

@@ -24,6 +24,7 @@ from gd_analyze.levels import (
     ExactForm,
     SimplifiedModel,
     load_model,
+    model_file,
     save_model,
 )
 from gd_analyze.search import simplify
@@ -267,3 +268,9 @@ def test_missing_file_and_folder(tmp_path):
 def test_unwritable(model, blocked_folder):
     with pytest.raises(OutputError):
         save_model(model, blocked_folder / "model.json")
+
+
+def test_a_model_file_has_a_largest_size(file, written, monkeypatch):
+    monkeypatch.setattr(model_file, "LARGEST_FILE", len(written) - 1)
+    assert refused(file(written)).details["found"].startswith("a file of more than")
+    assert refused(Path("/dev/zero")).details["found"].startswith("a file of more than")

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import os
+import tempfile
+import threading
+import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.robots import RobotArm
+from gd_analyze.trajectories import csv_file as csv_file_module
 from gd_analyze.trajectories import read_trajectory
 
 CsvFile = Callable[[str | bytes], Path]
@@ -82,7 +88,31 @@ CASES: dict[str, tuple[str | bytes, list[str]]] = {
     ),
     "NaN": (with_row(4, "0.3,0.4,nan"), ["q2 is not a finite number", "line 5, column 3", "found: nan"]),
     "infinite": (with_row(4, "0.3,-inf,0"), ["q1 is not a finite number", "line 5, column 2", "found: -inf"]),
-    "overflow": (with_row(4, "0.3,1e999,0"), ["q1 is not a finite number", "found: 1e999"]),
+    "overflow": (with_row(4, "0.3,1e999,0"), ["q1 is too large for any motion", "found: '1e999'", "line 5"]),
+    "first time": (
+        Q_FILE.replace("\n0.0,", "\n-1e308,"),
+        ["time is too large", "line 2, column 1", "up to 1e+12", "may start at 0"],
+    ),
+    "underscores": (
+        with_row(3, "0.2,1_000,0.2"),
+        ["q1 is not a number", "line 4, column 2", "found: '1_000'", "the digits 0 to 9"],
+    ),
+    "underscores behind the point": (with_row(3, "0.2,0.3_1,0.2"), ["line 4, column 2", "'0.3_1'"]),
+    "full-width digits": (with_row(3, "0.2,\uff11.5,0.2"), ["line 4, column 2", "q1 is not a number"]),
+    "digits of another script": (with_row(3, "0.2,\u0663,0.2"), ["line 4, column 2", "not a number"]),
+    "infinity in words": (with_row(3, "0.2,Infinity,0"), ["q1 is not a finite number", "line 4, column 2"]),
+    "hexadecimal": (with_row(3, "0.2,0x10,0"), ["line 4, column 2", "not a number", "'0x10'"]),
+    "a cell of a page": (
+        with_row(3, f"0.2,{'x' * 9000},0"),
+        ["line 4, column 2", "'" + "x" * 80 + "'... (9000 characters)"],
+    ),
+    "a header of full-width digits": (with_header("time,q1,q\uff12"), ["unknown", "line 1, column 3"]),
+    "an underscore in a header": (with_header("time,q1,q2_0"), ["'q2_0' is unknown", "line 1, column 3"]),
+    "a header of many digits": (
+        with_header(f"time,q1,{'1' * 10_000}x"),
+        ["name of column 3 is far too long", "line 1, column 3", "(10001 characters)"],
+    ),
+    "a joint of a large number": (with_header("time,q1,q" + "2" * 150), ["unknown", "line 1, column 3"]),
     "NaN time": (with_row(4, "nan,0,0"), ["time is not a finite number", "line 5, column 1"]),
     "short row": (
         with_row(5, "0.4,0.5"),
@@ -122,6 +152,64 @@ def test_message(case: str, csv_file: CsvFile, two_link: RobotArm) -> None:
     assert str(path) in text
     for part in expected:
         assert part in text
+
+
+@pytest.mark.parametrize("step", ["1e-300", "1e-160", "1e-9"])
+def test_rates_that_overflow(step: str, csv_file: CsvFile, two_link: RobotArm) -> None:
+    rows = [f"{k}{step[1:]},{k * k / 10},0" for k in range(8)]
+    path = csv_file("\n".join(["time,q1,q2", *rows]))
+    with pytest.raises(TrajectoryError, match="cannot be derived: it is too large") as caught:
+        read_trajectory(path, two_link)
+    assert str(path) in str(caught.value)
+    assert f"time steps of {float(step):g} s" in str(caught.value)
+
+
+def test_an_endless_source_ends(two_link: RobotArm, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(TrajectoryError, match="not CSV text"):
+        read_trajectory("/dev/zero", two_link)
+    monkeypatch.setattr(csv_file_module, "LARGEST_FILE", 10_000)
+    with tempfile.TemporaryDirectory() as folder:
+        pipe = Path(folder) / "pipe.csv"
+        os.mkfifo(pipe)
+        writer = threading.Thread(target=_write_for_ever, args=(pipe,))
+        writer.start()
+        with pytest.raises(TrajectoryError, match="too large to be read") as caught:
+            read_trajectory(pipe, two_link)
+        writer.join()
+    assert "expected: up to 0.01 MB" in str(caught.value)
+
+
+def _write_for_ever(pipe: Path) -> None:
+    with suppress(BrokenPipeError), pipe.open("wb") as file:
+        while True:
+            file.write(b"1,2,3\n")
+
+
+def test_a_header_is_understood_in_linear_time(csv_file: CsvFile, puma: RobotArm) -> None:
+    """A cubic expression took 80 s for 10 000 digits, and some for the 200 that a name may have."""
+    names = ["time", *("1" * 199 + "x" for _ in range(400))]
+    begin = time.perf_counter()
+    with pytest.raises(TrajectoryError) as caught:
+        read_trajectory(csv_file(",".join(names) + "\n0\n"), puma)
+    assert time.perf_counter() - begin < 2.0  # 0.02 s here; the cubic expression takes 100 s
+    assert max(map(len, str(caught.value).splitlines())) < 600
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        ",".join(["time", *(f"q{i}" for i in range(1, 100_000))]),
+        ",".join(["time", *(f"q{i}" for i in range(2, 100_000))]),
+        ",".join(map(str, range(100_000))),
+        ",".join(["q1", "q2"] + [f"qd{i}" for i in range(1, 100_000)]),
+        "time,q1," + "q2" * 60_000,
+        '"' + "x\t" * 60_000,
+    ],
+)
+def test_a_message_stays_short(header: str, csv_file: CsvFile, two_link: RobotArm) -> None:
+    with pytest.raises(TrajectoryError) as caught:
+        read_trajectory(csv_file(header + "\n0,1,2\n"), two_link)
+    assert max(map(len, str(caught.value).splitlines())) < 600
 
 
 def test_missing_file(two_link: RobotArm, tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from gd_analyze.errors import OutputError
+from gd_analyze.given_numbers import LARGEST
 from gd_analyze.robots import Joint, Link, RobotArm
 from gd_analyze.trajectories import (
     Trajectory,
@@ -48,12 +49,12 @@ def assert_table(trajectory: Trajectory) -> None:
     np.testing.assert_array_equal(found, TABLE)
 
 
-finite = st.floats(allow_nan=False, allow_infinity=False)
+finite = st.floats(-LARGEST, LARGEST)
 
 
 @given(st.data())
 def test_reading_back_gives_the_same_numbers(data: st.DataObject) -> None:
-    n = data.draw(st.integers(1, 8))
+    n = data.draw(st.integers(1, 7))  # of fewer than 8 set points rates are not judged
     time = np.sort(np.array(data.draw(st.lists(finite, min_size=n, max_size=n, unique=True))))
     written = Trajectory(time, *(data.draw(arrays(float, (n, 2), elements=finite)) for _ in range(3)))
     with tempfile.TemporaryDirectory() as folder:
@@ -89,12 +90,6 @@ def test_columns_come_in_any_order(csv_file: CsvFile, two_link: RobotArm) -> Non
 )
 def test_ways_to_write_the_same(csv_file: CsvFile, two_link: RobotArm, content: str) -> None:
     assert_table(read_trajectory(csv_file(content), two_link))
-
-
-def test_cells_that_only_the_careful_parser_takes(csv_file: CsvFile, two_link: RobotArm) -> None:
-    # Python's own spelling of numbers has underscores; the fast parser refuses them, the slow one decides.
-    path = csv_file(as_csv(NAMES, TABLE).replace("\n0.1,", "\n0.1_0,"))
-    assert_table(read_trajectory(path, two_link))
 
 
 @pytest.mark.parametrize("marked", [{"q1", "q2"}, {"q2"}, {"qd1", "qdd2"}, set(NAMES[1:])])

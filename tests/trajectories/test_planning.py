@@ -215,8 +215,14 @@ def test_name_and_origin(two_link: RobotArm) -> None:
 @pytest.mark.parametrize(
     ("changes", "expected"),
     [
-        ({"duration": 0.0}, ["duration", "more than 0 s", "0 s"]),
+        ({"duration": 0.0}, ["duration", "1e-06 s to 1e+12 s", "found: 0 s"]),
         ({"duration": -1.0}, ["duration", "-1 s"]),
+        ({"duration": 1e308}, ["duration", "found: 1e+308 s"]),
+        ({"duration": 1e-300}, ["duration", "found: 1e-300 s"]),
+        (
+            {"via": [[0.1, 0.1], [0.2, 0.2]], "via_times": [1e-300, 2e-300]},
+            ["via_times", "2 increasing instants"],
+        ),
         ({"duration": float("nan")}, ["duration", "nan"]),
         ({"duration": float("inf")}, ["duration", "inf"]),
         ({"n_set_points": 1}, ["n_set_points", "2 or more"]),

@@ -32,7 +32,9 @@ def arms(robot: str | None, toml: bool, output: Output) -> None:
     with output.working():
         shown = [gd.load_arm(name) for name in (gd.builtin_arms() if robot is None else [robot])]
     if toml and robot is not None:
-        click.echo(Path(gd.builtin_arms().get(robot, robot)).read_text(encoding="utf-8"), nl=False)
+        from gd_analyze.robots.arm_file import text_of_arm_file
+
+        click.echo(text_of_arm_file(Path(gd.builtin_arms().get(robot, robot))), nl=False)
     elif robot is None:
         output.give(lambda: [_summary(arm) for arm in shown], lambda: _list(shown))
     else:

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import click
 from click.shell_completion import CompletionItem
 
+from gd_analyze.given_numbers import LARGEST, number_in
 from gd_analyze.resources import shipped
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -71,22 +72,20 @@ class NameList(click.ParamType[tuple[str, ...]]):
 
 def number_read(words: str) -> float:
     """Read a number; nan where there is none."""
-    try:
-        return float(words)
-    except ValueError:
-        return math.nan
+    number = number_in(words)
+    return math.nan if number is None else number
 
 
 class PositiveNumber(click.ParamType[float]):
-    """A finite number above zero, which click's own range does not insist on: it lets nan and inf pass."""
+    """A number above zero and of a size that anything has; click's own range lets nan and inf pass."""
 
     name = "number"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Read it."""
-        number = number_read(value)
-        if not (math.isfinite(number) and number > 0):
-            self.fail(f"{value!r} is not a number above 0", param, ctx)
+        number = number_read(str(value))
+        if not 0 < number <= LARGEST:
+            self.fail(f"{value!r} is not a number above 0 and up to {LARGEST:g}", param, ctx)
         return number
 
 

@@ -11,9 +11,9 @@ from gd_analyze.comparison.costs import SIZES, Cost, Growth, count_cost, growth
 from gd_analyze.comparison.timing import N_SET_POINTS, REPEATS, Timing, time_methods
 from gd_analyze.formulations.methods import METHODS
 from gd_analyze.provenance import provenance
-from gd_analyze.robots import RobotArm
+from gd_analyze.robots import RobotArm, warn_of_slips
 from gd_analyze.states import States, states_in_box, states_of
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.trajectories import Trajectory, check_against_arm
 from gd_analyze.trajectories.checks import require_joints
 
 # States at which the formulations are held against each other; Pinocchio takes them one by one.
@@ -101,6 +101,9 @@ def compare(
     source = provenance(command)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
+        warn_of_slips(arm, stacklevel=2)
+        if trajectory is not None:
+            check_against_arm(trajectory, arm)
         compared, origin = _compared(arm, trajectory)
         agreed = agreement(arm, compared)
         progress(1)
@@ -116,7 +119,7 @@ def compare(
         growth=grown,
         timing=times,
         agreement=agreed,
-        warnings=(*warned, *(str(item.message) for item in caught)),
+        warnings=tuple(dict.fromkeys([*warned, *(str(item.message) for item in caught)])),
         provenance=source,
     )
 

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gd_analyze.errors import UsageError
+from gd_analyze.given_numbers import LARGEST, UNSIGNED
 from gd_analyze.vectors import FloatArray
-
-_NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 
 
 @dataclass(frozen=True)
@@ -58,12 +57,12 @@ class Budget:
         """
         amounts, is_share = [], []
         for column, entry in enumerate(text.split(","), start=1):
-            match = re.fullmatch(rf"\s*({_NUMBER})\s*(%|N ?m?)?\s*", entry)
-            if match is None or not np.isfinite(float(match[1])):
+            match = re.fullmatch(rf"\s*({UNSIGNED})\s*(%|N ?m?)?\s*", entry)
+            if match is None or float(match[1]) > LARGEST:
                 raise UsageError(
                     "the budget is not understood",
                     where=f"--budget, entry {column}",
-                    expected="a share of peak torque such as 1%, or N m such as 0.5",
+                    expected=f"a share of peak torque such as 1%, or N m such as 0.5; up to {LARGEST:g}",
                     found=repr(entry.strip()),
                 )
             percent = match[2] == "%"

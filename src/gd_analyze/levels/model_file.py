@@ -10,11 +10,15 @@ from typing import Any
 from pydantic import ValidationError
 
 from gd_analyze.errors import GdAnalyzeError, Location, ModelError
-from gd_analyze.files import write_text
+from gd_analyze.files import megabytes, read_at_most, write_text
 from gd_analyze.levels.levels import LEVELS
 from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.levels.model_schema import FORMAT, VERSION, ModelDocument, checked, document_of, model_of
 from gd_analyze.levels.old_files import from_version_1
+from gd_analyze.robots import warn_of_slips
+
+# A term takes some hundred bytes, and models of a hundred thousand of them are not worth the name.
+LARGEST_FILE = 100_000_000
 
 _WRITE_AGAIN = "write the model again with `gd-analyze ROBOT TRAJECTORY` or `gd-analyze simplify ROBOT -o`"
 
@@ -41,6 +45,11 @@ def load_model(path: str | Path) -> SimplifiedModel:
         If the file cannot be read, is not such a model, or was changed so that it no longer fits itself: its
         program must compute its terms at every state, the arm must be the one it was made for, and what it
         states must hold where that can be looked at, see `Promise.measured`.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        Of numbers of the arm that look like slips, as when the arm was read.
     """
     path = Path(path)
     raw = _read(path)
@@ -89,7 +98,7 @@ def load_model(path: str | Path) -> SimplifiedModel:
             next_step="write the model again for the arm and the parts you mean",
         )
     try:
-        return checked(model, document)
+        model = checked(model, document)
     except GdAnalyzeError as error:
         details = error.details
         raise ModelError(
@@ -99,12 +108,17 @@ def load_model(path: str | Path) -> SimplifiedModel:
             found=details.get("found"),
             next_step=_WRITE_AGAIN,
         ) from None
+    warn_of_slips(model.arm, stacklevel=2)
+    return model
 
 
 def _read(path: Path) -> dict[str, Any]:
     """Read the JSON of a model file, of any version and whatever it says."""
     try:
-        raw = json.loads(path.read_text(encoding="utf-8"))
+        data = read_at_most(path, LARGEST_FILE)
+        if data is None:
+            raise _foreign(path, f"a file of more than {megabytes(LARGEST_FILE)}")
+        raw = json.loads(data.decode("utf-8"))
     except OSError as error:
         raise ModelError(
             "cannot read the model file",

@@ -26,13 +26,13 @@ from gd_analyze.pinocchio_check import cross_check
 from gd_analyze.provenance import provenance
 from gd_analyze.results import tables
 from gd_analyze.results.findings import Findings
-from gd_analyze.robots import RobotArm
+from gd_analyze.robots import RobotArm, warn_of_slips
 from gd_analyze.round_off import peak_magnitude
 from gd_analyze.search import How, TermRanking, rank_terms, simplify_exact, trade_off
 from gd_analyze.search.simplify import no_dearer
 from gd_analyze.search.trade_off import KINDS
 from gd_analyze.states import states_in_box
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.trajectories import Trajectory, check_against_arm
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,7 +66,8 @@ def find(
     settings
         How; see `Settings` for what is done by default.
     origin
-        The command, for provenance, and warnings given before; those given here are added.
+        The command, for provenance, and warnings given before; those given here, and those that arm and
+        trajectory deserve, are added.
     progress
         Told the stages of the work.
 
@@ -87,6 +88,8 @@ def find(
     stage("decomposing", trajectory.n_set_points)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GdAnalyzeWarning)
+        warn_of_slips(arm, stacklevel=2)
+        check_against_arm(trajectory, arm)
         dataset = decompose(
             arm,
             trajectory,
@@ -128,7 +131,7 @@ def find(
         model=model,
         element_model=elements,
         ranked_terms={ranked.term: ranked.weight for ranked in ranking.terms},
-        warnings=(*before.warnings, *_told(caught)),
+        warnings=tuple(dict.fromkeys([*before.warnings, *_told(caught)])),
         provenance=source,
     )
 

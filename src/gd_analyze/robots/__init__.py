@@ -7,6 +7,7 @@ from gd_analyze.robots.description import arm_from_description, describe, descri
 from gd_analyze.robots.link_uncertainty import LinkUncertainty
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
 from gd_analyze.robots.payload import Payload, parse_payload, with_payload
+from gd_analyze.robots.slips import slips_of, warn_of_slips
 
 __all__ = [
     "DHRow",
@@ -25,5 +26,7 @@ __all__ = [
     "load_arm",
     "parse_payload",
     "read_arm",
+    "slips_of",
+    "warn_of_slips",
     "with_payload",
 ]

@@ -14,11 +14,16 @@ import numpy as np
 from pydantic import ValidationError
 
 from gd_analyze.errors import ArmError, Location
+from gd_analyze.files import megabytes, read_at_most
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_schema import ArmFile
 from gd_analyze.robots.denavit_hartenberg import modified_placements, standard_placements
 from gd_analyze.robots.parts import Drive, Joint, Link
+from gd_analyze.robots.slips import warn_of_slips
 from gd_analyze.robots.toml_lines import TableLines
+
+# A thousand joints with their links and drives.
+LARGEST_FILE = 1_000_000
 
 
 def read_arm(path: str | Path) -> RobotArm:
@@ -39,10 +44,15 @@ def read_arm(path: str | Path) -> RobotArm:
     ArmError
         If the file cannot be read, is not TOML, does not fit the schema or describes an impossible arm;
         the message names the line.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        Of every number that looks like a slip of the unit, such as an angle in degrees or a mass in grams.
     """
     path = Path(path)
     try:
-        content = path.read_bytes().decode("utf-8")
+        content = text_of_arm_file(path)
     except OSError as error:
         raise ArmError("cannot read the arm file", where=Location(path), found=error.strerror) from None
     except UnicodeDecodeError as error:
@@ -84,7 +94,31 @@ def read_arm(path: str | Path) -> RobotArm:
             found="nothing" if first["type"] == "missing" else repr(first["input"])[:120],
             next_step="`gd-analyze arms puma560 --toml` prints a complete example",
         ) from None
-    return _build(parsed, lines)
+    arm = _build(parsed, lines)
+    warn_of_slips(arm, stacklevel=3)
+    return arm
+
+
+def text_of_arm_file(path: Path) -> str:
+    """Read the text of an arm file, which is short.
+
+    Raises
+    ------
+    ArmError
+        If the file is longer than any arm's.
+    OSError, UnicodeDecodeError
+        If it cannot be read or is not text.
+    """
+    data = read_at_most(path, LARGEST_FILE)
+    if data is None:
+        raise ArmError(
+            "the arm file is too large",
+            where=Location(path),
+            expected=f"up to {megabytes(LARGEST_FILE)}",
+            found="more",
+            next_step="check that it is an arm's file; a joint with its link takes less than 1 kB",
+        )
+    return data.decode("utf-8")
 
 
 def _build(parsed: ArmFile, lines: TableLines) -> RobotArm:

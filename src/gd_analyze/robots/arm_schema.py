@@ -8,12 +8,17 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from gd_analyze.given_numbers import LARGEST
 from gd_analyze.robots.inertia import of_point_mass, symmetric_tensor
 from gd_analyze.robots.link_uncertainty import LinkUncertainty
 from gd_analyze.robots.parts import DHRow, JointKind
 from gd_analyze.vectors import FloatArray
 
 UNIT_SUFFIXES = {"_deg": math.pi / 180, "_mm": 1e-3}
+# NaN and infinity are refused by the tables.
+_Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
+_Nonnegative = Annotated[float, Field(ge=0, le=LARGEST)]
+_Positive = Annotated[float, Field(gt=0, le=LARGEST)]
 _LIMITS = ("range", "rate_limit", "acceleration_limit")
 
 
@@ -50,13 +55,13 @@ def _scaled(value: Any, factor: float) -> Any:
 class _JointTable(_Table):
     name: str | None = None
     kind: JointKind = "revolute"
-    theta: float = 0.0
-    d: float = 0.0
-    a: float = 0.0
-    alpha: float = 0.0
-    range: list[float] | None = Field(default=None, min_length=2, max_length=2)
-    rate_limit: float | None = None
-    acceleration_limit: float | None = None
+    theta: _Number = 0.0
+    d: _Number = 0.0
+    a: _Number = 0.0
+    alpha: _Number = 0.0
+    range: list[_Number] | None = Field(default=None, min_length=2, max_length=2)
+    rate_limit: _Number | None = None
+    acceleration_limit: _Number | None = None
 
     @property
     def row(self) -> DHRow:
@@ -70,39 +75,36 @@ class _JointTable(_Table):
 
 
 class _InertiaTable(_Table):
-    xx: float
-    yy: float
-    zz: float
-    xy: float = 0.0
-    xz: float = 0.0
-    yz: float = 0.0
+    xx: _Number
+    yy: _Number
+    zz: _Number
+    xy: _Number = 0.0
+    xz: _Number = 0.0
+    yz: _Number = 0.0
 
     def tensor(self) -> FloatArray:
         return symmetric_tensor(self.xx, self.yy, self.zz, self.xy, self.xz, self.yz)
 
 
-_Uncertainty = Annotated[float, Field(ge=0)]
-
-
 class _InertiaUncertaintyTable(_InertiaTable):
-    xx: _Uncertainty
-    yy: _Uncertainty
-    zz: _Uncertainty
-    xy: _Uncertainty = 0.0
-    xz: _Uncertainty = 0.0
-    yz: _Uncertainty = 0.0
+    xx: _Nonnegative
+    yy: _Nonnegative
+    zz: _Nonnegative
+    xy: _Nonnegative = 0.0
+    xz: _Nonnegative = 0.0
+    yz: _Nonnegative = 0.0
 
 
 class _LinkTable(_Table):
     name: str | None = None
-    mass: float
-    com: list[float] = Field(min_length=3, max_length=3)
+    mass: _Number
+    com: list[_Number] = Field(min_length=3, max_length=3)
     inertia: _InertiaTable
     inertia_about: Literal["com", "origin"] = "com"
     as_measured: bool = False
     axial_only: bool = False
-    mass_uncertainty: _Uncertainty | None = None
-    com_uncertainty: list[_Uncertainty] | None = Field(default=None, min_length=3, max_length=3)
+    mass_uncertainty: _Nonnegative | None = None
+    com_uncertainty: list[_Nonnegative] | None = Field(default=None, min_length=3, max_length=3)
     inertia_uncertainty: _InertiaUncertaintyTable | None = None
 
     @classmethod
@@ -129,12 +131,12 @@ class _LinkTable(_Table):
 
 
 class _DriveTable(_Table):
-    inertia: float = Field(default=0.0, ge=0)
-    inertia_uncertainty: _Uncertainty | None = None
-    gear_ratio: float = 1.0
-    viscous: float = Field(default=0.0, ge=0)
-    coulomb: list[float] = Field(default=[0.0, 0.0], min_length=2, max_length=2)
-    torque_limit: float | None = Field(default=None, gt=0)
+    inertia: _Nonnegative = 0.0
+    inertia_uncertainty: _Nonnegative | None = None
+    gear_ratio: _Number = 1.0
+    viscous: _Nonnegative = 0.0
+    coulomb: list[_Number] = Field(default=[0.0, 0.0], min_length=2, max_length=2)
+    torque_limit: _Positive | None = None
 
 
 class ArmFile(_Table):
@@ -144,7 +146,7 @@ class ArmFile(_Table):
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
     title: str = ""
     convention: Literal["standard", "modified"] = "standard"
-    gravity: list[float] = Field(default=[0.0, 0.0, -9.8062], min_length=3, max_length=3)
+    gravity: list[_Number] = Field(default=[0.0, 0.0, -9.8062], min_length=3, max_length=3)
     sources: list[str] = []
     assumptions: list[str] = []
     joints: list[_JointTable] = Field(min_length=1)

@@ -3,9 +3,32 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gd_analyze.errors import ArmError, Location
+from gd_analyze.given_numbers import LARGEST, are_possible
 from gd_analyze.vectors import FloatArray
+
+
+def require_possible(values: ArrayLike, what: str, where: Location | str) -> None:
+    """Refuse numbers that are not finite, or larger than any of an arm, with an ArmError."""
+    array = np.asarray(values, dtype=float)
+    if not np.isfinite(array).all():
+        raise ArmError(
+            f"{what} is not finite",
+            where=where,
+            expected="finite numbers",
+            found=str(array.tolist()),
+            next_step="replace nan and inf by measured or estimated values",
+        )
+    if not are_possible(array):
+        raise ArmError(
+            f"{what} is too large for any arm",
+            where=where,
+            expected=f"numbers up to {LARGEST:g} in SI units",
+            found=str(array.tolist()),
+            next_step="check the unit",
+        )
 
 
 def keep(
@@ -24,21 +47,14 @@ def keep(
     Raises
     ------
     ArmError
-        If the shape differs, or a number is not finite or negative.
+        If the shape differs, or a number is not finite, negative or too large for any arm.
     """
     array = np.array(getattr(owner, name), dtype=float)
     if array.shape != shape:
         raise ArmError(
             f"{what} has the wrong shape", where=where, expected=str(shape), found=str(array.shape)
         )
-    if not np.isfinite(array).all():
-        raise ArmError(
-            f"{what} is not finite",
-            where=where,
-            expected="finite numbers",
-            found=str(array.tolist()),
-            next_step="replace nan and inf by measured or estimated values",
-        )
+    require_possible(array, what, where)
     if nonnegative is not None and (array < 0).any():
         found = str(array.tolist()) if shape else f"{array:g}"
         raise ArmError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from dataclasses import dataclass, field
 from typing import Literal
@@ -9,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location
-from gd_analyze.robots.constants import keep
+from gd_analyze.robots.constants import keep, require_possible
 from gd_analyze.robots.link_uncertainty import LinkUncertainty
 from gd_analyze.vectors import FloatArray
 
@@ -90,6 +91,9 @@ class Joint:
                 expected="length 1",
                 found=f"length {length:g}",
             )
+        limits = (self.lower, self.upper, self.rate_limit, self.acceleration_limit)
+        stated = [limit for limit in limits if limit is not None and not math.isinf(limit)]
+        require_possible(stated, f"a limit of joint {self.name}", where)
         if self.lower is not None and self.upper is not None and not self.lower < self.upper:
             raise ArmError(
                 f"the range of joint {self.name} is empty",
@@ -245,6 +249,8 @@ class Drive:
 
     def __post_init__(self) -> None:
         keep(self, "inertia", (), "the inertia of a drive", "drive", nonnegative="kg m^2")
+        numbers = (self.gear_ratio, self.viscous, *self.coulomb, self.torque_limit or 0.0)
+        require_possible(numbers, "a number of a drive", "drive")
         if self.inertia_uncertainty is not None:
             what = "the uncertainty of a drive's inertia"
             keep(self, "inertia_uncertainty", (), what, "drive", nonnegative="kg m^2")

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
+import warnings
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gd_analyze.errors import ArmError, UsageError
+from gd_analyze.errors import ArmError, GdAnalyzeWarning, UsageError
+from gd_analyze.given_numbers import number_in
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.inertia import of_point_mass, symmetric_tensor
 from gd_analyze.robots.parts import Link
+from gd_analyze.robots.slips import heaviest_carried
 from gd_analyze.vectors import FloatArray
 
 
@@ -75,7 +78,8 @@ def with_payload(
     Warns
     -----
     GdAnalyzeWarning
-        If the common centre of mass lies farther out than the whole arm reaches: are the units metres?
+        If the common centre of mass lies farther out than the whole arm reaches: are the units metres? And
+        if the mass is beyond what such an arm carries: is it in grams?
 
     Examples
     --------
@@ -84,6 +88,13 @@ def with_payload(
     1.59
     """
     payload = Payload(mass, np.asarray(position, dtype=float), _tensor(inertia))
+    if payload.mass > heaviest_carried(arm.reach):
+        warnings.warn(
+            f"a payload of {payload.mass:g} kg is more than an arm that reaches {arm.reach:.3g} m carries; "
+            "is it in grams?",
+            GdAnalyzeWarning,
+            stacklevel=2,
+        )
     last = arm.links[-1]
     together = last.mass + payload.mass
     com = last.com
@@ -130,15 +141,15 @@ def parse_payload(line: str) -> Payload:
     expected = "mass,x,y,z in kg and m, then xx,yy,zz (and xy,xz,yz) in kg m^2 if it is no point mass"
     numbers = []
     for count, word in enumerate(line.split(","), start=1):
-        try:
-            numbers.append(float(word))
-        except ValueError:
+        number = number_in(word)
+        if number is None:
             raise UsageError(
                 "the payload is not a list of numbers",
                 where=f"number {count} of {line!r}",
                 expected=expected,
                 found=repr(word.strip()),
-            ) from None
+            )
+        numbers.append(number)
     if len(numbers) not in (4, 7, 10):
         raise UsageError(
             "the payload has the wrong count of numbers",

@@ -10,6 +10,7 @@ import numpy as np
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.robots import RobotArm
 from gd_analyze.trajectories.limits import ROUNDING, Violation, joint_label, limit_report
+from gd_analyze.trajectories.rate_slips import rate_slips
 from gd_analyze.trajectories.trajectory import Trajectory
 from gd_analyze.vectors import FloatArray
 
@@ -35,8 +36,9 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
     Warns
     -----
     GdAnalyzeWarning
-        For each joint whose positions, rates or accelerations exceed its limits, and once when joint
-        angles look like degrees; for joints under that suspicion the limits are not reported as well.
+        For each joint whose positions, rates or accelerations exceed its limits, once when joint angles look
+        like degrees (for joints under that suspicion the limits are not reported as well), and for given
+        rates that are not the derivatives they should be.
     """
     require_joints(trajectory, arm)
     suspects = degree_suspects(arm, trajectory.q)
@@ -51,6 +53,8 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
     for violation in limit_report(arm, trajectory).violations:
         if violation.joint - 1 not in suspects:
             _warn(_limit_warning(trajectory, violation))
+    for slip in rate_slips(trajectory):
+        _warn(f"trajectory {trajectory.name}: {slip}")
 
 
 def require_joints(trajectory: Trajectory, arm: RobotArm) -> None:
@@ -120,7 +124,7 @@ def _limit_warning(trajectory: Trajectory, violation: Violation) -> str:
     set_point = int(np.searchsorted(trajectory.time, violation.time)) + 1
     message = f"trajectory {trajectory.name}: {violation}, at set point {set_point} ({violation.time:.4g} s)"
     derived = {"rate": "qd", "acceleration": "qdd"}.get(violation.quantity)
-    if derived and derived in trajectory.rates_from.partition(" derived")[0].split(" and "):
+    if derived in trajectory.derived:
         message += (
             f"; {derived} was derived from the file's numbers, which amplifies their noise and rounding: "
             f"smooth them or add {derived} columns if that is the cause"

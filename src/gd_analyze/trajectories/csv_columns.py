@@ -9,12 +9,13 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from gd_analyze.errors import Location, TrajectoryError
+from gd_analyze.errors import Location, TrajectoryError, excerpt
+from gd_analyze.given_numbers import number_in
 from gd_analyze.robots import RobotArm
 
 KINDS = ("q", "qd", "qdd")
 
-_COLUMN = re.compile(r"(qdd|qd|q)([1-9]\d*)(_deg)?")
+_COLUMN = re.compile(r"(qdd|qd|q)([1-9][0-9]{0,5})(_deg)?")
 # Names that logs of robots and simulators give their columns, most specific first.
 _KIND_HINTS = (
     ("qdd", re.compile(r"acc|qdd")),
@@ -23,6 +24,10 @@ _KIND_HINTS = (
 )
 _TIME_HINT = re.compile(r"t|.*(time|stamp|sec)\w*")
 _EFFORT_HINT = re.compile(r"torque|effort|tau|force|current")
+# Names of columns in logs of robots, topics included, are shorter; only such names are looked into.
+_LONGEST_NAME = 200
+# Names that a message lists.
+_MOST_LISTED = 40
 # Columns per joint that a message can name and still be read.
 _MOST_NAMED = 8
 
@@ -68,6 +73,7 @@ def read_columns(cells: Sequence[str], arm: RobotArm, header: Location) -> Colum
         those of an arm with another number of joints.
     """
     names = tuple(cell.strip() for cell in cells)
+    _refuse_long_names(names, header)
     _refuse_numbers(names, header)
     found: dict[tuple[str, int], int] = {}
     degrees = set()
@@ -97,7 +103,7 @@ def read_columns(cells: Sequence[str], arm: RobotArm, header: Location) -> Colum
             "column time is missing",
             where=header,
             expected="a column named time, in s",
-            found=", ".join(names)[:120],
+            found=_listed(names),
             next_step="add the instants of the set points",
         )
     return Columns(
@@ -139,20 +145,39 @@ def _complete_kinds(
                 else f"column {surplus[0]} is one too many for arm {arm.name}",
                 where=where,
                 expected=f"{kind}1..{kind}{n}",
-                found=", ".join(f"{kind}{joint}" for joint in given) or f"no {kind} column",
+                found=_listed([f"{kind}{joint}" for joint in given]) or f"no {kind} column",
                 next_step=f"the whole header: {header_for(n, ('q',))}, then qd1.. and qdd1.. if known",
             )
         by_kind[kind] = tuple(found[kind, joint] for joint in range(1, n + 1))
     return by_kind
 
 
+def _listed(names: Sequence[str]) -> str:
+    """Names as one line of a message, of many the first."""
+    first = ", ".join(names[:_MOST_LISTED])
+    return first if len(names) <= _MOST_LISTED else f"{first}, ... ({len(names)} columns)"
+
+
+def _refuse_long_names(names: Sequence[str], where: Location) -> None:
+    for column, name in enumerate(names, start=1):
+        if len(name) > _LONGEST_NAME:
+            raise TrajectoryError(
+                f"the name of column {column} is far too long",
+                where=replace(where, column=column),
+                expected=f"a name such as time or q1, up to {_LONGEST_NAME} characters",
+                found=excerpt(name),
+                next_step="check that the file is a trajectory",
+            )
+
+
 def _refuse_numbers(names: Sequence[str], where: Location) -> None:
     # A log without a header may have names among its first row's numbers.
-    if sum(map(_is_number, names)) <= len(names) / 2:
+    if sum(number_in(name) is not None for name in names) <= len(names) / 2:
         return
     values = len(names) - 1
     kinds = next((count for count in (3, 2) if values % count == 0 and values // count > 1), 1)
-    header = header_for(values // kinds, KINDS[:kinds])
+    joints = values // kinds
+    header = header_for(joints, KINDS[:kinds]) if joints <= _MOST_LISTED else "time,q1,q2 and so on"
     raise TrajectoryError(
         "the file has no header line",
         where=where,
@@ -160,14 +185,6 @@ def _refuse_numbers(names: Sequence[str], where: Location) -> None:
         found="numbers",
         next_step=f"if these are the columns, put this line first: {header}",
     )
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
 
 
 def _refuse_degrees_of_length(arm: RobotArm, number: int, name: str, where: Location) -> None:
@@ -232,10 +249,10 @@ def _is_of_a_joint(name: str) -> bool:
 def _guess(name: str) -> tuple[str, int | None] | None:
     """What a column of a robot's log holds: a kind and the number of the joint there, or time and none."""
     lowered = name.lower().removesuffix("_deg")
-    number = re.search(r"(\d+)(?!.*\d)", lowered)
-    if number is None:
+    numbers = re.findall(r"[0-9]+", lowered)
+    if not numbers:
         return ("time", None) if _TIME_HINT.fullmatch(lowered) else None
     if _EFFORT_HINT.search(lowered):
         return None
     kind = next((kind for kind, hint in _KIND_HINTS if hint.search(lowered)), None)
-    return (kind, int(number[0])) if kind else None
+    return (kind, int(numbers[-1])) if kind else None

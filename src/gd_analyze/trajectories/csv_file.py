@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.files import write_text
+from gd_analyze.files import megabytes, read_at_most, write_text
+from gd_analyze.given_numbers import LARGEST, are_possible
 from gd_analyze.resources import shipped
 from gd_analyze.robots import RobotArm
 from gd_analyze.trajectories.checks import check_against_arm, warn_if_radians
@@ -20,6 +21,9 @@ from gd_analyze.trajectories.csv_rows import Rows
 from gd_analyze.trajectories.derived_rates import FEWEST_SET_POINTS, complete_rates
 from gd_analyze.trajectories.trajectory import Trajectory
 from gd_analyze.vectors import FloatArray
+
+# A million set points of a seven-joint arm, every number with all its digits, are 0.45 GB.
+LARGEST_FILE = 1_000_000_000
 
 _COMMAND = re.compile(r"#\s*(gd-analyze plan .*\S)\s*")
 
@@ -137,12 +141,18 @@ def _fetch(path_or_name: str | Path) -> tuple[str | Path, str, str, bytes]:
     """Path for messages, name, origin and bytes of a trajectory."""
     given = str(path_or_name)
     if given == "-":
-        return "standard input", "stdin", "read from standard input", sys.stdin.buffer.read()
+        place = "standard input"
+        return (
+            place,
+            "stdin",
+            f"read from {place}",
+            _limited(read_at_most(sys.stdin.buffer, LARGEST_FILE), place),
+        )
     known = shipped_trajectories()
     path = known.get(given, Path(path_or_name))
     source = f"shipped trajectory {given}" if given in known else f"read from {given}"
     try:
-        return path, path.stem, source, path.read_bytes()
+        return path, path.stem, source, _limited(read_at_most(path, LARGEST_FILE), path)
     except FileNotFoundError:
         near = difflib.get_close_matches(Path(given).stem, known, n=1)
         raise TrajectoryError(
@@ -161,6 +171,18 @@ def _fetch(path_or_name: str | Path) -> tuple[str | Path, str, str, bytes]:
             found=error.strerror or str(error),
             next_step="give the path of a CSV file you may read",
         ) from None
+
+
+def _limited(data: bytes | None, path: str | Path) -> bytes:
+    if data is None:
+        raise TrajectoryError(
+            "the trajectory is too large to be read",
+            where=Location(path),
+            expected=f"up to {megabytes(LARGEST_FILE)}",
+            found="more",
+            next_step="write fewer digits or fewer set points, or split the motion",
+        )
+    return data
 
 
 def _decode(data: bytes, path: str | Path) -> str:
@@ -210,4 +232,13 @@ def _build(
         )
     time, q = table[:, columns.time], given["q"]
     qd, qdd, rates_from = complete_rates(time, q, given.get("qd"), given.get("qdd"))
+    for kind, rates in (("qd", qd), ("qdd", qdd)):
+        if kind in absent and not are_possible(rates):
+            raise TrajectoryError(
+                f"{kind} cannot be derived: it is too large for any motion",
+                where=Location(end.path),
+                expected=f"time steps in s, even enough that {kind} stays below {LARGEST:g}",
+                found=f"time steps of {np.diff(time).min():g} s to {np.diff(time).max():g} s",
+                next_step=f"check the instants, or add columns for {kind}",
+            )
     return Trajectory(time, q, qd, qdd, name=name, origin=origin, rates_from=rates_from)

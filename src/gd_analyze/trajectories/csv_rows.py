@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import csv
-import io
-import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,8 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from gd_analyze.errors import Location, TrajectoryError
+from gd_analyze.errors import Location, TrajectoryError, excerpt
+from gd_analyze.given_numbers import LARGEST, are_possible, number_in
 from gd_analyze.vectors import FloatArray
+
+_WITH_COMMA = re.compile(r"[-+]?[0-9]+,[0-9]+([eE][-+]?[0-9]+)?")
 
 
 @dataclass(frozen=True)
@@ -70,13 +71,13 @@ class Rows:
         below = self.lines[1:]
         try:
             table = np.loadtxt(
-                io.StringIO("\n".join(below)),
+                below,
                 delimiter=self.delimiter,
                 comments=None,
                 quotechar='"',
                 ndmin=2,
             )
-            sound = table.shape == (len(below), len(names)) and np.isfinite(table).all()
+            sound = table.shape == (len(below), len(names)) and are_possible(table)
         except ValueError:
             sound = False
         if not sound:  # slower, but knows where it is when something is wrong
@@ -113,25 +114,32 @@ class Rows:
 
 
 def _number(cell: str, name: str, where: Location) -> float:
-    try:
-        number = float(cell)
-    except ValueError:
-        comma = re.fullmatch(r"[-+]?\d+,\d+([eE][-+]?\d+)?", cell)
+    number = number_in(cell)
+    if number is None:
+        if cell.lower().lstrip("+-") in ("nan", "inf", "infinity"):
+            raise TrajectoryError(
+                f"{name} is not a finite number",
+                where=where,
+                expected="a finite number",
+                found=cell,
+                next_step="replace or remove the set point; gaps are not filled in",
+            )
+        comma = _WITH_COMMA.fullmatch(cell)
         raise TrajectoryError(
             f"{name} is not a number",
             where=where,
-            expected="a number",
-            found=repr(cell) if cell else "an empty cell",
+            expected="a number in the digits 0 to 9, such as -1.5 or 2e-3",
+            found=excerpt(cell) if cell else "an empty cell",
             next_step="write decimal points, not commas"
             if comma
             else "give a number there, or remove the set point",
-        ) from None
-    if not math.isfinite(number):
+        )
+    if not are_possible(number):
         raise TrajectoryError(
-            f"{name} is not a finite number",
+            f"{name} is too large for any motion",
             where=where,
-            expected="a finite number",
-            found=cell,
-            next_step="replace or remove the set point; gaps are not filled in",
+            expected=f"numbers up to {LARGEST:g}",
+            found=excerpt(cell),
+            next_step="check its unit: time is in seconds, and may start at 0",
         )
     return number

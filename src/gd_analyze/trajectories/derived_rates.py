@@ -10,6 +10,8 @@ stated, which a spline through the positions would contradict.
 
 from __future__ import annotations
 
+import numpy as np
+
 from gd_analyze.vectors import FloatArray
 
 # A quintic with not-a-knot ends has six free coefficients before its first inner knot.
@@ -33,7 +35,8 @@ def complete_rates(
     Returns
     -------
     qd, qdd
-        Given or derived, shape (N, n).
+        Given or derived, shape (N, n); not finite, or enormous, where the instants are so close, or so
+        unevenly spaced, that doubles do not hold the result.
     rates_from
         "given", or what was derived and how.
     """
@@ -50,5 +53,9 @@ def complete_rates(
 def _differentiate(time: FloatArray, values: FloatArray, order: int) -> FloatArray:
     from scipy.interpolate import make_interp_spline
 
-    derivative: FloatArray = make_interp_spline(time, values, k=5).derivative(order)(time)
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        try:
+            derivative: FloatArray = make_interp_spline(time, values, k=5).derivative(order)(time)
+        except ValueError:  # raised where the spline's equations overflow
+            return np.full_like(values, np.nan)
     return derivative

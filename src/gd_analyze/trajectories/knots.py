@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gd_analyze.errors import TrajectoryError
+from gd_analyze.given_numbers import LARGEST, are_possible
 from gd_analyze.robots import RobotArm
 from gd_analyze.trajectories.limits import ROUNDING, angle, joint_label
 from gd_analyze.vectors import FloatArray
@@ -52,8 +53,10 @@ def _knot(arm: RobotArm, label: str, values: ArrayLike) -> FloatArray:
         raise wrong_argument(
             f"{label} does not fit arm {arm.name}", label, f"{arm.n_joints} joint variables", found
         )
-    if not np.isfinite(knot).all():
-        raise wrong_argument(f"{label} is not finite", label, "finite numbers", str(knot.tolist()))
+    if not are_possible(knot):
+        what = "too large for any arm" if np.isfinite(knot).all() else "not finite"
+        expected = f"finite numbers up to {LARGEST:g}"
+        raise wrong_argument(f"{label} is {what}", label, expected, str(knot.tolist()))
     for i, (joint, lower, upper) in enumerate(
         zip(arm.joints, arm.limits("lower"), arm.limits("upper"), strict=True)
     ):
@@ -86,7 +89,7 @@ def knot_times(arm: RobotArm, knots: FloatArray, duration: float, via_times: Arr
         return times
     inner = np.atleast_1d(np.array(via_times, dtype=float))
     times = np.array([0.0, *inner, duration])
-    if len(times) != len(knots) or not (np.isfinite(times).all() and (np.diff(times) > 0).all()):
+    if len(times) != len(knots) or not (np.diff(times) > ROUNDING * duration).all():
         raise wrong_argument(
             "the instants of the vias do not fit the motion",
             "via_times",

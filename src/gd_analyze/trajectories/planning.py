@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
+from gd_analyze.given_numbers import LARGEST
 from gd_analyze.robots import RobotArm
 from gd_analyze.trajectories.knots import checked_knots, knot_times, wrong_argument
 from gd_analyze.trajectories.limits import ROUNDING, LimitReport, limit_report
@@ -22,6 +23,10 @@ from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
+
+
+# s. Nothing with a joint gets anywhere in less, and the powers of it stay within doubles.
+_SHORTEST = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,9 +66,12 @@ class Schedule:
                 repr(self.profile),
                 f"did you mean {near[0]!r}?" if near else "choose one of these",
             )
-        if not (math.isfinite(self.duration) and self.duration > 0):
+        if not _SHORTEST <= self.duration <= LARGEST:
             raise wrong_argument(
-                "the duration of a motion is positive", "duration", "more than 0 s", f"{self.duration:g} s"
+                "no motion has this duration",
+                "duration",
+                f"{_SHORTEST:g} s to {LARGEST:g} s",
+                f"{self.duration:g} s",
             )
         if self.n_set_points < 2:
             raise wrong_argument(

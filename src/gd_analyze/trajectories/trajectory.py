@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gd_analyze.errors import TrajectoryError
+from gd_analyze.given_numbers import LARGEST, are_possible
 from gd_analyze.vectors import FloatArray
 
 
@@ -31,7 +32,7 @@ class Trajectory:
     Raises
     ------
     TrajectoryError
-        If shapes disagree, a number is not finite or time does not increase.
+        If shapes disagree, a number is not finite or too large, or time does not increase.
     """
 
     time: FloatArray
@@ -57,6 +58,15 @@ class Trajectory:
             if not np.isfinite(array).all():
                 row = int(np.argwhere(~np.isfinite(array))[0][0])
                 raise TrajectoryError(f"{what} is not finite at set point {row + 1}")
+            if not are_possible(array):
+                row = int(np.argwhere(np.abs(array) > LARGEST)[0][0])
+                raise TrajectoryError(
+                    f"{what} is too large for any motion",
+                    where=f"set point {row + 1} of trajectory {self.name}",
+                    expected=f"numbers up to {LARGEST:g} in SI units",
+                    found=str(np.abs(array[row]).max()),
+                    next_step="check units, and that no two set points share almost the same instant",
+                )
             array.flags.writeable = False
             object.__setattr__(self, what, array)
         if (np.diff(self.time) <= 0).any():
@@ -77,6 +87,12 @@ class Trajectory:
     def n_joints(self) -> int:
         """Number of joints n."""
         return int(self.q.shape[1])
+
+    @property
+    def derived(self) -> tuple[str, ...]:
+        """Which of "qd" and "qdd" were derived, as `rates_from` says."""
+        before, said, _ = self.rates_from.partition(" derived")
+        return tuple(before.split(" and ")) if said else ()
 
     @property
     def fingerprint(self) -> str:

@@ -1,0 +1,37 @@
+"""Numbers that a user gives: how they are written, and how large one may be."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+# SI: a billion tonnes, seven times as far as the sun, 32 000 years. What is larger is a slip of the unit or
+# a damaged file. It also keeps results finite: torque is of the first power in mass and of the second in
+# lengths and in rates, so that its square stays below 1e130; doubles end at 1.8e308.
+LARGEST = 1e12
+
+# float() also takes 1_000, digits of other scripts, "infinity" and "nan", which nobody means in a table.
+UNSIGNED = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+_NUMBER = re.compile(rf"[-+]?{UNSIGNED}")
+
+
+def number_in(text: str) -> float | None:
+    """Read a number in decimal digits of ASCII; None where there is none, infinity where it overflows.
+
+    Examples
+    --------
+    >>> number_in(" -1.5e3 "), number_in("1_000"), number_in("nan")
+    (-1500.0, None, None)
+    """
+    stripped = text.strip()
+    return float(stripped) if _NUMBER.fullmatch(stripped) else None
+
+
+def are_possible(values: ArrayLike) -> bool:
+    """Whether all numbers are finite and none is larger than `LARGEST`."""
+    import numpy as np
+
+    return bool((np.abs(np.asarray(values, dtype=float)) <= LARGEST).all())
