@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -82,15 +82,20 @@ def decompose(
         drives=drives,
         progress=progress,
     )
+    return labelled(arm, trajectory, arrays)
+
+
+def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -> xr.Dataset:
+    """Make the table of arrays by the names of `gd_analyze.schema.GROUPS`, time first."""
     coords: dict[str, Any] = {
         "time": ("time", trajectory.time, {"units": "s"}),
         "effect": list(EFFECTS),
         "joint_name": ("joint", [joint.name for joint in arm.joints]),
         "joint_kind": ("joint", [joint.kind for joint in arm.joints]),
     }
-    if by_link:
+    if "inertia_by_link" in arrays:
         coords["link"] = np.arange(1, arm.n_joints + 1)
-    if terms:
+    if "coriolis_centrifugal_terms" in arrays:
         coords["term"] = [term.name for term in dalembert.terms_of(arm)]
         coords["term_effect"] = ("term", [term.effect for term in dalembert.terms_of(arm)])
     attrs = {
@@ -102,7 +107,7 @@ def decompose(
         "trajectory_origin": trajectory.origin,
         "trajectory_rates": trajectory.rates_from,
         "trajectory_fingerprint": trajectory.fingerprint,
-        "drives": int(drives),
+        "drives": int("drive_torque" in arrays),
     }
     return table("decomposition", arrays, arm.is_revolute, coords, attrs)
 
@@ -169,6 +174,21 @@ def decompose_states(
             progress(chunk.stop - chunk.start)
     out = {"q": q, "qd": qd, "qdd": qdd} | out
     return {name: _as_states(array, leading) for name, array in out.items()}
+
+
+def torque_of(
+    arm: RobotArm, states: States, *, drives: bool = False, progress: Callable[[int], None] | None = None
+) -> FloatArray:
+    """Torque at states (N, n), N m, shape (N, n), without keeping what it consists of.
+
+    Parameters and what is raised are those of `decompose_states`.
+    """
+    out = np.empty(np.shape(states.q))
+    for chunk in chunks(len(states)):
+        out[chunk] = decompose_states(arm, states.at(chunk), coupling=False, drives=drives)["torque"]
+        if progress is not None:
+            progress(chunk.stop - chunk.start)
+    return out
 
 
 def _keep_freed_memory() -> None:

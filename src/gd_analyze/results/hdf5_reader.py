@@ -10,9 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gd_analyze.errors import StoreError
 from gd_analyze.results.hdf5_layout import COORDINATES, DIMS, OF_SCALES, restored
+from gd_analyze.results.refusal import damage_named
 from gd_analyze.schema import GROUPS, require_numbers, validate
 from gd_analyze.vectors import Array
 
@@ -42,8 +44,18 @@ def read_attributes(item: Any) -> dict[str, Any]:
     return found
 
 
-def read_table(file: h5py.File, name: str) -> xr.Dataset:
+def read_table(file: h5py.File, name: str, most_rows: float = np.inf) -> xr.Dataset:
     """Read one group of `gd_analyze.schema.GROUPS`.
+
+    Parameters
+    ----------
+    file
+        From `open_tables`.
+    name
+        Of the group.
+    most_rows
+        Of how many set points to read all there is of them. Of more, a variable that is not one number per
+        joint is read when somebody asks for its values, and holds the file open until then.
 
     Raises
     ------
@@ -60,8 +72,12 @@ def read_table(file: h5py.File, name: str) -> xr.Dataset:
         attributes = read_attributes(dataset)
         if DIMS in attributes:  # what has none is the scale of a dimension without labels
             dims = tuple(attributes.pop(DIMS).split())
-            values = restored(_values(dataset), attributes)
-            require_numbers(values, key, name)
+            _require_plain(dataset)
+            if dims[0] == "time" and len(dims) > 2 and len(dataset) > most_rows:
+                values: Any = _later(file, dataset)
+            else:
+                values = restored(np.asarray(dataset[()]), attributes)
+                require_numbers(values, key, name)
             (variables if key in declared else coordinates)[key] = (dims, values, attributes)
     attributes = read_attributes(group)
     attributes.pop(COORDINATES, None)
@@ -78,8 +94,7 @@ def _member(group: h5py.Group, name: str) -> Any:
     return group[name]
 
 
-def _values(dataset: Any) -> Array:
-    """All values of a variable, whose checksums HDF5 compares."""
+def _require_plain(dataset: Any) -> None:
     import h5py
 
     is_plain = isinstance(dataset, h5py.Dataset) and dataset.dtype.kind in _KINDS
@@ -87,4 +102,20 @@ def _values(dataset: Any) -> Array:
         raise StoreError(f"{dataset.name} is not stored as variables are, with a checksum")
     if dataset.id.get_storage_size() < dataset.nbytes:
         raise StoreError(f"{dataset.name} is larger than what is stored of it")
-    return np.asarray(dataset[()])
+
+
+def _later(file: h5py.File, dataset: Any) -> Any:
+    """Values of a long variable, read when they are asked for; referring to the file holds it open."""
+    from gd_analyze.on_demand import on_demand
+
+    *_, group, name = dataset.name.split("/")
+
+    def read(rows: NDArray[np.intp]) -> Array:
+        with damage_named(file.filename):
+            first, behind = int(rows[0]), int(rows[-1]) + 1
+            together = behind - first == len(rows)
+            values = np.asarray(dataset[first:behind] if together else dataset[rows])
+            require_numbers(values, name, group)
+            return values
+
+    return on_demand(dataset.shape, read)

@@ -12,7 +12,7 @@ import os
 from pathlib import Path
 from typing import BinaryIO
 
-from gd_analyze.errors import Location, StoreError
+from gd_analyze.results.refusal import refusal
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _MARK = b"\ngd-analyze sha256 "
@@ -42,15 +42,15 @@ def require_sealed(path: Path) -> None:
     """
     with path.open("rb") as file:
         if file.read(len(_HDF5)) != _HDF5:
-            raise _refused(path, "the results file is damaged or not HDF5", "another kind of file")
+            raise refusal(path, "the results file is damaged or not HDF5", "another kind of file")
         length = os.fstat(file.fileno()).st_size - _LENGTH
         file.seek(max(length, 0))
         line = file.read(_LENGTH)
         if length < 0 or not line.startswith(_MARK):
             found = "no digest at its end: cut short, edited since, or written by another program or version"
-            raise _refused(path, "this HDF5 file is not as gd-analyze wrote it", found)
+            raise refusal(path, "this HDF5 file is not as gd-analyze wrote it", found)
         if line != _MARK + _digest(file, length) + b"\n":
-            raise _refused(
+            raise refusal(
                 path, "the results file is damaged, or was edited since it was written", "another digest"
             )
 
@@ -63,13 +63,3 @@ def _digest(file: BinaryIO, length: int) -> bytes:
         digest.update(block)
         length -= len(block)
     return digest.hexdigest().encode()
-
-
-def _refused(path: Path, what: str, found: str) -> StoreError:
-    return StoreError(
-        what,
-        where=Location(path),
-        expected="a file as gd-analyze wrote it, e.g. analysis.h5",
-        found=found,
-        next_step="take a copy that was not changed, or run the analysis again",
-    )

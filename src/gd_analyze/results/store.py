@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gd_analyze.errors import GdAnalyzeError, Location, StoreError
+from gd_analyze.errors import Location, StoreError
 from gd_analyze.files import replacing
 from gd_analyze.levels import TERM, ExactForm
 from gd_analyze.levels.model_schema import ModelDocument, document_of, model_of
+from gd_analyze.long_decomposition import MOST_KEPT
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.hdf5_reader import open_tables, read_attributes, read_table
 from gd_analyze.results.hdf5_writer import write_tables
+from gd_analyze.results.refusal import damage_named
 from gd_analyze.results.seal import require_sealed, seal
 from gd_analyze.robots import arm_from_description, describe_in_full
 from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
@@ -78,6 +80,8 @@ def _documents(findings: Findings) -> xr.Dataset:
 def load_findings(path: str | Path) -> Findings:
     """Read a results file back as what the main job found, to make reports of it again.
 
+    Of a long trajectory, D, h and h_ijk are read from the file, which stays open, when they are asked for.
+
     Raises
     ------
     StoreError
@@ -86,7 +90,7 @@ def load_findings(path: str | Path) -> Findings:
     path = Path(path)
     with _opened(path) as file:
         attributes = read_attributes(file)
-        tables = {name: read_table(file, name) for name in GROUPS}
+        tables = {name: read_table(file, name, MOST_KEPT) for name in GROUPS}
         documents = json.loads(tables.pop("documents").json.values.astype(np.uint8).tobytes())
         arm = arm_from_description(documents["arm"])
         model = model_of(ModelDocument.model_validate(documents["model"]))
@@ -94,6 +98,8 @@ def load_findings(path: str | Path) -> Findings:
         if "element_model" in documents:
             elements = model_of(ModelDocument.model_validate(documents["element_model"]))
         motion, warnings = tables["trajectory"], attributes["warnings"]
+        if motion.sizes["time"] <= MOST_KEPT:
+            file.close()
         return Findings(
             arm=arm,
             trajectory=Trajectory(
@@ -135,12 +141,17 @@ def load_results(path: str | Path) -> xr.DataTree:
 
     with _opened(Path(path)) as file:
         root = xr.Dataset(attrs=read_attributes(file))
-        return xr.DataTree.from_dict({"/": root} | {f"/{name}": read_table(file, name) for name in GROUPS})
+        tables = {f"/{name}": read_table(file, name) for name in GROUPS}
+        file.close()
+    return xr.DataTree.from_dict({"/": root} | tables)
 
 
 @contextmanager
 def _opened(path: Path) -> Iterator[h5py.File]:
-    """Open a results file whose digest is right; whatever is wrong with it is a StoreError that names it."""
+    """Open a results file whose digest is right; whatever is wrong with it is a StoreError that names it.
+
+    It stays open where all is well: tables of a long trajectory are read later.
+    """
     if not path.is_file():
         raise StoreError(
             "there is no such results file",
@@ -156,14 +167,11 @@ def _opened(path: Path) -> Iterator[h5py.File]:
             found=error.strerror or str(error),
             next_step="give the path of a file you may read",
         ) from None
-    try:
-        with open_tables(path) as file:
-            _require_ours(file, path)
-            yield file
-    except Exception as error:  # what a damaged file makes HDF5 and its readers raise has no common class
-        if isinstance(error, StoreError) and "where" in error.details:
-            raise
-        raise _damaged(path, error) from None
+    with damage_named(path), ExitStack() as failing:
+        file = failing.enter_context(open_tables(path))
+        _require_ours(file, path)
+        yield file
+        failing.pop_all()
 
 
 def _require_ours(file: h5py.File, path: Path) -> None:
@@ -185,14 +193,3 @@ def _require_ours(file: h5py.File, path: Path) -> None:
             found=", ".join(groups) or "no groups",
             next_step="name the analysis.h5 of a results folder",
         )
-
-
-def _damaged(path: Path, error: Exception) -> StoreError:
-    found = error.what if isinstance(error, GdAnalyzeError) else str(error) or type(error).__name__
-    return StoreError(
-        "the results file is damaged",
-        where=Location(path),
-        expected="a file as gd-analyze wrote it, e.g. analysis.h5",
-        found=found.splitlines()[0],
-        next_step="take a copy that was not changed, or run the analysis again",
-    )
