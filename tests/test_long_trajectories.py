@@ -196,7 +196,7 @@ def test_the_peak_does_not_grow_with_the_decomposition(tmp_path):
     That is 970 bytes. D, h and h_ijk by effect are 540 numbers, 4 320 bytes, and what each part makes of
     torque 324 numbers, 2 592 bytes.
     """
-    few, many = 20_000, 60_000
+    few, many = 10_000, 40_000
     peaks = []
     for count in (few, many):
         ran = subprocess.run(

@@ -146,15 +146,7 @@ def decompose_states(
     ArmError
         If drives are asked for and the arm describes none.
     """
-    leading = np.shape(states.q)[:-1]
-    for name, array in zip(("q", "qd", "qdd"), states.arrays, strict=True):
-        if np.shape(array) != (*leading, arm.n_joints):
-            raise TrajectoryError(
-                f"{name} does not fit arm {arm.name}",
-                where=name,
-                expected=str((*leading, arm.n_joints)) if leading else f"(..., {arm.n_joints})",
-                found=str(np.shape(array)),
-            )
+    leading = _leading(arm, states)
     q, qd, qdd = states.last
     n, count = q.shape
     names = ["inertia", "coriolis_centrifugal", "centrifugal", "coriolis", "gravity_loading", "torque"]
@@ -179,16 +171,33 @@ def decompose_states(
 def torque_of(
     arm: RobotArm, states: States, *, drives: bool = False, progress: Callable[[int], None] | None = None
 ) -> FloatArray:
-    """Torque at states (N, n), N m, shape (N, n), without keeping what it consists of.
+    """Torque at states (..., n), N m, of their shape, without keeping what it consists of.
 
     Parameters and what is raised are those of `decompose_states`.
     """
-    out = np.empty(np.shape(states.q))
-    for chunk in chunks(len(states)):
-        out[chunk] = decompose_states(arm, states.at(chunk), coupling=False, drives=drives)["torque"]
+    leading = _leading(arm, states)
+    q, qd, qdd = (np.reshape(x, (-1, arm.n_joints)) for x in states.arrays)
+    flat = States(q, qd, qdd)
+    out = np.empty((len(flat), arm.n_joints))
+    for chunk in chunks(len(flat)):
+        out[chunk] = decompose_states(arm, flat.at(chunk), coupling=False, drives=drives)["torque"]
         if progress is not None:
             progress(chunk.stop - chunk.start)
-    return out
+    return out.reshape(*leading, arm.n_joints)
+
+
+def _leading(arm: RobotArm, states: States) -> tuple[int, ...]:
+    """Shape of the states, before the axis of the joints."""
+    leading = np.shape(states.q)[:-1]
+    for name, array in zip(("q", "qd", "qdd"), states.arrays, strict=True):
+        if np.shape(array) != (*leading, arm.n_joints):
+            raise TrajectoryError(
+                f"{name} does not fit arm {arm.name}",
+                where=name,
+                expected=str((*leading, arm.n_joints)) if leading else f"(..., {arm.n_joints})",
+                found=str(np.shape(array)),
+            )
+    return leading
 
 
 def _keep_freed_memory() -> None:

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from gd_analyze.decomposition import decompose, decompose_states, labelled, torque_of
 from gd_analyze.robots import RobotArm
-from gd_analyze.schema import GROUPS
 from gd_analyze.states import States, states_of
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.trajectories.checks import require_joints
