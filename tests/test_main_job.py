@@ -134,13 +134,13 @@ def test_warnings_end_up_in_the_findings(two_link, swing, monkeypatch):
 
     from gd_analyze.errors import GdAnalyzeWarning
 
-    real = FIND.decompose
+    real = FIND.decompose_on_demand
 
     def suspicious(*args, **options):
         warnings.warn("an odd arm", GdAnalyzeWarning, stacklevel=1)
         return real(*args, **options)
 
-    monkeypatch.setattr(FIND, "decompose", suspicious)
+    monkeypatch.setattr(FIND, "decompose_on_demand", suspicious)
     found = find(two_link, swing, origin=Origin(warnings=("an odd file",)))
     assert found.warnings == ("an odd file", "an odd arm")
 

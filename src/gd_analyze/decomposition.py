@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -83,15 +83,20 @@ def decompose(
         drives=drives,
         progress=progress,
     )
+    return labelled(arm, trajectory, arrays)
+
+
+def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -> xr.Dataset:
+    """Make the table of arrays by the names of `gd_analyze.schema.GROUPS`, time first."""
     coords: dict[str, Any] = {
         "time": ("time", trajectory.time, {"units": "s"}),
         "effect": list(EFFECTS),
         "joint_name": ("joint", [joint.name for joint in arm.joints]),
         "joint_kind": ("joint", [joint.kind for joint in arm.joints]),
     }
-    if by_link:
+    if "inertia_by_link" in arrays:
         coords["link"] = np.arange(1, arm.n_joints + 1)
-    if terms:
+    if "coriolis_centrifugal_terms" in arrays:
         coords["term"] = [term.name for term in dalembert.terms_of(arm)]
         coords["term_effect"] = ("term", [term.effect for term in dalembert.terms_of(arm)])
     attrs = {
@@ -103,7 +108,7 @@ def decompose(
         "trajectory_origin": trajectory.origin,
         "trajectory_rates": trajectory.rates_from,
         "trajectory_fingerprint": trajectory.fingerprint,
-        "drives": int(drives),
+        "drives": int("drive_torque" in arrays),
     }
     return table("decomposition", arrays, arm.is_revolute, coords, attrs)
 
@@ -142,22 +147,7 @@ def decompose_states(
     ArmError
         If drives are asked for and the arm describes none.
     """
-    leading = np.shape(states.q)[:-1]
-    for name, array in zip(("q", "qd", "qdd"), states.arrays, strict=True):
-        if np.shape(array) != (*leading, arm.n_joints):
-            raise TrajectoryError(
-                f"{name} does not fit arm {arm.name}",
-                where=name,
-                expected=str((*leading, arm.n_joints)) if leading else f"(..., {arm.n_joints})",
-                found=str(np.shape(array)),
-            )
-        if not are_possible(array):
-            raise TrajectoryError(
-                f"{name} is not possible",
-                where=name,
-                expected=f"finite numbers up to {LARGEST:g}",
-                found=str(np.abs(array).max()),
-            )
+    leading = _leading(arm, states)
     q, qd, qdd = states.last
     n, count = q.shape
     names = ["inertia", "coriolis_centrifugal", "centrifugal", "coriolis", "gravity_loading", "torque"]
@@ -177,6 +167,45 @@ def decompose_states(
             progress(chunk.stop - chunk.start)
     out = {"q": q, "qd": qd, "qdd": qdd} | out
     return {name: _as_states(array, leading) for name, array in out.items()}
+
+
+def torque_of(
+    arm: RobotArm, states: States, *, drives: bool = False, progress: Callable[[int], None] | None = None
+) -> FloatArray:
+    """Torque at states (..., n), N m, of their shape, without keeping what it consists of.
+
+    Parameters and what is raised are those of `decompose_states`.
+    """
+    leading = _leading(arm, states)
+    q, qd, qdd = (np.reshape(x, (-1, arm.n_joints)) for x in states.arrays)
+    flat = States(q, qd, qdd)
+    out = np.empty((len(flat), arm.n_joints))
+    for chunk in chunks(len(flat)):
+        out[chunk] = decompose_states(arm, flat.at(chunk), coupling=False, drives=drives)["torque"]
+        if progress is not None:
+            progress(chunk.stop - chunk.start)
+    return out.reshape(*leading, arm.n_joints)
+
+
+def _leading(arm: RobotArm, states: States) -> tuple[int, ...]:
+    """Shape of the states, before the axis of the joints."""
+    leading = np.shape(states.q)[:-1]
+    for name, array in zip(("q", "qd", "qdd"), states.arrays, strict=True):
+        if np.shape(array) != (*leading, arm.n_joints):
+            raise TrajectoryError(
+                f"{name} does not fit arm {arm.name}",
+                where=name,
+                expected=str((*leading, arm.n_joints)) if leading else f"(..., {arm.n_joints})",
+                found=str(np.shape(array)),
+            )
+        if not are_possible(array):
+            raise TrajectoryError(
+                f"{name} is not possible",
+                where=name,
+                expected=f"finite numbers up to {LARGEST:g}",
+                found=str(np.abs(array).max()),
+            )
+    return leading
 
 
 def _keep_freed_memory() -> None:

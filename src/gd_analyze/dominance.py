@@ -8,6 +8,7 @@ and tiny matters less than one that is mixed and large, so the ranking is by tor
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -18,7 +19,7 @@ from gd_analyze.elements import Element, elements
 from gd_analyze.resources import data_folder
 from gd_analyze.round_off import peak_magnitude
 from gd_analyze.schema import GROUPS, table, unit_of
-from gd_analyze.vectors import FloatArray
+from gd_analyze.vectors import FloatArray, chunks
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,7 +62,12 @@ def rank(
     peak_torque = peak_magnitude(dataset.torque.values)
     allowed = budget * peak_torque if np.ndim(budget) == 0 else np.asarray(budget, dtype=float)
     floor = allowed / (n + 2)
-    rows = [_row(element, dataset, peak_torque, floor, threshold) for element in elements(n)]
+    count = dataset.sizes["time"]
+    extremes, largest = _extremes(dataset)
+    # Round-off must not make an element that is zero look like one of both effects. An element is a sum of
+    # some tens of terms as large as the quantity's largest element.
+    noise = {name: 64 * np.finfo(float).eps * most for name, most in largest.items()}
+    rows = [_row(one, count, noise[one.element.quantity], peak_torque, floor, threshold) for one in extremes]
     columns = {key: np.array([row[key] for row in rows]) for key in rows[0]}
     shares = columns["torque_share"]
     # An infinite share, torque at a joint where all torques cancel, ranks like the whole of a joint's torque.
@@ -97,22 +103,56 @@ def _unit(i: int, j: int, turning: list[bool]) -> str:
     return unit_of("inertia", turning[i - 1], turning[j - 1]) if j else unit_of("effort", turning[i - 1])
 
 
+class _Extremes:
+    """Of one element: its translational part, its rotational part and their sum, in this order."""
+
+    def __init__(self, element: Element) -> None:
+        self.element = element
+        self.peak, self.squares = np.zeros(3), np.zeros(3)
+        self.torque: dict[int, FloatArray] = {}
+
+    def add(self, block: Mapping[Any, Any], qdd: FloatArray) -> None:
+        """Take some set points into account."""
+        parts = self.element.parts(block)
+        curves = np.vstack([parts, parts.sum(axis=0)])
+        self.peak = np.maximum(self.peak, np.abs(curves).max(axis=1))
+        self.squares += (curves**2).sum(axis=1)
+        for joint, factor in self.element.torque_factors(qdd).items():
+            torque = np.abs(curves * factor).max(axis=1)
+            self.torque[joint] = np.maximum(self.torque.get(joint, 0.0), torque)
+
+
+def _extremes(dataset: xr.Dataset) -> tuple[list[_Extremes], dict[str, float]]:
+    """Extremes of every element, and the largest magnitude of each quantity, read block by block."""
+    found = [_Extremes(element) for element in elements(dataset.sizes["joint"])]
+    largest = dict.fromkeys((one.element.quantity for one in found), 0.0)
+    for chunk in chunks(dataset.sizes["time"]):
+        part = dataset.isel(time=chunk)
+        block = {name: part[name].values for name in largest}
+        for name, values in block.items():
+            largest[name] = max(largest[name], float(np.abs(values).max()))
+        for one in found:
+            one.add(block, part.qdd.values)
+    return found, largest
+
+
 def _row(
-    element: Element, dataset: xr.Dataset, peak_torque: FloatArray, floor: FloatArray, threshold: float
+    extremes: _Extremes,
+    count: int,
+    noise: float,
+    peak_torque: FloatArray,
+    floor: FloatArray,
+    threshold: float,
 ) -> dict[str, Any]:
-    parts = element.parts(dataset)
-    # Round-off must not make an element that is zero look like one of both effects. An element is a sum of
-    # some tens of terms as large as the quantity's largest element.
-    noise = 64 * np.finfo(float).eps * np.abs(dataset[element.quantity].values).max()
-    parts = np.where(np.abs(parts).max(axis=1, keepdims=True) > noise, parts, 0.0)
-    whole = parts.sum(axis=0)
-    peak = float(np.abs(whole).max())
-    part_peak = np.abs(parts).max(axis=1)
-    part_rms = np.sqrt(np.mean(parts**2, axis=1))
-    torques = {
-        joint: float(np.abs(whole * factor).max())
-        for joint, factor in element.torque_factors(dataset.qdd.values).items()
-    }
+    element = extremes.element
+    is_there = extremes.peak[:2] > noise
+    part_peak = np.where(is_there, extremes.peak[:2], 0.0)
+    part_rms = np.where(is_there, np.sqrt(extremes.squares[:2] / count), 0.0)
+    # The whole is the sum where both parts are there, else the one that is.
+    whole = 2 if is_there.all() else int(is_there.argmax())
+    peak = float(extremes.peak[whole]) if is_there.any() else 0.0
+    rms = float(np.sqrt(extremes.squares[whole] / count)) if is_there.any() else 0.0
+    torques = {k: float(torque[whole]) * is_there.any() for k, torque in extremes.torque.items()}
     shares = {joint: _ratio(torque, float(peak_torque[joint])) for joint, torque in torques.items()}
     joint = max(shares, key=lambda k: shares[k])
     change_without = np.array([_ratio(float(p), peak) for p in part_peak])
@@ -131,7 +171,7 @@ def _row(
         "i": element.i + 1,
         "j": 0 if element.j is None else element.j + 1,
         "peak": peak,
-        "rms": float(np.sqrt(np.mean(whole**2))),
+        "rms": rms,
         "part_peak": part_peak,
         "part_rms": part_rms,
         "part_share": part_rms / part_rms.sum() if part_rms.any() else part_rms,

@@ -16,11 +16,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.errors import StoreError
+from gd_analyze.vectors import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 
 # Units of quantities of joints, by the number of turning joints among those they are about.
 UNITS: dict[str, tuple[str, ...]] = {
@@ -56,6 +57,9 @@ class Variable:
     unit
         A unit; a kind of `UNITS`; the name of a coordinate that holds one per row, with "@" before it; or ""
         for what has none.
+    besides
+        What else than finite numbers it may hold: "nan" where a number is not known, "inf" for a share of
+        nothing.
     equation
         Where it is defined, or how.
     meaning
@@ -67,6 +71,7 @@ class Variable:
     name: str
     dims: tuple[str, ...]
     unit: str
+    besides: str
     symbol: str
     equation: str
     meaning: str
@@ -119,7 +124,6 @@ OPTIONAL = {
     "coriolis_centrifugal_by_link",
     "gravity_loading_by_link",
     "coriolis_centrifugal_terms",
-    "element_model",
 }
 
 
@@ -202,4 +206,25 @@ def validate(dataset: xr.Dataset, group: str) -> None:
                 f"{name} of {group} has other dimensions than declared",
                 expected=str(declared[name].dims),
                 found=str(tuple(array.dims)),
+            )
+
+
+def require_numbers(values: Array, name: str, group: str) -> None:
+    """Check that values of a variable, or of a coordinate, are finite or what else is declared of it.
+
+    Raises
+    ------
+    StoreError
+        If one is nan or infinite where that cannot be.
+    """
+    if values.dtype.kind != "f" or np.isfinite(values).all():
+        return
+    besides = GROUPS[group][name].besides.split() if name in GROUPS[group] else []
+    for kind, found in (("nan", np.isnan(values)), ("inf", np.isinf(values))):
+        if kind not in besides and found.any():
+            place = ", ".join(str(index + 1) for index in np.argwhere(found)[0])
+            raise StoreError(
+                f"{name} of {group} holds what is no finite number",
+                expected=" or ".join(["finite numbers", *besides]),
+                found=f"{values[found][0]}, entry {place}",
             )

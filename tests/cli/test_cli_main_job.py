@@ -61,7 +61,7 @@ def test_everything_is_written_and_said_alike(run, here):
         assert float(row["torque_peak"]) == shown["torque_peak"]
 
     with h5py.File(folder / "analysis.h5") as file:
-        assert file.attrs["command"] == "gd-analyze puma560 pick-and-place --json"
+        assert file.attrs["command"].decode() == "gd-analyze puma560 pick-and-place --json"
         assert file["decomposition/inertia"].shape == (told["set_points"], 2, 6, 6)
         largest = np.abs(file["simplified_model/torque_error"][:]).max(axis=0)
     # The stored errors are those of the same two arrays, so they agree to the last bit or are round-off.
@@ -204,7 +204,7 @@ def test_reports_go_beside_the_analysis_and_replace_what_is_there(run, motion, h
     [
         ("none.h5", None, "there is no such results file"),
         ("model.json", b"{}", "damaged or not HDF5"),
-        ("cut.h5", b"\x89HDF\r\n\x1a\n", "damaged or not HDF5"),
+        ("cut.h5", b"\x89HDF\r\n\x1a\n", "not as gd-analyze wrote it"),
     ],
 )
 def test_no_report_of_another_file(run, here, name, content, said):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import tempfile
+import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,7 +17,7 @@ from hypothesis.extra.numpy import arrays
 
 from gd_analyze.errors import OutputError
 from gd_analyze.given_numbers import LARGEST
-from gd_analyze.robots import Joint, Link, RobotArm
+from gd_analyze.robots import Joint, Link, RobotArm, load_arm
 from gd_analyze.trajectories import (
     Trajectory,
     read_trajectory,
@@ -64,6 +65,22 @@ def test_reading_back_gives_the_same_numbers(data: st.DataObject) -> None:
     for what in ("time", "q", "qd", "qdd"):
         np.testing.assert_array_equal(getattr(read, what), getattr(written, what))
     assert (read.name, read.rates_from) == ("any", "given")
+
+
+def test_reading_takes_few_times_the_memory_of_the_text(csv_file: CsvFile) -> None:
+    """The bytes, the text, its lines with what Python adds to each, and the numbers in half the room: 3.5."""
+    count = 20_000
+    table = np.random.default_rng(0).uniform(-1.0, 1.0, (count, 6))
+    motion = Trajectory(np.arange(float(count)), table[:, :2], table[:, 2:4], table[:, 4:])
+    path = csv_file(trajectory_csv(motion))
+    read_trajectory("two-link-swing", load_arm("two_link"))  # what is imported and kept stays out of it
+    tracemalloc.start()
+    try:
+        read_trajectory(path, RAILS)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert peak < 5 * path.stat().st_size
 
 
 def test_columns_come_in_any_order(csv_file: CsvFile, two_link: RobotArm) -> None:

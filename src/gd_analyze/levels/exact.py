@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.decomposition import decompose_states
+from gd_analyze.decomposition import decompose_states, torque_of
 from gd_analyze.formulations import newton_euler_regrouped
 from gd_analyze.harmonics import AbsoluteRates, Harmonics, harmonics_of
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
@@ -148,7 +148,9 @@ class ExactDynamics:
     @cached_property
     def torque(self) -> FloatArray:
         """Torque, N m, shape (N, n)."""
-        return np.asarray(self.quantities["torque"])
+        if self.decomposed is not None:
+            return np.asarray(self.decomposed["torque"])
+        return torque_of(self.arm, self.states, drives=self.form.drives)
 
     @cached_property
     def peak_torque(self) -> FloatArray:

@@ -10,6 +10,7 @@ from gd_analyze.levels.exact import ExactDynamics
 from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.levels.parts import parts_of, torque_by_part
 from gd_analyze.levels.promise import share_of
+from gd_analyze.vectors import chunks
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,11 @@ class Loss:
 def losses(model: SimplifiedModel, exact: ExactDynamics) -> tuple[Loss, ...]:
     """Rank the parts that a model of parts left out by their torque at given states, largest share first."""
     parts = tuple(part for part in parts_of(model.arm.n_joints) if part not in model.terms)
-    largest = np.abs(torque_by_part(exact.quantities, exact.states.qdd, parts)).max(axis=2)
+    largest = np.zeros((len(parts), model.arm.n_joints))
+    for chunk in chunks(len(exact.states)):
+        some = exact.at(exact.states.at(chunk))
+        torque = np.abs(torque_by_part(some.quantities, some.states.qdd, parts))
+        np.maximum(largest, torque.max(axis=2, initial=0.0), out=largest)
     shares = share_of(largest, exact.peak_torque)
     joints = shares.argmax(axis=1)
     rows = [

@@ -7,7 +7,6 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import TypeAdapter
 
-from gd_analyze.levels.effort import ROUGH
 from gd_analyze.levels.exact import ExactForm
 from gd_analyze.levels.level import Checked
 from gd_analyze.levels.levels import level_named

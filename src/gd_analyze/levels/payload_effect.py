@@ -58,15 +58,19 @@ def payload_effect(model: SimplifiedModel, states: States) -> PayloadEffect:
     exact = ExactDynamics(model.form, states).torque
     error = model.torque(*states.arrays) - exact
     # One column of the regressor, N m, shape (N, n).
-    last, places = states.last, chunks(len(states))
-    parts = [regressor(model.arm, *(x[:, chunk] for x in last))[:, -1, 0] for chunk in places]
-    of_a_kilogram = np.concatenate(parts, axis=-1).T
+    of_a_kilogram = np.empty(error.shape)
+    for chunk in chunks(len(states)):
+        of_a_kilogram[chunk] = regressor(model.arm, *states.at(chunk).last)[:, -1, 0].T
     # Cancelled terms leave round-off behind, where there is neither an error nor an effect.
-    error[np.abs(error) <= ROUND_OFF_SHARE * np.abs(exact).max()] = 0.0
-    size = np.abs(of_a_kilogram)
-    acts = size > ROUND_OFF_SHARE * size.max()
-    left = model.promise.allowed + np.sign(of_a_kilogram) * error
-    mass = np.full(error.shape, np.inf)
-    np.divide(left, size, out=mass, where=acts)
-    mass[np.abs(error) > model.promise.allowed] = 0.0
-    return PayloadEffect(np.where(acts, size, 0.0).max(axis=0), mass.min(axis=0))
+    no_error, no_effect = (ROUND_OFF_SHARE * max(x.max(), -x.min()) for x in (exact, of_a_kilogram))
+    torque, mass = np.zeros(model.arm.n_joints), np.full(model.arm.n_joints, np.inf)
+    for chunk in chunks(len(states)):
+        size, sign = np.abs(of_a_kilogram[chunk]), np.sign(of_a_kilogram[chunk])
+        here = np.where(np.abs(error[chunk]) <= no_error, 0.0, error[chunk])
+        acts = size > no_effect
+        most = np.full(size.shape, np.inf)
+        np.divide(model.promise.allowed + sign * here, size, out=most, where=acts)
+        most[np.abs(here) > model.promise.allowed] = 0.0
+        torque = np.maximum(torque, np.where(acts, size, 0.0).max(axis=0))
+        mass = np.minimum(mass, most.min(axis=0))
+    return PayloadEffect(torque, mass)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gd_analyze.certification import Box, Certificate, certify
-from gd_analyze.decomposition import decompose
 from gd_analyze.dominance import rank
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.levels import (
@@ -21,6 +20,7 @@ from gd_analyze.levels import (
     level_named,
     payload_effect,
 )
+from gd_analyze.long_decomposition import decompose_on_demand
 from gd_analyze.main_job.how import Origin, Progress, Settings, Silent
 from gd_analyze.pinocchio_check import cross_check
 from gd_analyze.provenance import provenance
@@ -90,7 +90,7 @@ def find(
         warnings.simplefilter("always", GdAnalyzeWarning)
         warn_of_slips(arm, stacklevel=2)
         check_against_arm(trajectory, arm)
-        dataset = decompose(
+        dataset = decompose_on_demand(
             arm,
             trajectory,
             coupling=how.coupling,

@@ -16,12 +16,12 @@ def rank_of(findings: Findings, element: Element) -> int:
 
 
 def element_curves(findings: Findings, element: Element) -> dict[str, FloatArray]:
-    """Values of an element along the trajectory, shape (N,) each.
+    """Values of an element at the set points that are drawn, shape (N,) each.
 
     "combined" of every element, "translation" and "rotation" of D and h, and the shares "centrifugal" and
     "coriolis" of h. A part that the ranking calls zero is zero here.
     """
-    dataset = findings.decomposition
+    _, dataset = findings.drawn
     zero = findings.dominance.part_peak.values[rank_of(findings, element), :, None] == 0.0
     parts = np.where(zero, 0.0, element.parts(dataset))
     curves = {"combined": parts.sum(axis=0)}

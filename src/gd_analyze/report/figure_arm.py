@@ -28,13 +28,16 @@ if TYPE_CHECKING:
 
 HEIGHT = 262.0
 POSES = 9
+# Places of the arm to look at, of a long trajectory: ten for each that the path of the hand shows.
+MOST_PLACES = 5000
 _PATH = ON_PAPER["rotation"]
 
 
 def arm_figure(findings: Findings) -> Figure:
     """Poses of the arm along the trajectory, and the path of its hand."""
     arm = findings.arm
-    moved = skeleton(arm, findings.trajectory.q)
+    q = findings.trajectory.q
+    moved = skeleton(arm, q[evenly(len(q), MOST_PLACES)])
     figure = new_figure(WIDTH, HEIGHT)
     frame = upright_frame(arm)
     plain = plain_views(frame, moved)

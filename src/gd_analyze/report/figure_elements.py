@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from gd_analyze.elements import Element, elements
 from gd_analyze.formatting import pretty
 from gd_analyze.report.colours import GREY, INK, ON_PAPER
@@ -104,7 +102,7 @@ def _element_panel(
     span = (-1.0, 1.0) if zero else value_range(*curves.values())
     power = power_of_ten(span)
     count = findings.trajectory.n_set_points
-    numbers = np.arange(1.0, count + 1)
+    numbers = 1.0 + findings.drawn[0].astype(float)
     panel = Panel(left, bottom + 3, width, row - (19 if roomy else 23), whole_range(numbers), span)
     add_frame(
         figure,

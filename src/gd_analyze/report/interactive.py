@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gd_analyze.elements import elements
 from gd_analyze.formatting import pretty
@@ -55,13 +56,21 @@ class _Drawing:
         self.axes: dict[str, dict[str, list[float]]] = {}
         self.figures: dict[str, dict[str, Any]] = {}
 
-    def add(self, identifier: str, unit: str, curves: dict[str, Array], **more: Any) -> None:
-        """Add one figure; `curves` by role, or by "role: label"."""
+    def add(
+        self,
+        identifier: str,
+        unit: str,
+        curves: dict[str, Array],
+        points: NDArray[np.intp] | None = None,
+        **more: Any,
+    ) -> None:
+        """Add one figure; `curves` by role, or by "role: label", over all set points or those given."""
         values = np.array(list(curves.values()))
         chosen = thinned(values, MOST_POINTS)
         axis = "all" if len(chosen) == len(self.time) else identifier
         if axis not in self.axes:
-            self.axes[axis] = {"point": (chosen + 1).tolist(), "time": _rounded(self.time[chosen])}
+            at = chosen if points is None else points[chosen]
+            self.axes[axis] = {"point": (at + 1).tolist(), "time": _rounded(self.time[at])}
         traces = []
         for role, curve in zip(curves, values, strict=True):
             kind, _, label = role.partition(": ")
@@ -74,7 +83,8 @@ def _add_elements(drawing: _Drawing, findings: Findings) -> None:
         unit = str(findings.dominance.unit.values[rank_of(findings, element)])
         # From zero, so that the parts can be weighed against each other by eye.
         curves = element_curves(findings, element)
-        drawing.add(element.label, unit, curves, scale=f"{element.quantity}, {unit}", zero=True)
+        scale = f"{element.quantity}, {unit}"
+        drawing.add(element.label, unit, curves, findings.drawn[0], scale=scale, zero=True)
 
 
 def _add_motion(drawing: _Drawing, findings: Findings) -> None:

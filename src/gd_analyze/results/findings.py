@@ -8,9 +8,11 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.levels import SimplifiedModel
+from gd_analyze.results.drawn import drawn
 from gd_analyze.robots import RobotArm
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray
@@ -54,13 +56,18 @@ class Findings:
 
     @property
     def decomposition(self) -> xr.Dataset:
-        """Dataset of `decompose`."""
+        """Dataset of `decompose`; of a long trajectory, elements are evaluated, or read, when asked for."""
         return self.tables["decomposition"]
 
     @property
     def dominance(self) -> xr.Dataset:
         """Dataset of `rank`."""
         return self.tables["dominance"]
+
+    @cached_property
+    def drawn(self) -> tuple[NDArray[np.intp], xr.Dataset]:
+        """Set points at which elements are drawn, and the decomposition there; all of a short trajectory."""
+        return drawn(self.decomposition)
 
     @cached_property
     def exact_torque(self) -> FloatArray:

@@ -1,25 +1,31 @@
-"""Results in one HDF5 file, a group per concept, readable by plain xarray and plain h5py."""
+"""The results file: tables in HDF5, a group per concept, and as JSON what is no table, all under seal."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gd_analyze.errors import GdAnalyzeError, Location, StoreError
+from gd_analyze.errors import Location, StoreError
 from gd_analyze.files import replacing
 from gd_analyze.levels import TERM, ExactForm
 from gd_analyze.levels.model_schema import ModelDocument, checked_model, document_of
+from gd_analyze.long_decomposition import MOST_KEPT
 from gd_analyze.results.findings import Findings
+from gd_analyze.results.hdf5_reader import open_tables, read_attributes, read_table
+from gd_analyze.results.hdf5_writer import write_tables
+from gd_analyze.results.refusal import damage_named
+from gd_analyze.results.seal import require_sealed, seal
 from gd_analyze.robots import arm_from_description, describe_in_full
-from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table, validate
+from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
 from gd_analyze.trajectories import Trajectory
 
 if TYPE_CHECKING:
+    import h5py
     import xarray as xr
 
 FORMAT = "gd-analyze results"
@@ -39,6 +45,8 @@ def save_results(findings: Findings, path: str | Path) -> None:
     ------
     OutputError
         If the file cannot be written.
+    StoreError
+        If a number is not finite where all must be.
     """
     with replacing(path) as temporary:
         write_results(findings, temporary)
@@ -46,19 +54,14 @@ def save_results(findings: Findings, path: str | Path) -> None:
 
 def write_results(findings: Findings, path: Path) -> None:
     """Write the file as it is named, without a way back: for a place that is replaced as a whole."""
-    import xarray as xr
-
-    root = xr.Dataset(
-        attrs={
-            "format": FORMAT,
-            "schema": SCHEMA_VERSION,
-            **findings.provenance,
-            "warnings": "\n".join(findings.warnings),
-        }
-    )
-    groups = {f"/{name}": dataset for name, dataset in findings.tables.items()}
-    tree = xr.DataTree.from_dict({"/": root, **groups, "/documents": _documents(findings)})
-    tree.to_netcdf(path, engine="h5netcdf")
+    attributes = {
+        "format": FORMAT,
+        "schema": SCHEMA_VERSION,
+        **findings.provenance,
+        "warnings": "\n".join(findings.warnings),
+    }
+    write_tables(path, {**findings.tables, "documents": _documents(findings)}, attributes)
+    seal(path)
 
 
 def _documents(findings: Findings) -> xr.Dataset:
@@ -70,70 +73,55 @@ def _documents(findings: Findings) -> xr.Dataset:
     }
     if findings.element_model is not findings.model:
         documents["element_model"] = document_of(findings.element_model).model_dump()
-    encoded = {
-        name: np.frombuffer(json.dumps(value, ensure_ascii=False).encode(), dtype=np.uint8)
-        for name, value in documents.items()
-    }
-    return table("documents", encoded, findings.arm.is_revolute)
+    encoded = np.frombuffer(json.dumps(documents, ensure_ascii=False).encode(), dtype=np.uint8)
+    return table("documents", {"json": encoded}, findings.arm.is_revolute)
 
 
 def load_findings(path: str | Path) -> Findings:
     """Read a results file back as what the main job found, to make reports of it again.
+
+    Of a long trajectory, D, h and h_ijk are read from the file, which stays open, when they are asked for.
 
     Raises
     ------
     StoreError
         As `load_results`.
     """
-    tree = load_results(path)
-    tables = {name: _plain(tree[name].to_dataset()) for name in GROUPS if name != "documents"}
-    documents = tree["documents"].to_dataset()
-
-    def read(name: str) -> Any:
-        return json.loads(documents[name].values.astype(np.uint8).tobytes())
-
-    try:
-        arm = arm_from_description(read("arm"))
-        model = checked_model(ModelDocument.model_validate(read("model")))
+    path = Path(path)
+    with _opened(path) as file:
+        attributes = read_attributes(file)
+        tables = {name: read_table(file, name, MOST_KEPT) for name in GROUPS}
+        documents = json.loads(tables.pop("documents").json.values.astype(np.uint8).tobytes())
+        arm = arm_from_description(documents["arm"])
+        model = checked_model(ModelDocument.model_validate(documents["model"]))
         elements = model
         if "element_model" in documents:
-            elements = checked_model(ModelDocument.model_validate(read("element_model")))
-        ranked = TERM.from_entries(ExactForm(arm), read("ranked_terms"))
-    except (GdAnalyzeError, KeyError, TypeError, ValueError) as error:
-        raise _damaged(Path(path), str(error) or type(error).__name__) from None
-    motion = tables["trajectory"]
-    warnings = str(tree.attrs["warnings"])
-    return Findings(
-        arm=arm,
-        trajectory=Trajectory(
-            motion.time.values,
-            motion.q.values,
-            motion.qd.values,
-            motion.qdd.values,
-            motion.attrs["name"],
-            motion.attrs["origin"],
-            motion.attrs["rates"],
-        ),
-        tables=tables,
-        model=model,
-        element_model=elements,
-        ranked_terms=ranked,
-        warnings=tuple(warnings.split("\n")) if warnings else (),
-        provenance={
-            str(name): str(value)
-            for name, value in tree.attrs.items()
-            if name not in ("format", "schema", "warnings")
-        },
-    )
-
-
-def _plain(dataset: xr.Dataset) -> xr.Dataset:
-    """Put attributes as they were before netCDF made NumPy's numbers of them."""
-    dataset.attrs = {
-        name: value.tolist() if isinstance(value, np.generic | np.ndarray) else value
-        for name, value in dataset.attrs.items()
-    }
-    return dataset
+            elements = checked_model(ModelDocument.model_validate(documents["element_model"]))
+        motion, warnings = tables["trajectory"], attributes["warnings"]
+        if motion.sizes["time"] <= MOST_KEPT:
+            file.close()
+        return Findings(
+            arm=arm,
+            trajectory=Trajectory(
+                motion.time.values,
+                motion.q.values,
+                motion.qd.values,
+                motion.qdd.values,
+                motion.attrs["name"],
+                motion.attrs["origin"],
+                motion.attrs["rates"],
+            ),
+            tables=tables,
+            model=model,
+            element_model=elements,
+            ranked_terms=TERM.from_entries(ExactForm(arm), documents["ranked_terms"]),
+            warnings=tuple(warnings.split("\n")) if warnings else (),
+            provenance={
+                name: str(value)
+                for name, value in attributes.items()
+                if name not in ("format", "schema", "warnings")
+            },
+        )
 
 
 def load_results(path: str | Path) -> xr.DataTree:
@@ -147,47 +135,57 @@ def load_results(path: str | Path) -> xr.DataTree:
     Raises
     ------
     StoreError
-        If the file is missing, damaged, foreign or of another schema version.
+        If the file is missing, damaged, changed, foreign or of another schema version.
     """
     import xarray as xr
 
-    path = Path(path)
-    _require_ours(path)
-    with _damage_named(path), xr.open_datatree(path, engine="h5netcdf") as opened:
-        tree: xr.DataTree = opened.load()
-    try:
-        for name in GROUPS:
-            validate(tree[name].to_dataset(), name)
-    except StoreError as error:
-        raise _damaged(path, error.what) from None
-    return tree
+    with _opened(Path(path)) as file:
+        root = xr.Dataset(attrs=read_attributes(file))
+        tables = {f"/{name}": read_table(file, name) for name in GROUPS}
+        file.close()
+    return xr.DataTree.from_dict({"/": root} | tables)
 
 
-def _require_ours(path: Path) -> None:
-    """Say what is wrong with a file before xarray tries to make sense of it; plain h5py fails cleanly."""
-    import h5py
+@contextmanager
+def _opened(path: Path) -> Iterator[h5py.File]:
+    """Open a results file whose digest is right; whatever is wrong with it is a StoreError that names it.
 
+    It stays open where all is well: tables of a long trajectory are read later.
+    """
     if not path.is_file():
         raise StoreError(
             "there is no such results file",
             where=Location(path),
             next_step="name the analysis.h5 of a results folder",
         )
-    with _damage_named(path), h5py.File(path) as file:
-        attributes: Any = dict(file.attrs)
-        groups = list(file)
-        file.visititems(lambda _, item: dict(item.attrs) and None)
-    ours = np.array_equal(attributes.get("format"), FORMAT)
-    schema = np.ravel(attributes.get("schema")).tolist()  # netCDF stores numbers as arrays of one
-    if ours and schema != [SCHEMA_VERSION]:
+    try:
+        require_sealed(path)
+    except OSError as error:
+        raise StoreError(
+            "cannot read the results file",
+            where=Location(path),
+            found=error.strerror or str(error),
+            next_step="give the path of a file you may read",
+        ) from None
+    with damage_named(path), ExitStack() as failing:
+        file = failing.enter_context(open_tables(path))
+        _require_ours(file, path)
+        yield file
+        failing.pop_all()
+
+
+def _require_ours(file: h5py.File, path: Path) -> None:
+    attributes, groups = read_attributes(file), list(file)
+    schema = attributes.get("schema")
+    if attributes.get("format") == FORMAT and schema != SCHEMA_VERSION:
         raise StoreError(
             "the results file is of another schema version",
             where=Location(path),
             expected=str(SCHEMA_VERSION),
-            found=", ".join(str(number) for number in schema),
+            found=str(schema),
             next_step="use the gd-analyze that wrote it, or run the analysis again",
         )
-    if not ours or not set(GROUPS) <= set(groups):
+    if attributes.get("format") != FORMAT or not set(GROUPS) <= set(groups):
         raise StoreError(
             "this HDF5 file does not hold gd-analyze results",
             where=Location(path),
@@ -195,21 +193,3 @@ def _require_ours(path: Path) -> None:
             found=", ".join(groups) or "no groups",
             next_step="name the analysis.h5 of a results folder",
         )
-
-
-@contextmanager
-def _damage_named(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except Exception as error:  # what a damaged file makes HDF5 and its readers raise has no common class
-        raise _damaged(path, str(error) or type(error).__name__) from None
-
-
-def _damaged(path: Path, found: str) -> StoreError:
-    return StoreError(
-        "the results file is damaged or not HDF5",
-        where=Location(path),
-        expected="a file that gd-analyze wrote, e.g. analysis.h5",
-        found=found.splitlines()[0],
-        next_step="run the analysis again",
-    )

@@ -1,0 +1,210 @@
+"""A long trajectory takes memory for its motion and torques alone; what is found is the same."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import gd_analyze as gd
+from gd_analyze import long_decomposition
+from gd_analyze.levels import ELEMENT, losses
+from gd_analyze.long_decomposition import MOST_KEPT, decompose_on_demand
+from gd_analyze.report.html import render_html
+from gd_analyze.report.interactive import page_data
+from gd_analyze.results import drawn as drawn_module
+from gd_analyze.results.drawn import STRETCHES, drawn
+from gd_analyze.trajectories import Trajectory
+from gd_analyze.vectors import CHUNK
+
+LONG = MOST_KEPT + CHUNK + 17
+
+
+def swinging(n_joints: int, count: int) -> Trajectory:
+    """Every joint at a frequency of its own, so that extremes fall anywhere."""
+    time, rates = np.linspace(0.0, 10.0, count), np.linspace(0.5, 1.5, n_joints)
+    angle = np.outer(time, rates)
+    return Trajectory(
+        time, 0.5 * np.sin(angle), 0.5 * rates * np.cos(angle), -0.5 * rates**2 * np.sin(angle), "swinging"
+    )
+
+
+@pytest.fixture(scope="module")
+def long_swing() -> Trajectory:
+    return swinging(2, LONG)
+
+
+@pytest.fixture(scope="module")
+def long_findings(two_link, long_swing):
+    return gd.find(two_link, long_swing, gd.Settings(level="element"))
+
+
+OPTIONS = [{}, {"coupling": False}, {"by_link": True, "terms": True}, {"drives": True}]
+
+
+@pytest.mark.parametrize("options", OPTIONS, ids=lambda options: "+".join(options) or "none")
+def test_what_is_evaluated_on_demand_is_what_is_kept(puma, options):
+    trajectory = swinging(6, LONG)
+    kept, read = gd.decompose(puma, trajectory, **options), decompose_on_demand(puma, trajectory, **options)
+    some = np.array([0, 5, CHUNK - 1, CHUNK, LONG - 1])
+    assert [*read.variables] == [*kept.variables]
+    assert read.attrs == kept.attrs
+    for name, variable in kept.variables.items():
+        assert read[name].attrs == variable.attrs
+        assert read[name].dtype == variable.dtype
+        # Blocks begin elsewhere: vectorised arithmetic may round its last entries otherwise.
+        assert_close(read[name].isel(time=some) if "time" in variable.dims else read[name], kept[name])
+    assert_close(read.torque, kept.torque)
+
+
+def assert_close(read: xr.DataArray, kept: xr.DataArray) -> None:
+    if kept.dtype.kind != "f":
+        assert read.values.tolist() == kept.values.tolist()
+        return
+    wanted = kept.sel(time=read.time) if "time" in kept.dims else kept
+    # A few roundings of the largest number.
+    np.testing.assert_allclose(read.values, wanted.values, rtol=0, atol=8e-16 * float(np.abs(kept).max()))
+
+
+INDICES = [
+    {"time": 3},
+    {"time": slice(CHUNK - 2, CHUNK + 2)},
+    {"time": slice(None, None, 1000), "joint": 1},
+    {"time": [0, LONG - 1], "joint": [1, 0], "joint_j": [0]},
+    {"time": slice(5, 5)},
+    {"effect": 0, "joint": slice(1, 2), "joint_j": 1},
+]
+
+
+@pytest.mark.parametrize("index", INDICES, ids=str)
+def test_any_part_can_be_read(two_link, long_swing, index):
+    kept, read = (made(two_link, long_swing) for made in (gd.decompose, decompose_on_demand))
+    wanted = kept.inertia.isel(index)
+    np.testing.assert_allclose(read.inertia.isel(index).values, wanted.values, rtol=1e-14)
+    assert read.inertia.isel(index).dims == wanted.dims
+
+
+def test_nothing_long_is_kept(two_link, long_swing):
+    read = decompose_on_demand(two_link, long_swing)
+    lazy = [name for name, variable in read.variables.items() if not variable._in_memory]
+    assert {"inertia", "coriolis_centrifugal", "coupling"} <= {*lazy}
+    assert read.inertia.values.shape[0] == LONG
+    assert not read.inertia.variable._in_memory  # having been read changes nothing
+    short = decompose_on_demand(two_link, swinging(2, MOST_KEPT))
+    assert all(variable._in_memory for variable in short.variables.values())
+
+
+def test_the_findings_are_those_of_a_decomposition_that_is_kept(
+    two_link, long_swing, long_findings, monkeypatch
+):
+    for module in (long_decomposition, drawn_module):
+        monkeypatch.setattr(module, "MOST_KEPT", LONG)
+    kept = gd.find(two_link, long_swing, gd.Settings(level="element"))
+    assert kept.decomposition.inertia.variable._in_memory
+    assert not long_findings.decomposition.inertia.variable._in_memory
+    for group in ("dominance", "simplified_model", "parts", "trade_off", "beyond"):
+        xr.testing.assert_allclose(long_findings.tables[group], kept.tables[group], rtol=1e-12, atol=1e-12)
+
+
+def test_losses_are_of_all_set_points(two_link, long_swing):
+    exact = gd.ExactDynamics.of(two_link, long_swing)
+    model = gd.simplify(two_link, long_swing, level=ELEMENT)
+    dataset = gd.decompose(two_link, long_swing)
+    for loss in losses(model, exact):
+        if loss.part == "c2":
+            largest = np.abs(dataset.gravity_loading.values[:, 1]).max()
+            assert loss.torque_peak == pytest.approx(largest, rel=1e-12)
+
+
+def test_every_extreme_is_drawn(two_link, long_swing):
+    dataset = gd.decompose(two_link, long_swing)
+    points, shown = drawn(dataset)
+    assert [points[0], points[-1]] == [0, LONG - 1]
+    assert len(points) < LONG
+    assert (np.diff(points) > 0).all()
+    length = -(-LONG // STRETCHES)
+    for name in ("inertia", "coriolis_centrifugal", "coriolis", "gravity_loading"):
+        whole, some = dataset[name].values, shown[name].values
+        for start in range(0, LONG, length):
+            inside = some[(points >= start) & (points < start + length)]
+            for most in (np.min, np.max):
+                np.testing.assert_array_equal(
+                    most(inside, axis=0), most(whole[start : start + length], axis=0)
+                )
+
+
+def test_reports_draw_set_points_by_their_numbers(long_findings):
+    page = page_data(long_findings)
+    axis = page["axes"][page["figures"]["D11"]["axis"]]
+    assert [axis["point"][0], axis["point"][-1]] == [1, LONG]
+    curve = page["figures"]["D11"]["traces"][0]["y"]
+    whole = long_findings.decomposition.inertia.isel(joint=0, joint_j=0).sum("effect").values
+    # Six digits are drawn.
+    np.testing.assert_allclose(curve, whole[np.array(axis["point"]) - 1], rtol=1e-5)
+    assert max(curve) == pytest.approx(whole.max(), rel=1e-5)
+
+
+def test_it_comes_back_from_its_file(long_findings, tmp_path):
+    path = tmp_path / "analysis.h5"
+    gd.save_results(long_findings, path)
+    read = gd.load_findings(path)
+    assert not read.decomposition.inertia.variable._in_memory
+    for name in ("inertia", "coriolis_centrifugal", "coupling"):
+        np.testing.assert_array_equal(read.decomposition[name], long_findings.decomposition[name])
+    assert render_html(read) == render_html(long_findings)
+    gd.save_results(read, path)  # over the file that is being read
+    assert gd.load_results(path)["decomposition/inertia"].shape[0] == LONG
+
+
+def test_damage_that_comes_after_loading_is_named(long_findings, tmp_path):
+    path = tmp_path / "analysis.h5"
+    gd.save_results(long_findings, path)
+    read = gd.load_findings(path)
+    values = long_findings.decomposition.inertia.isel(time=slice(0, 2)).values.tobytes()
+    raw = bytearray(path.read_bytes())
+    raw[raw.index(values)] ^= 1
+    path.write_bytes(raw)
+    with pytest.raises(gd.GdAnalyzeError, match="the results file is damaged") as caught:
+        read.decomposition.inertia.load()
+    assert str(path) in caught.value.details["where"]
+
+
+PEAK = """
+import resource, sys
+import gd_analyze as gd
+from gd_analyze.main_job.folder import write_findings
+from test_long_trajectories import swinging
+from pathlib import Path
+
+arm = gd.load_arm("puma560")
+settings = gd.Settings(level="element", budget=gd.Budget.parse("20%"))
+found = gd.find(arm, swinging(6, int(sys.argv[1])), settings)
+write_findings(found, Path(sys.argv[2]), ("h5", "json", "csv", "html"))
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the peak is counted in other units")
+def test_the_peak_does_not_grow_with_the_decomposition(tmp_path):
+    """Per set point of a six-joint arm there stay 8 bytes each of
+    - time, q, qd and qdd: 19 numbers, and 18 once more with the set points last;
+    - torque: exact, of two models, of the model once more for its table, their difference, of a kilogram,
+      and up to eight temporary arrays where two torques are compared: 6 numbers each.
+    That is 970 bytes. D, h and h_ijk by effect are 540 numbers, 4 320 bytes, and what each part makes of
+    torque 324 numbers, 2 592 bytes.
+    """
+    few, many = 10_000, 40_000
+    peaks = []
+    for count in (few, many):
+        ran = subprocess.run(
+            [sys.executable, "-c", PEAK, str(count), str(tmp_path / str(count))],
+            capture_output=True,
+            text=True,
+            check=True,
+            cwd=__file__.rpartition("/")[0],
+        )
+        peaks.append(int(ran.stdout))
+    assert peaks[1] - peaks[0] < 970 * (many - few)
