@@ -12,7 +12,7 @@ import click
 import gd_analyze as gd
 from gd_analyze.cli.options import ROBOT, ROBOT_HELP
 from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.terminal import line, sentence, table
+from gd_analyze.cli.terminal import line, lines, sentence, table
 
 
 @click.command(short_help="List the built-in arms, or show one.")
@@ -32,7 +32,7 @@ def arms(robot: str | None, toml: bool, output: Output) -> None:
     with output.working():
         shown = [gd.load_arm(name) for name in (gd.builtin_arms() if robot is None else [robot])]
     if toml and robot is not None:
-        click.echo(Path(gd.builtin_arms().get(robot, robot)).read_text(encoding="utf-8"), nl=False)
+        lines(Path(gd.builtin_arms().get(robot, robot)).read_text(encoding="utf-8"))
     elif robot is None:
         output.give(lambda: [_summary(arm) for arm in shown], lambda: _list(shown))
     else:

@@ -18,6 +18,7 @@ import click
 from click.exceptions import NoArgsIsHelpError
 
 from gd_analyze.cli.app import app
+from gd_analyze.cli.closed_streams import fill_closed_streams
 from gd_analyze.cli.terminal import tell
 from gd_analyze.errors import GdAnalyzeError, UsageError
 
@@ -39,6 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         interrupted, 143 if terminated.
     """
     if arguments is None:
+        fill_closed_streams()
         _behave_as_a_process()
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
@@ -80,14 +82,17 @@ def _explain(error: Exception, debug: bool) -> int:
     if isinstance(error, MemoryError):
         tell("error", f"out of memory\n  found: {error}\n  next: try --no-coupling, or fewer set points")
     elif isinstance(error, OSError):
-        tell("error", f"the system refused\n  found: {error}")
+        where = None if error.filename is None else str(error.filename)
+        told = GdAnalyzeError("the system refused", where=where, found=error.strerror or str(error))
+        tell("error", str(told))
     else:
         last = traceback.extract_tb(error.__traceback__)[-1]
-        tell(
-            "error",
-            f"{type(error).__name__}: {error}\n  where: {Path(last.filename).name}, line {last.lineno}\n"
-            "  next: this is a bug in gd-analyze; please report it with what --debug shows",
+        told = GdAnalyzeError(
+            f"{type(error).__name__}: {error}",
+            where=f"{Path(last.filename).name}, line {last.lineno}",
+            next_step="this is a bug in gd-analyze; please report it with what --debug shows",
         )
+        tell("error", str(told))
     return FAILED
 
 

@@ -18,7 +18,7 @@ from gd_analyze.cli.options import (
     robot_argument,
 )
 from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.terminal import line, sentence, table
+from gd_analyze.cli.terminal import line, lines, sentence, table
 from gd_analyze.errors import TrajectoryError, UsageError
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def plan(
         if out is not None:
             gd.write_trajectory(made.trajectory, out, [command_line()])
     if out is None and not output.as_json:
-        click.echo(trajectory_csv(made.trajectory, [command_line()]), nl=False)
+        lines(trajectory_csv(made.trajectory, [command_line()]))
     else:
         output.give(lambda: _document(made) | output.about(out), lambda: _show(made), out)
 

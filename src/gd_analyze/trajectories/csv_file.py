@@ -137,7 +137,7 @@ def _fetch(path_or_name: str | Path) -> tuple[str | Path, str, str, bytes]:
     """Path for messages, name, origin and bytes of a trajectory."""
     given = str(path_or_name)
     if given == "-":
-        return "standard input", "stdin", "read from standard input", sys.stdin.buffer.read()
+        return "standard input", "stdin", "read from standard input", _standard_input()
     known = shipped_trajectories()
     path = known.get(given, Path(path_or_name))
     source = f"shipped trajectory {given}" if given in known else f"read from {given}"
@@ -160,6 +160,18 @@ def _fetch(path_or_name: str | Path) -> tuple[str | Path, str, str, bytes]:
             where=Location(path),
             found=error.strerror or str(error),
             next_step="give the path of a CSV file you may read",
+        ) from None
+
+
+def _standard_input() -> bytes:
+    try:
+        return sys.stdin.buffer.read()
+    except OSError as error:
+        raise TrajectoryError(
+            "cannot read the trajectory from standard input",
+            where="standard input",
+            found=error.strerror or str(error),
+            next_step="pipe a CSV file in, or give its path",
         ) from None
 
 
