@@ -1,4 +1,4 @@
-"""Text that others wrote, such as names and cells of files, made fit to be shown on one line.
+"""What others wrote, such as names and cells of files, made fit to be shown on one line.
 
 A name may hold an escape sequence that clears the terminal, a newline that feigns a message, or a sign that
 turns the direction of writing around. Such signs are written out: \\x1b, \\n, \\u202e.
@@ -23,6 +23,20 @@ def visible(text: str) -> str:
     if text.isprintable():
         return text
     return "".join(sign if _shows(sign) else _written_out(sign) for sign in text)
+
+
+def in_python(value: object) -> str:
+    """Write a value as Python does; of one that Python refuses to write, such as 10**5000, only its kind.
+
+    Examples
+    --------
+    >>> in_python("0.1"), in_python(10**5000)
+    ("'0.1'", 'int, too large to be shown')
+    """
+    try:
+        return repr(value)
+    except (ValueError, RecursionError):
+        return f"{type(value).__name__}, too large to be shown"
 
 
 def shortened(text: str, most: int) -> str:

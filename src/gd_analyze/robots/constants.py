@@ -6,6 +6,7 @@ import numpy as np
 
 from gd_analyze.errors import ArmError, Location
 from gd_analyze.vectors import FloatArray
+from gd_analyze.visible import in_python
 
 
 def keep(
@@ -24,9 +25,13 @@ def keep(
     Raises
     ------
     ArmError
-        If the shape differs, or a number is not finite or negative.
+        If something is no number, the shape differs, or a number is not finite or negative.
     """
-    array = np.array(getattr(owner, name), dtype=float)
+    given = np.array(getattr(owner, name))
+    if given.dtype.kind not in "fiu":
+        found = in_python(getattr(owner, name))
+        raise ArmError(f"{what} is not made of numbers", where=where, expected="numbers", found=found)
+    array = given.astype(float)
     if array.shape != shape:
         raise ArmError(
             f"{what} has the wrong shape", where=where, expected=str(shape), found=str(array.shape)

@@ -11,7 +11,9 @@ import numpy as np
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location
 from gd_analyze.robots.constants import keep
 from gd_analyze.robots.link_uncertainty import LinkUncertainty
+from gd_analyze.robots.names import require_name
 from gd_analyze.vectors import FloatArray
+from gd_analyze.visible import in_python
 
 JointKind = Literal["revolute", "prismatic"]
 
@@ -74,12 +76,13 @@ class Joint:
 
     def __post_init__(self) -> None:
         where = self.source or f"joint {self.name}"
+        require_name(self.name, "a joint's name", where)
         if self.kind not in ("revolute", "prismatic"):
             raise ArmError(
                 f"joint {self.name} is of an unknown kind",
                 where=where,
                 expected="revolute or prismatic",
-                found=str(self.kind),
+                found=in_python(self.kind),
             )
         keep(self, "axis", (3,), f"the axis of joint {self.name}", where)
         length = float(np.linalg.norm(self.axis))
@@ -90,6 +93,10 @@ class Joint:
                 expected="length 1",
                 found=f"length {length:g}",
             )
+        for limit in ("lower", "upper", "rate_limit", "acceleration_limit"):
+            if getattr(self, limit) is not None:
+                what = f"the {limit.replace('_', ' ')} of joint {self.name}"
+                keep(self, limit, (), what, where)
         if self.lower is not None and self.upper is not None and not self.lower < self.upper:
             raise ArmError(
                 f"the range of joint {self.name} is empty",
@@ -168,6 +175,7 @@ class Link:
 
     def __post_init__(self) -> None:
         where = self.source or f"link {self.name}"
+        require_name(self.name, "a link's name", where)
         keep(self, "mass", (), f"the mass of link {self.name}", where, nonnegative="kg")
         keep(self, "com", (3,), f"the com of link {self.name}", where)
         inertia = keep(self, "inertia_com", (3, 3), f"the inertia of link {self.name}", where)
