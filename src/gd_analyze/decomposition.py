@@ -11,7 +11,9 @@ from gd_analyze.errors import TrajectoryError
 from gd_analyze.formulations import composite_moments as composite
 from gd_analyze.formulations import generalized_dalembert as dalembert
 from gd_analyze.kinematics import solve_kinematics
+from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import RobotArm, fingerprint
+from gd_analyze.round_off import round_off_of
 from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
 from gd_analyze.states import States, states_of
 from gd_analyze.trajectories import Trajectory
@@ -103,6 +105,10 @@ def decompose(
         "trajectory_rates": trajectory.rates_from,
         "trajectory_fingerprint": trajectory.fingerprint,
         "drives": int(drives),
+        "torque_round_off": round_off_of(
+            arrays["torque"],
+            round_off_bounds(arm, trajectory.q, trajectory.qd, trajectory.qdd)["torque"],
+        ),
     }
     return table("decomposition", arrays, arm.is_revolute, coords, attrs)
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from gd_analyze.elements import Element, elements
 from gd_analyze.resources import data_folder
-from gd_analyze.round_off import peak_magnitude
+from gd_analyze.round_off import peak_magnitude, round_off_of
 from gd_analyze.schema import GROUPS, table, unit_of
 from gd_analyze.vectors import FloatArray
 
@@ -58,10 +58,13 @@ def rank(
         that is zero) and `verdict` (the same, or "negligible").
     """
     n = dataset.sizes["joint"]
-    peak_torque = peak_magnitude(dataset.torque.values)
+    torque = dataset.torque.values
+    # Datasets of before this was stored: of theirs only the share of the largest torque tells.
+    explained = float(dataset.attrs.get("torque_round_off", 0.0))
+    peak_torque, round_off = peak_magnitude(torque, explained), round_off_of(torque, explained)
     allowed = budget * peak_torque if np.ndim(budget) == 0 else np.asarray(budget, dtype=float)
     floor = allowed / (n + 2)
-    rows = [_row(element, dataset, peak_torque, floor, threshold) for element in elements(n)]
+    rows = [_row(element, dataset, (peak_torque, round_off), floor, threshold) for element in elements(n)]
     columns = {key: np.array([row[key] for row in rows]) for key in rows[0]}
     shares = columns["torque_share"]
     # An infinite share, torque at a joint where all torques cancel, ranks like the whole of a joint's torque.
@@ -98,8 +101,14 @@ def _unit(i: int, j: int, turning: list[bool]) -> str:
 
 
 def _row(
-    element: Element, dataset: xr.Dataset, peak_torque: FloatArray, floor: FloatArray, threshold: float
+    element: Element,
+    dataset: xr.Dataset,
+    torque: tuple[FloatArray, float],
+    floor: FloatArray,
+    threshold: float,
 ) -> dict[str, Any]:
+    """Judge one element; of torque are given each joint's peak and what is only round-off."""
+    peak_torque, round_off = torque
     parts = element.parts(dataset)
     # Round-off must not make an element that is zero look like one of both effects. An element is a sum of
     # some tens of terms as large as the quantity's largest element.
@@ -113,6 +122,8 @@ def _row(
         joint: float(np.abs(whole * factor).max())
         for joint, factor in element.torque_factors(dataset.qdd.values).items()
     }
+    if not peak_torque.any():
+        torques = {joint: value if value > round_off else 0.0 for joint, value in torques.items()}
     shares = {joint: _ratio(torque, float(peak_torque[joint])) for joint, torque in torques.items()}
     joint = max(shares, key=lambda k: shares[k])
     change_without = np.array([_ratio(float(p), peak) for p in part_peak])

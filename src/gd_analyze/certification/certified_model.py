@@ -92,6 +92,6 @@ def _finished(
         program=model.level.write(model.form, model.terms, THOROUGH),
         operations_full=model.level.exact_operations(model.form, FULL),
     )
-    errors = ErrorTable.of(exact.torque, written.torque(*exact.states.arrays))
+    errors = exact.errors_of(written.torque(*exact.states.arrays))
     promise = replace(written.promise, allowed=allowed, budget=f"{stated}, certified", errors=errors)
     return replace(written, promise=promise)

@@ -55,14 +55,14 @@ def payload_effect(model: SimplifiedModel, states: States) -> PayloadEffect:
     states
         The states in question; the result says nothing of others.
     """
-    exact = ExactDynamics(model.form, states).torque
-    error = model.torque(*states.arrays) - exact
+    exact = ExactDynamics(model.form, states)
+    error = model.torque(*states.arrays) - exact.torque
     # One column of the regressor, N m, shape (N, n).
     last, places = states.last, chunks(len(states))
     parts = [regressor(model.arm, *(x[:, chunk] for x in last))[:, -1, 0] for chunk in places]
     of_a_kilogram = np.concatenate(parts, axis=-1).T
     # Cancelled terms leave round-off behind, where there is neither an error nor an effect.
-    error[np.abs(error) <= ROUND_OFF_SHARE * np.abs(exact).max()] = 0.0
+    error[np.abs(error) <= exact.round_off] = 0.0
     size = np.abs(of_a_kilogram)
     acts = size > ROUND_OFF_SHARE * size.max()
     left = model.promise.allowed + np.sign(of_a_kilogram) * error

@@ -27,7 +27,6 @@ from gd_analyze.provenance import provenance
 from gd_analyze.results import tables
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots import RobotArm
-from gd_analyze.round_off import peak_magnitude
 from gd_analyze.search import How, TermRanking, rank_terms, simplify_exact, trade_off
 from gd_analyze.search.trade_off import KINDS
 from gd_analyze.states import states_in_box
@@ -98,8 +97,8 @@ def find(
         stage("checking, ranking, simplifying")
         dataset.attrs |= source
         residuals = cross_check(arm, dataset)
-        dominance = rank(dataset, budget=how.budget.allowed(peak_magnitude(dataset.torque.values)))
         exact = ExactDynamics.of(arm, dataset)
+        dominance = rank(dataset, budget=how.budget.allowed(exact.peak_torque))
         elements = simplify_exact(exact, how.budget, How(ELEMENT), provenance=source)
         level, many = _level(exact, how)
         model = elements
@@ -126,7 +125,7 @@ def find(
         model=model,
         element_model=elements,
         ranked_terms={ranked.term: ranked.weight for ranked in ranking.terms},
-        warnings=(*before.warnings, *_told(caught)),
+        warnings=tuple(dict.fromkeys((*before.warnings, *_told(caught)))),
         provenance=source,
     )
 
@@ -167,7 +166,7 @@ def _beyond(exact: ExactDynamics, model: SimplifiedModel, ranking: TermRanking) 
     errors = None
     if arm.has_all_limits:
         drawn = exact.at(states_in_box(arm, _DRAWN))
-        errors = ErrorTable.of(drawn.torque, model.torque(*drawn.states.arrays))
+        errors = drawn.errors_of(model.torque(*drawn.states.arrays))
     table = tables.beyond_table(
         model, certificate, errors, payload_effect(model, states), ranking.uncertainty
     )

@@ -32,6 +32,12 @@ def kept(findings: Findings) -> str:
 def headline(findings: Findings) -> str:
     """Answer "what can I drop and what does it cost me" in one sentence or two."""
     model, worst = findings.model, findings.model.promise.errors.largest_share.max()
+    if not model.promise.errors.peak_torque.any():
+        largest = number(float(abs(findings.exact_torque).max()))
+        return (
+            f"No joint needs torque along this trajectory beyond round-off ({largest} N m): there is nothing to "
+            "rank, and nothing to simplify."
+        )
     full, left = model.operations_full.total, model.operations.total
     cost = f"joint's torque is off by more than {at_most(worst)} of its peak along this trajectory."
     if model.level.has_torque_terms:

@@ -12,13 +12,13 @@ from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.levels import (
     TERM,
     Budget,
-    ErrorTable,
     ExactDynamics,
     Level,
     Promise,
     SearchStep,
     SimplifiedModel,
     level_named,
+    warn_without_torque,
 )
 from gd_analyze.levels.level import COUNTING, FULL, QUICK, ROUGH, THOROUGH
 from gd_analyze.robots import RobotArm
@@ -149,7 +149,13 @@ def simplify_exact(
         Stored with the model.
     progress
         Called with the number of candidates dropped since the last call.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        If no joint needs any torque at the states.
     """
+    warn_without_torque(exact)
     if how.operations is None:
         model = _within(exact, budget, how, progress)
     else:
@@ -166,7 +172,7 @@ def _within(exact: ExactDynamics, budget: Budget, how: How, progress: Progress =
         if known is exact:
             return model
         torque = model.torque(*exact.states.arrays)
-        errors = ErrorTable.of(exact.torque, torque)
+        errors = exact.errors_of(torque)
         if (errors.largest <= allowed).all():
             return replace(model, promise=replace(model.promise, allowed=allowed, errors=errors))
         worst = np.unique(np.abs(torque - exact.torque).argmax(axis=0))
@@ -190,7 +196,7 @@ def _searched(
     # All steps are written the same quick way, so that they compare.
     steps = tuple(SearchStep(name, candidates.count(*step, ROUGH).total) for name, step in found.items())
     thorough = how.thorough and how.write
-    exactly = ErrorTable.of(exact.torque, exact.torque)
+    exactly = exact.errors_of(exact.torque)
     model = SimplifiedModel(
         level=level,
         form=form,
@@ -200,7 +206,7 @@ def _searched(
         operations_full=level.exact_operations(form, FULL if thorough else ROUGH),
         promise=Promise(allowed, budget, exactly, exact.states.described, steps, solved),
     )
-    errors = ErrorTable.of(exact.torque, model.torque(*exact.states.arrays))
+    errors = exact.errors_of(model.torque(*exact.states.arrays))
     if not (errors.largest <= allowed).all():
         raise GdAnalyzeError(
             "the simplified model misses its budget",
