@@ -8,9 +8,9 @@ from pathlib import Path
 
 from gd_analyze.visible import shortened, visible
 
-# A value from a file is told on about a line, whatever its length; a path of common length stays whole, and so
+# A value from a file is told on a line or two, whatever its length; a path of common length stays whole, and so
 # does a list of names that we made.
-_LONGEST = {"what": 240, "where": 400, "found": 120, "expected": 1000, "next": 1000}
+_LONGEST = {"what": 240, "where": 400, "found": 160, "expected": 1000, "next": 1000}
 
 
 @dataclass(frozen=True)

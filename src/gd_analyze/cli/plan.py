@@ -37,7 +37,7 @@ _OPTIONS = {"start": "--from", "goal": "--to", "via": "--via"}
 @click.option("--from", "start", required=True, metavar="LIST", help="Start, comma-separated: degrees (m).")
 @click.option("--to", "goal", required=True, metavar="LIST", help="Goal, comma-separated: degrees (m).")
 @click.option("--via", multiple=True, metavar="LIST", help="A point in between; repeatable, in order.")
-@number_option("--points", 31, "Number of set points, evenly spaced in time.", least=2)
+@number_option("--points", 31, "Number of set points, evenly spaced in time.", 2, 1_000_000)
 @click.option(
     "--duration", required=True, type=PositiveNumber(), metavar="SECONDS", help="Time from start to goal."
 )

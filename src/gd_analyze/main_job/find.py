@@ -20,6 +20,7 @@ from gd_analyze.levels import (
     SimplifiedModel,
     level_named,
     payload_effect,
+    warn_without_torque,
 )
 from gd_analyze.main_job.how import Origin, Progress, Settings, Silent
 from gd_analyze.pinocchio_check import cross_check
@@ -98,6 +99,7 @@ def find(
         dataset.attrs |= source
         residuals = cross_check(arm, dataset)
         exact = ExactDynamics.of(arm, dataset)
+        warn_without_torque(exact)
         dominance = rank(dataset, budget=how.budget.allowed(exact.peak_torque))
         elements = simplify_exact(exact, how.budget, How(ELEMENT), provenance=source)
         level, many = _level(exact, how)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.levels import TERM, Budget, ExactDynamics, Level, warn_without_torque
+from gd_analyze.levels import TERM, Budget, ExactDynamics, Level
 from gd_analyze.search.candidates import candidates_of
 from gd_analyze.search.elimination import eliminate
 from gd_analyze.search.uncertainty import torque_uncertainty
@@ -89,14 +89,13 @@ def rank_terms(exact: ExactDynamics, level: Level = TERM) -> TermRanking:
     level
         A level of harmonic terms: of the torques or of the energies.
 
-    Warns
-    -----
-    GdAnalyzeWarning
-        If no joint needs any torque at the states: then no term is ranked.
+    Returns
+    -------
+    TermRanking
+        Of no terms, all of them unlisted, where no joint needs any torque at the states.
     """
     exact = exact.thinned()
     if not exact.needs_torque:
-        warn_without_torque(exact)
         return TermRanking(unlisted=len(level.terms(exact.form)))
     whole = exact.allowed(_WHOLE)
     candidates = candidates_of(exact, level, whole, np.inf)

@@ -18,7 +18,6 @@ from gd_analyze.levels import (
     SearchStep,
     SimplifiedModel,
     level_named,
-    warn_without_torque,
 )
 from gd_analyze.levels.level import COUNTING, FULL, QUICK, ROUGH, THOROUGH
 from gd_analyze.robots import RobotArm
@@ -149,13 +148,7 @@ def simplify_exact(
         Stored with the model.
     progress
         Called with the number of candidates dropped since the last call.
-
-    Warns
-    -----
-    GdAnalyzeWarning
-        If no joint needs any torque at the states.
     """
-    warn_without_torque(exact)
     if how.operations is None:
         model = _within(exact, budget, how, progress)
     else:

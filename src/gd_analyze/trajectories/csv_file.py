@@ -20,6 +20,7 @@ from gd_analyze.trajectories.csv_rows import Rows
 from gd_analyze.trajectories.derived_rates import FEWEST_SET_POINTS, complete_rates
 from gd_analyze.trajectories.trajectory import Trajectory
 from gd_analyze.vectors import FloatArray
+from gd_analyze.visible import visible
 
 _COMMAND = re.compile(r"#\s*(gd-analyze plan .*\S)\s*")
 
@@ -82,7 +83,9 @@ def read_trajectory(path_or_name: str | Path, arm: RobotArm) -> Trajectory:
             next_step="add the set points",
         )
     table = rows.numbers(columns.names, columns.time)
-    trajectory = _build(table, columns, arm, name, _origin(source, lines), rows.place(-1))
+    # From here on they are shown, on pages too, and no path any more.
+    name, origin = visible(name), visible(_origin(source, lines))
+    trajectory = _build(table, columns, arm, name, origin, rows.place(-1))
     angles = [c for c in columns.by_kind["q"] if c in columns.degrees]
     if angles:
         warn_if_radians(name, table[:, angles])
