@@ -8,8 +8,8 @@ from pathlib import Path
 
 from gd_analyze.visible import shortened, visible
 
-# A value from a file is told on a line or two, whatever its length; a path of common length stays whole, and so
-# does a list of names that we made.
+# A value from a file is told on a line or two, whatever its length; a path of common length stays whole, and
+# so does a list of names that we made.
 _LONGEST = {"what": 240, "where": 400, "found": 160, "expected": 1000, "next": 1000}
 
 
@@ -68,7 +68,9 @@ class GdAnalyzeError(Exception):
             }.items()
             if value is not None
         }
-        super().__init__("\n".join([self.what, *(f"  {label}: {text}" for label, text in self.details.items())]))
+        super().__init__(
+            "\n".join([self.what, *(f"  {label}: {text}" for label, text in self.details.items())])
+        )
 
 
 def _told(label: str, value: Location | str | Sequence[str]) -> str:

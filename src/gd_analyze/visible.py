@@ -1,7 +1,7 @@
-"""What others wrote, such as names and cells of files, made fit to be shown on one line.
+r"""What others wrote, such as names and cells of files, made fit to be shown on one line.
 
 A name may hold an escape sequence that clears the terminal, a newline that feigns a message, or a sign that
-turns the direction of writing around. Such signs are written out: \\x1b, \\n, \\u202e.
+turns the direction of writing around. Such signs are written out: \x1b, \n, \u202e.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ _END = 40
 
 
 def visible(text: str) -> str:
-    """Write out every sign of a text that shows nothing but acts: control, format and line signs.
+    r"""Write out every sign of a text that shows nothing but acts: control, format and line signs.
 
     Examples
     --------
-    >>> visible("red \\x1b[31m")
-    'red \\\\x1b[31m'
+    >>> visible("red \x1b[31m")
+    'red \\x1b[31m'
     """
     if text.isprintable():
         return text

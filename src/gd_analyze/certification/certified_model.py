@@ -15,7 +15,7 @@ import numpy as np
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import Certificate, certify
 from gd_analyze.errors import UsageError
-from gd_analyze.levels import TERM, Budget, ErrorTable, ExactDynamics, Level, SimplifiedModel
+from gd_analyze.levels import TERM, Budget, ExactDynamics, Level, SimplifiedModel
 from gd_analyze.levels.level import FULL, THOROUGH
 from gd_analyze.search import How, simplify_exact
 from gd_analyze.vectors import FloatArray

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import errno
 import gc
 import io
 import shlex
@@ -24,6 +25,8 @@ from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.visible import visible
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED, TERMINATED = 0, 1, 2, 130, 143
+# What the system refuses whatever state it is in: no file can be called that.
+_AT_FAULT = (errno.ENAMETOOLONG, errno.EILSEQ)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -89,6 +92,8 @@ def _explain(error: Exception, words: Sequence[str]) -> int:
         where = None if error.filename is None else str(error.filename)
         told = GdAnalyzeError("the system refused", where=where, found=error.strerror or str(error))
         tell("error", str(told))
+        if error.errno in _AT_FAULT:
+            return BAD_INPUT
     else:
         last = traceback.extract_tb(error.__traceback__)[-1]
         told = GdAnalyzeError(

@@ -43,7 +43,7 @@ def line(text: str = "") -> None:
 
 
 def lines(text: str) -> None:
-    """Print a text of several lines as it stands, but for what acts on a terminal; to a file exactly as it is."""
+    """Print a text of several lines: to a file as it is, to a terminal without what acts on it."""
     if sys.stdout.isatty():
         text = "".join(visible(one.expandtabs()) + "\n" for one in text.removesuffix("\n").split("\n"))
     click.echo(text, nl=False)
@@ -143,7 +143,12 @@ def stages(quiet: bool) -> Iterator[Stages]:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    columns = (SpinnerColumn(), TextColumn("{task.description:<34}", markup=False), BarColumn(24), TimeElapsedColumn())
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description:<34}", markup=False),
+        BarColumn(24),
+        TimeElapsedColumn(),
+    )
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True, redirect_stdout=False) as display:
         yield Stages(display)

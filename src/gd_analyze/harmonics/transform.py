@@ -171,8 +171,8 @@ def _require_affordable(arm: RobotArm) -> None:
             where=f"arm {arm.name}",
             expected=f"a grid of at most {MOST_BYTES / 1e9:g} GB, as of 10 turning joints",
             found=f"{n} joints: values of D at {points:.3g} positions, {size / 1e9:.3g} GB",
-            next_step="what needs no exact equations takes any number of joints: `gd-analyze ROBOT TRAJECTORY`, "
-            "`gd-analyze simplify ROBOT --level element` and `gd-analyze compare`",
+            next_step="what needs no exact equations takes any number of joints: `gd-analyze ROBOT "
+            "TRAJECTORY`, `gd-analyze simplify ROBOT --level element` and `gd-analyze compare`",
         )
 
 

@@ -33,7 +33,9 @@ class ErrorTable:
         """Compare torques of shape (N, n); what is only round-off, see `round_off_of`, counts as no error."""
         error = simplified - exact
         error[np.abs(error) <= round_off_of(exact, explained)] = 0.0
-        return cls(peak_magnitude(exact, explained), np.abs(error).max(axis=0), np.sqrt(np.mean(error**2, axis=0)))
+        return cls(
+            peak_magnitude(exact, explained), np.abs(error).max(axis=0), np.sqrt(np.mean(error**2, axis=0))
+        )
 
     @property
     def largest_share(self) -> FloatArray:

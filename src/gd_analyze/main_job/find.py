@@ -14,7 +14,6 @@ from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.levels import (
     ELEMENT,
     TERM,
-    ErrorTable,
     ExactDynamics,
     Level,
     SimplifiedModel,

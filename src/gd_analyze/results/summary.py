@@ -35,8 +35,8 @@ def headline(findings: Findings) -> str:
     if not model.promise.errors.peak_torque.any():
         largest = number(float(abs(findings.exact_torque).max()))
         return (
-            f"No joint needs torque along this trajectory beyond round-off ({largest} N m): there is nothing to "
-            "rank, and nothing to simplify."
+            f"No joint needs torque along this trajectory beyond round-off ({largest} N m): there is nothing "
+            "to rank, and nothing to simplify."
         )
     full, left = model.operations_full.total, model.operations.total
     cost = f"joint's torque is off by more than {at_most(worst)} of its peak along this trajectory."

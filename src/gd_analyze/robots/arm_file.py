@@ -107,10 +107,10 @@ def _document(path: Path, content: str) -> dict[str, Any]:
     except ValueError:
         # Python reads no integers of thousands of digits; nothing else beside the syntax makes it refuse.
         texts = enumerate(content.splitlines(), start=1)
-        line = next((number for number, text in texts if _LONG_INTEGER.search(text)), None)
+        longest = next((number for number, text in texts if _LONG_INTEGER.search(text)), None)
         raise ArmError(
             "the arm file holds a number of thousands of digits",
-            where=Location(path, line),
+            where=Location(path, longest),
             expected="a number that a measurement or a drawing can give",
             next_step=_EXAMPLE,
         ) from None

@@ -104,13 +104,13 @@ class Joint:
                 expected="lower < upper",
                 found=f"{self.lower:g} .. {self.upper:g}",
             )
-        for what, limit in (("rate", self.rate_limit), ("acceleration", self.acceleration_limit)):
-            if limit is not None and not limit > 0:
+        for kind, value in (("rate", self.rate_limit), ("acceleration", self.acceleration_limit)):
+            if value is not None and not value > 0:
                 raise ArmError(
-                    f"the {what} limit of joint {self.name} is not positive",
+                    f"the {kind} limit of joint {self.name} is not positive",
                     where=where,
                     expected="a positive number",
-                    found=f"{limit:g}",
+                    found=f"{value:g}",
                 )
 
     @property
