@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from decimal import ROUND_CEILING, Decimal
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -109,7 +110,10 @@ def _show(
     shown = [_rounded_up(float(bound)) for bound in certificate.certified]
     arm, peak = model.arm, model.promise.errors.peak_torque
     pairs = zip(certificate.certified, peak, strict=True)
-    shares = [_rounded_up(float(bound / p), 2) if p > 0.0 else 0.0 for bound, p in pairs]
+    # Any error is beyond all measure at a joint that needs no torque.
+    shares = [
+        _rounded_up(float(bound / p), 2) if p > 0.0 else (inf if bound > 0.0 else 0.0) for bound, p in pairs
+    ]
     worst = max(range(len(shares)), key=shares.__getitem__)
     sentence(
         f"{arm_in_words(arm)}: no state within {where} has a torque error above "
