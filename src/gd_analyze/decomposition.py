@@ -12,7 +12,9 @@ from gd_analyze.formulations import composite_moments as composite
 from gd_analyze.formulations import generalized_dalembert as dalembert
 from gd_analyze.given_numbers import LARGEST, are_possible
 from gd_analyze.kinematics import solve_kinematics
+from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import RobotArm, fingerprint
+from gd_analyze.round_off import round_off_of
 from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
 from gd_analyze.states import States, states_of
 from gd_analyze.trajectories import Trajectory
@@ -109,6 +111,10 @@ def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -
         "trajectory_rates": trajectory.rates_from,
         "trajectory_fingerprint": trajectory.fingerprint,
         "drives": int("drive_torque" in arrays),
+        "torque_round_off": round_off_of(
+            np.asarray(arrays["torque"]),
+            round_off_bounds(arm, trajectory.q, trajectory.qd, trajectory.qdd)["torque"],
+        ),
     }
     return table("decomposition", arrays, arm.is_revolute, coords, attrs)
 

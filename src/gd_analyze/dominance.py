@@ -17,7 +17,7 @@ import numpy as np
 
 from gd_analyze.elements import Element, elements
 from gd_analyze.resources import data_folder
-from gd_analyze.round_off import peak_magnitude
+from gd_analyze.round_off import peak_magnitude, round_off_of
 from gd_analyze.schema import GROUPS, table, unit_of
 from gd_analyze.vectors import FloatArray, chunks
 
@@ -59,7 +59,10 @@ def rank(
         that is zero) and `verdict` (the same, or "negligible").
     """
     n = dataset.sizes["joint"]
-    peak_torque = peak_magnitude(dataset.torque.values)
+    torque = dataset.torque.values
+    # Datasets of before this was stored: of theirs only the share of the largest torque tells.
+    explained = float(dataset.attrs.get("torque_round_off", 0.0))
+    peak_torque, round_off = peak_magnitude(torque, explained), round_off_of(torque, explained)
     allowed = budget * peak_torque if np.ndim(budget) == 0 else np.asarray(budget, dtype=float)
     floor = allowed / (n + 2)
     count = dataset.sizes["time"]
@@ -67,7 +70,10 @@ def rank(
     # Round-off must not make an element that is zero look like one of both effects. An element is a sum of
     # some tens of terms as large as the quantity's largest element.
     noise = {name: 64 * np.finfo(float).eps * most for name, most in largest.items()}
-    rows = [_row(one, count, noise[one.element.quantity], peak_torque, floor, threshold) for one in extremes]
+    rows = [
+        _row(one, count, noise[one.element.quantity], (peak_torque, round_off), floor, threshold)
+        for one in extremes
+    ]
     columns = {key: np.array([row[key] for row in rows]) for key in rows[0]}
     shares = columns["torque_share"]
     # An infinite share, torque at a joint where all torques cancel, ranks like the whole of a joint's torque.
@@ -140,11 +146,12 @@ def _row(
     extremes: _Extremes,
     count: int,
     noise: float,
-    peak_torque: FloatArray,
+    torque: tuple[FloatArray, float],
     floor: FloatArray,
     threshold: float,
 ) -> dict[str, Any]:
-    element = extremes.element
+    """Judge one element; of torque are given each joint's peak and what is only round-off."""
+    element, (peak_torque, round_off) = extremes.element, torque
     is_there = extremes.peak[:2] > noise
     part_peak = np.where(is_there, extremes.peak[:2], 0.0)
     part_rms = np.where(is_there, np.sqrt(extremes.squares[:2] / count), 0.0)
@@ -152,7 +159,9 @@ def _row(
     whole = 2 if is_there.all() else int(is_there.argmax())
     peak = float(extremes.peak[whole]) if is_there.any() else 0.0
     rms = float(np.sqrt(extremes.squares[whole] / count)) if is_there.any() else 0.0
-    torques = {k: float(torque[whole]) * is_there.any() for k, torque in extremes.torque.items()}
+    torques = {k: float(made[whole]) if is_there.any() else 0.0 for k, made in extremes.torque.items()}
+    if not peak_torque.any():
+        torques = {joint: value if value > round_off else 0.0 for joint, value in torques.items()}
     shares = {joint: _ratio(torque, float(peak_torque[joint])) for joint, torque in torques.items()}
     joint = max(shares, key=lambda k: shares[k])
     change_without = np.array([_ratio(float(p), peak) for p in part_peak])

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-# A message shows this much of what a file holds, so that it stays a line.
-_EXCERPT = 80
+from gd_analyze.visible import shortened, visible
 
-
-def excerpt(text: str) -> str:
-    """Quote what a file holds, of a long text the beginning."""
-    return repr(text) if len(text) <= _EXCERPT else f"{text[:_EXCERPT]!r}... ({len(text)} characters)"
+# A value from a file is told on a line or two, whatever its length; a path of common length stays whole, and
+# so does a list of names that we made.
+_LONGEST = {"what": 240, "where": 400, "found": 160, "expected": 1000, "next": 1000}
 
 
 @dataclass(frozen=True)
@@ -34,6 +33,9 @@ class Location:
 class GdAnalyzeError(Exception):
     """Something the user can mend.
 
+    Names and values of files and commands stand in it as they are given: what acts on a terminal is written
+    out, and what is long is cut here.
+
     Parameters
     ----------
     what
@@ -41,7 +43,7 @@ class GdAnalyzeError(Exception):
     where
         File, line and column, or the argument or element concerned.
     expected, found
-        What was wanted and what was there instead.
+        What was wanted and what was there instead; several things found are each told on a line's length.
     next_step
         What to do now.
     """
@@ -52,12 +54,12 @@ class GdAnalyzeError(Exception):
         *,
         where: Location | str | None = None,
         expected: str | None = None,
-        found: str | None = None,
+        found: str | Sequence[str] | None = None,
         next_step: str | None = None,
     ) -> None:
-        self.what = what
+        self.what = _told("what", what)
         self.details = {
-            label: str(value)
+            label: _told(label, value)
             for label, value in {
                 "where": where,
                 "expected": expected,
@@ -66,7 +68,15 @@ class GdAnalyzeError(Exception):
             }.items()
             if value is not None
         }
-        super().__init__("\n".join([what, *(f"  {label}: {text}" for label, text in self.details.items())]))
+        super().__init__(
+            "\n".join([self.what, *(f"  {label}: {text}" for label, text in self.details.items())])
+        )
+
+
+def _told(label: str, value: Location | str | Sequence[str]) -> str:
+    """One line of a message."""
+    items = [value] if isinstance(value, Location | str) else value
+    return "; ".join(shortened(visible(str(item)), _LONGEST[label]) for item in items)
 
 
 class UsageError(GdAnalyzeError):

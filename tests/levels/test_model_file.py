@@ -190,7 +190,7 @@ def test_other_version(file, written, version):
     error = refused(file(json.dumps(document)))
     assert "another version" in error.what
     assert error.details["expected"] == "version 2 or 1"
-    assert error.details["found"] == f"version {version}"
+    assert error.details["found"] == f"version {version!r}"
 
 
 def edit(document: dict[str, Any], keys: tuple[Any, ...], value: Any) -> dict[str, Any]:

@@ -24,13 +24,13 @@ from gd_analyze.report.colours import COLOURS, TEMPLATES
 from gd_analyze.report.document import document
 from gd_analyze.report.figures import motion_figure
 from gd_analyze.report.html import TERMS_SHOWN, render_html
-from gd_analyze.report.interactive import DIGITS, MOST_FRAMES, MOST_POINTS, page_data
+from gd_analyze.report.interactive import DIGITS, MOST_FRAMES, MOST_POINTS, as_text, page_data
 from gd_analyze.report.terms import exact_elements, tallies
 from gd_analyze.results import Findings, rows_of, summary
 from gd_analyze.results.rows import dropped_parts, joint_rows
 from gd_analyze.results.words import SYMBOLS
 from gd_analyze.robots import RobotArm, load_arm
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.trajectories import Trajectory, read_trajectory
 
 MATHS = PageMathML()
 MOTION = ("q", "qd", "qdd")
@@ -211,7 +211,7 @@ def test_names_cannot_become_markup(puma_findings: Findings) -> None:
     assert len(attacked.all("script")) == len(harmless.all("script"))
     assert len(attacked.all("b")) == len(harmless.all("b"))
     assert HOSTILE in attacked.text
-    assert attacked.data["viewer"]["joints"][0]["name"] == HOSTILE
+    assert attacked.data["viewer"]["joints"][0]["name"] == as_text(HOSTILE)
 
 
 def test_warnings_are_prominent(puma_findings: Findings, page: Page) -> None:
@@ -439,3 +439,16 @@ def test_all_colours_stand_in_one_table(source: str) -> None:
             assert not re.search(r"#[0-9a-fA-F]{6}\b", path.read_text(encoding="utf-8")), path.name
     for name, (light, dark) in COLOURS.items():
         assert f"--{name}: light-dark({light}, {dark});" in source
+
+
+def test_a_link_in_a_joints_name_is_text(two_link):
+    """Plotly takes tags in every text it is given; the page's own text is escaped by its templates."""
+    name = '<a href="https://example.com">R&D</a>'
+    arm = replace(two_link, joints=(replace(two_link.joints[0], name=name), *two_link.joints[1:]))
+    findings = find(arm, read_trajectory("two-link-swing", arm))
+    data = page_data(findings)
+    labels = [trace["label"] for figure in data["figures"].values() for trace in figure["traces"]]
+    names = [joint["name"] for joint in data["viewer"]["joints"]]
+    assert '1 &lt;a href="https://example.com">R&amp;D&lt;/a>' in labels
+    assert not any("<" in text for text in (*labels, *names))
+    assert '<a href="https://example.com' not in render_html(findings)

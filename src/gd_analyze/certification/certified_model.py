@@ -15,7 +15,7 @@ import numpy as np
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import Certificate, certify
 from gd_analyze.errors import UsageError
-from gd_analyze.levels import TERM, Budget, ErrorTable, ExactDynamics, Level, SimplifiedModel
+from gd_analyze.levels import TERM, Budget, ExactDynamics, Level, SimplifiedModel
 from gd_analyze.levels.effort import THOROUGH
 from gd_analyze.levels.promise import CERTIFIED
 from gd_analyze.search import How, simplify_exact
@@ -101,6 +101,6 @@ def _finished(
 ) -> SimplifiedModel:
     """Say what the model was asked for, and write its program with few operations."""
     written = replace(model, program=model.level.write(model.form, model.terms, THOROUGH))
-    errors = ErrorTable.of(exact.torque, written.torque(*exact.states.arrays))
+    errors = exact.errors_of(written.torque(*exact.states.arrays))
     promise = replace(written.promise, allowed=allowed, budget=stated, errors=errors)
     return no_dearer(exact, replace(written, promise=promise))

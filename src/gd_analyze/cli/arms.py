@@ -12,7 +12,7 @@ import click
 import gd_analyze as gd
 from gd_analyze.cli.options import ROBOT, ROBOT_HELP
 from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.terminal import line, sentence, table
+from gd_analyze.cli.terminal import line, lines, sentence, table
 
 
 @click.command(short_help="List the built-in arms, or show one.")
@@ -34,7 +34,7 @@ def arms(robot: str | None, toml: bool, output: Output) -> None:
     if toml and robot is not None:
         from gd_analyze.robots.arm_file import text_of_arm_file
 
-        click.echo(text_of_arm_file(Path(gd.builtin_arms().get(robot, robot))), nl=False)
+        lines(text_of_arm_file(Path(gd.builtin_arms().get(robot, robot))))
     elif robot is None:
         output.give(lambda: [_summary(arm) for arm in shown], lambda: _list(shown))
     else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import errno
 import gc
 import io
 import shlex
@@ -18,10 +19,14 @@ import click
 from click.exceptions import NoArgsIsHelpError
 
 from gd_analyze.cli.app import app
+from gd_analyze.cli.closed_streams import fill_closed_streams
 from gd_analyze.cli.terminal import tell
 from gd_analyze.errors import GdAnalyzeError, UsageError
+from gd_analyze.visible import visible
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED, TERMINATED = 0, 1, 2, 130, 143
+# What the system refuses whatever state it is in: no file can be called that.
+_AT_FAULT = (errno.ENAMETOOLONG, errno.EILSEQ)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -39,6 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         interrupted, 143 if terminated.
     """
     if arguments is None:
+        fill_closed_streams()
         _behave_as_a_process()
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
@@ -48,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         click.echo("interrupted", err=True)
         code = INTERRUPTED
     except Exception as error:
-        code = _explain(error, "--debug" in words)
+        code = _explain(error, words)
     if code != DONE:
         sys.exit(code)
 
@@ -61,16 +67,17 @@ def _run(words: list[str]) -> int:
                 found=repr(word),
                 next_step="rename the file, or set LC_ALL to the encoding of its name",
             )
-    command = shlex.join(["gd-analyze", *words])
+    # It goes into comments and onto pages, where a newline within a word would end a line.
+    command = visible(shlex.join(["gd-analyze", *words]))
     return int(app(words, prog_name="gd-analyze", standalone_mode=False, obj=command) or DONE)
 
 
-def _explain(error: Exception, debug: bool) -> int:
+def _explain(error: Exception, words: Sequence[str]) -> int:
     """Print what went wrong to standard error and choose the exit code."""
     if isinstance(error, NoArgsIsHelpError):
         error.show()
         return BAD_INPUT
-    if debug:
+    if "--debug" in words:
         traceback.print_exception(error)
     if isinstance(error, click.ClickException):
         error = _in_our_words(error)
@@ -78,16 +85,23 @@ def _explain(error: Exception, debug: bool) -> int:
         tell("error", str(error))
         return BAD_INPUT
     if isinstance(error, MemoryError):
-        tell("error", f"out of memory\n  found: {error}\n  next: try --no-coupling, or fewer set points")
+        is_main_job = next((word for word in words if not word.startswith("-")), "") not in app.commands
+        fewer = "try --no-coupling, or fewer set points" if is_main_job else "try fewer set points or states"
+        tell("error", str(GdAnalyzeError("out of memory", found=str(error), next_step=fewer)))
     elif isinstance(error, OSError):
-        tell("error", f"the system refused\n  found: {error}")
+        where = None if error.filename is None else str(error.filename)
+        told = GdAnalyzeError("the system refused", where=where, found=error.strerror or str(error))
+        tell("error", str(told))
+        if error.errno in _AT_FAULT:
+            return BAD_INPUT
     else:
         last = traceback.extract_tb(error.__traceback__)[-1]
-        tell(
-            "error",
-            f"{type(error).__name__}: {error}\n  where: {Path(last.filename).name}, line {last.lineno}\n"
-            "  next: this is a bug in gd-analyze; please report it with what --debug shows",
+        told = GdAnalyzeError(
+            f"{type(error).__name__}: {error}",
+            where=f"{Path(last.filename).name}, line {last.lineno}",
+            next_step="this is a bug in gd-analyze; please report it with what --debug shows",
         )
+        tell("error", str(told))
     return FAILED
 
 

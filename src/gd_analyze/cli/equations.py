@@ -10,7 +10,8 @@ import click
 import gd_analyze as gd
 from gd_analyze.cli.options import digits_option, number_read, out_option, robot_argument
 from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.terminal import WIDTH, table
+from gd_analyze.cli.terminal import WIDTH, lines, table
+from gd_analyze.visible import visible
 
 if TYPE_CHECKING:
     from gd_analyze.harmonics import Harmonics
@@ -105,10 +106,10 @@ def equations(
         output.give(lambda: document | {"format": form, "written": written} | output.about(out), wrote=out)
     elif terms:
         if not output.quiet:
-            click.echo(_with_header(about, "", form).rstrip())
+            lines(_with_header(about, "", form).rstrip() + "\n")
         _show_tables(found, digits)
     else:
-        click.echo(written if output.quiet else _with_header(about, written, form), nl=False)
+        lines(written if output.quiet else _with_header(about, written, form))
 
 
 def _about(
@@ -142,7 +143,7 @@ def _written(found: tuple[Equation, ...], form: str, digits: int, n_joints: int)
     formulas = [element_formula(equation) for equation in found]
     if form == "sympy":
         names = [f"q{j + 1}" for j in range(n_joints)]
-        lines = [
+        written = [
             "from sympy import cos, sin, symbols",
             "",
             f"({', '.join(names)}{',' if n_joints == 1 else ''}) = symbols({' '.join(names)!r}, "
@@ -150,27 +151,28 @@ def _written(found: tuple[Equation, ...], form: str, digits: int, n_joints: int)
             "",
         ]
         # Commas part indices of two digits, and no name in Python may hold one.
-        lines += [f"{equation.symbol.replace(',', '_')} = {to_sympy(equation)}" for equation in found]
+        written += [f"{equation.symbol.replace(',', '_')} = {to_sympy(equation)}" for equation in found]
     elif form == "text":
-        lines = [Plain(digits).wrapped(formula, WIDTH) for formula in formulas]
+        written = [Plain(digits).wrapped(formula, WIDTH) for formula in formulas]
     else:
         printer = Latex(digits) if form == "latex" else MathML(digits)
-        lines = [printer.line(formula) for formula in formulas]
-    return "".join(f"{text}\n" for text in lines)
+        written = [printer.line(formula) for formula in formulas]
+    return "".join(f"{text}\n" for text in written)
 
 
 def _with_header(about: tuple[str, ...], written: str, form: str) -> str:
     """Put the header in front, as a comment of the language where there is one."""
+    import re
     import textwrap
 
     before, after = {"text": ("", ""), "latex": ("% ", ""), "mathml": ("<!-- ", " -->"), "sympy": ("# ", "")}[
         form
     ]
     # Two hyphens would end a comment of XML.
-    about = tuple(text.replace("--", "- -") for text in about) if form == "mathml" else about
+    about = tuple(re.sub("-(?=-)", "- ", text) for text in about) if form == "mathml" else about
     room = WIDTH - len(before) - len(after)
-    lines = [piece for text in about for piece in textwrap.wrap(f"{text}.", room)]
-    return "".join(f"{before}{text}{after}\n" for text in lines) + "\n" + written
+    pieces = [piece for text in about for piece in textwrap.wrap(f"{visible(text)}.", room)]
+    return "".join(f"{before}{piece}{after}\n" for piece in pieces) + "\n" + written
 
 
 def _show_tables(found: tuple[Equation, ...], digits: int) -> None:

@@ -45,13 +45,17 @@ class Given:
     seed: int
 
     def exact(self) -> gd.ExactDynamics:
-        """Read or draw them."""
+        """Read or draw them; warns where no joint needs torque."""
+        from gd_analyze.levels import warn_without_torque
+
         arm = load_arm_carrying(self.robot, self.payload)
         if self.trajectory is None:
             states = gd.states_in_box(arm, self.states, self.seed)
         else:
             states = gd.states_of(gd.read_trajectory(self.trajectory, arm))
-        return gd.ExactDynamics.of(arm, states, self.drives)
+        exact = gd.ExactDynamics.of(arm, states, self.drives)
+        warn_without_torque(exact)
+        return exact
 
 
 def given_dynamics(function: Callable[..., None]) -> Callable[..., None]:

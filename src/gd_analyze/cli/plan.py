@@ -18,7 +18,7 @@ from gd_analyze.cli.options import (
     robot_argument,
 )
 from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.terminal import line, sentence, table
+from gd_analyze.cli.terminal import line, lines, sentence, table
 from gd_analyze.errors import TrajectoryError, UsageError
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ _OPTIONS = {"start": "--from", "goal": "--to", "via": "--via"}
 @click.option("--from", "start", required=True, metavar="LIST", help="Start, comma-separated: degrees (m).")
 @click.option("--to", "goal", required=True, metavar="LIST", help="Goal, comma-separated: degrees (m).")
 @click.option("--via", multiple=True, metavar="LIST", help="A point in between; repeatable, in order.")
-@number_option("--points", 31, "Number of set points, evenly spaced in time.", least=2)
+@number_option("--points", 31, "Number of set points, evenly spaced in time.", 2, 1_000_000)
 @click.option(
     "--duration", required=True, type=PositiveNumber(), metavar="SECONDS", help="Time from start to goal."
 )
@@ -96,7 +96,7 @@ def plan(
         if out is not None:
             gd.write_trajectory(made.trajectory, out, [command_line()])
     if out is None and not output.as_json:
-        click.echo(trajectory_csv(made.trajectory, [command_line()]), nl=False)
+        lines(trajectory_csv(made.trajectory, [command_line()]))
     else:
         output.give(lambda: _document(made) | output.about(out), lambda: _show(made), out)
 

@@ -12,7 +12,7 @@ from gd_analyze.cli.given import Given, given_dynamics
 from gd_analyze.cli.levels import budget_option, level_option, simplify_options
 from gd_analyze.cli.options import command_line, digits_option, out_option
 from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.terminal import WIDTH, line, sentence
+from gd_analyze.cli.terminal import WIDTH, line, lines, sentence
 
 if TYPE_CHECKING:
     from gd_analyze.certification import Certificate
@@ -142,8 +142,8 @@ def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: f
         f"{left.total} instead of {full.total} operations, largest error "
         if model.saves
         else (
-            f"nothing is gained, no model found within the budget takes less than the {full.total} operations of the "
-            "exact torque, which is given; largest error "
+            f"nothing is gained, no model found within the budget takes less than the {full.total} "
+            "operations of the exact torque, which is given; largest error "
         )
     )
     sentence(
@@ -176,7 +176,7 @@ def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: f
     plain = Plain(digits)
     sentence("The model, in kg, m, s, rad", bold=True)
     for formula in model.formulas:
-        line(plain.wrapped(formula, WIDTH))
+        lines(plain.wrapped(formula, WIDTH) + "\n")
     meanings = plain.legend(model.legend)
     if meanings:
         line()

@@ -1,4 +1,7 @@
-"""What every verb prints with: tables, sentences, JSON, warnings and progress."""
+"""What every verb prints with: tables, sentences, JSON, warnings and progress.
+
+All text that reaches the terminal goes through here, and names of others in it are made `visible`.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.visible import visible
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -25,17 +29,24 @@ WIDTH = 80
 
 def sentence(text: str, indent: str = "", bold: bool = False) -> None:
     """Print a sentence, wrapped between words; `indent` goes before its further lines."""
-    held = text.replace(" %", "\u00a0%")  # a number and its percent sign stay on one line
+    held = visible(text).replace(" %", "\u00a0%")  # a number and its percent sign stay on one line
     for line_ in textwrap.wrap(
         held, _width(), subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
     ):
         wrapped = line_.replace("\u00a0", " ")
-        line(click.style(wrapped, bold=True) if bold else wrapped)
+        click.echo(click.style(wrapped, bold=True) if bold else wrapped, color=_colour())
 
 
 def line(text: str = "") -> None:
     """Print a line that must stay whole, such as a path; a blank line by default."""
-    click.echo(text, color=_colour())
+    click.echo(visible(text), color=_colour())
+
+
+def lines(text: str) -> None:
+    """Print a text of several lines: to a file as it is, to a terminal without what acts on it."""
+    if sys.stdout.isatty():
+        text = "".join(visible(one.expandtabs()) + "\n" for one in text.removesuffix("\n").split("\n"))
+    click.echo(text, nl=False)
 
 
 def table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]], sides: str = "l") -> None:
@@ -59,16 +70,16 @@ def table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]], si
 
     grid = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
     for heading, side in zip(headings, sides.ljust(len(headings), "r"), strict=False):
-        grid.add_column(Text(heading), justify="right" if side == "r" else "left", no_wrap=True)
+        grid.add_column(Text(visible(heading)), justify="right" if side == "r" else "left", no_wrap=True)
     for row in rows:
         # Text, because names may hold square brackets, which rich would take for markup.
-        grid.add_row(*(Text(cell) for cell in row))
+        grid.add_row(*(Text(visible(cell)) for cell in row))
     drawn = io.StringIO()
     Console(file=drawn, width=10_000, color_system=None).print(grid)
-    lines = [drawn_line.rstrip() for drawn_line in drawn.getvalue().splitlines()]
     line()
     sentence(title, bold=True)
-    line("\n".join(lines))
+    for drawn_line in drawn.getvalue().split("\n")[:-1]:
+        line(drawn_line.rstrip())
 
 
 def print_json(value: Any) -> None:
@@ -77,8 +88,9 @@ def print_json(value: Any) -> None:
 
 
 def tell(kind: str, text: str) -> None:
-    """Print an error or a warning to standard error."""
+    """Print an error or a warning to standard error; each of its lines by itself must be one."""
     colour = "red" if kind == "error" else "yellow"
+    text = "\n".join(map(visible, text.split("\n")))
     click.echo(f"{click.style(kind, fg=colour, bold=True)}: {text}", err=True, color=_colour())
 
 
@@ -90,8 +102,8 @@ def warnings_told(quiet: bool, told: list[str]) -> Iterator[None]:
     def note(message: Warning | str, category: type[Warning], *rest: Any, **more: Any) -> None:
         if not issubclass(category, GdAnalyzeWarning):
             shown_by_python(message, category, *rest, **more)
-        elif str(message) not in told:
-            told.append(str(message))
+        elif (text := visible(str(message))) not in told:
+            told.append(text)
 
     try:
         with warnings.catch_warnings():
@@ -114,7 +126,7 @@ class Stages:
     def __call__(self, label: str, total: int | None = None) -> None:
         """Begin a stage of `total` steps, or of an unknown number."""
         if self._display is not None and self._task is not None:
-            self._display.reset(self._task, description=label, total=total)
+            self._display.reset(self._task, description=visible(label), total=total)
 
     def advance(self, steps: int) -> None:
         """Note that some steps are done."""
@@ -131,7 +143,12 @@ def stages(quiet: bool) -> Iterator[Stages]:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    columns = (SpinnerColumn(), TextColumn("{task.description:<34}"), BarColumn(24), TimeElapsedColumn())
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description:<34}", markup=False),
+        BarColumn(24),
+        TimeElapsedColumn(),
+    )
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True, redirect_stdout=False) as display:
         yield Stages(display)

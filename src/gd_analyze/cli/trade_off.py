@@ -85,5 +85,6 @@ def _show(exact: gd.ExactDynamics, points: tuple[TradeOffPoint, ...]) -> None:
         "r",
     )
     sentence(
-        f"The exact torque takes {exact.form.operations.total}; where a model would not take fewer, that is given."
+        f"The exact torque takes {exact.form.operations.total}; where a model would not take fewer, that "
+        "is given."
     )

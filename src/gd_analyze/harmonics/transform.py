@@ -19,12 +19,16 @@ from functools import cached_property
 
 import numpy as np
 
+from gd_analyze.errors import ArmError
 from gd_analyze.formulations import composite_moments as composite
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.waves import DEGREE, Waves
 from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.robots import RobotArm
 from gd_analyze.vectors import Array, FloatArray, chunks
+
+# Largest table of D on a grid. Ten general turning joints take 3.1 GB and 100 s, eleven 19 GB.
+MOST_BYTES = 4e9
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,12 +134,18 @@ def harmonics_of(arm: RobotArm) -> Harmonics:
     Harmonics
         Waves that round-off cannot have made; everything else is a structural zero.
 
+    Raises
+    ------
+    ArmError
+        If the arm has so many joints that its grid takes more than `MOST_BYTES`.
+
     Examples
     --------
     >>> from gd_analyze.robots import load_arm
     >>> len(harmonics_of(load_arm("two_link")).inertia[0, 0])
     2
     """
+    _require_affordable(arm)
     cut = _cut(arm)
     inertia: dict[tuple[int, int, int], Waves] = {}
     left_out = 0.0
@@ -148,6 +158,22 @@ def harmonics_of(arm: RobotArm) -> Harmonics:
                 inertia[s, i, j] = waves[j - i :: s + 1 - i].above(0.0)
     potential, largest = _waves_of(arm, _potential_on_grid(arm), range(arm.n_joints), 1, cut[1])
     return Harmonics(arm, AbsoluteRates.of(arm), inertia, potential, cut, max(left_out, largest))
+
+
+def _require_affordable(arm: RobotArm) -> None:
+    """Refuse an arm whose grid would take more memory than most machines have, before any of it is taken."""
+    n = arm.n_joints
+    points = math.prod(len(_axis_nodes(arm, joint, DEGREE)) for joint in range(1, n))
+    size = 2 * n * n * points * np.dtype(float).itemsize
+    if size > MOST_BYTES:
+        raise ArmError(
+            f"the exact equations of arm {arm.name} take too much memory to be found",
+            where=f"arm {arm.name}",
+            expected=f"a grid of at most {MOST_BYTES / 1e9:g} GB, as of 10 turning joints",
+            found=f"{n} joints: values of D at {points:.3g} positions, {size / 1e9:.3g} GB",
+            next_step="what needs no exact equations takes any number of joints: `gd-analyze ROBOT "
+            "TRAJECTORY`, `gd-analyze simplify ROBOT --level element` and `gd-analyze compare`",
+        )
 
 
 def _only_link(arm: RobotArm, s: int) -> RobotArm:

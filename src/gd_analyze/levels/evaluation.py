@@ -75,9 +75,9 @@ def evaluate(
     if not isinstance(given, States | Trajectory):
         _require_same(model, held, given)
     exact = ExactDynamics.of(held, given, model.drives)
-    wanted = exact.torque  # first: it says best what is wrong with states of another arm
+    _ = exact.torque  # first: it says best what is wrong with states of another arm
     torque = model.torque(*exact.states.arrays)
-    return Evaluation(exact, torque, ErrorTable.of(wanted, torque))
+    return Evaluation(exact, torque, exact.errors_of(torque))
 
 
 def _require_same(model: SimplifiedModel, arm: RobotArm, dataset: xr.Dataset) -> None:

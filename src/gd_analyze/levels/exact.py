@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,17 +11,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.decomposition import decompose_states, torque_of
+from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.formulations import newton_euler_regrouped
 from gd_analyze.harmonics import AbsoluteRates, Harmonics, harmonics_of
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Energies, Torques
 from gd_analyze.levels.budget import Budget
 from gd_analyze.levels.effort import THOROUGH
+from gd_analyze.levels.promise import ErrorTable
 from gd_analyze.levels.torque_program import torque_program
 from gd_analyze.operations import OperationCount, Program, Trace
 from gd_analyze.operations.rewriting import rewritten
+from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import RobotArm
-from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude
+from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude, round_off_of
 from gd_analyze.states import States, states_of
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray
@@ -155,17 +159,36 @@ class ExactDynamics:
     @cached_property
     def peak_torque(self) -> FloatArray:
         """Largest magnitude of every joint's torque, shape (n,)."""
-        return peak_magnitude(self.torque)
+        return peak_magnitude(self.torque, self._explained)
+
+    @cached_property
+    def _explained(self) -> float:
+        """Torque that round-off explains at these states, N m."""
+        return float(round_off_bounds(self.arm, *self.states.arrays)["torque"])
+
+    @property
+    def round_off(self) -> float:
+        """Torque that is only round-off at these states, N m."""
+        return round_off_of(self.torque, self._explained)
+
+    @property
+    def needs_torque(self) -> bool:
+        """Whether any joint needs torque at these states, beyond round-off."""
+        return bool(self.peak_torque.any())
+
+    def errors_of(self, torque: FloatArray) -> ErrorTable:
+        """Error of other torques at these states, N m, shape (N, n)."""
+        return ErrorTable.of(self.torque, torque, self._explained)
 
     def allowed(self, budget: Budget) -> FloatArray:
         """Allowed error per joint, N m, shape (n,), and never less than round-off."""
-        return allowed_by(budget, self.peak_torque)
+        return allowed_by(budget, self.peak_torque, self.round_off)
 
 
-def allowed_by(budget: Budget, peak_torque: FloatArray) -> FloatArray:
+def allowed_by(budget: Budget, peak_torque: FloatArray, round_off: float = 0.0) -> FloatArray:
     """Allowed error per joint, N m, shape (n,), for these peak torques, and never less than round-off."""
     # Without any torque anywhere nothing is worth keeping, and any positive budget says so.
-    floor = ROUND_OFF_SHARE * (float(peak_torque.max()) or 1.0)
+    floor = ROUND_OFF_SHARE * float(peak_torque.max()) or round_off or ROUND_OFF_SHARE
     return np.maximum(budget.allowed(peak_torque), floor)
 
 
@@ -177,3 +200,15 @@ def _recursion(form: ExactForm) -> Program:
     if form.drive_inertia is not None:
         torque = torque + form.drive_inertia * states[2][:, 0]
     return Program.of(trace, list(torque))
+
+
+def warn_without_torque(exact: ExactDynamics) -> None:
+    """Warn where no joint needs any torque: whatever is said of shares of torque is then about nothing."""
+    if not exact.needs_torque:
+        largest = float(np.abs(exact.torque).max())
+        warnings.warn(
+            f"no joint of {exact.arm.name} needs torque here beyond round-off ({largest:.1e} N m): there is "
+            "nothing to rank, and a model of no operations is exact",
+            GdAnalyzeWarning,
+            stacklevel=3,
+        )

@@ -117,7 +117,7 @@ def monomial_of(arm: RobotArm, entries: Sequence[FactorEntry]) -> Monomial:
     """Read a monomial back; a ModelError where no arm of this make has it."""
     monomial = sorted(Factor(kind, tuple(m)) for kind, m, exponent in entries for _ in range(exponent))
     for factor in monomial:
-        revolute = [arm.is_revolute[j] for j in factor.joints[: arm.n_joints]]
+        revolute = [turns for turns, m in zip(arm.is_revolute, factor.multiples, strict=False) if m]
         # Beyond the degree of D no multiple of an angle and no further power occurs.
         known = len(factor.multiples) == arm.n_joints and all(abs(m) <= DEGREE for m in factor.multiples)
         if factor.kind == "power":

@@ -16,6 +16,7 @@ from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.levels.model_schema import FORMAT, VERSION, ModelDocument, checked, document_of, model_of
 from gd_analyze.levels.old_files import from_version_1
 from gd_analyze.robots import warn_of_slips
+from gd_analyze.visible import in_python
 
 # A term takes some hundred bytes, and models of a hundred thousand of them are not worth the name.
 LARGEST_FILE = 100_000_000
@@ -58,7 +59,7 @@ def load_model(path: str | Path) -> SimplifiedModel:
             "the model file is of another version",
             where=Location(path),
             expected=f"version {VERSION} or 1",
-            found=f"version {raw.get('version')}",
+            found=f"version {in_python(raw.get('version'))}",
             next_step="use the gd-analyze that wrote it, or write the model again",
         )
     if raw.get("level") not in list(LEVELS):
@@ -66,7 +67,7 @@ def load_model(path: str | Path) -> SimplifiedModel:
             "the model file is of a level that is not known",
             where=f"{path}: level",
             expected=f"one of {', '.join(LEVELS)}",
-            found=repr(raw.get("level"))[:120],
+            found=in_python(raw.get("level")),
             next_step=_WRITE_AGAIN,
         )
     try:
@@ -79,10 +80,10 @@ def load_model(path: str | Path) -> SimplifiedModel:
             "the model file is damaged",
             where=f"{path}: {'.'.join(str(key) for key in first['loc'])}",
             expected=first["msg"],
-            found=repr(first.get("input"))[:120],
+            found=in_python(first.get("input")),
             next_step=_WRITE_AGAIN,
         ) from None
-    except (GdAnalyzeError, KeyError, TypeError, ValueError, AttributeError) as error:
+    except (GdAnalyzeError, LookupError, TypeError, ArithmeticError, ValueError, AttributeError) as error:
         raise ModelError(
             "the model file is damaged: its arm or its terms cannot be rebuilt",
             where=Location(path),
@@ -135,6 +136,8 @@ def _read(path: Path) -> dict[str, Any]:
             found=error.msg,
             next_step=_WRITE_AGAIN,
         ) from None
+    except ValueError:
+        raise _foreign(path, "a number of thousands of digits") from None
     except RecursionError:
         raise _foreign(path, "brackets nested beyond any model") from None
     if not isinstance(raw, dict) or raw.get("format") != FORMAT:

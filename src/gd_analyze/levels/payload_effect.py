@@ -55,14 +55,15 @@ def payload_effect(model: SimplifiedModel, states: States) -> PayloadEffect:
     states
         The states in question; the result says nothing of others.
     """
-    exact = ExactDynamics(model.form, states).torque
-    error = model.torque(*states.arrays) - exact
+    exact = ExactDynamics(model.form, states)
+    error = model.torque(*states.arrays) - exact.torque
     # One column of the regressor, N m, shape (N, n).
     of_a_kilogram = np.empty(error.shape)
     for chunk in chunks(len(states)):
         of_a_kilogram[chunk] = regressor(model.arm, *states.at(chunk).last)[:, -1, 0].T
     # Cancelled terms leave round-off behind, where there is neither an error nor an effect.
-    no_error, no_effect = (ROUND_OFF_SHARE * max(x.max(), -x.min()) for x in (exact, of_a_kilogram))
+    no_error = exact.round_off
+    no_effect = ROUND_OFF_SHARE * max(of_a_kilogram.max(), -of_a_kilogram.min())
     torque, mass = np.zeros(model.arm.n_joints), np.full(model.arm.n_joints, np.inf)
     for chunk in chunks(len(states)):
         size, sign = np.abs(of_a_kilogram[chunk]), np.sign(of_a_kilogram[chunk])

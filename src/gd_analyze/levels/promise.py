@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude
+from gd_analyze.round_off import peak_magnitude, round_off_of
 from gd_analyze.vectors import FloatArray
 
 # Behind a budget that is proven for a whole box.
@@ -32,11 +32,13 @@ class ErrorTable:
     rms: FloatArray
 
     @classmethod
-    def of(cls, exact: FloatArray, simplified: FloatArray) -> ErrorTable:
-        """Compare torques of shape (N, n); what is only round-off counts as no error."""
+    def of(cls, exact: FloatArray, simplified: FloatArray, explained: float = 0.0) -> ErrorTable:
+        """Compare torques of shape (N, n); what is only round-off, see `round_off_of`, counts as no error."""
         error = simplified - exact
-        error[np.abs(error) <= ROUND_OFF_SHARE * np.abs(exact).max()] = 0.0
-        return cls(peak_magnitude(exact), np.abs(error).max(axis=0), np.sqrt(np.mean(error**2, axis=0)))
+        error[np.abs(error) <= round_off_of(exact, explained)] = 0.0
+        return cls(
+            peak_magnitude(exact, explained), np.abs(error).max(axis=0), np.sqrt(np.mean(error**2, axis=0))
+        )
 
     @property
     def largest_share(self) -> FloatArray:

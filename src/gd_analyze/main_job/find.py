@@ -13,12 +13,12 @@ from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.levels import (
     ELEMENT,
     TERM,
-    ErrorTable,
     ExactDynamics,
     Level,
     SimplifiedModel,
     level_named,
     payload_effect,
+    warn_without_torque,
 )
 from gd_analyze.long_decomposition import decompose_on_demand
 from gd_analyze.main_job.how import Origin, Progress, Settings, Silent
@@ -27,7 +27,6 @@ from gd_analyze.provenance import provenance
 from gd_analyze.results import tables
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots import RobotArm, warn_of_slips
-from gd_analyze.round_off import peak_magnitude
 from gd_analyze.search import How, TermRanking, rank_terms, simplify_exact, trade_off
 from gd_analyze.search.simplify import no_dearer
 from gd_analyze.search.trade_off import KINDS
@@ -102,8 +101,9 @@ def find(
         stage("checking, ranking, simplifying")
         dataset.attrs |= source
         residuals = cross_check(arm, dataset)
-        dominance = rank(dataset, budget=how.budget.allowed(peak_magnitude(dataset.torque.values)))
         exact = ExactDynamics.of(arm, dataset)
+        warn_without_torque(exact)
+        dominance = rank(dataset, budget=how.budget.allowed(exact.peak_torque))
         elements = simplify_exact(exact, how.budget, How(ELEMENT, dearer=True), provenance=source)
         level, many = _level(exact, how)
         if level is ELEMENT and how.operations is None:
@@ -172,7 +172,7 @@ def _beyond(exact: ExactDynamics, model: SimplifiedModel, ranking: TermRanking) 
     errors = None
     if arm.has_all_limits:
         drawn = exact.at(states_in_box(arm, _DRAWN))
-        errors = ErrorTable.of(drawn.torque, model.torque(*drawn.states.arrays))
+        errors = drawn.errors_of(model.torque(*drawn.states.arrays))
     table = tables.beyond_table(
         model, certificate, errors, payload_effect(model, states), ranking.uncertainty
     )

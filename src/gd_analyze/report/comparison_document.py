@@ -117,6 +117,8 @@ def _headline(comparison: Comparison) -> str:
     agreed, folded = comparison.agreement, _folded(comparison)
     fewest, most = (choose(folded, key=folded.__getitem__) for choose in (min, max))
     difference = f"{number(agreed.largest)} {comparison.unit}"
+    # An arm without mass needs none at all.
+    more = f"{folded[most] / folded[fewest]:.2g} times as many" if folded[fewest] else str(folded[most])
     told = (
         f"All formulations agree: their torques differ by at most {difference}"
         if agreed.holds
@@ -124,7 +126,7 @@ def _headline(comparison: Comparison) -> str:
     )
     return (
         f"{told}. {METHODS[fewest].title} needs the fewest operations, {folded[fewest]} once folded; "
-        f"{METHODS[most].title} needs {folded[most] / folded[fewest]:.2g} times as many."
+        f"{METHODS[most].title} needs {more}."
     )
 
 

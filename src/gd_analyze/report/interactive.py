@@ -74,7 +74,7 @@ class _Drawing:
         traces = []
         for role, curve in zip(curves, values, strict=True):
             kind, _, label = role.partition(": ")
-            traces.append({"role": kind, "label": label or kind, "y": _rounded(curve[chosen])})
+            traces.append({"role": kind, "label": as_text(label or kind), "y": _rounded(curve[chosen])})
         self.figures[identifier] = {"axis": axis, "unit": pretty(unit), "traces": traces, **more}
 
 
@@ -172,13 +172,25 @@ def _viewer(findings: Findings) -> dict[str, Any]:
         "q": [_rounded(row) for row in q[frames]],
         "torque": [_rounded(row) for row in torque[frames]],
         "joints": [
-            {"name": joint.name, "kind": joint.kind, "effort": joint.effort_unit} for joint in arm.joints
+            {"name": as_text(joint.name), "kind": joint.kind, "effort": joint.effort_unit}
+            for joint in arm.joints
         ],
         "axes": ["xyz"[axis] for axis in axes],
         "floor": float(floor),
         "range": np.round(box, 5).tolist(),
         "flat": flat,
     }
+
+
+def as_text(name: str) -> str:
+    """Write a name so that Plotly, which takes tags such as links in any of its texts, shows it as it is.
+
+    Examples
+    --------
+    >>> as_text("<b>R&D</b>")
+    '&lt;b>R&amp;D&lt;/b>'
+    """
+    return name.replace("&", "&amp;").replace("<", "&lt;")
 
 
 def _rounded(values: Array) -> list[float]:

@@ -32,11 +32,17 @@ def kept(findings: Findings) -> str:
 def headline(findings: Findings) -> str:
     """Answer "what can I drop and what does it cost me" in one sentence or two."""
     model, worst = findings.model, findings.model.promise.errors.largest_share.max()
+    if not model.promise.errors.peak_torque.any():
+        largest = number(float(abs(findings.exact_torque).max()))
+        return (
+            f"No joint needs torque along this trajectory beyond round-off ({largest} N m): there is nothing "
+            "to rank, and nothing to simplify."
+        )
     full, left = model.operations_full.total, model.operations.total
     if not model.saves:
         return (
-            f"Nothing is gained by leaving something out: the exact torques take {full} operations, and no model "
-            "found within the budget takes fewer. The model given is the exact one."
+            f"Nothing is gained by leaving something out: the exact torques take {full} operations, and no "
+            "model found within the budget takes fewer. The model given is the exact one."
         )
     cost = f"joint's torque is off by more than {at_most(worst)} of its peak along this trajectory."
     if model.level.has_torque_terms:

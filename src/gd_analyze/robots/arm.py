@@ -19,6 +19,7 @@ import numpy as np
 
 from gd_analyze.errors import ArmError, GdAnalyzeWarning
 from gd_analyze.robots.constants import keep
+from gd_analyze.robots.names import require_name, require_sentences
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link
 from gd_analyze.vectors import FloatArray
 
@@ -55,7 +56,11 @@ class RobotArm:
     assumptions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        keep(self, "gravity", (3,), f"the gravity of {self.name}", f"arm {self.name}")
+        where = f"arm {self.name}"
+        for name, what in ((self.name, "an arm's name"), (self.title, "an arm's title")):
+            require_name(name, what, where)
+        require_sentences((*self.sources, *self.assumptions), "a source or an assumption", where)
+        keep(self, "gravity", (3,), f"the gravity of {self.name}", where)
         if not self.joints:
             raise ArmError(f"arm {self.name} has no joints", expected="at least one joint")
         for what, items in (("links", self.links), ("drives", self.drives)):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from pydantic import ValidationError
@@ -21,6 +22,10 @@ from gd_analyze.robots.denavit_hartenberg import modified_placements, standard_p
 from gd_analyze.robots.parts import Drive, Joint, Link
 from gd_analyze.robots.slips import warn_of_slips
 from gd_analyze.robots.toml_lines import TableLines
+from gd_analyze.visible import in_python
+
+_EXAMPLE = "`gd-analyze arms puma560 --toml` prints a complete example"
+_LONG_INTEGER = re.compile(r"\d[\d_]{4000}")
 
 # A thousand joints with their links and drives.
 LARGEST_FILE = 1_000_000
@@ -51,6 +56,31 @@ def read_arm(path: str | Path) -> RobotArm:
         Of every number that looks like a slip of the unit, such as an angle in degrees or a mass in grams.
     """
     path = Path(path)
+    content = _read(path)
+    lines = TableLines(path, content)
+    try:
+        parsed = ArmFile.model_validate(_document(path, content))
+    except ValidationError as error:
+        first = error.errors()[0]
+        keys = first["loc"]
+        raise ArmError(
+            f"the arm file does not fit the schema: {_dotted(keys) or 'top level'}",
+            where=lines.locate(keys),
+            expected=_expectation(first["msg"]),
+            found="nothing" if first["type"] == "missing" else in_python(first["input"]),
+            next_step=_EXAMPLE,
+        ) from None
+    except RecursionError:
+        raise ArmError(
+            "the arm file nests tables or lists beyond any arm", where=Location(path), next_step=_EXAMPLE
+        ) from None
+    arm = _build(parsed, lines)
+    warn_of_slips(arm, stacklevel=3)
+    return arm
+
+
+def _read(path: Path) -> str:
+    """Text of an arm file that may be TOML."""
     try:
         content = text_of_arm_file(path)
     except OSError as error:
@@ -70,9 +100,13 @@ def read_arm(path: str | Path) -> RobotArm:
             found=content.lstrip("\ufeff \t\r\n").split("\n", 1)[0][:60],
             next_step="`gd-analyze arms puma560 --toml` prints a complete example; docs/arms.md has the keys",
         )
-    lines = TableLines(path, content)
+    return content
+
+
+def _document(path: Path, content: str) -> dict[str, Any]:
+    """Tables and keys as TOML has them."""
     try:
-        document = tomllib.loads(content)
+        return tomllib.loads(content)
     except tomllib.TOMLDecodeError as error:
         place = re.search(r"line (\d+), column (\d+)", str(error))
         line, column = (int(place[1]), int(place[2])) if place else (content.count("\n") + 1, None)
@@ -80,23 +114,18 @@ def read_arm(path: str | Path) -> RobotArm:
             "the arm file is not valid TOML",
             where=Location(path, line, column),
             found=re.sub(r" \(at .*\)$", "", str(error)),
-            next_step="mend the syntax there; `gd-analyze arms puma560 --toml` prints a complete example",
+            next_step=f"mend the syntax there; {_EXAMPLE}",
         ) from None
-    try:
-        parsed = ArmFile.model_validate(document)
-    except ValidationError as error:
-        first = error.errors()[0]
-        keys = first["loc"]
+    except ValueError:
+        # Python reads no integers of thousands of digits; nothing else beside the syntax makes it refuse.
+        texts = enumerate(content.splitlines(), start=1)
+        longest = next((number for number, text in texts if _LONG_INTEGER.search(text)), None)
         raise ArmError(
-            f"the arm file does not fit the schema: {_dotted(keys) or 'top level'}",
-            where=lines.locate(keys),
-            expected=_expectation(first["msg"]),
-            found="nothing" if first["type"] == "missing" else repr(first["input"])[:120],
-            next_step="`gd-analyze arms puma560 --toml` prints a complete example",
+            "the arm file holds a number of thousands of digits",
+            where=Location(path, longest),
+            expected="a number that a measurement or a drawing can give",
+            next_step=_EXAMPLE,
         ) from None
-    arm = _build(parsed, lines)
-    warn_of_slips(arm, stacklevel=3)
-    return arm
 
 
 def text_of_arm_file(path: Path) -> str:

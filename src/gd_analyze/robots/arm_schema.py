@@ -49,7 +49,12 @@ class _Table(BaseModel):
 def _scaled(value: Any, factor: float) -> Any:
     if isinstance(value, list):
         return [_scaled(item, factor) for item in value]
-    return value * factor if isinstance(value, int | float) and not isinstance(value, bool) else value
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return value
+    try:
+        return value * factor
+    except OverflowError:  # an integer that no float can hold: the schema says so
+        return value
 
 
 class _JointTable(_Table):

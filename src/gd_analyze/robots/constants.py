@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from gd_analyze.errors import ArmError, Location
 from gd_analyze.given_numbers import LARGEST, are_possible
 from gd_analyze.vectors import FloatArray
+from gd_analyze.visible import in_python
 
 
 def require_possible(values: ArrayLike, what: str, where: Location | str) -> None:
@@ -47,9 +48,14 @@ def keep(
     Raises
     ------
     ArmError
-        If the shape differs, or a number is not finite, negative or too large for any arm.
+        If something is no number, the shape differs, or a number is not finite, negative or too large for any
+        arm.
     """
-    array = np.array(getattr(owner, name), dtype=float)
+    given = np.array(getattr(owner, name))
+    if given.dtype.kind not in "fiu":
+        found = in_python(getattr(owner, name))
+        raise ArmError(f"{what} is not made of numbers", where=where, expected="numbers", found=found)
+    array = given.astype(float)
     if array.shape != shape:
         raise ArmError(
             f"{what} has the wrong shape", where=where, expected=str(shape), found=str(array.shape)

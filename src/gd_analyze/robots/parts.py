@@ -12,7 +12,9 @@ import numpy as np
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location
 from gd_analyze.robots.constants import keep, require_possible
 from gd_analyze.robots.link_uncertainty import LinkUncertainty
+from gd_analyze.robots.names import require_name
 from gd_analyze.vectors import FloatArray
+from gd_analyze.visible import in_python
 
 JointKind = Literal["revolute", "prismatic"]
 
@@ -75,12 +77,13 @@ class Joint:
 
     def __post_init__(self) -> None:
         where = self.source or f"joint {self.name}"
+        require_name(self.name, "a joint's name", where)
         if self.kind not in ("revolute", "prismatic"):
             raise ArmError(
                 f"joint {self.name} is of an unknown kind",
                 where=where,
                 expected="revolute or prismatic",
-                found=str(self.kind),
+                found=in_python(self.kind),
             )
         keep(self, "axis", (3,), f"the axis of joint {self.name}", where)
         length = float(np.linalg.norm(self.axis))
@@ -91,9 +94,11 @@ class Joint:
                 expected="length 1",
                 found=f"length {length:g}",
             )
-        limits = (self.lower, self.upper, self.rate_limit, self.acceleration_limit)
-        stated = [limit for limit in limits if limit is not None and not math.isinf(limit)]
-        require_possible(stated, f"a limit of joint {self.name}", where)
+        for limit in ("lower", "upper", "rate_limit", "acceleration_limit"):
+            given = getattr(self, limit)
+            if given is not None and not (isinstance(given, float) and math.isinf(given)):
+                what = f"the {limit.replace('_', ' ')} of joint {self.name}"
+                keep(self, limit, (), what, where)
         if self.lower is not None and self.upper is not None and not self.lower < self.upper:
             raise ArmError(
                 f"the range of joint {self.name} is empty",
@@ -101,13 +106,13 @@ class Joint:
                 expected="lower < upper",
                 found=f"{self.lower:g} .. {self.upper:g}",
             )
-        for what, limit in (("rate", self.rate_limit), ("acceleration", self.acceleration_limit)):
-            if limit is not None and not limit > 0:
+        for kind, value in (("rate", self.rate_limit), ("acceleration", self.acceleration_limit)):
+            if value is not None and not value > 0:
                 raise ArmError(
-                    f"the {what} limit of joint {self.name} is not positive",
+                    f"the {kind} limit of joint {self.name} is not positive",
                     where=where,
                     expected="a positive number",
-                    found=f"{limit:g}",
+                    found=f"{value:g}",
                 )
 
     @property
@@ -172,6 +177,7 @@ class Link:
 
     def __post_init__(self) -> None:
         where = self.source or f"link {self.name}"
+        require_name(self.name, "a link's name", where)
         keep(self, "mass", (), f"the mass of link {self.name}", where, nonnegative="kg")
         keep(self, "com", (3,), f"the com of link {self.name}", where)
         inertia = keep(self, "inertia_com", (3, 3), f"the inertia of link {self.name}", where)

@@ -88,8 +88,15 @@ def rank_terms(exact: ExactDynamics, level: Level = TERM) -> TermRanking:
         Exact dynamics at the states that count.
     level
         A level of harmonic terms: of the torques or of the energies.
+
+    Returns
+    -------
+    TermRanking
+        Of no terms, all of them unlisted, where no joint needs any torque at the states.
     """
     exact = exact.thinned()
+    if not exact.needs_torque:
+        return TermRanking(unlisted=len(level.terms(exact.form)))
     whole = exact.allowed(_WHOLE)
     candidates = candidates_of(exact, level, whole, np.inf)
     elimination = eliminate(candidates, by_cost=False)

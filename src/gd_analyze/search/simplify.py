@@ -12,7 +12,6 @@ from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.levels import (
     TERM,
     Budget,
-    ErrorTable,
     ExactDynamics,
     Level,
     Promise,
@@ -182,7 +181,7 @@ def _within(exact: ExactDynamics, budget: Budget, how: How, progress: Progress =
         if known is exact:
             return model
         torque = model.torque(*exact.states.arrays)
-        errors = ErrorTable.of(exact.torque, torque)
+        errors = exact.errors_of(torque)
         if (errors.largest <= allowed).all():
             return replace(model, promise=replace(model.promise, allowed=allowed, errors=errors))
         worst = np.unique(np.abs(torque - exact.torque).argmax(axis=0))
@@ -229,7 +228,7 @@ def _searched(
 
 
 def no_dearer(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
-    """Give the exact model in place of one that saves nothing; what was searched and promised remains said."""
+    """Give the exact model in place of one that saves nothing; what was searched remains said."""
     if model.saves:
         return model
     everything = exactly(exact, model.level, model.promise.allowed, model.promise.budget)
@@ -246,14 +245,14 @@ def exactly(exact: ExactDynamics, level: Level, allowed: FloatArray, budget: str
         terms=level.terms(form),
         program=form.program,
         operations_full=form.operations,
-        promise=Promise(allowed, budget, ErrorTable.of(exact.torque, exact.torque), exact.states.described),
+        promise=Promise(allowed, budget, exact.errors_of(exact.torque), exact.states.described),
     )
     return _measured(exact, model)
 
 
 def _measured(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
     """State the errors that a model's own program makes."""
-    errors = ErrorTable.of(exact.torque, model.torque(*exact.states.arrays))
+    errors = exact.errors_of(model.torque(*exact.states.arrays))
     return replace(model, promise=replace(model.promise, errors=errors))
 
 

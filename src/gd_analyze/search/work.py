@@ -1,4 +1,4 @@
-"""How much a search may do: counted in multiplications, not in seconds, so that every machine finds the same."""
+"""How much a search may do: counted in multiplications, not seconds, so that all machines find the same."""
 
 from __future__ import annotations
 

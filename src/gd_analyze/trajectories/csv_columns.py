@@ -9,9 +9,10 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from gd_analyze.errors import Location, TrajectoryError, excerpt
+from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.given_numbers import number_in
 from gd_analyze.robots import RobotArm
+from gd_analyze.visible import in_python
 
 KINDS = ("q", "qd", "qdd")
 
@@ -165,7 +166,7 @@ def _refuse_long_names(names: Sequence[str], where: Location) -> None:
                 f"the name of column {column} is far too long",
                 where=replace(where, column=column),
                 expected=f"a name such as time or q1, up to {_LONGEST_NAME} characters",
-                found=excerpt(name),
+                found=in_python(name),
                 next_step="check that the file is a trajectory",
             )
 

@@ -21,6 +21,7 @@ from gd_analyze.trajectories.csv_rows import Rows
 from gd_analyze.trajectories.derived_rates import FEWEST_SET_POINTS, complete_rates
 from gd_analyze.trajectories.trajectory import Trajectory
 from gd_analyze.vectors import FloatArray
+from gd_analyze.visible import visible
 
 # A million set points of a seven-joint arm, every number with all its digits, are 0.45 GB.
 LARGEST_FILE = 1_000_000_000
@@ -86,7 +87,9 @@ def read_trajectory(path_or_name: str | Path, arm: RobotArm) -> Trajectory:
             next_step="add the set points",
         )
     table = rows.numbers(columns.names, columns.time)
-    trajectory = _build(table, columns, arm, name, _origin(source, lines), rows.place(-1))
+    # From here on they are shown, on pages too, and no path any more.
+    name, origin = visible(name), visible(_origin(source, lines))
+    trajectory = _build(table, columns, arm, name, origin, rows.place(-1))
     angles = [c for c in columns.by_kind["q"] if c in columns.degrees]
     if angles:
         warn_if_radians(name, table[:, angles])
@@ -141,13 +144,7 @@ def _fetch(path_or_name: str | Path) -> tuple[str | Path, str, str, bytes]:
     """Path for messages, name, origin and bytes of a trajectory."""
     given = str(path_or_name)
     if given == "-":
-        place = "standard input"
-        return (
-            place,
-            "stdin",
-            f"read from {place}",
-            _limited(read_at_most(sys.stdin.buffer, LARGEST_FILE), place),
-        )
+        return "standard input", "stdin", "read from standard input", _standard_input()
     known = shipped_trajectories()
     path = known.get(given, Path(path_or_name))
     source = f"shipped trajectory {given}" if given in known else f"read from {given}"
@@ -183,6 +180,19 @@ def _limited(data: bytes | None, path: str | Path) -> bytes:
             next_step="write fewer digits or fewer set points, or split the motion",
         )
     return data
+
+
+def _standard_input() -> bytes:
+    try:
+        data = read_at_most(sys.stdin.buffer, LARGEST_FILE)
+    except OSError as error:
+        raise TrajectoryError(
+            "cannot read the trajectory from standard input",
+            where="standard input",
+            found=error.strerror or str(error),
+            next_step="pipe a CSV file in, or give its path",
+        ) from None
+    return _limited(data, "standard input")
 
 
 def _decode(data: bytes, path: str | Path) -> str:

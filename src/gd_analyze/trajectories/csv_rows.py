@@ -10,9 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from gd_analyze.errors import Location, TrajectoryError, excerpt
+from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.given_numbers import LARGEST, are_possible, number_in
 from gd_analyze.vectors import FloatArray
+from gd_analyze.visible import in_python
 
 _WITH_COMMA = re.compile(r"[-+]?[0-9]+,[0-9]+([eE][-+]?[0-9]+)?")
 
@@ -124,7 +125,7 @@ def _number(cell: str, name: str, where: Location) -> float:
             f"{name} is not a number",
             where=where,
             expected="a number in the digits 0 to 9, such as -1.5 or 2e-3",
-            found=excerpt(cell) if cell else "an empty cell",
+            found=in_python(cell) if cell else "an empty cell",
             next_step="write decimal points, not commas"
             if comma
             else "give a number there, or remove the set point",
@@ -134,7 +135,7 @@ def _number(cell: str, name: str, where: Location) -> float:
             f"{name} is too large for any motion",
             where=where,
             expected=f"numbers up to {LARGEST:g}",
-            found=excerpt(cell),
+            found=in_python(cell),
             next_step="check its unit: time is in seconds, and may start at 0",
         )
     return number

@@ -16,6 +16,8 @@ from gd_analyze.vectors import FloatArray
 
 # A quintic with not-a-knot ends has six free coefficients before its first inner knot.
 FEWEST_SET_POINTS = 6
+# A joint that rests and whose position was computed at every set point differs in the last digit or two.
+_LAST_DIGITS = 4 * float(np.finfo(float).eps)
 
 
 def complete_rates(
@@ -58,4 +60,6 @@ def _differentiate(time: FloatArray, values: FloatArray, order: int) -> FloatArr
             derivative: FloatArray = make_interp_spline(time, values, k=5).derivative(order)(time)
         except ValueError:  # raised where the spline's equations overflow
             return np.full_like(values, np.nan)
-    return derivative
+    # A spline through a constant has slopes of its last digits over the time step, squared for accelerations.
+    moved = np.ptp(values, axis=0) > _LAST_DIGITS * np.abs(values).max(axis=0)
+    return np.where(moved, derivative, 0.0)

@@ -24,6 +24,9 @@ from gd_analyze.vectors import FloatArray
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
 
+# A file of a million set points of six joints has 300 MB; more than that says nothing about a motion.
+MOST_SET_POINTS = 1_000_000
+
 
 # s. Nothing with a joint gets anywhere in less, and the powers of it stay within doubles.
 _SHORTEST = 1e-6
@@ -73,9 +76,12 @@ class Schedule:
                 f"{_SHORTEST:g} s to {LARGEST:g} s",
                 f"{self.duration:g} s",
             )
-        if self.n_set_points < 2:
+        if not 2 <= self.n_set_points <= MOST_SET_POINTS:
             raise wrong_argument(
-                "a planned motion has two ends", "n_set_points", "2 or more", str(self.n_set_points)
+                "a motion is planned at its two ends and at some set points between",
+                "n_set_points",
+                f"2 to {MOST_SET_POINTS}",
+                str(self.n_set_points),
             )
 
     def profile_for(self, n_vias: int) -> Profile:
@@ -192,21 +198,21 @@ def _judge(
             "the motion leaves the range of the joints between its knots",
             where=where,
             expected="every joint within its range all the time",
-            found="; ".join(f"{v}, at {v.time:.3g} s" for v in overshoots),
+            found=[f"{v}, at {v.time:.3g} s" for v in overshoots],
             next_step="move or add a via there, or choose the profile trapezoidal, which never overshoots",
         )
     if not report.violations or shortest is None:
         return
-    found = "; ".join(str(violation) for violation in report.violations)
     enough = f"a duration of {round_up(shortest)} s meets all limits"
     if not allow_violations:
         raise TrajectoryError(
             f"the motion is too fast for {arm.name}",
             where=where,
             expected="rates and accelerations within the limits of every joint",
-            found=found,
+            found=[str(violation) for violation in report.violations],
             next_step=f"{enough}; allow_violations=True plans it all the same",
         )
+    found = "; ".join(str(violation) for violation in report.violations)
     warnings.warn(f"the motion is too fast for {arm.name}: {found}; {enough}", GdAnalyzeWarning, stacklevel=3)
 
 

@@ -15,7 +15,7 @@ report.viewer = (() => {
 
   function labels(frame) {
     const joints = viewer.joints;
-    const text = (k) => `joint ${k + 1}, ${joints[k].name.replaceAll("<", "&lt;")}<br>q = ${position(joints[k], viewer.q[frame][k])}`;
+    const text = (k) => `joint ${k + 1}, ${joints[k].name}<br>q = ${position(joints[k], viewer.q[frame][k])}`;
     return viewer.points[frame].map((_, p) => (p === 0 ? "base" : p === 2 * joints.length ? `hand<br>${text(joints.length - 1)}` : text(Math.floor((p - 1) / 2))));
   }
 
