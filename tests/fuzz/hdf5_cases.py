@@ -1,0 +1,197 @@
+"""Results files: a valid one, and what is done to it by way of h5py and as bytes."""
+
+from __future__ import annotations
+
+import io
+import json
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import h5py
+import numpy as np
+from hdf5_process import PROCESS
+from hostile_values import NOT_FINITE, number, text
+from plans import Change, Plan, Stage, carried_out, plans
+from tree_changes import TREE_CHANGES
+from verdict import BrokenError
+
+from gd_analyze.main_job import find
+from gd_analyze.results import save_results
+from gd_analyze.robots import load_arm
+from gd_analyze.trajectories import Trajectory, read_trajectory
+
+
+@cache
+def base() -> bytes:
+    """Results of three set points of the two-link arm."""
+    arm = load_arm("two_link")
+    swing = read_trajectory("two-link-swing", arm)
+    short = Trajectory(*(x[:3] for x in (swing.time, swing.q, swing.qd, swing.qdd)), "swing")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "analysis.h5"
+        save_results(find(arm, short), path)
+        return path.read_bytes()
+
+
+def _edit(change: Callable[[Random, h5py.File], None]) -> Change:
+    """A change of an open file as one of its bytes; what HDF5 itself refuses to do is not done."""
+
+    def changed(random: Random, content: bytes) -> bytes:
+        memory = io.BytesIO(content)
+        with suppress(OSError, ValueError, TypeError, RuntimeError, KeyError, OverflowError):
+            with h5py.File(memory, "r+") as file:
+                change(random, file)
+            return memory.getvalue()
+        return content
+
+    return changed
+
+
+def _some(random: Random, file: h5py.File, kind: type = object) -> Any:
+    """A group or dataset anywhere in a file."""
+    found: list[Any] = []
+    file.visititems(lambda _, item: found.append(item) if isinstance(item, kind) else None)
+    return random.choice(found)
+
+
+def _values(random: Random, file: h5py.File) -> None:
+    """One entry of a dataset, or all."""
+    dataset = _some(random, file, h5py.Dataset)
+    place: Any = tuple(random.randrange(size) for size in dataset.shape if size)
+    if random.randrange(4) == 0:
+        place = ...
+    if h5py.check_string_dtype(dataset.dtype):
+        dataset[place] = text(random)
+    else:
+        with np.errstate(all="ignore"):
+            value = np.float64(random.choice([number(random), random.choice(NOT_FINITE)]))
+            dataset[place] = value.astype(dataset.dtype)
+
+
+def _attribute(random: Random, file: h5py.File) -> None:
+    """An attribute replaced, removed or added."""
+    item = random.choice([file, _some(random, file)])
+    name = random.choice([*item.attrs, text(random)])
+    if name in item.attrs and random.randrange(4) == 0:
+        del item.attrs[name]
+    else:
+        odd = [np.zeros(3), np.nan, h5py.Empty("f"), b"\xff\xfe", ["a", "b"], np.zeros((2, 0))]
+        item.attrs[name] = random.choice([number(random), text(random), random.choice(odd)])
+
+
+def _remove(random: Random, file: h5py.File) -> None:
+    del file[_some(random, file).name]
+
+
+def _rename(random: Random, file: h5py.File) -> None:
+    item = _some(random, file)
+    file.move(item.name, random.choice([text(random), f"{item.name}2", f"/{item.name.split('/')[-1]}"]))
+
+
+def _other_dataset(random: Random, file: h5py.File) -> None:
+    """A dataset of another shape or kind in the place of one."""
+    old = _some(random, file, h5py.Dataset)
+    name, shape, values = old.name, old.shape, old[()]
+    del file[name]
+    kind = random.randrange(7)
+    if kind == 0:
+        file[name] = random.choice([0.0, "text", np.zeros((0,)), np.zeros((2,) * 9), h5py.Empty("f")])
+    elif kind == 1:
+        file.create_dataset(name, (2**40,), "f8", chunks=(1024,))
+    elif kind == 2:
+        file[name] = np.concatenate([np.atleast_1d(values)] * 2)
+    elif kind == 3:
+        file[name] = np.atleast_1d(values)[:-1]
+    elif kind == 4:
+        file[name] = np.zeros(shape, [("a", "f8"), ("b", "i4")])
+    elif kind == 5:
+        file[name] = np.zeros(shape, random.choice(["c16", "f2", "i1", "u8", "S3", "bool"]))
+    else:
+        file.create_dataset(name, shape, h5py.string_dtype())
+
+
+def _link(random: Random, file: h5py.File) -> None:
+    """A link in the place of an item: round in circles, to nothing, to another file."""
+    name = _some(random, file).name
+    del file[name]
+    links = [h5py.SoftLink("/"), h5py.SoftLink(name), h5py.SoftLink("/none"), file["/"]]
+    file[name] = random.choice([*links, h5py.ExternalLink("/etc/hostname", "/"), _some(random, file)])
+
+
+def _document(random: Random, file: h5py.File) -> None:
+    """A change in one of the JSON documents."""
+    dataset = _some(random, file["documents"], h5py.Dataset)
+    name, attributes = dataset.name, dict(dataset.attrs)
+    tree = json.loads(dataset[()].astype(np.uint8).tobytes())
+    tree = TREE_CHANGES[random.choice(list(TREE_CHANGES))](random, tree)
+    written = json.dumps(tree, default=lambda raw: raw.text).encode()
+    del file[name]
+    file[name] = np.frombuffer(written, dtype=np.uint8)
+    for key in ("units", "long_name", "equation"):
+        if key in attributes:
+            file[name].attrs[key] = attributes[key]
+
+
+def _flip(random: Random, content: bytes) -> bytes:
+    """Some bits the other way round."""
+    changed = bytearray(content)
+    for _ in range(random.choice([1, 1, 4, 64])):
+        if changed:
+            changed[random.randrange(len(changed))] ^= 1 << random.randrange(8)
+    return bytes(changed)
+
+
+def _overwrite(random: Random, content: bytes) -> bytes:
+    """A run of zeros, of ones, of noise, or of what stands elsewhere."""
+    length, place = random.choice([1, 4, 8, 16, 64, 512, 4096]), random.randint(0, len(content))
+    elsewhere = random.randint(0, len(content))
+    copied = content[elsewhere : elsewhere + length]
+    runs = [bytes(length), b"\xff" * length, random.randbytes(length), copied]
+    return content[:place] + random.choice(runs) + content[place + length :]
+
+
+def _cut(random: Random, content: bytes) -> bytes:
+    return content[: random.randint(0, len(content))]
+
+
+def _tail(random: Random, content: bytes) -> bytes:
+    return content + random.choice([bytes(8), bytes(4096), content])
+
+
+EDITS = {
+    "values": _values,
+    "attribute": _attribute,
+    "remove": _remove,
+    "rename": _rename,
+    "other dataset": _other_dataset,
+    "link": _link,
+    "document": _document,
+}
+STALE = "leave the digest"
+STAGES = (
+    Stage({name: _edit(change) for name, change in EDITS.items()}, bytes, weight=2),
+    Stage({"flip": _flip, "overwrite": _overwrite}, bytes, weight=4),
+    Stage({"cut": _cut, "tail": _tail, STALE: lambda random, content: content}, bytes),
+)
+cases = plans(1, STAGES)
+
+
+def write(plan: Plan, path: Path) -> None:
+    """Write a results file changed as planned, mostly with the digest of what it now holds."""
+    path.write_bytes(carried_out(plan, base(), STAGES))
+    if STALE not in dict(plan.steps):
+        with suppress(BrokenError):  # a file that cannot even be given a digest is read as it is
+            PROCESS.ask("redigest", path)
+
+
+def judged(path: Path) -> bool:
+    """Hold the property against a file, see `verdict.judge`."""
+    found = PROCESS.ask("read", path)
+    if "cause" in found:
+        raise BrokenError(*found["cause"], found["detail"])
+    return found["read"]

@@ -1,0 +1,59 @@
+"""Keeps a process that reads results files, and starts another one where it hangs or dies."""
+
+from __future__ import annotations
+
+import atexit
+import json
+import select
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from verdict import SECONDS, BrokenError
+
+# Time for a new process to import what it needs, beside the time for a case.
+STARTING = 30.0
+
+
+class Process:
+    """Asks `hdf5_reader.py`; started when it is first asked."""
+
+    def __init__(self) -> None:
+        self._running: subprocess.Popen[str] | None = None
+        atexit.register(self.stop)
+
+    def ask(self, request: str, path: Path) -> dict[str, Any]:
+        """Answer of the process; a BrokenError if there is none in time."""
+        fresh = self._running is None
+        if self._running is None:
+            script = Path(__file__).with_name("hdf5_reader.py")
+            self._running = subprocess.Popen(
+                [sys.executable, str(script)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+            )
+        assert self._running.stdin is not None
+        assert self._running.stdout is not None
+        self._running.stdin.write(f"{request} {path}\n")
+        self._running.stdin.flush()
+        # Python's own clock stops a case earlier than this one, unless it is inside a library.
+        patience = SECONDS + 1.0 + STARTING * fresh
+        ready, _, _ = select.select([self._running.stdout], [], [], patience)
+        line = self._running.stdout.readline() if ready else ""
+        if not line:
+            code = self.stop()
+            raise BrokenError(f"process died with {code}" if ready else "hangs", request)
+        return json.loads(line)
+
+    def stop(self) -> int:
+        """End the process; its exit code."""
+        if self._running is None:
+            return 0
+        with self._running as process:
+            code = process.poll()
+            if code is None:
+                process.kill()
+        self._running = None
+        return process.returncode
+
+
+PROCESS = Process()

@@ -1,0 +1,49 @@
+"""A process that reads results files for another: a damaged file can stop the HDF5 library for good.
+
+Requests are lines, "read" or "redigest" and a path; each is answered with a line of JSON.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from verdict import BrokenError, judge
+
+from gd_analyze.report.html import render_html
+from gd_analyze.results import Findings, load_findings
+
+# Not a number where there is none: parts that do not act, and arms that state no uncertainty.
+MAY_LACK = {("parts", "torque_peak"), ("parts", "torque_share"), ("beyond", "uncertainty")}
+
+
+def redigest(path: Path) -> None:
+    """Make what a file says of itself as a whole true again; files carry no digest of that kind yet."""
+
+
+def use(findings: Findings) -> None:
+    """What is read holds numbers, and the report can be made of it."""
+    for name, table in findings.tables.items():
+        for variable, array in table.variables.items():
+            if array.dtype.kind == "f" and (name, variable) not in MAY_LACK:
+                assert np.isfinite(array.values).all(), f"{name}/{variable} is not finite"
+    assert render_html(findings).startswith("<!doctype html>")
+
+
+def answer(request: str, path: Path) -> dict[str, Any]:
+    if request == "redigest":
+        redigest(path)
+        return {}
+    try:
+        return {"read": judge(path, load_findings, use)}
+    except BrokenError as error:
+        return {"cause": error.cause, "detail": error.detail}
+
+
+if __name__ == "__main__":
+    for line in sys.stdin:
+        request, _, path = line.rstrip("\n").partition(" ")
+        print(json.dumps(answer(request, Path(path))), flush=True)
