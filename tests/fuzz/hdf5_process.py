@@ -23,7 +23,7 @@ class Process:
         self._running: subprocess.Popen[str] | None = None
         atexit.register(self.stop)
 
-    def ask(self, request: str, path: Path) -> dict[str, Any]:
+    def read(self, path: Path) -> dict[str, Any]:
         """Answer of the process; a BrokenError if there is none in time."""
         fresh = self._running is None
         if self._running is None:
@@ -33,7 +33,7 @@ class Process:
             )
         assert self._running.stdin is not None
         assert self._running.stdout is not None
-        self._running.stdin.write(f"{request} {path}\n")
+        self._running.stdin.write(f"{path}\n")
         self._running.stdin.flush()
         # Python's own clock stops a case earlier than this one, unless it is inside a library.
         patience = SECONDS + 1.0 + STARTING * fresh
@@ -41,7 +41,7 @@ class Process:
         line = self._running.stdout.readline() if ready else ""
         if not line:
             code = self.stop()
-            raise BrokenError(f"process died with {code}" if ready else "hangs", request)
+            raise BrokenError(f"process died with {code}" if ready else "hangs", "reading")
         return json.loads(line)
 
     def stop(self) -> int:

@@ -1,6 +1,6 @@
 """A process that reads results files for another: a damaged file can stop the HDF5 library for good.
 
-Requests are lines, "read" or "redigest" and a path; each is answered with a line of JSON.
+Requests are lines with a path; each is answered with a line of JSON.
 """
 
 from __future__ import annotations
@@ -20,10 +20,6 @@ from gd_analyze.results import Findings, load_findings
 MAY_LACK = {("parts", "torque_peak"), ("parts", "torque_share"), ("beyond", "uncertainty")}
 
 
-def redigest(path: Path) -> None:
-    """Make what a file says of itself as a whole true again; files carry no digest of that kind yet."""
-
-
 def use(findings: Findings) -> None:
     """What is read holds numbers, and the report can be made of it."""
     for name, table in findings.tables.items():
@@ -33,10 +29,7 @@ def use(findings: Findings) -> None:
     assert render_html(findings).startswith("<!doctype html>")
 
 
-def answer(request: str, path: Path) -> dict[str, Any]:
-    if request == "redigest":
-        redigest(path)
-        return {}
+def answer(path: Path) -> dict[str, Any]:
     try:
         return {"read": judge(path, load_findings, use)}
     except BrokenError as error:
@@ -45,5 +38,4 @@ def answer(request: str, path: Path) -> dict[str, Any]:
 
 if __name__ == "__main__":
     for line in sys.stdin:
-        request, _, path = line.rstrip("\n").partition(" ")
-        print(json.dumps(answer(request, Path(path))), flush=True)
+        print(json.dumps(answer(Path(line.rstrip("\n")))), flush=True)
