@@ -26,7 +26,8 @@ from gd_analyze.results import save_results
 from gd_analyze.robots import load_arm
 from gd_analyze.trajectories import Trajectory, read_trajectory
 
-
+# Attributes of netCDF's dimensions, which refer to other datasets.
+OF_SCALES = {"CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST"}
 # What comes before the digest of a whole file, in hexadecimal, at the end of one that carries it.
 SEAL = b"\ngd-analyze sha256 "
 
@@ -105,26 +106,41 @@ def _rename(random: Random, file: h5py.File) -> None:
     file.move(item.name, random.choice([text(random), f"{item.name}2", f"/{item.name.split('/')[-1]}"]))
 
 
+def _made_again(file: h5py.File, old: h5py.Dataset, values: Any) -> None:
+    """A dataset of other values in the place of one, stored and described in the same way."""
+    how = {"chunks": True, "fletcher32": old.fletcher32} if np.size(values) and np.ndim(values) else {}
+    described = {
+        key: (old.attrs[key], old.attrs.get_id(key).dtype) for key in old.attrs if key not in OF_SCALES
+    }
+    name = old.name
+    del file[name]
+    new = file.create_dataset(name, data=values, **how)
+    for key, (value, kind) in described.items():
+        new.attrs.create(key, value, dtype=kind)
+
+
 def _other_dataset(random: Random, file: h5py.File) -> None:
     """A dataset of another shape or kind in the place of one."""
     old = _some(random, file, h5py.Dataset)
     name, shape, values = old.name, old.shape, old[()]
-    del file[name]
     kind = random.randrange(7)
     if kind == 0:
-        file[name] = random.choice([0.0, "text", np.zeros((0,)), np.zeros((2,) * 9), h5py.Empty("f")])
+        odd = [0.0, "text", np.zeros((0,)), np.zeros((2,) * 9), h5py.Empty("f")]
+        _made_again(file, old, random.choice(odd))
     elif kind == 1:
-        file.create_dataset(name, (2**40,), "f8", chunks=(1024,))
+        _made_again(file, old, np.concatenate([np.atleast_1d(values)] * 2))
     elif kind == 2:
-        file[name] = np.concatenate([np.atleast_1d(values)] * 2)
+        _made_again(file, old, np.atleast_1d(values)[:-1])
     elif kind == 3:
-        file[name] = np.atleast_1d(values)[:-1]
+        _made_again(file, old, np.zeros(shape, [("a", "f8"), ("b", "i4")]))
     elif kind == 4:
-        file[name] = np.zeros(shape, [("a", "f8"), ("b", "i4")])
-    elif kind == 5:
-        file[name] = np.zeros(shape, random.choice(["c16", "f2", "i1", "u8", "S3", "bool"]))
+        _made_again(file, old, np.zeros(shape, random.choice(["c16", "f2", "i1", "u8", "S3", "bool"])))
     else:
-        file.create_dataset(name, shape, h5py.string_dtype())
+        del file[name]
+        if kind == 5:
+            file.create_dataset(name, (2**40,), "f8", chunks=(1024,), fletcher32=True)
+        else:
+            file.create_dataset(name, shape, h5py.string_dtype())
 
 
 def _link(random: Random, file: h5py.File) -> None:
@@ -138,15 +154,10 @@ def _link(random: Random, file: h5py.File) -> None:
 def _document(random: Random, file: h5py.File) -> None:
     """A change in one of the JSON documents."""
     dataset = _some(random, file["documents"], h5py.Dataset)
-    name, attributes = dataset.name, dict(dataset.attrs)
     tree = json.loads(dataset[()].astype(np.uint8).tobytes())
     tree = TREE_CHANGES[random.choice(list(TREE_CHANGES))](random, tree)
     written = json.dumps(tree, default=lambda raw: raw.text).encode()
-    del file[name]
-    file[name] = np.frombuffer(written, dtype=np.uint8)
-    for key in ("units", "long_name", "equation"):
-        if key in attributes:
-            file[name].attrs[key] = attributes[key]
+    _made_again(file, dataset, np.frombuffer(written, dtype=dataset.dtype))
 
 
 def _flip(random: Random, content: bytes) -> bytes:

@@ -16,15 +16,20 @@ from verdict import BrokenError, judge
 from gd_analyze.report.html import render_html
 from gd_analyze.results import Findings, load_findings
 
-# Not a number where there is none: parts that do not act, and arms that state no uncertainty.
-MAY_LACK = {("parts", "torque_peak"), ("parts", "torque_share"), ("beyond", "uncertainty")}
+# Not a number where none is known, infinite where nothing is shared or needed.
+NOT_ALWAYS_FINITE = {
+    "beyond": {"certified", "worst_found", "within_limits", "mass_within_budget", "uncertainty"},
+    "dominance": {"change_without"},
+    "parts": {"torque_peak"},
+}
 
 
 def use(findings: Findings) -> None:
     """What is read holds numbers, and the report can be made of it."""
     for name, table in findings.tables.items():
         for variable, array in table.variables.items():
-            if array.dtype.kind == "f" and (name, variable) not in MAY_LACK:
+            is_share = str(variable).endswith("_share")
+            if array.dtype.kind == "f" and variable not in NOT_ALWAYS_FINITE.get(name, ()) and not is_share:
                 assert np.isfinite(array.values).all(), f"{name}/{variable} is not finite"
     assert render_html(findings).startswith("<!doctype html>")
 
