@@ -12,8 +12,8 @@ from typing import Any
 
 from verdict import SECONDS, BrokenError
 
-# Time for a new process to import what it needs, beside the time for a case.
-STARTING = 30.0
+# On a machine that does other things as well, a case takes longer than the time it may take for itself.
+PATIENCE = 10 * SECONDS
 
 
 class Process:
@@ -25,7 +25,6 @@ class Process:
 
     def read(self, path: Path) -> dict[str, Any]:
         """Answer of the process; a BrokenError if there is none in time."""
-        fresh = self._running is None
         if self._running is None:
             script = Path(__file__).with_name("hdf5_reader.py")
             self._running = subprocess.Popen(
@@ -35,9 +34,8 @@ class Process:
         assert self._running.stdout is not None
         self._running.stdin.write(f"{path}\n")
         self._running.stdin.flush()
-        # Python's own clock stops a case earlier than this one, unless it is inside a library.
-        patience = SECONDS + 1.0 + STARTING * fresh
-        ready, _, _ = select.select([self._running.stdout], [], [], patience)
+        # Its own clock stops the process earlier, unless it is inside a library.
+        ready, _, _ = select.select([self._running.stdout], [], [], PATIENCE)
         line = self._running.stdout.readline() if ready else ""
         if not line:
             code = self.stop()
