@@ -38,20 +38,17 @@ class Process:
         ready, _, _ = select.select([self._running.stdout], [], [], PATIENCE)
         line = self._running.stdout.readline() if ready else ""
         if not line:
-            code = self.stop()
-            raise BrokenError(f"process died with {code}" if ready else "hangs", "reading")
+            died = self._running.wait() if ready else None
+            self.stop()
+            raise BrokenError("hangs" if died is None else f"process died with {died}", "reading")
         return json.loads(line)
 
-    def stop(self) -> int:
-        """End the process; its exit code."""
-        if self._running is None:
-            return 0
-        with self._running as process:
-            code = process.poll()
-            if code is None:
+    def stop(self) -> None:
+        """End the process."""
+        if self._running is not None:
+            with self._running as process:
                 process.kill()
-        self._running = None
-        return process.returncode
+            self._running = None
 
 
 PROCESS = Process()

@@ -10,14 +10,24 @@ import numpy as np
 import pytest
 from verdict import BrokenError, bounded, judge
 
-from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError
+from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
 
-PATH = Path("case.csv")
+NAME = "case.csv"
+PATH = Path(NAME)
 
 
-def refusing(what: str, where: object = PATH):
+class UnkemptError(GdAnalyzeError):
+    """One whose text nothing tidied up on the way."""
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, self.args))
+
+
+def refusing(*lines: str):
     def read(path: Path) -> None:
-        raise TrajectoryError(what, where=Location(str(where)))
+        error = UnkemptError("")
+        error.args = lines
+        raise error
 
     return read
 
@@ -44,10 +54,10 @@ def raising(path: Path) -> None:
 
 BROKEN = {
     "KeyError": raising,
-    "message without the file": refusing("wrong", where="somewhere"),
-    "message of many lines": refusing("wrong\n" * 9),
-    "wide message": refusing("x" * 600),
-    "message with a letter that is not seen": refusing("\x1b[31mred"),
+    "message without the file": refusing("wrong", "where: somewhere"),
+    "message of many lines": refusing(NAME, *["wrong"] * 9),
+    "wide message": refusing(NAME, "x" * 1100),
+    "message with a letter that is not seen": refusing(NAME, "\x1b[31mred"),
     "RuntimeWarning": telling("overflow", category=RuntimeWarning),
     "a warning told twice": telling("odd", "odd"),
     "MemoryError": hungry,
@@ -81,4 +91,4 @@ def test_time_runs_out():
 
 def test_what_holds():
     assert judge(PATH, telling("odd"), lambda value: None)
-    assert not judge(PATH, refusing("wrong"), lambda value: None)
+    assert not judge(PATH, refusing(NAME, "wrong"), lambda value: None)

@@ -17,8 +17,8 @@ from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
 SECONDS = 5.0
 # Cases are a few kilobytes. What HDF5 and its readers keep for themselves is far below this.
 MEGABYTES = 1024
-# What is wrong, and four details; the longest of them names all variables of a table.
-MOST_LINES, WIDEST = 5, 500
+# What is wrong, and four details; the longest of them advise how to rename all columns of a robot's log.
+MOST_LINES, WIDEST = 5, 1010
 
 SOURCE = "gd_analyze/"
 
