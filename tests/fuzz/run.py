@@ -42,7 +42,7 @@ class Run:
         self.outcomes: Counter[str] = Counter()
         self.causes: dict[Cause, str] = {}
         self.times: Counter[Cause] = Counter()
-        self._last: BrokenError | None = None
+        self._plan: Plan | None = None
         self._shrinking = False
 
     def batch(self, number: int, cases: int) -> None:
@@ -73,6 +73,7 @@ class Run:
                 return
 
     def _hold(self, plan: Plan) -> None:
+        self._plan = plan
         self.format.write(plan, self.case)
         try:
             outcome = "read" if self.format.judged(self.case) else "refused"
@@ -94,6 +95,7 @@ class Run:
         path.write_bytes(self.case.read_bytes())
         self.causes[error.cause] = error.detail
         print(f"{self.name}: {error.cause[0]} at {error.cause[1]}, kept in {path}", flush=True)
+        print(f"    {self._plan}", flush=True)
         print(f"    {error.detail[:300]!r}", flush=True)
 
 
