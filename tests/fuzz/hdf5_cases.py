@@ -26,6 +26,8 @@ from gd_analyze.results import save_results
 from gd_analyze.robots import load_arm
 from gd_analyze.trajectories import Trajectory, read_trajectory
 
+# Numbers that a dataset says it has, and that no memory holds.
+HUGE = 2**40
 # Attributes of netCDF's dimensions, which refer to other datasets.
 OF_SCALES = {"CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST"}
 # What comes before the digest of a whole file, in hexadecimal, at the end of one that carries it.
@@ -66,10 +68,10 @@ def _edit(change: Callable[[Random, h5py.File], None]) -> Change:
 
 
 def _some(random: Random, file: h5py.File, kind: type = object) -> Any:
-    """A group or dataset anywhere in a file."""
+    """A group or dataset anywhere in a file, none that an earlier change made too large to be touched."""
     found: list[Any] = []
     file.visititems(lambda _, item: found.append(item) if isinstance(item, kind) else None)
-    return random.choice(found)
+    return random.choice([item for item in found if getattr(item, "size", None) != HUGE])
 
 
 def _values(random: Random, file: h5py.File) -> None:
@@ -138,7 +140,7 @@ def _other_dataset(random: Random, file: h5py.File) -> None:
     else:
         del file[name]
         if kind == 5:
-            file.create_dataset(name, (2**40,), "f8", chunks=(1024,), fletcher32=True)
+            file.create_dataset(name, (HUGE,), "f8", chunks=(1024,), fletcher32=True)
         else:
             file.create_dataset(name, shape, h5py.string_dtype())
 
