@@ -58,7 +58,7 @@ def _edit(change: Callable[[Random, h5py.File], None]) -> Change:
 
     def changed(random: Random, content: bytes) -> bytes:
         memory = io.BytesIO(content)
-        with suppress(OSError, ValueError, TypeError, RuntimeError, KeyError, OverflowError):
+        with suppress(OSError, ValueError, TypeError, RuntimeError, LookupError, OverflowError):
             with h5py.File(memory, "r+") as file:
                 change(random, file)
             return memory.getvalue()
@@ -153,9 +153,16 @@ def _link(random: Random, file: h5py.File) -> None:
     file[name] = random.choice([*links, h5py.ExternalLink("/etc/hostname", "/"), _some(random, file)])
 
 
+def _is_document(name: str, item: Any) -> bool:
+    in_bytes = isinstance(item, h5py.Dataset) and item.dtype in (np.int8, np.uint8)
+    return name.startswith("documents/") and in_bytes
+
+
 def _document(random: Random, file: h5py.File) -> None:
     """A change in one of the JSON documents."""
-    dataset = random.choice([item for item in file["documents"].values() if item.dtype.itemsize == 1])
+    found: list[h5py.Dataset] = []
+    file.visititems(lambda name, item: found.append(item) if _is_document(name, item) else None)
+    dataset = random.choice(found)
     tree = json.loads(dataset[()].astype(np.uint8).tobytes())
     tree = TREE_CHANGES[random.choice(list(TREE_CHANGES))](random, tree)
     written = json.dumps(tree, default=lambda raw: raw.text).encode()
