@@ -20,6 +20,9 @@ MEGABYTES = 1024
 # What is wrong, and four details; the longest of them advise how to rename all columns of a robot's log.
 MOST_LINES, WIDEST = 5, 1010
 
+# Pages of memory that this process has; only Linux tells, and only there memory is bounded.
+TAKEN = Path("/proc/self/statm")
+
 SOURCE = "gd_analyze/"
 
 
@@ -142,8 +145,9 @@ def bounded(seconds: float = SECONDS, megabytes: int = MEGABYTES) -> Iterator[No
         raise TooSlowError(f"more than {seconds} s")
 
     soft, hard = resource.getrlimit(resource.RLIMIT_AS)
-    pages = int(Path("/proc/self/statm").read_text().split()[0])
-    resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + megabytes * 2**20, hard))
+    if TAKEN.exists():
+        pages = int(TAKEN.read_text().split()[0])
+        resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + megabytes * 2**20, hard))
     before = signal.signal(signal.SIGPROF, stop)
     signal.setitimer(signal.ITIMER_PROF, seconds, 1.0)
     try:
