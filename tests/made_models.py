@@ -4,12 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from gd_analyze.levels import ELEMENT, ENERGY, ErrorTable, ExactForm, Level, Promise, SimplifiedModel
+from gd_analyze.levels import (
+    ELEMENT,
+    ENERGY,
+    ErrorTable,
+    ExactForm,
+    Level,
+    Promise,
+    SimplifiedModel,
+    parts_of,
+)
 from gd_analyze.levels.effort import QUICK, Effort
 from gd_analyze.levels.level import Terms
+from gd_analyze.levels.model_file import _digest
 from gd_analyze.operations import OperationCount
 from gd_analyze.robots import RobotArm
 from gd_analyze.states import States
@@ -52,6 +63,27 @@ def model_of_parts(arm: RobotArm, labels: Collection[str], drives: bool = False)
 def allowing(model: SimplifiedModel, allowed: FloatArray) -> SimplifiedModel:
     """The same model with another budget, N m, shape (n,)."""
     return replace(model, promise=replace(model.promise, allowed=allowed))
+
+
+def version_1(document: dict[str, Any]) -> dict[str, Any]:
+    """What version 1 wrote of the same model, its digest right."""
+    new = dict(document)
+    search, solved, terms = new.pop("search"), new.pop("solved"), new.pop("terms")
+    sentence = ", ".join(f"{step['name']} {step['operations']}" for step in search)
+    sentence += ", solved to the end" if solved else ""
+    old = new | {"version": 1, "provenance": new["provenance"] | {"search": sentence}}
+    if old["level"] == "element":
+        kept = [term["part"] for term in terms]
+        every = [part.label for part in parts_of(len(old["arm"]["joints"]))]
+        old |= {"kept": kept, "dropped": [label for label in every if label not in kept]}
+        del old["steps"], old["outputs"]
+    else:
+        old[{"term": "torques", "energy": "energy"}[old["level"]]] = terms
+    return signed(old)
+
+
+def signed(document: dict[str, Any]) -> dict[str, Any]:
+    return document | {"digest": _digest(document)}
 
 
 def assert_same(model: SimplifiedModel, again: SimplifiedModel, states: States) -> None:

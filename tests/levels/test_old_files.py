@@ -16,34 +16,11 @@ from gd_analyze.levels import (
     SimplifiedModel,
     evaluate,
     load_model,
-    parts_of,
     save_model,
 )
-from gd_analyze.levels.model_file import _digest
 from gd_analyze.search import How, simplify_exact
 from gd_analyze.states import states_of
-from made_models import assert_same
-
-
-def version_1(document: dict[str, Any]) -> dict[str, Any]:
-    """What version 1 wrote of the same model, its digest right."""
-    new = dict(document)
-    search, solved, terms = new.pop("search"), new.pop("solved"), new.pop("terms")
-    sentence = ", ".join(f"{step['name']} {step['operations']}" for step in search)
-    sentence += ", solved to the end" if solved else ""
-    old = new | {"version": 1, "provenance": new["provenance"] | {"search": sentence}}
-    if old["level"] == "element":
-        kept = [term["part"] for term in terms]
-        every = [part.label for part in parts_of(len(old["arm"]["joints"]))]
-        old |= {"kept": kept, "dropped": [label for label in every if label not in kept]}
-        del old["steps"], old["outputs"]
-    else:
-        old[{"term": "torques", "energy": "energy"}[old["level"]]] = terms
-    return signed(old)
-
-
-def signed(document: dict[str, Any]) -> dict[str, Any]:
-    return document | {"digest": _digest(document)}
+from made_models import assert_same, signed, version_1
 
 
 @pytest.fixture(scope="module", params=LEVELS)

@@ -1,0 +1,122 @@
+"""Model files: valid ones, what is done to them, and what must hold of a model that is read."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from contextlib import suppress
+from dataclasses import asdict
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import numpy as np
+from hostile_values import Raw
+from plans import Plan, Stage, carried_out, plans
+from text_changes import BYTES, TEXT
+from toml_cases import FULL
+from tree_changes import TREE_CHANGES
+
+from gd_analyze.levels import LEVELS, ExactForm, SimplifiedModel, load_model, save_model
+from gd_analyze.levels.level import ROUGH
+from gd_analyze.levels.model_file import _digest
+from gd_analyze.operations.written import written
+from gd_analyze.robots import arm_from_description, fingerprint, load_arm
+from made_models import exact_model, version_1
+
+
+def _bases() -> list[dict[str, Any]]:
+    """Models of every level and version, of an arm with drives and one without."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "arm.toml"
+        path.write_text(FULL)
+        bases = []
+        for arm, drives in ((load_arm("two_link"), False), (load_arm(path), True)):
+            for level in LEVELS.values():
+                save_model(exact_model(arm, drives, level), path)
+                document = json.loads(path.read_text(encoding="utf-8"))
+                bases += [document, version_1(document)]
+    return bases
+
+
+BASES = _bases()
+
+
+def _signed(text: str) -> str:
+    """The same with the digest of its content, as its parser understands numbers and keys said twice."""
+    with suppress(TypeError, ValueError, RecursionError):
+        plain = json.loads(text)
+        return json.dumps(plain | {"digest": _digest(plain)}, indent=0)
+    return text
+
+
+def _reconciled(random: Random, document: Any) -> Any:
+    """The same, but program, operations and fingerprint follow from arm and terms, if they can."""
+    with suppress(Exception):  # whatever damage does to functions that are given it unchecked
+        level = LEVELS[document["level"]]
+        form = ExactForm(arm_from_description(document["arm"]), document["drives"])
+        with np.errstate(all="ignore"):
+            program = level.write(form, level.from_entries(form, document["terms"]), ROUGH)
+        steps, outputs = written(program)
+        return document | {
+            "steps": steps,
+            "outputs": outputs,
+            "operations": asdict(program.count),
+            "arm_fingerprint": fingerprint(form.arm, form.drives),
+        }
+    return document
+
+
+def _json(tree: Any) -> str:
+    """A tree as JSON."""
+    raw: list[str] = []
+
+    def marked(value: Raw) -> str:
+        raw.append(value.text)
+        return f"raw {len(raw)}"
+
+    text = json.dumps(tree, default=marked)
+    for number, insertion in enumerate(raw, 1):
+        text = text.replace(f'"raw {number}"', insertion)
+    return text
+
+
+STAGES = (
+    Stage(TREE_CHANGES, lambda tree: tree, weight=4),
+    Stage({"reconcile": _reconciled}, lambda tree: _signed(_json(tree)), weight=12),
+    TEXT,
+    BYTES,
+)
+
+
+def made(plan: Plan) -> bytes:
+    """A model file changed as planned."""
+    return carried_out(plan, BASES[plan.base], STAGES)
+
+
+def use(model: SimplifiedModel) -> None:
+    """What is read is finite at ordinary states in range and counts its own operations."""
+    n = model.arm.n_joints
+    lower = np.clip(model.arm.limits("lower"), -3.0, 3.0)
+    upper = np.clip(model.arm.limits("upper"), -3.0, 3.0)
+    random = np.random.default_rng(1)
+    q = random.uniform(np.minimum(lower, upper), upper, (4, n))
+    rates, accelerations = random.uniform(-2.0, 2.0, (2, 4, n))
+    for what, values in (
+        ("torque", model.torque(q, rates, accelerations)),
+        ("inertia", model.inertia(q)),
+        ("coriolis_centrifugal", model.coriolis_centrifugal(q, rates)),
+        ("gravity_loading", model.gravity_loading(q)),
+    ):
+        assert np.isfinite(values).all(), f"{what} is not finite"
+    kinds = [step.operation for step in model.program.steps]
+    count = model.operations
+    assert count.multiplications == kinds.count("multiply"), "operations are not the program's"
+    assert count.additions == kinds.count("add") + kinds.count("subtract"), "operations are not the program's"
+    promise = model.promise
+    stated = (promise.allowed, promise.errors.peak_torque, promise.errors.largest, promise.errors.rms)
+    assert all(x.shape == (n,) and np.isfinite(x).all() and (x >= 0).all() for x in stated), "no errors"
+
+
+read = load_model
+cases = plans(len(BASES), STAGES)

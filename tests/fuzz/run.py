@@ -1,0 +1,138 @@
+"""The long run: `python tests/fuzz/run.py --cases 100000 csv toml json h5`; `--help` says more."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+
+from hypothesis import HealthCheck, Phase, given, seed, settings
+
+# The tests' own helpers, as pytest finds them.
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from fuzz_formats import FORMATS
+from plans import Plan
+from verdict import BrokenError
+
+# Hypothesis remembers what it tried; beyond some thousand examples that takes longer than the cases.
+BATCH = 1000
+Cause = tuple[str, str]
+
+
+class Run:
+    """One format's run: what was read, refused and found.
+
+    Parameters
+    ----------
+    name
+        The format.
+    found
+        Folder to which the smallest file of every cause goes.
+    case
+        Where a case is written.
+    """
+
+    def __init__(self, name: str, found: Path, case: Path) -> None:
+        self.name, self.found, self.case = name, found, case
+        self.format = FORMATS[name]
+        self.outcomes: Counter[str] = Counter()
+        self.causes: dict[Cause, str] = {}
+        self.times: Counter[Cause] = Counter()
+        self._plan: Plan | None = None
+        self._shrinking = False
+
+    def batch(self, number: int, cases: int) -> None:
+        """Try so many cases; the same number draws the same ones."""
+
+        @seed(number)
+        @settings(
+            max_examples=cases,
+            database=None,
+            deadline=None,
+            phases=(Phase.generate, Phase.shrink),
+            suppress_health_check=list(HealthCheck),
+            report_multiple_bugs=False,
+        )
+        @given(self.format.cases)
+        def held(plan: Plan) -> None:
+            self._hold(plan)
+
+        before = Counter(self.outcomes), Counter(self.times)
+        while True:
+            self._shrinking = False
+            self.outcomes, self.times = map(Counter, before)
+            try:
+                held()
+            except BrokenError as error:  # shrunk; the rest of the batch is tried again without it
+                self._keep(error)
+            else:
+                return
+
+    def _hold(self, plan: Plan) -> None:
+        self._plan = plan
+        self.format.write(plan, self.case)
+        try:
+            outcome = "read" if self.format.judged(self.case) else "refused"
+        except BrokenError as error:
+            self.times[error.cause] += not self._shrinking
+            if error.cause not in self.causes:
+                if error.cause[0] in ("TooSlowError", "hangs"):
+                    self._keep(error)  # shrinking would take as long for every attempt
+                else:
+                    self._shrinking = True
+                    raise
+            outcome = "broken"
+        self.outcomes[outcome] += not self._shrinking
+
+    def _keep(self, error: BrokenError) -> None:
+        """Note a cause and keep the file at hand: after shrinking, Hypothesis ends with the smallest."""
+        number = len(self.causes) + 1
+        path = self.found / f"{self.name}-{number}.{self.name}"
+        path.write_bytes(self.case.read_bytes())
+        self.causes[error.cause] = error.detail
+        print(f"{self.name}: {error.cause[0]} at {error.cause[1]}, kept in {path}", flush=True)
+        print(f"    {self._plan}", flush=True)
+        print(f"    {error.detail[:300]!r}", flush=True)
+
+
+def run(name: str, cases: int, first: int, found: Path) -> bool:
+    """Run one format, saying now and then how far it is; whether nothing was found."""
+    memory = Path("/dev/shm")
+    started = said = time.monotonic()
+    done = 0
+    with tempfile.TemporaryDirectory(dir=memory if memory.is_dir() else None) as folder:
+        this = Run(name, found, Path(folder) / f"case.{name}")
+        for number in range(first, first + -(-cases // BATCH)):
+            size = min(BATCH, cases - done)
+            this.batch(number, size)
+            done += size
+            now = time.monotonic()
+            if now - said > 10 or done == cases:
+                said = now
+                counts = ", ".join(f"{count} {outcome}" for outcome, count in this.outcomes.items())
+                rate = done / (now - started)
+                print(f"{name}: {done} of {cases} cases, {rate:.0f}/s: {counts}", flush=True)
+    for cause, times in this.times.most_common():
+        print(f"{name}: {times} x {cause[0]} at {cause[1]}")
+    return not this.causes
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Read many changed files; see tests/fuzz/verdict.py.")
+    parser.add_argument("formats", nargs="*", choices=[*FORMATS, []], help="all by default")
+    parser.add_argument("--cases", type=int, default=100_000, help="of each format")
+    parser.add_argument("--first", type=int, default=0, help="number of the first batch of 1000")
+    parser.add_argument("--found", type=Path, help="folder for files that break the property")
+    given = parser.parse_args()
+    found = given.found or Path(tempfile.mkdtemp(prefix="gd-analyze-fuzz-"))
+    found.mkdir(parents=True, exist_ok=True)
+    sound = [run(name, given.cases, given.first, found) for name in given.formats or FORMATS]
+    sys.exit(0 if all(sound) else 1)
+
+
+if __name__ == "__main__":
+    main()

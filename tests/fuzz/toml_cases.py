@@ -1,0 +1,165 @@
+"""Arm files: valid ones, what is done to them, and what must hold of an arm that is read."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+import warnings
+from typing import Any
+
+import numpy as np
+from hostile_values import Raw
+from plans import Plan, Stage, carried_out, plans
+from text_changes import BYTES, TEXT
+from tree_changes import TREE_CHANGES
+
+from gd_analyze.decomposition import decompose_states
+from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.resources import data_folder
+from gd_analyze.robots import RobotArm, arm_from_description, fingerprint, read_arm
+from gd_analyze.robots.description import describe_in_full
+from gd_analyze.states import States, states_in_box
+
+FULL = """
+format = "gd-analyze arm 1"
+name = "full"
+title = "Every key"
+convention = "modified"
+gravity = [0.0, 0.0, -9.81]
+sources = ["made for a test"]
+assumptions = ["all"]
+[[joints]]
+name = "turn"
+alpha_deg = -90.0
+a_mm = 500.0
+theta = 0.1
+d = 0.2
+range_deg = [-90.0, 90.0]
+rate_limit_deg = 120.0
+acceleration_limit = 5.0
+[[joints]]
+name = "slide"
+kind = "prismatic"
+range_mm = [100.0, 500.0]
+rate_limit = 1.0
+acceleration_limit_mm = 2000.0
+[[links]]
+name = "first"
+mass = 2.0
+com_mm = [0.0, 0.0, 100.0]
+inertia = { xx = 0.02, yy = 0.02, zz = 0.01 }
+mass_uncertainty = 0.05
+com_uncertainty_mm = [2.0, 2.0, 2.0]
+inertia_uncertainty = { xx = 0.004, yy = 0.009, zz = 0.008, xz = 0.002 }
+as_measured = false
+[[links]]
+name = "second"
+mass = 1.0
+com = [0.0, 0.0, 0.01]
+inertia_about = "origin"
+inertia = { xx = 0.02, yy = 0.02, zz = 0.01, xy = 0.001 }
+[[drives]]
+inertia = 0.5
+inertia_uncertainty = 0.02
+gear_ratio = -62.5
+viscous = 0.001
+coulomb = [0.4, -0.4]
+torque_limit = 97.0
+[[drives]]
+inertia = 0.25
+"""
+# With an inertia that breaks the triangle inequality by as much as measurements do, which is told.
+MEASURED = FULL.replace("zz = 0.01, xy", "zz = 0.0415, xy")
+TWO_LINK = (data_folder("robots") / "two_link.toml").read_text(encoding="utf-8")
+BASES = [tomllib.loads(text) for text in (FULL, TWO_LINK, MEASURED)]
+# Beyond, an evaluation takes seconds for good reasons.
+MOST_JOINTS = 10
+
+
+def toml(tree: Any) -> str:
+    """A tree as TOML, its lists of tables as people write them."""
+    if not isinstance(tree, dict):
+        return _inline(tree)
+    plain = {key: value for key, value in tree.items() if not _is_tables(value)}
+    lines = [f"{_key(key)} = {_inline(value)}" for key, value in plain.items()]
+    for key, tables in tree.items():
+        if key not in plain:
+            for table in tables:
+                lines += [f"[[{_key(key)}]]", *(f"{_key(k)} = {_inline(v)}" for k, v in table.items())]
+    return "\n".join(lines) + "\n"
+
+
+def _is_tables(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(item, dict) for item in value)
+
+
+def _key(key: str) -> str:
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _text(key)
+
+
+def _inline(value: Any) -> str:
+    match value:
+        case Raw():
+            return value.text
+        case dict():
+            return "{" + ", ".join(f"{_key(k)} = {_inline(v)}" for k, v in value.items()) + "}"
+        case list():
+            return "[" + ", ".join(map(_inline, value)) + "]"
+        case str():
+            return _text(value)
+        case None:
+            return "nothing"
+        case bool():
+            return str(value).lower()
+        case int() if abs(value) > 10**300:
+            return hex(value)
+    return repr(value)
+
+
+def _text(value: str) -> str:
+    """A TOML string that says it exactly, by escapes where TOML needs them."""
+    return '"' + "".join(map(_letter, value)) + '"'
+
+
+def _letter(letter: str) -> str:
+    plain = letter >= " " and letter not in '"\\\x7f'
+    return letter if plain else f"\\u{ord(letter):04x}"
+
+
+STAGES = (Stage(TREE_CHANGES, toml, weight=3), TEXT, BYTES)
+
+
+def made(plan: Plan) -> bytes:
+    """An arm file changed as planned."""
+    return carried_out(plan, BASES[plan.base], STAGES)
+
+
+def use(arm: RobotArm) -> None:
+    """What is read comes back from its description, is finite, and its effects sum to the torque."""
+    n = arm.n_joints
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", GdAnalyzeWarning)  # told on reading
+        again = arm_from_description(describe_in_full(arm))
+    assert fingerprint(again) == fingerprint(arm), "another arm by its description"
+    json.dumps(describe_in_full(arm), allow_nan=False)
+    if n > MOST_JOINTS:
+        return
+    drawn = states_in_box(arm, 3, assumed=True)
+    assert all(np.isfinite(x).all() for x in drawn.arrays), "states that are not finite"
+    random = np.random.default_rng(0)
+    states = States(*(random.uniform(-2.0, 2.0, (3, n)) for _ in range(3)))
+    found = decompose_states(arm, states, drives=bool(arm.drives))
+    for name, values in found.items():
+        assert np.isfinite(values).all(), f"{name} is not finite"
+    forces = np.einsum("keij,kj->kei", found["inertia"], states.qdd) + found["coriolis_centrifugal"]
+    loads = [forces[:, 0], forces[:, 1], found["gravity_loading"]]
+    if arm.drives:
+        loads.append(found["drive_torque"])
+    # Sums of some ten products each, in two orders.
+    scale = np.abs(found["inertia"]).sum(axis=(1, 3)) * 2.0 + sum(map(np.abs, loads))
+    assert (np.abs(sum(loads) - found["torque"]) <= 100 * np.finfo(float).eps * scale).all(), "another sum"
+
+
+read = read_arm
+cases = plans(len(BASES), STAGES)
