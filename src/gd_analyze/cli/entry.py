@@ -19,7 +19,7 @@ from click.exceptions import NoArgsIsHelpError
 
 from gd_analyze.cli.app import app
 from gd_analyze.cli.terminal import tell
-from gd_analyze.errors import GdAnalyzeError, UsageError
+from gd_analyze.errors import GdAnalyzeError, StorageError, UsageError
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED, TERMINATED = 0, 1, 2, 130, 143
 
@@ -76,7 +76,7 @@ def _explain(error: Exception, debug: bool) -> int:
         error = _in_our_words(error)
     if isinstance(error, GdAnalyzeError):
         tell("error", str(error))
-        return BAD_INPUT
+        return FAILED if isinstance(error, StorageError) else BAD_INPUT
     if isinstance(error, MemoryError):
         tell("error", f"out of memory\n  found: {error}\n  next: try --no-coupling, or fewer set points")
     elif isinstance(error, OSError):

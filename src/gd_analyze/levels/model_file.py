@@ -15,6 +15,7 @@ from gd_analyze.levels.levels import LEVELS
 from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.levels.model_schema import FORMAT, VERSION, ModelDocument, document_of, model_of
 from gd_analyze.levels.old_files import from_version_1
+from gd_analyze.run import warn_of_others
 
 _WRITE_AGAIN = "write the model again with `gd-analyze ROBOT TRAJECTORY` or `gd-analyze simplify ROBOT -o`"
 
@@ -27,9 +28,14 @@ def save_model(model: SimplifiedModel, path: str | Path) -> None:
     OutputError
         If the file cannot be written.
     """
+    write_text(path, model_text(model))
+
+
+def model_text(model: SimplifiedModel) -> str:
+    """What a model's file holds."""
     document = document_of(model)
     document.digest = _digest(document.model_dump())
-    write_text(path, json.dumps(document.model_dump(), indent=2, ensure_ascii=False) + "\n")
+    return json.dumps(document.model_dump(), indent=2, ensure_ascii=False) + "\n"
 
 
 def load_model(path: str | Path) -> SimplifiedModel:
@@ -39,6 +45,11 @@ def load_model(path: str | Path) -> SimplifiedModel:
     ------
     ModelError
         If the file cannot be read, is not such a model, or was changed so that it no longer fits itself.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        If files of another run stand beside it in a folder of results.
     """
     path = Path(path)
     raw = _read(path)
@@ -85,6 +96,7 @@ def load_model(path: str | Path) -> SimplifiedModel:
             found=f"digest {str(raw['digest'])[:16]}...",
             next_step="write the model again for the arm and the parts you mean",
         )
+    warn_of_others(path, model.provenance.get("run", ""))
     return model
 
 

@@ -15,7 +15,9 @@ from gd_analyze.files import replacing
 from gd_analyze.levels import TERM, ExactForm
 from gd_analyze.levels.model_schema import ModelDocument, document_of, model_of
 from gd_analyze.results.findings import Findings
+from gd_analyze.results.sound_file import sound_file
 from gd_analyze.robots import arm_from_description, describe_in_full
+from gd_analyze.run import warn_of_others
 from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table, validate
 from gd_analyze.trajectories import Trajectory
 
@@ -58,7 +60,8 @@ def write_results(findings: Findings, path: Path) -> None:
     )
     groups = {f"/{name}": dataset for name, dataset in findings.tables.items()}
     tree = xr.DataTree.from_dict({"/": root, **groups, "/documents": _documents(findings)})
-    tree.to_netcdf(path, engine="h5netcdf")
+    with sound_file(path) as file:
+        tree.to_netcdf(file, engine="h5netcdf")
 
 
 def _documents(findings: Findings) -> xr.Dataset:
@@ -148,6 +151,11 @@ def load_results(path: str | Path) -> xr.DataTree:
     ------
     StoreError
         If the file is missing, damaged, foreign or of another schema version.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        If files of another run stand beside it in a folder of results.
     """
     import xarray as xr
 
@@ -160,6 +168,7 @@ def load_results(path: str | Path) -> xr.DataTree:
             validate(tree[name].to_dataset(), name)
     except StoreError as error:
         raise _damaged(path, error.what) from None
+    warn_of_others(path, str(tree.attrs.get("run", "")))
     return tree
 
 
