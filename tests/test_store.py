@@ -252,8 +252,8 @@ def test_an_exception_while_writing_keeps_the_old_file(swing_findings, tmp_path,
     save_results(swing_findings, path)
     old = path.read_bytes()
 
-    def fail(self, *args, **options):
-        Path(args[0]).write_bytes(b"half")
+    def fail(self, file, **options):
+        file.write(b"half")
         raise RuntimeError("midway")
 
     monkeypatch.setattr(xr.DataTree, "to_netcdf", fail)
@@ -275,10 +275,10 @@ import gd_analyze as gd
 
 write = xr.DataTree.to_netcdf
 
-def stall(self, path, **options):
-    write(self, path, **options)
-    with open(path, "r+b") as file:
-        file.truncate(1000)
+def stall(self, file, **options):
+    write(self, file, **options)
+    with open(file.name, "r+b") as again:
+        again.truncate(1000)
     print("writing", flush=True)
     sys.stdin.read()
 

@@ -38,8 +38,8 @@ def report(analysis: Path, out: Path | None, formats: tuple[str, ...], top: int,
         from gd_analyze.main_job.folder import FILES, write_findings
 
         folder = analysis.parent if out is None else out
-        require_outputs(*(folder / FILES[name] for name in formats))
         findings = gd.load_findings(analysis)
+        require_outputs(*(folder / FILES[name] for name in formats))
         stage(f"writing {', '.join(formats)}")
         write_findings(findings, folder, formats)
     print_findings(findings, folder, formats, output, top)
