@@ -32,7 +32,7 @@ from gd_analyze.run import marks_in
 from strategies import names_in
 
 # Longer than all renames take together, s.
-RENAMING = 300e-6
+RENAMING = 200e-6
 
 
 def two_runs() -> list[Findings]:

@@ -180,6 +180,27 @@ def test_all_is_on_the_disk_before_the_first_rename(tmp_path, monkeypatch):
     assert done == ["file"] * 3 + ["rename"] * 3 + ["folder"]
 
 
+@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="no /proc on this system")
+def test_nothing_is_given_free_between_two_renames(tmp_path, monkeypatch):
+    """A replaced file stays open until all are: its blocks would take longer than all the renames."""
+    paths = three(tmp_path)
+    write_all(paths, "old")
+    still_open: list[int] = []
+    replace = Path.replace
+
+    def renamed(self: Path, target: Path) -> Path:
+        replaced = replace(self, target)
+        links = [os.readlink(link) for link in Path("/proc/self/fd").iterdir() if link.is_symlink()]  # noqa: PTH115 - it names what is gone
+        still_open.append(
+            sum(link.startswith(str(tmp_path)) and link.endswith("(deleted)") for link in links)
+        )
+        return replaced
+
+    monkeypatch.setattr(Path, "replace", renamed)
+    write_all(paths, "new")
+    assert still_open == [1, 2, 3]
+
+
 def test_a_rename_that_fails_midway_says_what_is_where(tmp_path, monkeypatch):
     paths = three(tmp_path)
     replace = Path.replace
