@@ -31,8 +31,8 @@ from gd_analyze.results import Findings
 from gd_analyze.run import marks_in
 from strategies import names_in
 
-# Longer than all renames take together, s.
-RENAMING = 200e-6
+# Before each rename that shall be hit, and longer than all of them take then, s: by itself it takes 20e-6.
+PAUSE, RENAMING = 1e-3, 8e-3
 
 
 def two_runs() -> list[Findings]:
@@ -113,14 +113,18 @@ def for_ever(write: Callable[[], None], before: Callable[[int], None] | None = N
 
 
 def telling_of_renames(tell: int) -> None:
-    """Write a byte when renames begin."""
-    put_in_place = files._put_in_place
+    """Write a byte when renames begin, and take time for each."""
+    put_in_place, replace = files._put_in_place, Path.replace
 
     def told(*words: object) -> None:
         os.write(tell, b".")
         put_in_place(*words)
 
-    files._put_in_place = told
+    def slow(self: Path, target: Path) -> Path:
+        time.sleep(PAUSE)
+        return replace(self, target)
+
+    files._put_in_place, Path.replace = told, slow
 
 
 def what_is_wrong(folder: Path) -> tuple[list[str], bool]:
