@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import stat
@@ -11,8 +12,15 @@ from pathlib import Path
 
 import pytest
 
-from gd_analyze.errors import OutputError
-from gd_analyze.files import megabytes, read_at_most, replacing, write_text
+from gd_analyze.errors import OutputError, StorageError
+from gd_analyze.files import (
+    megabytes,
+    read_at_most,
+    replacing,
+    replacing_together,
+    require_writable,
+    write_text,
+)
 from strategies import names_in
 
 
@@ -56,7 +64,8 @@ def test_the_old_file_stays_readable_while_the_new_one_is_written(tmp_path):
     with replacing(path) as temporary:
         temporary.write_text("new")
         assert path.read_text() == "old"
-        assert temporary.parent == path.parent  # replacing across file systems would not be atomic
+        # Replacing across file systems would not be atomic.
+        assert temporary.stat().st_dev == path.stat().st_dev
         assert temporary.suffix == path.suffix
     assert path.read_text() == "new"
 
@@ -123,7 +132,198 @@ def test_a_killed_process_leaves_no_half_file(tmp_path: Path, before: str | None
         assert process.wait() == -signal.SIGKILL
     assert (path.read_text() if path.exists() else None) == before
     left = [name for name in names_in(tmp_path) if name != path.name]
-    assert all(name.startswith(".file.txt.") for name in left)
+    assert len(left) == 1
+    assert left[0].startswith(".")
+    write_text(path, "new")
+    assert names_in(tmp_path) == [path.name]
+
+
+def three(folder: Path) -> list[Path]:
+    return [folder / name for name in ("one", "two", "three")]
+
+
+def write_all(paths: list[Path], text: str) -> None:
+    with replacing_together(paths) as temporaries:
+        for temporary in temporaries:
+            temporary.write_text(text)
+
+
+def test_a_set_is_replaced_together(tmp_path):
+    paths = three(tmp_path)
+    write_all(paths, "old")
+    with replacing_together(paths) as temporaries:
+        for temporary in temporaries:
+            temporary.write_text("new")
+            assert [path.read_text() for path in paths] == ["old"] * 3
+    assert [path.read_text() for path in paths] == ["new"] * 3
+    assert names_in(tmp_path) == sorted(path.name for path in paths)
+
+
+def test_one_that_fails_leaves_the_whole_set(tmp_path):
+    paths = three(tmp_path)
+    write_all(paths, "old")
+    with pytest.raises(StorageError, match="writing failed"), replacing_together(paths) as temporaries:  # noqa: PT012 - the block is the test
+        temporaries[0].write_text("new")
+        raise OSError(errno.ENOSPC, "No space left on device")
+    assert [path.read_text() for path in paths] == ["old"] * 3
+    assert names_in(tmp_path) == sorted(path.name for path in paths)
+
+
+def test_all_is_on_the_disk_before_the_first_rename(tmp_path, monkeypatch):
+    done: list[str] = []
+    fsync, replace = os.fsync, Path.replace
+
+    def synced(descriptor: int) -> None:
+        done.append("folder" if stat.S_ISDIR(os.fstat(descriptor).st_mode) else "file")
+        fsync(descriptor)
+
+    def renamed(self: Path, target: Path) -> Path:
+        done.append("rename")
+        return replace(self, target)
+
+    monkeypatch.setattr(os, "fsync", synced)
+    monkeypatch.setattr(Path, "replace", renamed)
+    write_all(three(tmp_path), "new")
+    assert done == ["file"] * 3 + ["rename"] * 3 + ["folder"]
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="no /proc on this system")
+def test_nothing_is_given_free_between_two_renames(tmp_path, monkeypatch):
+    """A replaced file stays open until all are: its blocks would take longer than all the renames."""
+    paths = three(tmp_path)
+    write_all(paths, "old")
+    still_open: list[int] = []
+    replace = Path.replace
+
+    def renamed(self: Path, target: Path) -> Path:
+        replaced = replace(self, target)
+        links = [os.readlink(link) for link in Path("/proc/self/fd").iterdir() if link.is_symlink()]  # noqa: PTH115 - it names what is gone
+        still_open.append(
+            sum(link.startswith(str(tmp_path)) and link.endswith("(deleted)") for link in links)
+        )
+        return replaced
+
+    monkeypatch.setattr(Path, "replace", renamed)
+    write_all(paths, "new")
+    assert still_open == [1, 2, 3]
+
+
+def test_a_rename_that_fails_midway_says_what_is_where(tmp_path, monkeypatch):
+    paths = three(tmp_path)
+    replace = Path.replace
+
+    def renamed(self: Path, target: Path) -> Path:
+        if target.name == "two":
+            raise OSError(errno.EIO, "Input/output error")
+        return replace(self, target)
+
+    monkeypatch.setattr(Path, "replace", renamed)
+    with pytest.raises(StorageError, match="only one could be put in place; two, three are still"):
+        write_all(paths, "new")
+    assert names_in(tmp_path) == ["one"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_between_two_renames_waits(tmp_path, monkeypatch, number):
+    paths = three(tmp_path)
+    replace = Path.replace
+
+    def renamed(self: Path, target: Path) -> Path:
+        signal.raise_signal(number)
+        return replace(self, target)
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Path, "replace", renamed)
+    before = signal.signal(number, interrupt)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            write_all(paths, "new")
+        assert signal.getsignal(number) is interrupt
+    finally:
+        signal.signal(number, before)
+    assert [path.read_text() for path in paths] == ["new"] * 3
+    assert names_in(tmp_path) == sorted(path.name for path in paths)
+
+
+@pytest.mark.parametrize(
+    ("number", "kind"),
+    [
+        (errno.ENOSPC, StorageError),
+        (errno.EDQUOT, StorageError),
+        (errno.EFBIG, StorageError),
+        (errno.EIO, StorageError),
+        (errno.EMFILE, StorageError),
+        (errno.EACCES, OutputError),
+        (errno.EROFS, OutputError),
+        (errno.ENAMETOOLONG, OutputError),
+    ],
+    ids=lambda value: errno.errorcode.get(value) if isinstance(value, int) else None,
+)
+def test_whose_fault_it_is(tmp_path, number, kind):
+    with pytest.raises(OutputError) as caught, replacing(tmp_path / "file"):
+        raise OSError(number, os.strerror(number))
+    assert type(caught.value) is kind
+    assert caught.value.details["found"] == os.strerror(number)
+
+
+def test_a_device_is_no_file_to_replace(tmp_path):
+    for path in (Path(os.devnull), tmp_path / "pipe"):
+        if not path.exists():
+            os.mkfifo(path)
+        for refused in (require_writable, lambda path: write_text(path, "text")):
+            with pytest.raises(OutputError, match="cannot write there") as caught:
+                refused(path)
+            assert "a device or a pipe" in caught.value.details["found"]
+    assert stat.S_ISCHR(Path(os.devnull).stat().st_mode)
+
+
+def test_what_a_living_process_writes_stays(tmp_path):
+    with replacing(tmp_path / "one") as first:
+        first.write_text("one")
+        with replacing(tmp_path / "two") as second:
+            second.write_text("two")
+        assert first.read_text() == "one"
+        with subprocess.Popen(
+            [sys.executable, "-c", KILLED_MIDWAY, str(tmp_path / "three")],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+        ) as process:
+            assert process.stdout is not None
+            assert process.stdout.readline() == b"writing\n"
+            write_text(tmp_path / "four", "")
+            process.communicate(b"")
+        assert process.returncode == 0
+    assert names_in(tmp_path) == ["four", "one", "three", "two"]
+
+
+def test_what_is_not_known_to_be_abandoned_stays(tmp_path):
+    """A folder of the same kind of name with other things in it, or a file."""
+    (tmp_path / ".gd-analyze.mine").mkdir()
+    (tmp_path / ".gd-analyze.mine" / "notes").touch()
+    (tmp_path / ".gd-analyze.file").touch()
+    (tmp_path / ".gd-analyze.left").mkdir()
+    write_text(tmp_path / "file", "text")
+    assert names_in(tmp_path) == [".gd-analyze.file", ".gd-analyze.mine", "file"]
+
+
+def test_many_processes_write_one_set(tmp_path):
+    """Each set is whole, whichever comes last."""
+    code = """
+import sys
+from pathlib import Path
+from gd_analyze.files import replacing_together
+folder, text = Path(sys.argv[1]), sys.argv[2]
+for _ in range(60):
+    with replacing_together([folder / name for name in ("one", "two", "three")]) as temporaries:
+        for temporary in temporaries:
+            temporary.write_text(text)
+"""
+    writers = [subprocess.Popen([sys.executable, "-c", code, str(tmp_path), text]) for text in "abc"]
+    assert [writer.wait() for writer in writers] == [0, 0, 0]
+    assert len({path.read_text() for path in three(tmp_path)}) == 1
+    assert names_in(tmp_path) == ["one", "three", "two"]
 
 
 @pytest.mark.parametrize("size", [0, 1, 2**20 - 1, 2**20, 2**20 + 1, 3 * 2**20])

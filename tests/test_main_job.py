@@ -13,7 +13,7 @@ import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeError, OutputError, TrajectoryError, UsageError
 from gd_analyze.levels import ELEMENT, parts_of
 from gd_analyze.main_job import Origin, Settings, analyze, find
-from gd_analyze.main_job.folder import FILES, default_folder, require_writable, write_findings
+from gd_analyze.main_job.folder import FILES, default_folder, require_folder, write_findings
 from gd_analyze.robots import with_payload
 from gd_analyze.trajectories import Trajectory
 from strategies import names_in
@@ -101,8 +101,8 @@ def test_a_folder_without_permission_is_found_out_first(two_link, swing, tmp_pat
 
 
 def test_a_folder_that_can_be_made_is_fine(tmp_path):
-    require_writable(tmp_path / "a" / "b")
-    require_writable(tmp_path)
+    require_folder(tmp_path / "a" / "b", FILES)
+    require_folder(tmp_path, FILES)
     assert names_in(tmp_path) == []
 
 

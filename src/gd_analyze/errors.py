@@ -103,5 +103,9 @@ class OutputError(GdAnalyzeError):
     """A result cannot be written."""
 
 
+class StorageError(OutputError):
+    """The machine failed while a result was written: a full disk, a quota, a limit, a device."""
+
+
 class GdAnalyzeWarning(UserWarning):
     """Something suspicious that does not stop the work; also shown inside the reports."""

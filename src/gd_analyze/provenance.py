@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import datetime
 import platform
+from collections.abc import Sequence
 from importlib.metadata import version as installed_version
+from typing import Any
 
+from gd_analyze.run import mark_of
 from gd_analyze.version import __version__
+
+_PASSING = ("created", "command")
 
 
 def provenance(command: str) -> dict[str, str]:
-    """Flat description of this run, stored with every result and shown in every report."""
+    """Flat description of where a result comes from, stored with it and shown in every report."""
     return {
         "gd_analyze": __version__,
         "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
@@ -19,3 +24,22 @@ def provenance(command: str) -> dict[str, str]:
         "numpy": installed_version("numpy"),
         "pinocchio": installed_version("pin"),
     }
+
+
+def provenance_of_run(
+    command: str, names: Sequence[str], everything: Any, *, repeats: bool
+) -> dict[str, str]:
+    """Describe a run that writes several files, and mark it: the mark is the entry "run".
+
+    Parameters
+    ----------
+    command
+        What the user typed.
+    names, everything
+        As for `gd_analyze.run.mark_of`; versions are added.
+    repeats
+        Whether the same inputs give the same results, and so the same mark whenever it is run.
+    """
+    source = provenance(command)
+    lasting = {key: value for key, value in source.items() if not repeats or key not in _PASSING}
+    return source | {"run": mark_of(names, [everything, lasting])}

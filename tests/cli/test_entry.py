@@ -133,9 +133,9 @@ def test_a_killed_run_leaves_no_half_file(process, motion, here):
 def dying(number: int) -> str:
     """Code that makes the process send itself a signal in the middle of writing."""
     return f"""
-import os, pathlib, time, xarray
-def half(self, path, **more):
-    pathlib.Path(path).write_bytes(b"half")
+import os, time, xarray
+def half(self, file, **more):
+    file.write(b"half")
     os.kill(os.getpid(), {int(number)})
     time.sleep(30)
 xarray.DataTree.to_netcdf = half"""

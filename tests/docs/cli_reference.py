@@ -24,8 +24,11 @@ error. Progress shows on a terminal only. `--json` prints one JSON value in ASCI
 that are not finite. `NO_COLOR=1` switches colour off. The terminal rounds for display; files and JSON hold
 every digit.
 
-**Files** appear whole or not at all: each is written beside its place under a hidden name and then moved
-there. A command that fails over its input writes nothing.
+**Files** appear whole or not at all, and those of one run together: they are made in a hidden folder beside
+their places and moved there at the end. A command that fails, over its input or on a full disk, leaves what
+was there before. Each file of a folder of results carries the mark of its run; where files of different runs
+stand side by side, whatever writes or reads them names them in a warning. No command writes over a file that
+it reads.
 
 **Errors** say what is wrong, where (file, line, column), what was expected, what was found, and what to do
 next. In the exit code, 2 means that the command or its input is at fault, 1 that gd-analyze or the machine

@@ -18,7 +18,7 @@ from toml_cases import FULL
 from tree_changes import TREE_CHANGES
 
 from gd_analyze.levels import LEVELS, ExactForm, SimplifiedModel, load_model, save_model
-from gd_analyze.levels.level import ROUGH
+from gd_analyze.levels.effort import ROUGH
 from gd_analyze.levels.model_file import _digest
 from gd_analyze.operations.written import written
 from gd_analyze.robots import arm_from_description, fingerprint, load_arm

@@ -19,6 +19,7 @@ from gd_analyze.cli.options import (
     trajectory_argument,
 )
 from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.outputs import require_outputs
 
 FORMATS = ("h5", "json", "csv", "html", "pdf")
 
@@ -73,12 +74,13 @@ def analyze(
     with output.working() as stage:
         stage("reading")
         from gd_analyze.main_job import Origin
-        from gd_analyze.main_job.folder import default_folder
+        from gd_analyze.main_job.folder import FILES, default_folder
 
         how = gd.Settings(budget=gd.Budget.parse(budget), coupling=not no_coupling, **settings)
         arm = load_arm_carrying(robot, payload)
         motion = gd.read_trajectory(trajectory, arm)
         folder = default_folder(arm, motion) if out is None else out
+        require_outputs(*(folder / FILES[name] for name in formats))
         origin = Origin(command_line(), tuple(output.warnings))
         findings = gd.analyze(arm, motion, folder, how, formats=formats, origin=origin, progress=stage)
         output.warnings.extend(warning for warning in findings.warnings if warning not in output.warnings)

@@ -17,6 +17,7 @@ from gd_analyze.cli.options import (
     trajectory_argument,
 )
 from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.outputs import require_outputs
 from gd_analyze.cli.terminal import line, print_json, sentence, table
 
 if TYPE_CHECKING:
@@ -63,14 +64,14 @@ def compare(
         stage("reading")
         from gd_analyze.comparison import compare as compare_formulations
         from gd_analyze.comparison.compare import STEPS
-        from gd_analyze.main_job.folder import require_writable
         from gd_analyze.report.comparison_document import comparison_document
         from gd_analyze.report.comparison_files import FILES, default_folder, write_comparison
 
         arm = load_arm_carrying(robot, payload)
         motion = None if trajectory is None else gd.read_trajectory(trajectory, arm)
         folder = default_folder(arm.name) if out is None else out
-        require_writable(folder)
+        files = [folder / FILES[name] for name in formats]
+        require_outputs(*files)
         stage("comparing, timing, counting", STEPS)
         comparison = compare_formulations(
             arm, motion, command=command_line(), warned=output.warnings, progress=stage.advance
@@ -78,7 +79,6 @@ def compare(
         output.warnings.extend(warning for warning in comparison.warnings if warning not in output.warnings)
         stage(f"writing {', '.join(formats)}")
         write_comparison(comparison, folder, formats)
-        files = [folder / FILES[name] for name in formats]
     document = comparison_document(comparison)
     output.give(lambda: document | {"files": [str(path) for path in files]}, lambda: _show(document, files))
 

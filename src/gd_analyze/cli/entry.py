@@ -21,7 +21,7 @@ from click.exceptions import NoArgsIsHelpError
 from gd_analyze.cli.app import app
 from gd_analyze.cli.closed_streams import fill_closed_streams
 from gd_analyze.cli.terminal import tell
-from gd_analyze.errors import GdAnalyzeError, UsageError
+from gd_analyze.errors import GdAnalyzeError, StorageError, UsageError
 from gd_analyze.visible import visible
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED, TERMINATED = 0, 1, 2, 130, 143
@@ -83,7 +83,7 @@ def _explain(error: Exception, words: Sequence[str]) -> int:
         error = _in_our_words(error)
     if isinstance(error, GdAnalyzeError):
         tell("error", str(error))
-        return BAD_INPUT
+        return FAILED if isinstance(error, StorageError) else BAD_INPUT
     if isinstance(error, MemoryError):
         is_main_job = next((word for word in words if not word.startswith("-")), "") not in app.commands
         fewer = "try --no-coupling, or fewer set points" if is_main_job else "try fewer set points or states"

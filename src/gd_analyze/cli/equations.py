@@ -10,6 +10,7 @@ import click
 import gd_analyze as gd
 from gd_analyze.cli.options import digits_option, number_read, out_option, robot_argument
 from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.outputs import require_outputs
 from gd_analyze.cli.terminal import WIDTH, lines, table
 from gd_analyze.visible import visible
 
@@ -84,6 +85,7 @@ def equations(
     """
     if terms and (form != "text" or out is not None):
         raise click.UsageError("--terms is a table for the terminal: it goes without --format and --out")
+    require_outputs(out)
     with output.working() as stage:
         import time
 

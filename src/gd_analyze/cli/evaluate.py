@@ -12,6 +12,7 @@ import gd_analyze as gd
 from gd_analyze.cli.given import carrying, payload_option, states_options, trajectory_or_states
 from gd_analyze.cli.options import FILE, out_option
 from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.outputs import require_outputs
 from gd_analyze.cli.terminal import line, sentence
 
 if TYPE_CHECKING:
@@ -66,6 +67,7 @@ def evaluate(
     """
     if out is not None and trajectory is None:
         raise click.UsageError("-o writes torque over time, and needs a trajectory")
+    require_outputs(out)
     with output.working() as stage:
         stage("reading")
         from gd_analyze.files import write_text

@@ -19,10 +19,10 @@ def print_findings(
     from gd_analyze.main_job.folder import FILES
 
     files = [folder / FILES[name] for name in formats]
-    output.give(lambda: _document(findings, files), lambda: _show(findings, files, top))
+    output.give(lambda: _document(findings, files, output.warnings), lambda: _show(findings, files, top))
 
 
-def _document(findings: Findings, files: list[Path]) -> dict[str, Any]:
+def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[str, Any]:
     from dataclasses import asdict
 
     from gd_analyze.formulas.plain import Plain
@@ -60,7 +60,7 @@ def _document(findings: Findings, files: list[Path]) -> dict[str, Any]:
         "states_drawn": tables["beyond"].attrs["states_drawn"],
         "dominance": element_rows(findings),
         "residuals": rows_of(tables["cross_check"], "quantity"),
-        "warnings": list(findings.warnings),
+        "warnings": list(dict.fromkeys([*findings.warnings, *warned])),
         "provenance": dict(findings.provenance),
         "files": [str(path) for path in files],
     }

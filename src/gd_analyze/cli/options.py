@@ -28,6 +28,10 @@ class NameOrFile(click.ParamType[str]):
         self.name = name
         self._kind, self._suffix = kind, suffix
 
+    def path_of(self, word: str) -> Path:
+        """Path of what a word names."""
+        return shipped(self._kind, self._suffix).get(word, Path(word))
+
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter | None, incomplete: str
     ) -> list[CompletionItem]:
@@ -35,6 +39,19 @@ class NameOrFile(click.ParamType[str]):
         names = [CompletionItem(n) for n in shipped(self._kind, self._suffix) if n.startswith(incomplete)]
         # The files come first: bash's script forgets what stood before the request for them.
         return [CompletionItem(incomplete, type="file"), *names]
+
+
+class Output(click.Path):
+    """A file or folder to write."""
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Refuse the empty name, which would stand for the folder one is in."""
+        if value == "":
+            self.fail("the name is empty", param, ctx)
+        return super().convert(value, param, ctx)
 
 
 class NameList(click.ParamType[tuple[str, ...]]):
@@ -133,7 +150,7 @@ def digits_option(told: str) -> Callable[[F], F]:
 
 def out_option(told: str) -> Callable[[F], F]:
     """--out, a file or a folder."""
-    return click.option("-o", "--out", type=FILE, help=told)
+    return click.option("-o", "--out", type=Output(), help=told)
 
 
 def formats_option(names: tuple[str, ...]) -> Callable[[F], F]:

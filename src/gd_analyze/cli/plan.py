@@ -18,6 +18,7 @@ from gd_analyze.cli.options import (
     robot_argument,
 )
 from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.outputs import require_outputs
 from gd_analyze.cli.terminal import line, lines, sentence, table
 from gd_analyze.errors import TrajectoryError, UsageError
 
@@ -76,6 +77,7 @@ def plan(
       gd-analyze plan two_link --from 0,0 --to 60,-45 --duration 2 |
           gd-analyze two_link -
     """
+    require_outputs(out)
     with output.working() as stage:
         stage("planning")
         from gd_analyze.trajectories import trajectory_csv

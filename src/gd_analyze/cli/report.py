@@ -9,6 +9,7 @@ import click
 import gd_analyze as gd
 from gd_analyze.cli.options import FILE, formats_option, out_option, top_option
 from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.outputs import require_outputs
 
 # What can be made from the file; the file itself is there.
 FORMATS = ("json", "csv", "html", "pdf")
@@ -34,11 +35,11 @@ def report(analysis: Path, out: Path | None, formats: tuple[str, ...], top: int,
 
     with output.working() as stage:
         stage("reading")
-        from gd_analyze.main_job.folder import require_writable, write_findings
+        from gd_analyze.main_job.folder import FILES, write_findings
 
         folder = analysis.parent if out is None else out
-        require_writable(folder)
         findings = gd.load_findings(analysis)
+        require_outputs(*(folder / FILES[name] for name in formats))
         stage(f"writing {', '.join(formats)}")
         write_findings(findings, folder, formats)
     print_findings(findings, folder, formats, output, top)

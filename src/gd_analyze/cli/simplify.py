@@ -12,6 +12,7 @@ from gd_analyze.cli.given import Given, given_dynamics
 from gd_analyze.cli.levels import budget_option, level_option, simplify_options
 from gd_analyze.cli.options import command_line, digits_option, out_option
 from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.outputs import require_outputs
 from gd_analyze.cli.terminal import WIDTH, line, lines, sentence
 
 if TYPE_CHECKING:
@@ -56,6 +57,7 @@ def simplify(
       gd-analyze simplify puma560 --drives --certified -o model.json
       gd-analyze simplify my_arm.toml --refit --level energy -o model.json
     """
+    require_outputs(out)
     with output.working() as stage:
         import time
 

@@ -10,8 +10,8 @@ from gd_analyze.comparison.agreement import Agreement, agreement
 from gd_analyze.comparison.costs import SIZES, Cost, Growth, count_cost, growth
 from gd_analyze.comparison.timing import N_SET_POINTS, REPEATS, Timing, time_methods
 from gd_analyze.formulations.methods import METHODS
-from gd_analyze.provenance import provenance
-from gd_analyze.robots import RobotArm, warn_of_slips
+from gd_analyze.provenance import provenance_of_run
+from gd_analyze.robots import RobotArm, describe_in_full, warn_of_slips
 from gd_analyze.states import States, states_in_box, states_of
 from gd_analyze.trajectories import Trajectory, check_against_arm
 from gd_analyze.trajectories.checks import require_joints
@@ -98,7 +98,9 @@ def compare(
     TrajectoryError
         If the trajectory is of another number of joints.
     """
-    source = provenance(command)
+    names = (arm.name, "" if trajectory is None else trajectory.name)
+    # Two runs measure other times.
+    source = provenance_of_run(command, names, describe_in_full(arm), repeats=False)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         warn_of_slips(arm, stacklevel=2)

@@ -16,6 +16,7 @@ from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.levels.model_schema import FORMAT, VERSION, ModelDocument, checked, document_of, model_of
 from gd_analyze.levels.old_files import from_version_1
 from gd_analyze.robots import warn_of_slips
+from gd_analyze.run import warn_of_others
 from gd_analyze.visible import in_python
 
 # A term takes some hundred bytes, and models of a hundred thousand of them are not worth the name.
@@ -32,9 +33,14 @@ def save_model(model: SimplifiedModel, path: str | Path) -> None:
     OutputError
         If the file cannot be written.
     """
+    write_text(path, model_text(model))
+
+
+def model_text(model: SimplifiedModel) -> str:
+    """What a model's file holds."""
     document = document_of(model)
     document.digest = _digest(document.model_dump())
-    write_text(path, json.dumps(document.model_dump(), indent=2, ensure_ascii=False) + "\n")
+    return json.dumps(document.model_dump(), indent=2, ensure_ascii=False) + "\n"
 
 
 def load_model(path: str | Path) -> SimplifiedModel:
@@ -50,7 +56,8 @@ def load_model(path: str | Path) -> SimplifiedModel:
     Warns
     -----
     GdAnalyzeWarning
-        Of numbers of the arm that look like slips, as when the arm was read.
+        Of numbers of the arm that look like slips, as when it was read, and if files of another run stand
+        beside it in a folder of results.
     """
     path = Path(path)
     raw = _read(path)
@@ -110,6 +117,7 @@ def load_model(path: str | Path) -> SimplifiedModel:
             next_step=_WRITE_AGAIN,
         ) from None
     warn_of_slips(model.arm, stacklevel=2)
+    warn_of_others(path, model.provenance.get("run", ""))
     return model
 
 

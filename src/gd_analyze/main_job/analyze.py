@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection
 from pathlib import Path
 
+from gd_analyze.errors import UsageError
 from gd_analyze.files import require_formats
 from gd_analyze.main_job.find import find
-from gd_analyze.main_job.folder import FILES, default_folder, require_writable, write_findings
+from gd_analyze.main_job.folder import FILES, default_folder, require_folder, write_findings
 from gd_analyze.main_job.how import Origin, Progress, Settings
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots import RobotArm
@@ -46,12 +47,16 @@ def analyze(
     ------
     OutputError
         If the folder cannot be written to; nothing is computed or written then.
+    StorageError
+        If the machine fails while the files are written, e.g. a full disk; those of before stay.
     GdAnalyzeError
         As for `find`.
     """
+    if out == "":
+        raise UsageError("the name of the folder is empty", where="out", next_step="name a folder, or none")
     folder = default_folder(arm, trajectory) if out is None else Path(out)
     require_formats(formats, FILES)
-    require_writable(folder)
+    require_folder(folder, formats)
     findings = find(arm, trajectory, settings, origin=origin, progress=progress)
     if progress is not None:
         progress(f"writing {', '.join(formats)}")

@@ -23,10 +23,10 @@ from gd_analyze.levels import (
 from gd_analyze.long_decomposition import decompose_on_demand
 from gd_analyze.main_job.how import Origin, Progress, Settings, Silent
 from gd_analyze.pinocchio_check import cross_check
-from gd_analyze.provenance import provenance
+from gd_analyze.provenance import provenance_of_run
 from gd_analyze.results import tables
 from gd_analyze.results.findings import Findings
-from gd_analyze.robots import RobotArm, warn_of_slips
+from gd_analyze.robots import RobotArm, describe_in_full, warn_of_slips
 from gd_analyze.search import How, TermRanking, rank_terms, simplify_exact, trade_off
 from gd_analyze.search.simplify import no_dearer
 from gd_analyze.search.trade_off import KINDS
@@ -83,7 +83,7 @@ def find(
     how = settings or Settings()
     how.budget.allowed(np.ones(arm.n_joints))  # one of a wrong length shall fail before any computing
     before, stage = origin or Origin(), progress or Silent()
-    source = provenance(before.command)
+    source = _source(arm, trajectory, how, before.command)
     stage("decomposing", trajectory.n_set_points)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GdAnalyzeWarning)
@@ -134,6 +134,13 @@ def find(
         warnings=tuple(dict.fromkeys([*before.warnings, *_told(caught)])),
         provenance=source,
     )
+
+
+def _source(arm: RobotArm, trajectory: Trajectory, how: Settings, command: str) -> dict[str, str]:
+    """Where the results come from; what they depend on, and what of the motion they state, marks the run."""
+    motion = [trajectory.fingerprint, trajectory.name, trajectory.origin, trajectory.rates_from]
+    everything = [describe_in_full(arm), motion, how.described()]
+    return provenance_of_run(command, (arm.name, trajectory.name), everything, repeats=True)
 
 
 def _level(exact: ExactDynamics, how: Settings) -> tuple[Level, bool]:

@@ -1,59 +1,67 @@
-"""The folder of results: what is in it, and how it is written whole or not at all."""
+"""The folder of results: what is in it, and how it is written as a whole or not at all."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Collection
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import ExitStack
 from pathlib import Path
 
-from gd_analyze.errors import Location, OutputError
-from gd_analyze.files import replacing
-from gd_analyze.levels import save_model
+from gd_analyze.files import replacing_together, require_writable
+from gd_analyze.levels.model_file import model_text
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import frame_of
 from gd_analyze.results.store import write_results
 from gd_analyze.robots import RobotArm
+from gd_analyze.run import RESULT_FILES, marks_in, warn_of_what_was_there
 from gd_analyze.trajectories import Trajectory
 
-FILES = {
-    "h5": "analysis.h5",
-    "json": "model.json",
-    "csv": "dominance.csv",
-    "html": "report.html",
-    "pdf": "report.pdf",
-}
+FILES = RESULT_FILES
 
 
 def write_findings(findings: Findings, folder: Path, formats: Collection[str]) -> None:
-    """Write the chosen files; reports are made first, so that one that fails leaves no file behind.
+    """Write the chosen files, all together when the last is made: one that fails leaves no file behind.
 
-    The PDF is typeset beside the others, as that leaves the interpreter free.
+    The PDF is typeset beside the others, as that leaves the interpreter free. The first to be put in place is
+    that which the others can be made from.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        If files of another run remain in the folder, or those of another arm or motion were replaced.
     """
-    made: dict[str, bytes] = {}
-    with ThreadPoolExecutor(max_workers=1) as beside, ExitStack() as unfinished:
+    chosen = [name for name in FILES if name in formats]
+    before = {name: marks_in(folder / name) for name in FILES.values()}
+    paths = [folder / FILES[name] for name in chosen]
+    with ThreadPoolExecutor(max_workers=1) as beside, replacing_together(paths) as temporaries:
+        places = dict(zip(chosen, temporaries, strict=True))
         pdf: Future[bytes] | None = None
-        if "pdf" in formats:
+        if "pdf" in places:
             from gd_analyze.report.pdf import prepare_pdf
 
             pdf = beside.submit(prepare_pdf(findings))
-        if "html" in formats:
+        if "html" in places:
             from gd_analyze.report.html import render_html
 
-            made["html"] = render_html(findings).encode()
-        if "csv" in formats:
-            ranking = frame_of(findings.dominance, "element")
-            made["csv"] = ranking.to_csv(index=False, lineterminator="\n").encode()
-        if "h5" in formats:
-            write_results(findings, unfinished.enter_context(replacing(folder / FILES["h5"])))
+            places["html"].write_bytes(render_html(findings).encode())
+        if "csv" in places:
+            places["csv"].write_bytes(_ranking_csv(findings).encode())
+        if "json" in places:
+            places["json"].write_text(model_text(findings.model), encoding="utf-8")
+        if "h5" in places:
+            write_results(findings, places["h5"])
         if pdf is not None:
-            made["pdf"] = pdf.result()
-    if "json" in formats:
-        save_model(findings.model, folder / FILES["json"])
-    for name, content in made.items():
-        with replacing(folder / FILES[name]) as temporary:
-            temporary.write_bytes(content)
+            places["pdf"].write_bytes(pdf.result())
+    mark = findings.provenance.get("run", "")
+    if chosen:
+        warn_of_what_was_there(folder, before, [path.name for path in paths], mark)
+
+
+def _ranking_csv(findings: Findings) -> str:
+    """Rank the elements, and say in a last column, the same in every row, of which run this is."""
+    ranking = frame_of(findings.dominance, "element")
+    if "run" in findings.provenance:
+        ranking["run"] = findings.provenance["run"]
+    return ranking.to_csv(index=False, lineterminator="\n")
 
 
 def default_folder(arm: RobotArm, trajectory: Trajectory) -> Path:
@@ -61,16 +69,7 @@ def default_folder(arm: RobotArm, trajectory: Trajectory) -> Path:
     return Path("reports") / f"{arm.name}-{trajectory.name}"
 
 
-def require_writable(folder: Path) -> None:
-    """Fail early, before any computing, when results could not be written."""
-    existing = folder
-    while not existing.exists() and existing != existing.parent:
-        existing = existing.parent
-    if not existing.is_dir() or not os.access(existing, os.W_OK | os.X_OK):
-        raise OutputError(
-            "cannot write the results there",
-            where=Location(folder),
-            expected="a folder that exists or can be made",
-            found=f"{existing} is {'not writable' if existing.is_dir() else 'not a folder'}",
-            next_step="choose another folder with --out",
-        )
+def require_folder(folder: Path, formats: Collection[str]) -> None:
+    """Fail early, before any computing, when the files of these formats could not be written."""
+    for name in formats:
+        require_writable(folder / FILES[name])

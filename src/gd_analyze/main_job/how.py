@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Protocol
+from dataclasses import dataclass, field, fields
+from typing import Any, Protocol
 
 from gd_analyze.levels import Budget, Level
 from gd_analyze.levels.levels import level_named
@@ -44,6 +44,12 @@ class Settings:
     def __post_init__(self) -> None:
         if self.level is not None:
             object.__setattr__(self, "level", level_named(self.level))
+
+    def described(self) -> dict[str, Any]:
+        """All of it as JSON values."""
+        values = {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        level = None if self.level is None else level_named(self.level).name
+        return values | {"budget": [self.budget.amounts, self.budget.is_share], "level": level}
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from gd_analyze.comparison import Comparison
 from gd_analyze.comparison.agreement import PINOCCHIO
-from gd_analyze.files import replacing, require_formats
+from gd_analyze.files import replacing_together, require_formats
 from gd_analyze.formatting import figures, pretty
 from gd_analyze.formulations.methods import METHODS
 from gd_analyze.report.colours import TEMPLATES
@@ -20,6 +20,7 @@ from gd_analyze.report.comparison_chart import PAPER, SCREEN, Palette, growth_ch
 from gd_analyze.report.comparison_document import comparison_document, provenance_rows
 from gd_analyze.report.html import environment, style
 from gd_analyze.report.pdf import typeset
+from gd_analyze.run import marks_in, warn_of_what_was_there
 
 FILES = {"html": "comparison.html", "pdf": "comparison.pdf", "json": "comparison.json"}
 
@@ -32,7 +33,7 @@ def default_folder(arm_name: str) -> Path:
 
 
 def write_comparison(comparison: Comparison, folder: Path, formats: Collection[str]) -> None:
-    """Write the chosen files of `FILES`; all are made before the first is written.
+    """Write the chosen files of `FILES`, all together when the last is made.
 
     Raises
     ------
@@ -40,6 +41,11 @@ def write_comparison(comparison: Comparison, folder: Path, formats: Collection[s
         If there is no such format.
     OutputError
         If the folder cannot be written to.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        If files of another comparison remain in the folder, or those of another arm or motion were replaced.
     """
     require_formats(formats, FILES)
     make: dict[str, Callable[[Comparison], bytes]] = {
@@ -48,9 +54,12 @@ def write_comparison(comparison: Comparison, folder: Path, formats: Collection[s
         "json": _json,
     }
     made = {name: make[name](comparison) for name in formats}
-    for name, content in made.items():
-        with replacing(folder / FILES[name]) as temporary:
+    paths = [folder / FILES[name] for name in made]
+    before = {name: marks_in(folder / name) for name in FILES.values()}
+    with replacing_together(paths) as temporaries:
+        for temporary, content in zip(temporaries, made.values(), strict=True):
             temporary.write_bytes(content)
+    warn_of_what_was_there(folder, before, [path.name for path in paths], comparison.provenance["run"])
 
 
 def _json(comparison: Comparison) -> bytes:
@@ -62,6 +71,7 @@ def render_comparison_html(comparison: Comparison) -> str:
     template = environment().get_template("comparison.html.j2")
     return template.render(
         c=comparison_document(comparison),
+        run=comparison.provenance["run"],
         provenance=provenance_rows(comparison),
         names=[_SHORT[name] for name in comparison.agreement.names],
         charts=_charts(comparison, SCREEN),
@@ -98,6 +108,7 @@ def _typeset_numbers(comparison: Comparison) -> dict[str, Any]:
         return "–" if value is None else f"{value:.2f}"
 
     return document | {
+        "run": comparison.provenance["run"],
         "headline": pretty(document["headline"]),
         "unit": comparison.unit,
         "facts": [{"value": _powers(value), "caption": pretty(said)} for value, said in document["facts"]],

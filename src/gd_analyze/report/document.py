@@ -69,6 +69,7 @@ def document(findings: Findings) -> dict[str, Any]:
             for row in rows_of(tables["cross_check"], "quantity")
         ],
         "arm": arm_data(arm),
+        "run": findings.provenance.get("run", ""),
         "provenance": [
             [label.replace("_", " "), value] for label, value in summary.provenance_lines(findings)
         ],

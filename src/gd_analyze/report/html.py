@@ -110,6 +110,7 @@ def _content(findings: Findings) -> dict[str, Any]:
         "uncertain": summary.above_allowed(joints, "uncertainty"),
         "outside": summary.above_allowed(joints, "within_limits"),
         "cross_check": rows_of(tables["cross_check"], "quantity"),
+        "run": findings.provenance.get("run", ""),
         "provenance": summary.provenance_lines(findings),
         "still": stroboscope(arm, findings.trajectory.q),
         "thinned_to": MOST_POINTS if count > MOST_POINTS else None,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.results.hdf5_layout import COORDINATES, DIMS, VERSIONS, stored
+from gd_analyze.results.sound_file import SoundFile, sound_file
 from gd_analyze.schema import require_numbers
 from gd_analyze.vectors import CHUNK, chunks
 
@@ -32,13 +33,15 @@ def write_tables(path: Path, tables: Mapping[str, xr.Dataset], attributes: Mappi
     """
     import h5py
 
-    with h5py.File(path, "w", libver=VERSIONS, track_order=True) as file:
+    with sound_file(path) as sink, h5py.File(sink, "w", libver=VERSIONS, track_order=True) as file:
         _describe(file, attributes)
         for name, dataset in tables.items():
             _write_table(file.create_group(name, track_order=True), dataset, name)
+            _fill(file[name], dataset, name, sink)
 
 
 def _write_table(group: h5py.Group, dataset: xr.Dataset, name: str) -> None:
+    """Make all variables of a table, and write those that are not along time."""
     labels = [key for key in dataset.coords if key not in dataset.dims]
     _describe(group, dataset.attrs | ({COORDINATES: " ".join(map(str, labels))} if labels else {}))
     for key, variable in dataset.variables.items():
@@ -52,7 +55,6 @@ def _write_table(group: h5py.Group, dataset: xr.Dataset, name: str) -> None:
         if variable.dims != (key,):
             for axis, dim in zip(group[str(key)].dims, variable.dims, strict=True):
                 axis.attach_scale(group[str(dim)])
-    _fill(group, dataset, name)
 
 
 def _create(group: h5py.Group, key: str, variable: xr.Variable, name: str) -> None:
@@ -73,10 +75,12 @@ def _create(group: h5py.Group, key: str, variable: xr.Variable, name: str) -> No
     _describe(made, variable.attrs | attributes | {DIMS: " ".join(map(str, variable.dims))})
 
 
-def _fill(group: h5py.Group, dataset: xr.Dataset, name: str) -> None:
-    """Write the values along time."""
+def _fill(group: h5py.Group, dataset: xr.Dataset, name: str, sink: SoundFile) -> None:
+    """Write the values along time, as long as there is room for them."""
     long = [key for key, variable in dataset.variables.items() if variable.dims[:1] == ("time",)]
     for chunk in chunks(dataset.sizes["time"]) if long else ():
+        if sink.failure is not None:
+            return
         block = dataset[long].isel(time=chunk)
         for key in long:
             values = np.ascontiguousarray(block[key].values)

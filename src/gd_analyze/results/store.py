@@ -21,6 +21,7 @@ from gd_analyze.results.hdf5_writer import write_tables
 from gd_analyze.results.refusal import damage_named
 from gd_analyze.results.seal import require_sealed, seal
 from gd_analyze.robots import arm_from_description, describe_in_full
+from gd_analyze.run import warn_of_others
 from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
 from gd_analyze.trajectories import Trajectory
 
@@ -85,7 +86,7 @@ def load_findings(path: str | Path) -> Findings:
     Raises
     ------
     StoreError
-        As `load_results`.
+        As `load_results`, whose warnings are given, too.
     """
     path = Path(path)
     with _opened(path) as file:
@@ -97,6 +98,7 @@ def load_findings(path: str | Path) -> Findings:
         elements = model
         if "element_model" in documents:
             elements = checked_model(ModelDocument.model_validate(documents["element_model"]))
+        warn_of_others(path, str(attributes.get("run", "")))
         motion, warnings = tables["trajectory"], attributes["warnings"]
         if motion.sizes["time"] <= MOST_KEPT:
             file.close()
@@ -136,13 +138,20 @@ def load_results(path: str | Path) -> xr.DataTree:
     ------
     StoreError
         If the file is missing, damaged, changed, foreign or of another schema version.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        If files of another run stand beside it in a folder of results.
     """
     import xarray as xr
 
-    with _opened(Path(path)) as file:
+    path = Path(path)
+    with _opened(path) as file:
         root = xr.Dataset(attrs=read_attributes(file))
         tables = {f"/{name}": read_table(file, name) for name in GROUPS}
         file.close()
+    warn_of_others(path, str(root.attrs.get("run", "")))
     return xr.DataTree.from_dict({"/": root} | tables)
 
 

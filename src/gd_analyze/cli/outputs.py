@@ -1,0 +1,51 @@
+"""What a verb is about to write: where it could not, or would write over what it reads, it fails at once."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import click
+
+from gd_analyze.cli.options import FILE, NameOrFile
+from gd_analyze.errors import UsageError
+
+
+def require_outputs(*paths: Path | None) -> None:
+    """Check the files that the verb at hand will write, before it computes anything.
+
+    Raises
+    ------
+    UsageError
+        If one of them is a file that the verb reads, under whatever name.
+    OutputError
+        If one of them cannot be written.
+    """
+    from gd_analyze.files import require_writable
+
+    inputs = list(_inputs(click.get_current_context()))
+    for path in filter(None, paths):
+        require_writable(path)
+        for word, status in inputs:
+            if path.exists() and os.path.samestat(path.stat(), status):
+                raise UsageError(
+                    "the output would replace an input",
+                    where=str(path),
+                    found=f"the same file as {word}",
+                    next_step="choose another name with --out",
+                )
+
+
+def _inputs(context: click.Context) -> Iterator[tuple[str, os.stat_result]]:
+    """Words of the command that name what it reads, and the files they stand for."""
+    for parameter in context.command.params:
+        word: Any = context.params.get(parameter.name or "")
+        if word is None or not (isinstance(parameter.type, NameOrFile) or parameter.type is FILE):
+            continue
+        path = parameter.type.path_of(word) if isinstance(parameter.type, NameOrFile) else Path(word)
+        try:
+            yield str(word), os.fstat(0) if str(path) == "-" else path.stat()
+        except (OSError, ValueError):
+            continue  # what cannot be read is for the reader to say

@@ -1,0 +1,204 @@
+"""What cannot be written, or would replace what is read, is refused before anything is computed."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+import gd_analyze as gd
+from gd_analyze.errors import UsageError
+from gd_analyze.levels import save_model
+from gd_analyze.main_job.folder import FILES
+
+LONG = "a" * 300
+resource = pytest.importorskip("resource", reason="limits on file size are a matter of POSIX")
+
+
+@pytest.fixture
+def nothing_computed(monkeypatch):
+    import importlib
+
+    def fail(*words, **more):
+        raise AssertionError("computed before the output was known to be writable")
+
+    monkeypatch.setattr(importlib.import_module("gd_analyze.main_job.analyze"), "find", fail)
+    monkeypatch.setattr(importlib.import_module("gd_analyze.search"), "simplify_exact", fail)
+    monkeypatch.setattr(importlib.import_module("gd_analyze.comparison"), "compare", fail)
+    for name in ("evaluate", "harmonics_of"):
+        monkeypatch.setattr(gd, name, fail)
+
+
+@pytest.fixture
+def model(here, swing) -> Path:
+    save_model(gd.simplify(gd.load_arm("two_link"), swing, level="element"), here / "m.json")
+    return here / "m.json"
+
+
+@pytest.fixture
+def plenty(here, motion, model):
+    """Inputs under several names, and things in the way."""
+    (here / "own.toml").write_bytes(gd.builtin_arms()["two_link"].read_bytes())
+    (here / "link.csv").symlink_to(motion)
+    os.link(motion, here / "hard.csv")
+    (here / "r" / "report.html").mkdir(parents=True)
+    (here / "r" / "comparison.pdf").mkdir()
+    os.link(motion, here / "r" / "dominance.csv")
+
+
+REPLACES = "the output would replace an input"
+REFUSED = [
+    ("evaluate m.json gentle.csv -o gentle.csv", REPLACES),
+    ("evaluate m.json gentle.csv -o ./r/../gentle.csv", REPLACES),
+    ("evaluate m.json gentle.csv -o link.csv", REPLACES),
+    ("evaluate m.json link.csv -o gentle.csv", REPLACES),
+    ("evaluate m.json gentle.csv -o hard.csv", REPLACES),
+    ("evaluate m.json gentle.csv -o m.json", REPLACES),
+    ("simplify own.toml gentle.csv -o own.toml", REPLACES),
+    ("simplify own.toml gentle.csv -o gentle.csv", REPLACES),
+    ("equations own.toml -o own.toml", REPLACES),
+    ("plan own.toml --from 0,0 --to 60,-45 --duration 2 -o own.toml", REPLACES),
+    ("two_link gentle.csv --out r --format csv", REPLACES),
+    ("two_link gentle.csv --out r --format json,html", "report.html"),
+    ("compare two_link gentle.csv --out r", "comparison.pdf"),
+    ("simplify two_link -o r", "found: is a folder"),
+    ("simplify two_link -o /dev/null", "found: is a device or a pipe"),
+    ("equations two_link -o own.toml/x", "own.toml is not a folder"),
+]
+OUT_OF = {
+    "main job": "two_link gentle.csv",
+    "compare": "compare two_link",
+    "simplify": "simplify two_link gentle.csv",
+    "evaluate": "evaluate m.json gentle.csv",
+    "equations": "equations two_link",
+    "plan": "plan two_link --from 0,0 --to 60,-45 --duration 2",
+}
+
+
+@pytest.mark.usefixtures("plenty", "nothing_computed")
+@pytest.mark.parametrize(("line", "says"), REFUSED, ids=[line for line, _ in REFUSED])
+def test_refused(run, listing, motion, line, says):
+    before, content = listing(), motion.read_bytes()
+    result = run(*line.split())
+    assert (result.code, result.out) == (2, ""), result
+    assert says in result.err
+    assert listing() == before
+    assert motion.read_bytes() == content
+
+
+@pytest.mark.usefixtures("plenty", "nothing_computed")
+@pytest.mark.parametrize("line", OUT_OF.values(), ids=OUT_OF)
+@pytest.mark.parametrize(
+    ("out", "says"), [("", "the name is empty"), (LONG, "File name too long")], ids=["empty", "long"]
+)
+def test_no_such_output(run, listing, line, out, says):
+    before = listing()
+    result = run(*line.split(), "--out", out)
+    assert (result.code, result.out) == (2, "")
+    assert says in result.err
+    assert listing() == before
+
+
+def test_standard_input_is_an_input(process, here, motion):
+    import subprocess
+    import sys
+
+    words = ["two_link", "-", "--out", "r", "--format", "csv"]
+    (here / "r").mkdir()
+    (here / "r" / "dominance.csv").write_bytes(motion.read_bytes())
+    with (here / "r" / "dominance.csv").open() as given:
+        done = subprocess.run(
+            [sys.executable, "-c", "from gd_analyze.cli import main; main()", *words],
+            stdin=given,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+    assert done.returncode == 2
+    assert REPLACES in done.stderr
+    assert (here / "r" / "dominance.csv").read_bytes() == motion.read_bytes()
+
+
+def test_an_output_may_be_new_or_old(run, here, motion, model):
+    for _ in range(2):
+        assert run("evaluate", model, motion, "-o", "new/torque.csv").code == 0
+    assert (here / "new" / "torque.csv").exists()
+
+
+def test_an_empty_name_from_python(two_link, swing):
+    with pytest.raises(UsageError, match="the name of the folder is empty"):
+        gd.analyze(two_link, swing, "")
+
+
+@contextmanager
+def file_size_limited(size: int) -> Iterator[None]:
+    """A limit on file size fails as a full disk does, in the middle of a file."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize("formats", FILES)
+def test_a_disk_that_fills_up(run, motion, here, formats):
+    words = ("two_link", motion, "--out", "r", "--format", formats, "--budget")
+    assert run(*words, "5%").code == 0
+    name = FILES[formats]
+    before = (here / "r" / name).read_bytes()
+    for share in (0.0, 0.3, 0.9):
+        with file_size_limited(int(share * len(before))):
+            result = run(*words, "1%")
+        assert (result.code, result.out) == (1, ""), result
+        assert result.err.startswith("error: writing failed\n"), result
+        assert "found: File too large" in result.err
+        assert "bug" not in result.err
+        assert [path.name for path in (here / "r").iterdir()] == [name]
+        assert (here / "r" / name).read_bytes() == before
+
+
+def test_a_disk_that_fills_up_does_not_crash_on_leaving(process, motion, here):
+    """HDF5 closes what it could not write once more when the process ends."""
+    limit = "import resource\nresource.setrlimit(resource.RLIMIT_FSIZE, (50_000, 50_000))"
+    result = process("two_link", motion, "--out", "r", "--format", "h5", before=limit)
+    assert (result.code, result.out) == (1, "")
+    assert result.err.count("\n") == 4
+    assert list((here / "r").iterdir()) == []
+
+
+def test_a_full_disk_leaves_all_as_it_was(run, motion, here, monkeypatch):
+    """The last file to be made fails, and none of the others is replaced."""
+    words = ("two_link", motion, "--out", "r", "--budget")
+    assert run(*words, "5%").code == 0
+    before = {path.name: path.read_bytes() for path in (here / "r").iterdir()}
+    write_bytes = Path.write_bytes
+
+    def full(self, content):
+        if self.name == "report.pdf":
+            raise OSError(28, "No space left on device")
+        return write_bytes(self, content)
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    result = run(*words, "1%")
+    assert (result.code, result.out) == (1, "")
+    assert "found: No space left on device" in result.err
+    assert {path.name: path.read_bytes() for path in (here / "r").iterdir()} == before
+
+
+def test_files_of_another_run_are_told(run, motion, here):
+    words = ("two_link", motion, "--out", "r", "--format")
+    assert run(*words, "h5,json,csv").err == ""
+    result = run(*words, "csv", "--budget", "5%", "--json")
+    assert result.code == 0
+    assert "analysis.h5, model.json are not of the run that wrote dominance.csv" in result.err
+    assert any("different runs" in warning for warning in result.json["warnings"])
+    assert "dominance.csv is not of the run of model.json" in run("evaluate", "r/model.json").err
+    assert "dominance.csv is not of the run of analysis.h5" in run("report", "r/analysis.h5").err
+    assert run("evaluate", "r/model.json").err == ""
+    told = run("puma560", "pick-and-place", "--out", "r", "--format", "h5,json,csv,html,pdf").err
+    assert "held results of another arm or motion, now replaced" in told
+    assert "different runs" not in told
