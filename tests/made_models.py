@@ -7,11 +7,14 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from gd_analyze.levels import (
     ELEMENT,
     ENERGY,
+    Budget,
     ErrorTable,
+    ExactDynamics,
     ExactForm,
     Level,
     Promise,
@@ -23,7 +26,9 @@ from gd_analyze.levels.level import Terms
 from gd_analyze.levels.model_file import _digest
 from gd_analyze.operations import OperationCount
 from gd_analyze.robots import RobotArm
+from gd_analyze.search import How, simplify_exact
 from gd_analyze.states import States
+from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray
 
 # Identification is exact to a few hundred eps of the largest element (its noise is measured in
@@ -58,6 +63,13 @@ def model_of_parts(arm: RobotArm, labels: Collection[str], drives: bool = False)
     kept = {part: weight for part, weight in ELEMENT.terms(form).items() if part.label in labels}
     assert len(kept) == len(set(labels))
     return model_of(form, ELEMENT, kept)
+
+
+def by_elements(
+    arm: RobotArm, given: States | Trajectory | xr.Dataset, budget: Budget | None = None, drives: bool = False
+) -> SimplifiedModel:
+    """Drop parts of elements, even where the exact torque takes fewer operations than what is left."""
+    return simplify_exact(ExactDynamics.of(arm, given, drives), budget or Budget(), How(ELEMENT, dearer=True))
 
 
 def allowing(model: SimplifiedModel, allowed: FloatArray) -> SimplifiedModel:

@@ -45,7 +45,7 @@ def shortened(text: str, most: int) -> str:
     Examples
     --------
     >>> shortened("x" * 1000, 100)
-    'xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx ... (1000 characters) ... xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx'
+    'xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx ... (1000 characters) ... xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx'
     """
     if len(text) <= most:
         return text

@@ -18,9 +18,9 @@ from gd_analyze.errors import UsageError
 from gd_analyze.harmonics import Waves, harmonics_of
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Torques
-from gd_analyze.levels import TERM, Budget, ExactForm, SimplifiedModel
+from gd_analyze.levels import ENERGY, TERM, Budget, ExactDynamics, ExactForm, SimplifiedModel
 from gd_analyze.robots import RobotArm, load_arm
-from gd_analyze.search import simplify
+from gd_analyze.search import How, simplify, simplify_exact
 from gd_analyze.states import States, states_in_box
 from gd_analyze.trajectories import Trajectory
 from made_models import model_of
@@ -243,7 +243,8 @@ def test_an_arm_of_many_joints_is_bounded_too() -> None:
         drives=(),
         dh_table=(),
     )
-    model = simplify(arm, states_in_box(arm, 300), Budget.parse("2%"), level="energy")
+    exact = ExactDynamics.of(arm, states_in_box(arm, 300))
+    model = simplify_exact(exact, Budget.parse("2%"), How(ENERGY, dearer=True))
     certificate = certify(model, effort=30_000)
     states = drawn_states(certificate.box, 3000, np.random.default_rng(5))
     assert (errors_at(model, *states).max(axis=0) <= certificate.certified).all()

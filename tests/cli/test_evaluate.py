@@ -10,6 +10,7 @@ from gd_analyze.levels import LEVELS, evaluate, payload_effect, save_model
 from gd_analyze.robots import load_arm, with_payload
 from gd_analyze.search import simplify
 from gd_analyze.states import States, states_in_box, states_of
+from made_models import by_elements
 
 
 @pytest.fixture(params=LEVELS)
@@ -97,7 +98,7 @@ def test_what_may_be_carried(run, model, swing):
 def test_beyond_the_budget_without_a_payload(run, here, motion):
     """Gentle, so that velocity terms may go, which are large elsewhere."""
     arm = load_arm("two_link")
-    made = simplify(arm, gd.read_trajectory(motion, arm), gd.Budget.parse("2%"), level="element")
+    made = by_elements(arm, gd.read_trajectory(motion, arm), gd.Budget.parse("2%"))
     wide = evaluate(made, states_in_box(made.arm, 500))
     assert not wide.within(made.promise.allowed).all()
     save_model(made, here / "model.json")
@@ -118,7 +119,7 @@ def test_beyond_the_budget_without_a_payload(run, here, motion):
     ],
 )
 def test_refused(run, here, swing, listing, words, told):
-    save_model(simplify(load_arm("two_link"), swing, level="element"), here / "model.json")
+    save_model(by_elements(load_arm("two_link"), swing), here / "model.json")
     result = run("evaluate", "model.json", *words)
     assert (result.code, result.out) == (2, "")
     assert told in result.err
@@ -132,7 +133,7 @@ def test_an_arm_without_limits_has_no_box(run, here):
     )
     arm = load_arm(here / "own.toml")
     q = np.linspace(0.0, 1.0, 5)[:, None]
-    save_model(simplify(arm, States(q, q, q), level="element"), here / "model.json")
+    save_model(by_elements(arm, States(q, q, q)), here / "model.json")
     result = run("evaluate", "model.json")
     assert (result.code, result.out) == (2, "")
     assert "does not state all its limits" in result.err

@@ -117,7 +117,7 @@ def power(x: Any, exponent: int) -> Any:
 NO_TORQUE = {
     "an angle": (lambda q, qd, qdd: q[0], "an angle outside"),
     "an angle to a power": (lambda q, qd, qdd: qdd[0] + power(q[0], 4096), "an angle outside"),
-    "an angle and a number": (lambda q, qd, qdd: np.cos(q[0] + 0.5), "an angle outside"),
+    "an angle and a rate": (lambda q, qd, qdd: np.cos(q[0] + qd[0]), "an angle"),
     "a sine of a sine": (lambda q, qd, qdd: np.sin(np.sin(q[0])), "no sum of angles"),
     "a sine of a sliding joint": (lambda q, qd, qdd: np.sin(q[2]), "no sum of angles"),
     "half an angle": (lambda q, qd, qdd: np.cos(0.5 * q[0]), "an angle outside"),

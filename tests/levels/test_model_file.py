@@ -27,15 +27,14 @@ from gd_analyze.levels import (
     model_file,
     save_model,
 )
-from gd_analyze.search import simplify
 from gd_analyze.states import states_of
-from made_models import assert_same, exact_model
+from made_models import assert_same, by_elements, exact_model
 from strategies import arms_with_states, examples
 
 
 @pytest.fixture(scope="module")
 def model(puma, pick_and_place) -> SimplifiedModel:
-    return simplify(puma, pick_and_place, level="element", drives=True)
+    return by_elements(puma, pick_and_place, drives=True)
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +88,7 @@ def test_round_trip_of_any_arm_is_exact(tmp_path_factory, case, level):
 @given(arms_with_states(max_joints=3, count=12))
 def test_so_it_is_of_simplified_ones(tmp_path_factory, case):
     arm, states = case
-    model = simplify(arm, states, Budget.parse("10%"), level="element")
+    model = by_elements(arm, states, Budget.parse("10%"))
     path = tmp_path_factory.mktemp("model") / "model.json"
     save_model(model, path)
     assert_same(model, load_model(path), states)

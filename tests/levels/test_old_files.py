@@ -25,7 +25,7 @@ from made_models import assert_same, signed, version_1
 
 @pytest.fixture(scope="module", params=LEVELS)
 def model(request, two_link, swing) -> SimplifiedModel:
-    how = How(LEVELS[request.param], refit=request.param == "energy")
+    how = How(LEVELS[request.param], refit=request.param == "energy", dearer=True)
     exact = ExactDynamics.of(two_link, swing)
     made = simplify_exact(exact, Budget.parse("20%"), how, provenance={"command": "test"})
     assert made.refitted == how.refit

@@ -9,22 +9,23 @@ from hypothesis import strategies as st
 
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.errors import ModelError
-from gd_analyze.levels import LEVELS, Budget, ErrorTable, SimplifiedModel, evaluate, parts_of
+from gd_analyze.levels import LEVELS, Budget, ErrorTable, ExactDynamics, SimplifiedModel, evaluate, parts_of
 from gd_analyze.pinocchio_check import round_off_bounds
-from gd_analyze.search import simplify
+from gd_analyze.search import How, simplify_exact
 from gd_analyze.states import states_of
-from made_models import model_of_parts
+from made_models import by_elements, model_of_parts
 from strategies import arms_with_states, examples, random_states
 
 
 @pytest.fixture(scope="module", params=LEVELS)
 def model(request, two_link, swing) -> SimplifiedModel:
-    return simplify(two_link, swing, Budget.parse("50%"), level=request.param)
+    how = How(LEVELS[request.param], dearer=True)
+    return simplify_exact(ExactDynamics.of(two_link, swing), Budget.parse("50%"), how)
 
 
 @pytest.fixture(scope="module")
 def model_of_puma(puma, pick_and_place_dataset) -> SimplifiedModel:
-    return simplify(puma, pick_and_place_dataset, Budget.parse("5%"), level="element")
+    return by_elements(puma, pick_and_place_dataset, Budget.parse("5%"))
 
 
 @examples(25)

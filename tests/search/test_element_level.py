@@ -23,6 +23,7 @@ from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.search import simplify
 from gd_analyze.search.selection import select
 from gd_analyze.trajectories import Trajectory, read_trajectory
+from made_models import by_elements
 from strategies import arms_with_states, examples, motions, random_states, two_link_of
 
 budgets = st.one_of(
@@ -41,7 +42,7 @@ def motion_of(arm, count, seed) -> Trajectory:
 def test_the_promise_holds_and_is_the_torque_of_what_was_dropped(case, budget):
     arm, motion = case
     dataset = decompose(arm, motion)
-    model = simplify(arm, dataset, budget, level="element")
+    model = by_elements(arm, dataset, budget)
     peak = np.abs(dataset.torque.values).max(axis=0)
     # A joint's budget never falls below round-off, where "no error" has no meaning.
     least = ROUND_OFF_SHARE * peak.max()
@@ -91,7 +92,7 @@ def cheapest_by_trying_all(arm, dataset, allowed, drives=False) -> int:
 
 @pytest.mark.parametrize("budget", ["0%", "1%", "5%", "10%", "20%", "40%", "60%", "80%", "5%,50%", "50%,5%"])
 def test_no_cheaper_model_of_the_two_link_arm_exists(two_link, swing_dataset, budget):
-    model = simplify(two_link, swing_dataset, Budget.parse(budget), level="element")
+    model = by_elements(two_link, swing_dataset, Budget.parse(budget))
     assert cost_of(two_link, model.terms) == cheapest_by_trying_all(
         two_link, swing_dataset, model.promise.allowed
     )
@@ -109,14 +110,14 @@ def test_no_cheaper_model_of_any_two_joint_arm_exists(case, share, drives):
     arm = dataclasses.replace(arm, drives=(Drive(0.3), Drive(0.2)))
     motion = Trajectory(np.arange(8.0), states.q, states.qd, states.qdd)
     dataset = decompose(arm, motion, drives=drives)
-    model = simplify(arm, dataset, Budget((share,), (True,)), level="element")
+    model = by_elements(arm, dataset, Budget((share,), (True,)))
     assert cost_of(arm, model.terms, drives) == cheapest_by_trying_all(
         arm, dataset, model.promise.allowed, drives
     )
 
 
 def test_budget_zero_drops_what_is_zero_only(puma, pick_and_place_dataset):
-    model = simplify(puma, pick_and_place_dataset, Budget((0.0,), (True,)), level="element")
+    model = by_elements(puma, pick_and_place_dataset, Budget((0.0,), (True,)))
     assert not model.promise.errors.largest.any()
     gone = dropped_by(model)
     lost = np.abs(torque_by_part(pick_and_place_dataset, pick_and_place_dataset.qdd.values, gone)).max()
@@ -127,7 +128,7 @@ def test_budget_zero_drops_what_is_zero_only(puma, pick_and_place_dataset):
 
 
 def test_a_huge_budget_drops_everything(puma, pick_and_place, pick_and_place_dataset):
-    model = simplify(puma, pick_and_place_dataset, Budget((1e6,), (False,)), level="element")
+    model = by_elements(puma, pick_and_place_dataset, Budget((1e6,), (False,)))
     assert model.terms == {}
     assert model.operations.total == 0
     assert not model.torque(pick_and_place.q, pick_and_place.qd, pick_and_place.qdd).any()
@@ -138,17 +139,17 @@ def test_a_huge_budget_drops_everything(puma, pick_and_place, pick_and_place_dat
 
 def test_budget_of_each_joint(puma, pick_and_place_dataset):
     strict = Budget.parse("0.1%,0.1%,0.1%,50%,50%,50%")
-    model = simplify(puma, pick_and_place_dataset, strict, level="element")
+    model = by_elements(puma, pick_and_place_dataset, strict)
     shares = model.promise.errors.largest_share
     assert (shares <= [0.001, 0.001, 0.001, 0.5, 0.5, 0.5]).all()
     assert shares[3:].max() > 0.001  # the loose joints use what they got
     with pytest.raises(UsageError, match="wrong number of entries"):
-        simplify(puma, pick_and_place_dataset, Budget.parse("1%,1%"), level="element")
+        by_elements(puma, pick_and_place_dataset, Budget.parse("1%,1%"))
 
 
 def test_a_larger_budget_never_costs_more(puma, pick_and_place_dataset):
     counts = [
-        simplify(puma, pick_and_place_dataset, Budget((share,), (True,)), level="element").operations
+        by_elements(puma, pick_and_place_dataset, Budget((share,), (True,))).operations
         for share in (0.0, 0.001, 0.01, 0.05, 0.2)
     ]
     totals = [count.total + count.sines_cosines for count in counts]
@@ -161,7 +162,7 @@ def test_long_trajectories_hold_every_set_point(two_link):
     motion = motion_of(two_link, 5000, 2)
     dataset = decompose(two_link, motion)
     for share in (0.02, 0.2):
-        model = simplify(two_link, dataset, Budget((share,), (True,)), level="element")
+        model = by_elements(two_link, dataset, Budget((share,), (True,)))
         error = np.abs(model.torque(motion.q, motion.qd, motion.qdd) - dataset.torque.values).max(axis=0)
         assert (error <= share * np.abs(dataset.torque.values).max(axis=0)).all()
         assert cost_of(two_link, model.terms) == cheapest_by_trying_all(
@@ -171,7 +172,7 @@ def test_long_trajectories_hold_every_set_point(two_link):
 
 def test_drives_stay(puma, pick_and_place):
     dataset = decompose(puma, pick_and_place, drives=True)
-    model = simplify(puma, dataset, Budget((1e6,), (False,)), level="element")
+    model = by_elements(puma, dataset, Budget((1e6,), (False,)))
     assert model.drives
     torque = model.torque(pick_and_place.q, pick_and_place.qd, pick_and_place.qdd)
     np.testing.assert_array_equal(torque, puma.drive_inertia * pick_and_place.qdd)
@@ -182,7 +183,7 @@ def test_an_arm_without_any_torque():
     weightless = two_link_of(1.0, 1.0, 1.0, g=0.0)
     still = np.zeros((4, 2))
     dataset = decompose(weightless, Trajectory(np.arange(4.0), still + 0.4, still, still))
-    model = simplify(weightless, dataset, Budget.parse("1%"), level="element")
+    model = by_elements(weightless, dataset, Budget.parse("1%"))
     assert model.terms == {}
     assert not model.promise.errors.largest.any()
     assert not model.promise.errors.largest_share.any()
@@ -195,7 +196,7 @@ def test_a_joint_without_torque_among_others():
     # tau_1 = (8/3 + 1/2 ...) qdd_1 + (5/6) qdd_2: chosen to cancel up to round-off at q = 0.
     dataset = decompose(flat, Trajectory(np.zeros(1), *states))
     assert abs(dataset.torque.values[0, 0]) <= 1e-13
-    model = simplify(flat, dataset, Budget.parse("1%"), level="element")
+    model = by_elements(flat, dataset, Budget.parse("1%"))
     assert (model.promise.errors.largest <= model.promise.allowed).all()
 
 
@@ -207,11 +208,11 @@ def test_a_model_that_misses_its_budget_is_not_given_out(two_link, swing_dataset
 
     monkeypatch.setattr(type(ELEMENT), "write", write_nothing)
     with pytest.raises(GdAnalyzeError, match="misses its budget"):
-        simplify(two_link, swing_dataset, Budget.parse("1%"), level="element")
+        by_elements(two_link, swing_dataset, Budget.parse("1%"))
 
 
 def test_losses_name_what_went_and_how_much(puma, pick_and_place_dataset):
-    model = simplify(puma, pick_and_place_dataset, Budget.parse("1%"), level="element")
+    model = by_elements(puma, pick_and_place_dataset, Budget.parse("1%"))
     found = losses(model, ExactDynamics.of(puma, pick_and_place_dataset))
     assert {loss.part for loss in found} == {part.label for part in dropped_by(model)}
     shares = [loss.torque_share for loss in found]
@@ -226,7 +227,7 @@ def test_losses_name_what_went_and_how_much(puma, pick_and_place_dataset):
 
 
 def test_a_model_on_another_trajectory_may_break_its_budget_and_says_so(puma, pick_and_place_dataset):
-    model = simplify(puma, pick_and_place_dataset, Budget.parse("1%"), level="element")
+    model = by_elements(puma, pick_and_place_dataset, Budget.parse("1%"))
     there = evaluate(model, read_trajectory("large-slew", puma))
     allowed = 0.01 * there.errors.peak_torque
     assert there.within(allowed).tolist() == (there.errors.largest <= allowed).tolist()
@@ -265,10 +266,14 @@ def test_shipped_arms_are_simplified_within_one_percent():
     arm = load_arm("puma560")
     for name in ("large-slew", "pick-and-place", "wrist-move"):
         dataset = decompose(arm, read_trajectory(name, arm))
-        model = simplify(arm, dataset, Budget.parse("1%"), level="element")
+        model = by_elements(arm, dataset, Budget.parse("1%"))
         assert (model.promise.errors.largest_share <= 0.01).all()
         assert model.promise.solved
-        assert model.operations.total < model.operations_full.total
+        given = simplify(arm, dataset, Budget.parse("1%"), level="element")
+        assert given.operations.total <= given.operations_full.total < model.operations.total
+        assert not given.saves
+        assert not given.promise.errors.largest.any()
+        assert set(given.terms) == set(parts_of(6))
 
 
 @pytest.mark.parametrize(("name", "drives"), [("puma560", False), ("puma560", True), ("two_link", False)])

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.search.refit import Refit
+from gd_analyze.search.work import Work
 from strategies import examples
 
 
@@ -16,7 +17,7 @@ from strategies import examples
 def test_no_other_factors_have_a_smaller_largest_error(candidates, seed):
     rng = np.random.default_rng(seed)
     kept = rng.random(len(candidates.effects)) < 0.6
-    refit = Refit(candidates)
+    refit = Refit(candidates, Work())
     scale = refit.best(kept)
     least = largest_error(candidates, kept, scale)
     assert least <= largest_error(candidates, kept) + 1e-9
@@ -40,7 +41,7 @@ def test_no_other_factors_have_a_smaller_largest_error(candidates, seed):
 def test_candidates_of_one_parameter_keep_their_ratio(candidates):
     kept = np.ones(len(candidates.effects), dtype=bool)
     kept[0] = False
-    scale = Refit(candidates).best(kept)
+    scale = Refit(candidates, Work()).best(kept)
     for p in np.unique(candidates.parameter[kept]):
         assert np.ptp(scale[kept & (candidates.parameter == p)]) == 0.0
 
@@ -50,6 +51,6 @@ def test_one_coefficient_takes_over_what_another_did():
     x = np.linspace(-0.5, 0.5, 41)
     effects = np.array([np.cos(x), np.full(41, 1.0)])[:, None, :]
     candidates = candidates_with(effects, {frozenset([k]): 1 for k in range(2)})
-    scale = Refit(candidates).best(np.array([False, True]))
+    scale = Refit(candidates, Work()).best(np.array([False, True]))
     # Middle of the range of cos x, which runs from cos 0.5 to 1.
     assert abs(scale[1] - (1.0 + (1.0 + np.cos(0.5)) / 2)) <= 1e-6

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import cmath
 import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +27,12 @@ _MOST_AT_ONCE, _MOST = 2**22, 2**26
 _CANCELLED = 32
 _EPS = float(np.finfo(float).eps)
 
-# How often every joint goes into a sum of angles.
-_Angle = tuple[int, ...]
+
+class _Angle(NamedTuple):
+    """A sum of angles: how often every joint goes into it, and a constant, rad."""
+
+    multiples: tuple[int, ...]
+    constant: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,13 +70,17 @@ class TorqueAlgebra:
         if kind != "q":
             return self._term(0, self.place[kind, (joint,)], np.zeros(self.n, dtype=np.int64))
         alone = np.eye(self.n, dtype=np.int64)[joint]
-        return self._term(self.weights[joint], 0, alone) if self.sliding[joint] else tuple(alone.tolist())
+        return (
+            self._term(self.weights[joint], 0, alone)
+            if self.sliding[joint]
+            else _Angle(tuple(alone.tolist()))
+        )
 
     def lifted(self, x: Any) -> Sum:
         """Take a number as a sum, and refuse an angle."""
         if isinstance(x, Sum):
             return x
-        if isinstance(x, tuple):
+        if isinstance(x, _Angle):
             raise no_torque("it uses an angle outside of sines and cosines")
         return self._term(0, 0, np.zeros(self.n, dtype=np.int64), float(x))
 
@@ -79,12 +88,8 @@ class TorqueAlgebra:
         """Carry an operation out."""
         if operation in ("cos", "sin"):
             return self._wave(operation, arguments[0])
-        if all(isinstance(x, tuple) for x in arguments) and operation != "multiply":
-            sign = 1 if operation == "add" else -1
-            first, *second = arguments
-            if not second:
-                return tuple(-m for m in first)
-            return tuple(a + sign * b for a, b in zip(first, second[0], strict=True))
+        if any(isinstance(x, _Angle) for x in arguments) and operation != "multiply":
+            return self._angle(operation, *arguments)
         sums = [self.lifted(x) for x in arguments]
         if operation == "multiply":
             return self._product(*sums)
@@ -92,6 +97,17 @@ class TorqueAlgebra:
             last = sums[-1]
             sums[-1] = Sum(last.keys, -last.numbers, last.degrees, last.roundings)
         return self._added(*sums) if len(sums) == 2 else sums[0]
+
+    def _angle(self, operation: str, *arguments: Any) -> _Angle:
+        """Sum or difference of angles and constants, or an angle turned round."""
+        none = (0,) * self.n
+        angles = [x if isinstance(x, _Angle) else _Angle(none, x) for x in arguments]
+        if any(isinstance(x.constant, Sum) for x in angles):
+            raise no_torque("it adds an angle to what is none")
+        first, second = angles if len(angles) == 2 else (_Angle(none), angles[0])
+        sign = 1 if operation == "add" else -1
+        multiples = (a + sign * b for a, b in zip(first.multiples, second.multiples, strict=True))
+        return _Angle(tuple(multiples), first.constant + sign * second.constant)
 
     def waves(self, one: Sum) -> Waves:
         """Write a sum as waves, a polynomial for each of `rate_factors`."""
@@ -122,14 +138,14 @@ class TorqueAlgebra:
     def _wave(self, operation: str, argument: Any) -> float | Sum:
         if isinstance(argument, Sum):
             raise no_torque(f"it takes the {operation} of what is no sum of angles")
-        if not isinstance(argument, tuple):
-            return math.cos(argument) if operation == "cos" else math.sin(argument)
-        degrees = np.abs(np.array(argument, dtype=object))
+        multiples, constant = argument if isinstance(argument, _Angle) else ((0,) * self.n, argument)
+        degrees = np.abs(np.array(multiples, dtype=object))
         self._require_low(degrees)
-        angle = len(self.products) * sum(m * w for m, w in zip(argument, self.weights, strict=True))
+        angle = len(self.products) * sum(m * w for m, w in zip(multiples, self.weights, strict=True))
         if angle == 0:
-            return 1.0 if operation == "cos" else 0.0
-        halves = (0.5, 0.5) if operation == "cos" else (-0.5j, 0.5j)
+            return math.cos(constant) if operation == "cos" else math.sin(constant)
+        half = (0.5 if operation == "cos" else -0.5j) * cmath.exp(1j * constant)
+        halves = (half, half.conjugate())
         return Sum(
             np.array([angle, -angle], dtype=np.int64), np.array(halves, complex), degrees.astype(np.int64)
         )

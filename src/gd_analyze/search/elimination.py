@@ -18,9 +18,11 @@ from gd_analyze.search.candidates import Candidates
 from gd_analyze.search.work import Work
 from gd_analyze.vectors import FloatArray
 
-# A refit of P numbers takes some 10 P^3 multiplications; after so many candidates have gone that it comes to
+# A refit of P numbers takes some P^3 multiplications; after so many candidates have gone that it comes to
 # this for each, the next is due.
 _REFIT_EACH = 100**3
+# A share of each number's own square, thousands of roundings: what makes a singular fit regular.
+_SLIGHTLY = 1e-12
 # What a candidate counts as saving that saves nothing while those it shares its arithmetic with remain.
 _LEAST_SAVING = 0.5
 
@@ -117,7 +119,7 @@ def eliminate(
             if due >= fit.numbers**3:
                 due = 0.0
                 if work is not None:
-                    work.spend(10.0 * fit.numbers**3)
+                    work.spend(fit.numbers**3)
                 scale = fit.factors()
             slope = gram @ (kept * scale - 1.0)
         scales.append(scale)
@@ -129,29 +131,45 @@ class _LeastSquares:
 
     def __init__(self, gram: FloatArray, candidates: Candidates) -> None:
         _, self._place = np.unique(candidates.parameter, return_inverse=True)
-        self._gram = gram
-        self._spread = np.zeros((len(gram), int(self._place.max(initial=-1)) + 1))
-        self._spread[np.arange(len(gram)), self._place] = candidates.ratio
-        self._gathered = gram @ self._spread
+        self._gram, self._ratio = gram, candidates.ratio.copy()
+        self._order = np.argsort(self._place, kind="stable")
+        self._first = np.searchsorted(
+            self._place[self._order], np.arange(int(self._place.max(initial=-1)) + 1)
+        )
+        self._gathered = self._by_number(gram).T
         self._wished = gram.sum(axis=1)
 
     def drop(self, k: int) -> None:
         """Fit without k from now on."""
-        self._gathered[:, self._place[k]] -= self._gram[k] * self._spread[k, self._place[k]]
-        self._spread[k] = 0.0
+        self._gathered[:, self._place[k]] -= self._gram[k] * self._ratio[k]
+        self._ratio[k] = 0.0
+
+    @property
+    def _used(self) -> NDArray[np.bool_]:
+        return np.asarray(np.logical_or.reduceat(self._ratio[self._order] != 0.0, self._first))
 
     @property
     def numbers(self) -> int:
         """How many free numbers are left."""
-        return int(self._spread.any(axis=0).sum())
+        return int(self._used.sum()) if len(self._first) else 0
 
     def factors(self) -> FloatArray:
         """Factors of all candidates, shape (K,); 1 of those dropped."""
-        used = np.flatnonzero(self._spread.any(axis=0))
-        spread = self._spread[:, used]
-        # Some coefficients may not show in the torque at all: the smallest ones that fit.
-        fitted, *_ = np.linalg.lstsq(spread.T @ self._gathered[:, used], spread.T @ self._wished, rcond=None)
-        return np.asarray(np.where(self._spread.any(axis=1), spread @ fitted, 1.0))
+        used = self._used
+        normal = self._by_number(self._gathered)[np.ix_(used, used)]
+        wished = self._by_number(self._wished[:, None])[used, 0]
+        # Some coefficients, or differences of some, may not show in the torque at all: what is added to the
+        # diagonal keeps them small, and changes the others by no more than their own round-off.
+        size = np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
+        scaled = normal / np.outer(size, size) + _SLIGHTLY * np.eye(len(size))
+        fitted = np.zeros(len(used))
+        fitted[used] = np.linalg.solve(scaled, wished / size) / size
+        return np.where(self._ratio != 0.0, self._ratio * fitted[self._place], 1.0)
+
+    def _by_number(self, rows: FloatArray) -> FloatArray:
+        """Add up rows of candidates, times their ratios, that share a number."""
+        weighted = (self._ratio[:, None] * rows)[self._order]
+        return np.asarray(np.add.reduceat(weighted, self._first)) if len(self._first) else weighted
 
 
 class _Savings:
