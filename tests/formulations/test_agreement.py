@@ -74,6 +74,7 @@ def test_the_text_is_there_in_full():
         "recursive_lagrangian",
         "newton_euler_base",
         "newton_euler_link",
+        "newton_euler_regrouped",
         "generalized_dalembert",
         "composite_moments",
     ]

@@ -7,11 +7,14 @@ import pytest
 from cases import candidate_sets, cheapest, cost_of, largest_error
 from hypothesis import given
 
+from gd_analyze.errors import UsageError
 from gd_analyze.levels import ENERGY, TERM, Budget, ExactDynamics
+from gd_analyze.robots import RobotArm
 from gd_analyze.search import How, simplify_exact
 from gd_analyze.search.search import search
+from gd_analyze.search.work import USUAL, Work
 from gd_analyze.states import States, states_in_box
-from strategies import examples
+from strategies import examples, two_link_of
 
 
 @examples(60)
@@ -123,3 +126,40 @@ def test_a_long_trajectory_is_held_at_every_state(puma, rng):
     assert (error <= 0.02 * exact.peak_torque).all()
     np.testing.assert_allclose(model.promise.errors.largest, error, rtol=1e-9)
     assert model.promise.made_for == states.described
+
+
+@pytest.mark.parametrize(
+    ("refit", "effort"), [(False, 1e-7), (False, 1e-4), (True, 1e-7), (True, 1e-4), (True, 1e-2)]
+)
+def test_a_search_ends_at_its_effort(puma, refit, effort):
+    """The work done is what was granted and the step begun last, and what is given keeps the budget."""
+    exact = ExactDynamics.of(puma, states_in_box(puma, 200))
+    how = How(ENERGY, refit, effort=effort, dearer=True)
+    model = simplify_exact(exact, Budget.parse("1%"), how)
+    assert model.promise.cut_short
+    assert (model.promise.errors.largest <= model.promise.allowed).all()
+    assert "effort was used up" in model.promise.search
+
+
+def test_work_is_counted_not_timed():
+    work = Work(1e-9)
+    assert work.affords(USUAL * 1e-9)
+    assert not work.was_short
+    work.spend(USUAL * 1e-9)
+    assert not work.affords(1.0)
+    assert work.was_short
+
+
+def test_no_effort_is_no_search():
+    with pytest.raises(UsageError, match="effort"):
+        How(effort=0.0)
+
+
+def test_a_planar_arm_of_nine_joints_comes_back(rng):
+    """All its terms matter to many others; the search used to go on without end."""
+    rod = two_link_of(1.0, 1.0, 1.0)
+    arm = RobotArm("nine", rod.joints[:1] * 9, rod.links[:1] * 9, gravity=np.array([0.0, -9.81, 0.0]))
+    exact = ExactDynamics.of(arm, States(*rng.uniform(-2.0, 2.0, (3, 300, 9))))
+    model = simplify_exact(exact, Budget.parse("1%"), How(ENERGY, refit=True, effort=0.05))
+    assert model.operations.total <= model.operations_full.total
+    assert model.operations_full.total < 300

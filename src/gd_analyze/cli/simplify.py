@@ -25,6 +25,15 @@ if TYPE_CHECKING:
 @level_option("term", "term")
 @simplify_options
 @click.option(
+    "--effort",
+    type=click.FloatRange(0.0, 1000.0, min_open=True),
+    default=1.0,
+    show_default=True,
+    metavar="FACTOR",
+    help="How much to search, as a multiple of the usual, which ends after about a minute; the best found by "
+    "then is given.",
+)
+@click.option(
     "--certified",
     is_flag=True,
     help="Make the budget hold, proven, for every state within the arm's limits (between the extremes of the "
@@ -39,6 +48,7 @@ def simplify(
     level: str,
     refit: bool,
     operations: int | None,
+    effort: float,
     certified: bool,
     digits: int,
     out: Path | None,
@@ -64,7 +74,7 @@ def simplify(
         from gd_analyze.provenance import provenance
         from gd_analyze.search import How, simplify_exact
 
-        how = How(gd.LEVELS[level], refit, operations)
+        how = How(gd.LEVELS[level], refit, operations, effort=effort)
         if certified and (not how.level.has_torque_terms or refit or operations is not None):
             raise click.UsageError(
                 "--certified goes with --level term or energy, and without --refit and --operations"
@@ -114,6 +124,8 @@ def _document(model: gd.SimplifiedModel, certificate: Certificate | None, digits
         "operations_full": counts(model.operations_full),
         "search": [step._asdict() for step in promise.steps],
         "solved": promise.solved,
+        "cut_short": promise.cut_short,
+        "saves": model.saves,
         "joints": joint_rows(model.arm, columns),
     }
     if not model.level.has_torque_terms:

@@ -8,7 +8,6 @@ loss; the rods' m l^2 / 12, which is not, enters afterwards.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, cast
 
@@ -65,12 +64,7 @@ def two_link_closed_forms(method: str) -> ClosedForms:
     sp = _sympy()
     s = _symbols()
     arm = _symbolic_arm(s)
-    # Of a joint that turns, the formulations take cosine and sine only.
-    angles = (
-        SimpleNamespace(cos=partial(sp.cos, s[name]), sin=partial(sp.sin, s[name]))
-        for name in ("theta1", "theta2")
-    )
-    q = np.array([[angle] for angle in angles], dtype=object)
+    q = np.array([[_Angle(s[name])] for name in ("theta1", "theta2")], dtype=object)
     qd = np.array([[s["thetad1"]], [s["thetad2"]]], dtype=object)
     given = formulation.dynamics(cast("RobotArm", arm), q, qd)
 
@@ -120,6 +114,24 @@ def same(one: ClosedForms, other: ClosedForms) -> bool:
     parts = ("inertia", "coriolis_centrifugal", "gravity_loading")
     differences = (getattr(one, part) - getattr(other, part) for part in parts)
     return all(sp.simplify(difference) == sp.zeros(*difference.shape) for difference in differences)
+
+
+@dataclass(frozen=True)
+class _Angle:
+    """Of joints that turn, the formulations take cosine and sine only, and those of sums."""
+
+    symbol: Any
+
+    def __add__(self, other: _Angle) -> _Angle:
+        return _Angle(self.symbol + other.symbol)
+
+    def cos(self) -> Any:
+        """Cosine, as `numpy.cos` takes it of objects."""
+        return _sympy().cos(self.symbol)
+
+    def sin(self) -> Any:
+        """Sine, as `numpy.sin` takes it of objects."""
+        return _sympy().sin(self.symbol)
 
 
 @dataclass(frozen=True, eq=False)

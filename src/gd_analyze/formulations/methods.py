@@ -14,6 +14,7 @@ from gd_analyze.formulations import (
     lagrange_euler,
     newton_euler_base,
     newton_euler_link,
+    newton_euler_regrouped,
     probing,
     recursive_lagrangian,
 )
@@ -119,6 +120,17 @@ METHODS: dict[str, Method] = {
             "n",
             newton_euler_link.torque,
             _probed(newton_euler_link.torque),
+        ),
+        Method(
+            "newton_euler_regrouped",
+            "Newton-Euler with regrouped parameters",
+            "N-E regrouped",
+            "Khalil, Kleinfinger 1987",
+            "rotation matrices, vectors in axis frames",
+            "recursive",
+            "n",
+            newton_euler_regrouped.torque,
+            _probed(newton_euler_regrouped.torque),
         ),
         Method(
             "generalized_dalembert",

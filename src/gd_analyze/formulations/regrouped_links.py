@@ -140,7 +140,7 @@ def _origins(
     origins: list[Array] = [points[last]]
     mass = moments[last][3, 3]
     if not turns[last]:
-        origins[0] = moments[last][:3, 3] / mass if _is_number(mass) and mass > 0.0 else points[last]
+        origins[0] = moments[last][:3, 3] / mass if isinstance(mass, float) and mass > 0.0 else points[last]
     elif last and turns[last - 1]:
         origins[0] = _foot(points[last], axes[last], points[last - 1], axes[last - 1])
     for i in reversed(range(last)):
@@ -182,7 +182,7 @@ def _frames(
 def _with_z(axis: FloatArray, *towards: Array) -> FloatArray:
     """Frame about an axis with x as near as can be to the first of some vectors that tells a direction."""
     for vector in (*towards, *np.eye(3)):
-        if _is_number(vector[0]):
+        if vector.dtype != object:
             x = vector - axis * (axis @ vector)
             size = np.linalg.norm(x)
             if size > _SKEW * np.linalg.norm(vector):
@@ -218,7 +218,7 @@ def _regrouped(
         fixed[:3, :3] |= not turns[i]
         gone = np.where(fixed, kept[i], 0.0)
         kept[i] = np.where(fixed, 0.0, kept[i])
-        for block in blocks:
+        for block in blocks if kept[i].dtype != object else ():
             kept[i][block] = _without_round_off(kept[i][block], every[:, *block])
         if i:
             kept[i - 1] = kept[i - 1] + _moved(gone, rotations[i], steps[i])
@@ -250,10 +250,6 @@ def _is_round(kept: Array, every: Sequence[Array]) -> bool:
         return False
     uneven = kept[:3, :3] - kept[0, 0] * np.diag([1.0, 1.0, 0.0])
     return not (_without_round_off(uneven, np.array(every)[:, :3, :3]).any() or kept[3, :3].any())
-
-
-def _is_number(x: Any) -> bool:
-    return isinstance(x, float)
 
 
 def _without_round_off(values: Array, beside: Array | None = None) -> Array:

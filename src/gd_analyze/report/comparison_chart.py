@@ -22,6 +22,7 @@ _MARKERS = {
     "recursive_lagrangian": "triangle",
     "newton_euler_base": "open",
     "newton_euler_link": "circle",
+    "newton_euler_regrouped": "down",
     "generalized_dalembert": "diamond",
     "composite_moments": "cross",
 }
@@ -140,6 +141,7 @@ def _marker(axes: _Axes, n: int, total: int, name: str, palette: Palette) -> str
     shape = {
         "square": f"M{x - 2.6:.1f} {y - 2.6:.1f}h5.2v5.2h-5.2z",
         "triangle": f"M{x - 3.1:.1f} {y + 2.5:.1f}h6.2l-3.1 -5.6z",
+        "down": f"M{x - 3.1:.1f} {y - 2.5:.1f}h6.2l-3.1 5.6z",
         "diamond": f"M{x:.1f} {y - 3.5:.1f}l3.5 3.5l-3.5 3.5l-3.5 -3.5z",
         "cross": f"M{x - 2.8:.1f} {y - 2.8:.1f}l5.6 5.6m0 -5.6l-5.6 5.6",
     }.get(_MARKERS[name], f"M{x - 2.7:.1f} {y:.1f}a2.7 2.7 0 1 0 5.4 0a2.7 2.7 0 1 0 -5.4 0z")

@@ -140,10 +140,12 @@ class _Program:
         needed = [float(start[members].any()) for members in self._members]
         guess.col_value = [*start.astype(float).tolist(), *needed]
         solver.setSolution(guess)
-        self._work.solve(solver)
+        ended = self._work.solve(solver)
         status = solver.getModelStatus()
         values = np.array(solver.getSolution().col_value)
         if len(values) != count + len(self._members) or not solver.getInfo().primal_solution_status:
+            if not ended:
+                return None
             raise _failed(solver)
         return values[:count] > 0.5, status == highspy.HighsModelStatus.kOptimal
 
