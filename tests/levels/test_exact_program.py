@@ -74,7 +74,7 @@ def test_no_formulation_takes_fewer(name):
 
 
 def test_the_puma_takes_fewer_than_any_program_published():
-    """Link-frame Newton-Euler, its zeros folded and equal subexpressions shared, takes 413, with drives 425."""
+    """Link-frame Newton-Euler with its zeros folded and equal parts shared takes 413, with drives 425."""
     puma = load_arm("puma560")
     assert count_cost(METHODS["newton_euler_regrouped"], puma).folded.total <= 350
     assert ExactForm(puma).operations.total <= 310
