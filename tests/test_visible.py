@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 import unicodedata
+import warnings
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
 from gd_analyze.visible import in_python, shortened, visible
 
 ACTING = ("\x1b[31m", "a\nb", "a\rb", "\x9b2J", "\u202eabc", "\u2066x", "\x00", "\u2028", "\x85", "\ud800")
@@ -64,3 +65,10 @@ def test_a_value_found_is_told_on_a_line_or_two():
     assert len(GdAnalyzeError("no", found="9" * 100_000).details["found"]) <= 160
     listed = GdAnalyzeError("no", found=["joint 1 is late", "joint 2 is late"])
     assert listed.details["found"] == "joint 1 is late; joint 2 is late"
+
+
+@pytest.mark.parametrize("text", ACTING)
+def test_no_warning_acts(text):
+    with pytest.warns(GdAnalyzeWarning) as told:
+        warnings.warn(f"the link {text} is odd", GdAnalyzeWarning, stacklevel=1)
+    assert str(told[0].message) == f"the link {visible(text)} is odd"

@@ -95,7 +95,7 @@ def rank(
             "torque_unit": ("element", [unit_of("effort", turning[k - 1]) for k in columns["torque_joint"]]),
         },
         {
-            "threshold": threshold,
+            "threshold": float(threshold),
             "floor": floor.tolist(),
             "ranked_by": "torque_share",
             "arm": dataset.attrs["arm"],

@@ -108,4 +108,10 @@ class StorageError(OutputError):
 
 
 class GdAnalyzeWarning(UserWarning):
-    """Something suspicious that does not stop the work; also shown inside the reports."""
+    """Something suspicious that does not stop the work; also shown inside the reports.
+
+    As in a `GdAnalyzeError`, what acts on a terminal is written out.
+    """
+
+    def __init__(self, text: str) -> None:
+        super().__init__(visible(text))

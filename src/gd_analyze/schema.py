@@ -15,24 +15,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gd_analyze.declared_values import UNITS, Values
 from gd_analyze.errors import StoreError
+from gd_analyze.schema_labels import require_attributes, require_coordinates
 from gd_analyze.vectors import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
 SCHEMA_VERSION = 3
-
-# Units of quantities of joints, by the number of turning joints among those they are about.
-UNITS: dict[str, tuple[str, ...]] = {
-    "position": ("m", "rad"),
-    "rate": ("m/s", "rad/s"),
-    "acceleration": ("m/s^2", "rad/s^2"),
-    "effort": ("N", "N m"),
-    "effort per mass": ("N/kg", "N m/kg"),
-    "inertia": ("kg", "kg m", "kg m^2"),
-    "coupling": ("kg/m", "kg", "kg m", "kg m^2"),
-}
 
 
 def unit_of(kind: str, *turning: bool) -> str:
@@ -66,6 +57,8 @@ class Variable:
         In words.
     symbol
         In formulas.
+    values
+        What it may hold.
     """
 
     name: str
@@ -75,6 +68,7 @@ class Variable:
     symbol: str
     equation: str
     meaning: str
+    values: Values
 
     def attributes(self, turning: Sequence[bool]) -> dict[str, str]:
         """Attributes stored with the variable of an arm, given whether its joints turn."""
@@ -108,9 +102,10 @@ def _declared() -> dict[str, dict[str, Variable]]:
     """Read the declarations: one line each of schema.csv."""
     groups: dict[str, dict[str, Variable]] = {}
     lines = (Path(__file__).parent / "schema.csv").read_text(encoding="utf-8").splitlines()
-    for row in csv.DictReader(lines):
+    for row in csv.DictReader(lines, restval=""):
         group, dims = row.pop("group"), tuple(row.pop("dims").split())
-        groups.setdefault(group, {})[row["name"]] = Variable(dims=dims, **row)
+        values = Values(row.pop("kind") or "number", row.pop("among"))
+        groups.setdefault(group, {})[row["name"]] = Variable(dims=dims, values=values, **row)
     return groups
 
 
@@ -150,7 +145,7 @@ def table(
     Raises
     ------
     StoreError
-        If a variable is not declared, has other dimensions or is missing.
+        As `validate`.
     """
     import xarray as xr
 
@@ -168,7 +163,7 @@ def table(
     if not _uniform(turning):
         given |= _unit_coordinates({declared[name].unit: declared[name].dims for name in values}, turning)
     dataset = xr.Dataset(variables, coords=given, attrs=dict(attrs or {}))
-    validate(dataset, group)
+    validate(dataset, group, turning)
     return dataset
 
 
@@ -184,13 +179,23 @@ def _unit_coordinates(kinds: Mapping[str, tuple[str, ...]], turning: Sequence[bo
     return out
 
 
-def validate(dataset: xr.Dataset, group: str) -> None:
-    """Check that a table holds what is declared of its group.
+def validate(dataset: xr.Dataset, group: str, turning: Sequence[bool]) -> None:
+    """Check that a table holds what is declared of its group, in schema.csv and schema_labels.csv.
+
+    Values of variables that are numbers are left to `require_numbers`, as a long one may be read later.
+
+    Parameters
+    ----------
+    dataset, group
+        The table, and of which group it is.
+    turning
+        Whether each joint of the arm turns.
 
     Raises
     ------
     StoreError
-        If a variable is missing or unknown, or has other dimensions.
+        If a variable, a coordinate or an attribute is missing, has other dimensions or another kind of
+        values, or is in another unit; if a variable or a coordinate is unknown.
     """
     declared = GROUPS[group]
     for name in declared:
@@ -201,11 +206,38 @@ def validate(dataset: xr.Dataset, group: str) -> None:
         name = str(key)
         if name not in declared:
             raise StoreError(f"{name} is not a variable of {group}", expected=", ".join(declared))
-        if tuple(array.dims) != declared[name].dims:
+        _require_as_declared(array, declared[name], group, turning)
+    units = (
+        {}
+        if _uniform(turning)
+        else _unit_coordinates(
+            {declared[str(name)].unit: declared[str(name)].dims for name in dataset.data_vars}, turning
+        )
+    )
+    require_coordinates(dataset, group, len(turning), units)
+    require_attributes(dataset.attrs, group, len(turning))
+
+
+def _require_as_declared(
+    array: xr.DataArray, declared: Variable, group: str, turning: Sequence[bool]
+) -> None:
+    what = f"{declared.name} of {group}"
+    if tuple(array.dims) != declared.dims:
+        raise StoreError(
+            f"{what} has other dimensions than declared",
+            expected=str(declared.dims),
+            found=str(tuple(array.dims)),
+        )
+    declared.values.require_kind(array.dtype, what)
+    if declared.values.among:
+        declared.values.require(array.values, what, len(turning))
+    units = declared.attributes(turning)
+    for name in ("units", "units_in"):
+        if array.attrs.get(name) != units.get(name):
             raise StoreError(
-                f"{name} of {group} has other dimensions than declared",
-                expected=str(declared[name].dims),
-                found=str(tuple(array.dims)),
+                f"{what} is in other units than declared",
+                expected=units.get(name, f"no {name}"),
+                found=str(array.attrs.get(name, f"no {name}")),
             )
 
 

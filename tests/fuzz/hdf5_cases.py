@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
 import json
 import tempfile
@@ -23,6 +22,7 @@ from verdict import BrokenError
 
 from gd_analyze.main_job import find
 from gd_analyze.results import save_results
+from gd_analyze.results.seal import SEAL_LENGTH, require_sealed, seal
 from gd_analyze.robots import load_arm
 from gd_analyze.trajectories import Trajectory, read_trajectory
 
@@ -30,13 +30,11 @@ from gd_analyze.trajectories import Trajectory, read_trajectory
 HUGE = 2**40
 # Attributes of netCDF's dimensions, which refer to other datasets.
 OF_SCALES = {"CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST"}
-# What comes before the digest of a whole file, in hexadecimal, at the end of one that carries it.
-SEAL = b"\ngd-analyze sha256 "
 
 
 @cache
 def base() -> tuple[bytes, bytes]:
-    """Results of three set points of the two-link arm, and the seal behind them; b"" where there is none."""
+    """Results of three set points of the two-link arm, and the seal behind them."""
     arm = load_arm("two_link")
     swing = read_trajectory("two-link-swing", arm)
     short = Trajectory(*(x[:3] for x in (swing.time, swing.q, swing.qd, swing.qdd)), "swing")
@@ -44,13 +42,8 @@ def base() -> tuple[bytes, bytes]:
         path = Path(folder) / "analysis.h5"
         save_results(find(arm, short), path)
         whole = path.read_bytes()
-    content, mark, digest = whole.rpartition(SEAL)
-    return (content, mark + digest) if mark else (whole, b"")
-
-
-def sealed(content: bytes) -> bytes:
-    """The content with its digest behind it, as a file has it whose writer knew what it wrote."""
-    return content + SEAL + hashlib.sha256(content).hexdigest().encode() + b"\n"
+        require_sealed(path)
+    return whole[:-SEAL_LENGTH], whole[-SEAL_LENGTH:]
 
 
 def _edit(change: Callable[[Random, h5py.File], None]) -> Change:
@@ -215,10 +208,13 @@ cases = plans(1, STAGES)
 
 def write(plan: Plan, path: Path) -> None:
     """Write a results file changed as planned, mostly with the digest of what it now holds."""
-    content, seal = base()
+    content, line = base()
     changed = carried_out(plan, content, STAGES)
-    anew = seal and STALE not in dict(plan.steps)
-    path.write_bytes(sealed(changed) if anew else changed + seal)
+    if STALE in dict(plan.steps):
+        path.write_bytes(changed + line)
+    else:
+        path.write_bytes(changed)
+        seal(path)
 
 
 def judged(path: Path) -> bool:

@@ -143,6 +143,7 @@ OTHER = {
     "other format": '{"format": "gd-analyze results"}',
     "null": "null",
     "nested beyond reason": "[" * 100_000,
+    "thousands of digits": f'{{"format": {"9" * 5000}}}',
     "binary": bytes(range(256)),
     "pickle": pickle.dumps({"format": "gd-analyze simplified model"}),
     "latin": '{"name": "Größe"}'.encode("latin-1"),

@@ -180,6 +180,32 @@ CASES: dict[str, tuple[str, str, str, str]] = {
         "one [[links]] table per joint",
         "[[links]]@1",
     ),
+    "a title that acts": ('name = "mine"', 'name = "mine"\ntitle = "a\\u202eb"', "an arm's title", "title ="),
+    "a title without end": (
+        'name = "mine"',
+        f'name = "mine"\ntitle = "{"x" * 201}"',
+        "an arm's title",
+        "title =",
+    ),
+    "a name without end": ('name = "mine"', f'name = "{"x" * 201}"', "an arm's name", "name ="),
+    "a source that hides": (
+        'name = "mine"',
+        'name = "mine"\nsources = ["\\u200b"]',
+        "one of the sources",
+        "sources =",
+    ),
+    "an assumption that hides": (
+        'name = "mine"',
+        'name = "mine"\nassumptions = ["a", "\\u200b"]',
+        "one of the assumptions",
+        "assumptions =",
+    ),
+    "400 digits behind a unit": (
+        "range_deg = [-90.0, 90.0]",
+        f"range_deg = [0, 0x1{'0' * 400}]",
+        "joints[1].range[2]",
+        "range_deg",
+    ),
     "one drive too few": ("[[drives]]\ninertia = 0.25\n", "", "one [[drives]] table per joint", "[[drives]]"),
 }
 
@@ -214,6 +240,26 @@ def test_malformed_toml(file, text, line, column):
     assert caught.value.details["where"] == f"{path}, line {line}, column {column}"
     assert "at line" not in caught.value.details["found"]
     assert caught.value.details["next"]
+
+
+@pytest.mark.parametrize(
+    ("value", "what", "place"),
+    [
+        ("[" * 3000 + "]" * 3000, "nests tables or lists beyond any arm", ""),
+        ("9" * 5000, "a number of thousands of digits", ", line 3"),
+    ],
+    ids=["nested", "digits"],
+)
+def test_what_no_parser_should_have_to_make(file, value, what, place):
+    path = file(ARM.replace("gravity = [0.0, 0.0, -9.81]", f"gravity = {value}"))
+    with pytest.raises(ArmError, match=what) as caught:
+        read_arm(path)
+    assert caught.value.details["where"] == f"{path}{place}"
+
+
+def test_a_mass_that_stands_for_none_has_no_density(file):
+    """Its radius of gyration, cubed, is beyond a float."""
+    read_arm(file(ARM.replace("mass = 2.0", "mass = 7e-283")))
 
 
 def test_cut_off_toml_names_the_last_line(file):

@@ -180,11 +180,8 @@ def _beyond(exact: ExactDynamics, model: SimplifiedModel, ranking: TermRanking) 
     if arm.has_all_limits:
         drawn = exact.at(states_in_box(arm, _DRAWN))
         errors = drawn.errors_of(model.torque(*drawn.states.arrays))
-    table = tables.beyond_table(
-        model, certificate, errors, payload_effect(model, states), ranking.uncertainty
-    )
-    table.attrs["states_drawn"] = _DRAWN if errors else 0
-    return table
+    payload, drawn_states = payload_effect(model, states), _DRAWN if errors else 0
+    return tables.beyond_table(model, certificate, errors, payload, ranking.uncertainty, drawn_states)
 
 
 def _told(caught: list[warnings.WarningMessage]) -> list[str]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from gd_analyze.declared_values import UNITS
 from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.robots import Joint, RobotArm
-from gd_analyze.schema import UNITS
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray, set_points_last
 

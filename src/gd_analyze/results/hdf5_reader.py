@@ -6,6 +6,7 @@ links to other files, values of varying length and numbers that cannot be are re
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -44,7 +45,7 @@ def read_attributes(item: Any) -> dict[str, Any]:
     return found
 
 
-def read_table(file: h5py.File, name: str, most_rows: float = np.inf) -> xr.Dataset:
+def read_table(file: h5py.File, name: str, turning: Sequence[bool], most_rows: float = np.inf) -> xr.Dataset:
     """Read one group of `gd_analyze.schema.GROUPS`.
 
     Parameters
@@ -53,6 +54,8 @@ def read_table(file: h5py.File, name: str, most_rows: float = np.inf) -> xr.Data
         From `open_tables`.
     name
         Of the group.
+    turning
+        Whether each joint of the arm turns; that of "documents", which says so, does not depend on it.
     most_rows
         Of how many set points to read all there is of them. Of more, a variable that is not one number per
         joint is read when somebody asks for its values, and holds the file open until then.
@@ -82,7 +85,7 @@ def read_table(file: h5py.File, name: str, most_rows: float = np.inf) -> xr.Data
     attributes = read_attributes(group)
     attributes.pop(COORDINATES, None)
     table = xr.Dataset(variables, coordinates, attributes)
-    validate(table, name)
+    validate(table, name, turning)
     return table
 
 

@@ -17,7 +17,7 @@ from gd_analyze.results.refusal import refusal
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _MARK = b"\ngd-analyze sha256 "
 # The mark, a digest in hexadecimal, the end of the line.
-_LENGTH = len(_MARK) + 64 + 1
+SEAL_LENGTH = len(_MARK) + 64 + 1
 # Bytes read at a time: the memory that checking takes, whatever the length of the file.
 _BLOCK = 2**20
 
@@ -43,9 +43,9 @@ def require_sealed(path: Path) -> None:
     with path.open("rb") as file:
         if file.read(len(_HDF5)) != _HDF5:
             raise refusal(path, "the results file is damaged or not HDF5", "another kind of file")
-        length = os.fstat(file.fileno()).st_size - _LENGTH
+        length = os.fstat(file.fileno()).st_size - SEAL_LENGTH
         file.seek(max(length, 0))
-        line = file.read(_LENGTH)
+        line = file.read(SEAL_LENGTH)
         if length < 0 or not line.startswith(_MARK):
             found = "no digest at its end: cut short, edited since, or written by another program or version"
             raise refusal(path, "this HDF5 file is not as gd-analyze wrote it", found)

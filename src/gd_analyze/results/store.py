@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,11 +16,12 @@ from gd_analyze.levels import TERM, ExactForm
 from gd_analyze.levels.model_schema import ModelDocument, checked_model, document_of
 from gd_analyze.long_decomposition import MOST_KEPT
 from gd_analyze.results.findings import Findings
+from gd_analyze.results.fit import require_models_fit, require_tables_fit, require_terms_fit
 from gd_analyze.results.hdf5_reader import open_tables, read_attributes, read_table
 from gd_analyze.results.hdf5_writer import write_tables
 from gd_analyze.results.refusal import damage_named
 from gd_analyze.results.seal import require_sealed, seal
-from gd_analyze.robots import arm_from_description, describe_in_full
+from gd_analyze.robots import RobotArm, arm_from_description, describe_in_full
 from gd_analyze.run import warn_of_others
 from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
 from gd_analyze.trajectories import Trajectory
@@ -91,13 +92,14 @@ def load_findings(path: str | Path) -> Findings:
     path = Path(path)
     with _opened(path) as file:
         attributes = read_attributes(file)
-        tables = {name: read_table(file, name, MOST_KEPT) for name in GROUPS}
-        documents = json.loads(tables.pop("documents").json.values.astype(np.uint8).tobytes())
-        arm = arm_from_description(documents["arm"])
-        model = checked_model(ModelDocument.model_validate(documents["model"]))
-        elements = model
+        tables, documents, arm = _read(file, MOST_KEPT)
+        del tables["documents"]
+        model = elements = checked_model(ModelDocument.model_validate(documents["model"]))
         if "element_model" in documents:
             elements = checked_model(ModelDocument.model_validate(documents["element_model"]))
+        require_models_fit(model, elements, tables, arm)
+        ranked = TERM.from_entries(ExactForm(arm), documents["ranked_terms"])
+        require_terms_fit(ranked, tables)
         warn_of_others(path, str(attributes.get("run", "")))
         motion, warnings = tables["trajectory"], attributes["warnings"]
         if motion.sizes["time"] <= MOST_KEPT:
@@ -116,7 +118,7 @@ def load_findings(path: str | Path) -> Findings:
             tables=tables,
             model=model,
             element_model=elements,
-            ranked_terms=TERM.from_entries(ExactForm(arm), documents["ranked_terms"]),
+            ranked_terms=ranked,
             warnings=tuple(warnings.split("\n")) if warnings else (),
             provenance={
                 name: str(value)
@@ -149,10 +151,23 @@ def load_results(path: str | Path) -> xr.DataTree:
     path = Path(path)
     with _opened(path) as file:
         root = xr.Dataset(attrs=read_attributes(file))
-        tables = {f"/{name}": read_table(file, name) for name in GROUPS}
+        tables, _, _ = _read(file)
         file.close()
     warn_of_others(path, str(root.attrs.get("run", "")))
-    return xr.DataTree.from_dict({"/": root} | tables)
+    return xr.DataTree.from_dict({"/": root} | {f"/{name}": table for name, table in tables.items()})
+
+
+def _read(
+    file: h5py.File, most_rows: float = np.inf
+) -> tuple[dict[str, xr.Dataset], dict[str, Any], RobotArm]:
+    """All tables, the JSON documents among them, and the arm; `most_rows` as for `read_table`."""
+    stored = read_table(file, "documents", ())
+    documents = json.loads(stored.json.values.tobytes())
+    arm = arm_from_description(documents["arm"])
+    names = [name for name in GROUPS if name != "documents"]
+    tables = {name: read_table(file, name, arm.is_revolute, most_rows) for name in names}
+    require_tables_fit(tables, arm)
+    return tables | {"documents": stored}, documents, arm
 
 
 @contextmanager

@@ -134,7 +134,8 @@ def terms_table(ranking: TermRanking, arm: RobotArm, written_out: bool) -> xr.Da
     plain, written = Plain(), [term_formula(term.term, term.weight) for term in terms]
 
     def column(name: str) -> np.ndarray:
-        return np.array([getattr(term, name) for term in terms])
+        is_joint = name.endswith("_joint")
+        return np.array([getattr(term, name) for term in terms], dtype=int if is_joint else float)
 
     below = [-1 if term.below_uncertainty is None else int(term.below_uncertainty) for term in terms]
     attrs: dict[str, Any] = {
@@ -194,6 +195,7 @@ def beyond_table(
     within_limits: ErrorTable | None,
     payload: PayloadEffect,
     uncertainty: Sequence[float] | None,
+    states_drawn: int,
 ) -> xr.Dataset:
     """Tabulate what the model does away from the set points; what is not known is not a number."""
     unknown = np.full(model.arm.n_joints, np.nan)
@@ -213,6 +215,7 @@ def beyond_table(
         },
         model.arm.is_revolute,
         {"joint_name": ("joint", [joint.name for joint in model.arm.joints])},
+        {"states_drawn": states_drawn},
     )
 
 

@@ -19,6 +19,7 @@ from gd_analyze.files import megabytes, read_at_most
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_schema import ArmFile
 from gd_analyze.robots.denavit_hartenberg import modified_placements, standard_placements
+from gd_analyze.robots.names import require_name, require_sentences
 from gd_analyze.robots.parts import Drive, Joint, Link
 from gd_analyze.robots.slips import warn_of_slips
 from gd_analyze.robots.toml_lines import TableLines
@@ -151,6 +152,10 @@ def text_of_arm_file(path: Path) -> str:
 
 
 def _build(parsed: ArmFile, lines: TableLines) -> RobotArm:
+    for key in ("name", "title"):
+        require_name(getattr(parsed, key), f"an arm's {key}", lines.locate((key,)))
+    for key in ("sources", "assumptions"):
+        require_sentences(getattr(parsed, key), f"one of the {key}", lines.locate((key,)))
     for what in ("links", "drives"):
         count = len(getattr(parsed, what))
         if count != len(parsed.joints) and (count or what == "links"):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from gd_analyze.errors import ArmError, Location
 from gd_analyze.visible import in_python, visible
 
@@ -37,7 +39,7 @@ def require_name(name: object, what: str, where: Location | str) -> None:
         )
 
 
-def require_sentences(texts: tuple[object, ...], what: str, where: Location | str) -> None:
+def require_sentences(texts: Iterable[object], what: str, where: Location | str) -> None:
     """Raise an ArmError unless texts of one or more lines show all they hold."""
     for text in texts:
         shown = " ".join(text.split()) if isinstance(text, str) else text

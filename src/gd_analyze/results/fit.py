@@ -1,0 +1,77 @@
+"""Whether the parts of a results file belong together: every table, model and term to one arm and motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gd_analyze.elements import elements
+from gd_analyze.errors import StoreError
+from gd_analyze.harmonics.terms import Torques
+from gd_analyze.levels import ELEMENT, SimplifiedModel, parts_of
+from gd_analyze.robots import RobotArm, describe
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def require_tables_fit(tables: Mapping[str, xr.Dataset], arm: RobotArm) -> None:
+    """Check that labels of tables are the arm's, and that all of them are about the same set points.
+
+    Raises
+    ------
+    StoreError
+        If not.
+    """
+    names = [joint.name for joint in arm.joints]
+    of_arm = {
+        "element": sorted(element.label for element in elements(arm.n_joints)),
+        "part": sorted(part.label for part in parts_of(arm.n_joints)),
+    }
+    time = tables["trajectory"].time.values
+    for group, table in tables.items():
+        for name, labels in of_arm.items():
+            if name in table.dims:
+                _require_equal(f"{name} of {group}", sorted(table[name].values.tolist()), labels)
+        if "joint_name" in table:
+            _require_equal(f"joint_name of {group}", table.joint_name.values.tolist(), names)
+        if "time" in table.dims and not np.array_equal(table.time.values, time):
+            raise StoreError(f"time of {group} is not that of the trajectory")
+    kinds = [joint.kind for joint in arm.joints]
+    _require_equal("joint_kind of decomposition", tables["decomposition"].joint_kind.values.tolist(), kinds)
+
+
+def require_models_fit(
+    model: SimplifiedModel, element_model: SimplifiedModel, tables: Mapping[str, xr.Dataset], arm: RobotArm
+) -> None:
+    """Check that models are of the arm, and of the levels that are stated.
+
+    Raises
+    ------
+    StoreError
+        If not.
+    """
+    for one in (model, element_model):
+        if describe(one.arm) != describe(arm):
+            raise StoreError("a model is of another arm than the tables")
+    _require_equal("level of the model", model.level.name, tables["simplified_model"].attrs["level"])
+    _require_equal("level of the model by elements", element_model.level.name, ELEMENT.name)
+
+
+def require_terms_fit(ranked: Torques, tables: Mapping[str, xr.Dataset]) -> None:
+    """Check that the ranked terms are those of their table, in its order.
+
+    Raises
+    ------
+    StoreError
+        If not.
+    """
+    weights = tables["terms"].weight.values.tolist()
+    _require_equal("the weights of the ranked terms", [*ranked.values()], weights)
+
+
+def _require_equal(what: str, found: Any, expected: Any) -> None:
+    if found != expected:
+        raise StoreError(f"{what} is not what belongs to the rest", expected=str(expected), found=str(found))
