@@ -154,17 +154,12 @@ def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: f
     full, left = model.operations_full, model.operations
     answer = (
         f"{left.total} instead of {full.total} operations, largest error "
+        f"{percent(float(errors.largest_share[errors.worst]))} of peak torque (joint {errors.worst + 1})"
         if model.saves
-        else (
-            f"nothing is gained, no model found within the budget takes less than the {full.total} "
-            "operations of the exact torque, which is given; largest error "
-        )
+        else f"nothing is gained, no model found within the budget takes less than the {full.total} "
+        "operations of the exact torque, which is given"
     )
-    sentence(
-        f"{arm_in_words(arm, model.drives)}: {answer}"
-        f"{percent(float(errors.largest_share[errors.worst]))} of peak torque (joint {errors.worst + 1})",
-        bold=True,
-    )
+    sentence(f"{arm_in_words(arm, model.drives)}: {answer}", bold=True)
     line(f"operations  {full}")
     line(f"         -> {left}")
     refitted = ", refitted" if model.refitted else ""
