@@ -24,6 +24,9 @@ UNITS: dict[str, tuple[str, ...]] = {
 # NumPy's types by what they are called in a declaration; text is of any length.
 _TYPES = {"number": "float64", "whole": "int64", "flag": "bool", "byte": "uint8", "text": "str"}
 
+# What numbers of a sign are not.
+_SIGNS = {"nonnegative": np.less, "positive": np.less_equal}
+
 
 @dataclass(frozen=True)
 class Values:
@@ -34,8 +37,9 @@ class Values:
     kind
         "number", "whole", "flag" (true or false), "byte" or "text".
     among
-        The values there may be, with "|" between; "1..n" stands for all joints, "units" and "levels" for the
-        names of these. "" for all of the kind.
+        "nonnegative" or "positive" of numbers, which nan passes; or the values there may be, with "|"
+        between, of which "1..n" stands for all joints, "units" and "levels" for the names of these. "" for
+        all of the kind.
     """
 
     kind: str
@@ -51,15 +55,17 @@ class Values:
         """Raise a StoreError where values are of another kind, or one is not among those there may be."""
         held = np.asarray(values)
         self.require_kind(held.dtype, what)
-        if not self.among:
-            return
+        if self.among in _SIGNS and _SIGNS[self.among](held, 0).any():
+            raise StoreError(f"{what} is not {self.among}", found=str(held.min()))
         words = self.words(n_joints)
-        for value in np.unique(held.astype(str)):
+        for value in np.unique(held.astype(str)).tolist() if words else ():
             if value not in words:
-                raise StoreError(f"{what} cannot be {value!r}", expected=", ".join(words), found=str(value))
+                raise StoreError(f"{what} cannot be {value!r}", expected=", ".join(words), found=value)
 
     def words(self, n_joints: int) -> list[str]:
-        """List what there may be, in order."""
+        """List the values there may be, in order; none where they are not declared one by one."""
+        if not self.among or self.among in _SIGNS:
+            return []
         named = {
             "1..n": map(str, range(1, n_joints + 1)),
             "units": [unit for units in UNITS.values() for unit in units],

@@ -13,6 +13,10 @@ if TYPE_CHECKING:
 # lengths and in rates, so that its square stays below 1e130; doubles end at 1.8e308.
 LARGEST = 1e12
 
+# A term's coefficient is made of a mass and two lengths, 1e36 at most; a program may add them up and divide
+# one by another. What is larger was never written, and its products would end beyond the doubles.
+LARGEST_COEFFICIENT = 1e100
+
 # float() also takes 1_000, digits of other scripts, "infinity" and "nan", which nobody means in a table.
 UNSIGNED = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 _NUMBER = re.compile(rf"[-+]?{UNSIGNED}")

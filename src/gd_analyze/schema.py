@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 SCHEMA_VERSION = 3
 
+# Inputs are bounded so that torques stay below 1e65, see `gd_analyze.given_numbers`.
+LARGEST_RESULT = 1e150
+
 
 def unit_of(kind: str, *turning: bool) -> str:
     """Unit of a quantity of joints, given whether each of them turns.
@@ -244,19 +247,22 @@ def _require_as_declared(
 def require_numbers(values: Array, name: str, group: str) -> None:
     """Check that values of a variable, or of a coordinate, are finite or what else is declared of it.
 
+    None is so large that its square would not be a number any more.
+
     Raises
     ------
     StoreError
         If one is nan or infinite where that cannot be.
     """
-    if values.dtype.kind != "f" or np.isfinite(values).all():
+    if values.dtype.kind != "f" or bool((np.abs(values) <= LARGEST_RESULT).all()):
         return
     besides = GROUPS[group][name].besides.split() if name in GROUPS[group] else []
-    for kind, found in (("nan", np.isnan(values)), ("inf", np.isinf(values))):
+    beyond = np.isfinite(values) & (np.abs(values) > LARGEST_RESULT)
+    for kind, found in (("nan", np.isnan(values)), ("inf", np.isinf(values)), ("", beyond)):
         if kind not in besides and found.any():
             place = ", ".join(str(index + 1) for index in np.argwhere(found)[0])
             raise StoreError(
-                f"{name} of {group} holds what is no finite number",
-                expected=" or ".join(["finite numbers", *besides]),
+                f"{name} of {group} holds what is no finite number, or too large",
+                expected=" or ".join([f"finite numbers up to {LARGEST_RESULT:g}", *besides]),
                 found=f"{values[found][0]}, entry {place}",
             )

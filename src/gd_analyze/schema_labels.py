@@ -121,10 +121,11 @@ def _require_dims(found: tuple[str, ...], declared: tuple[str, ...], what: str) 
 def _require_labels(values: Any, label: Label, what: str, n_joints: int) -> None:
     label.values.require(values, what, n_joints)
     if label.dims == (label.name,):
-        if label.values.among and values.astype(str).tolist() != label.values.words(n_joints):
+        words = label.values.words(n_joints)
+        if words and values.astype(str).tolist() != words:
             raise StoreError(
                 f"{what} are not those of the arm, in order",
-                expected=", ".join(label.values.words(n_joints)),
+                expected=", ".join(words),
                 found=", ".join(values.astype(str)),
             )
         if len(np.unique(values)) < len(values):

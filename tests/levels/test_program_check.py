@@ -64,8 +64,17 @@ def a_term_lost_in_rounding(document: Document) -> None:
 
 def an_overflow(document: Document) -> None:
     step = Steps(document)
-    x = step("multiply", 1e300, step("cos", step("input", "q1")))
-    step.add_to_output(step("multiply", 1e300, x))
+    x = step("cos", step("input", "q1"))
+    for _ in range(4):
+        x = step("multiply", 1e99, x)
+    step.add_to_output(x)
+
+
+def numbers_beyond_a_torque(document: Document) -> None:
+    """They do not overflow yet: what is made of them does."""
+    step = Steps(document)
+    x = step("multiply", 1e99, step("multiply", 1e99, step("cos", step("input", "q1"))))
+    step.add_to_output(step("multiply", 1e99, x))
 
 
 ELSE = [
@@ -75,6 +84,7 @@ ELSE = [
     a_small_term,
     a_term_lost_in_rounding,
     an_overflow,
+    numbers_beyond_a_torque,
 ]
 
 

@@ -75,6 +75,7 @@ OF_TORQUE = {
     "three rates": ("rates", [[1, 0], [1, 0], [1, 0]]),
     "a jerk": ("rates", [[3, 0]]),
     "weight infinite": ("weight", float("inf")),
+    "weight beyond all masses": ("weight", 1.7976931348623157e308),
     "factors no list": ("factors", "C2"),
 }
 
@@ -149,6 +150,7 @@ def product(document: dict) -> int:
 
 PROGRAM = {
     "a constant changed": lambda d: d["steps"][product(d)].__setitem__(1, 0.123),
+    "a constant beyond all masses": lambda d: d["steps"][product(d)].__setitem__(1, 1.5e308),
     "a constant infinite": lambda d: d["steps"][product(d)].__setitem__(1, 1e400),
     "another operation": lambda d: d["steps"][product(d)].__setitem__(0, "power"),
     "code": lambda d: d["steps"][product(d)].__setitem__(0, "__import__"),

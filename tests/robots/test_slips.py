@@ -167,6 +167,7 @@ def one_joint(joint: Joint, **others: object) -> RobotArm:
 
 
 def test_slides_in_millimetres() -> None:
+    assert slips_of(one_joint(Joint("1", lower=-np.inf, upper=np.inf))) == ()
     assert slips_of(one_joint(Joint("1", "prismatic", lower=0.0, upper=30.0))) == ()
     told = slips_of(one_joint(Joint("1", "prismatic", lower=0.0, upper=800.0)))
     assert told == ("joint 1: the range goes to 800 m; if that is in mm, write range_mm",)

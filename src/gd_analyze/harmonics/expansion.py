@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.given_numbers import LARGEST_COEFFICIENT
 from gd_analyze.harmonics.torque_algebra import TorqueAlgebra, no_torque
 from gd_analyze.harmonics.waves import Waves
 from gd_analyze.operations import Program
@@ -81,7 +82,7 @@ def expanded(program: Program, sliding: Sequence[bool]) -> Expansion:
     with np.errstate(all="ignore"):
         value = program.carried_out(algebra.given, algebra.apply)
         sums = [algebra.lifted(value(output)) for output in program.outputs]
-    if not all(np.isfinite(one.numbers).all() for one in sums):
+    if not all((np.abs(one.numbers) <= LARGEST_COEFFICIENT).all() for one in sums):
         raise no_torque("its numbers overflow")
     return Expansion(
         program,

@@ -13,14 +13,14 @@ from gd_analyze.harmonics.lagrangian import torques_of
 from gd_analyze.harmonics.terms import Energies, EnergyTerm, Torques
 from gd_analyze.levels.exact import ExactForm
 from gd_analyze.levels.harmonic import FactorEntry, HarmonicLevel, factor_entries, monomial_of, numbered
-from gd_analyze.levels.level import Checked, Numbers
+from gd_analyze.levels.level import Checked, Coefficient, Numbers
 
 
 class _EnergyEntry(Checked):
     i: int
     j: int
     factors: list[FactorEntry]
-    coefficient: float
+    coefficient: Coefficient
 
 
 class EnergyLevel(HarmonicLevel):

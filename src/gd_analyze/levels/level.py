@@ -10,13 +10,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, TypeAdapter
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
+from gd_analyze.given_numbers import LARGEST_COEFFICIENT
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.levels.effort import Effort
 from gd_analyze.levels.exact import ExactDynamics, ExactForm
@@ -49,6 +50,10 @@ class Checked(BaseModel):
     """What a model file states: nothing unknown is in it, and no infinite number."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+
+# What a term is multiplied by.
+Coefficient = Annotated[float, Field(ge=-LARGEST_COEFFICIENT, le=LARGEST_COEFFICIENT)]
 
 
 class Level(ABC):

@@ -15,14 +15,14 @@ from gd_analyze.harmonics.lagrangian import torques_of
 from gd_analyze.harmonics.terms import Rate, Torques, TorqueTerm
 from gd_analyze.levels.exact import ExactForm
 from gd_analyze.levels.harmonic import FactorEntry, HarmonicLevel, factor_entries, monomial_of, numbered
-from gd_analyze.levels.level import Checked, Numbers
+from gd_analyze.levels.level import Checked, Coefficient, Numbers
 
 
 class _TorqueEntry(Checked):
     row: int
     rates: Annotated[list[tuple[Literal[1, 2], int]], Field(max_length=2)]
     factors: list[FactorEntry]
-    weight: float
+    weight: Coefficient
 
 
 class TermLevel(HarmonicLevel):

@@ -6,11 +6,11 @@ its name. Reading only records operations, it never carries any out.
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Collection, Sequence
 from typing import Any, cast
 
+from gd_analyze.given_numbers import LARGEST_COEFFICIENT
 from gd_analyze.operations.program import UFUNCS, Program
 from gd_analyze.operations.trace import Expression, Operation, Trace
 
@@ -54,8 +54,8 @@ def read_back(
 
     def value(x: str | float) -> Any:
         if not isinstance(x, str):
-            if not math.isfinite(x):
-                raise ValueError(f"{x} is not a number")
+            if not abs(x) <= LARGEST_COEFFICIENT:
+                raise ValueError(f"{x} is no number of a torque")
             return float(x)
         match = re.fullmatch(r"s(0|[1-9][0-9]{0,8})", x)
         if match is None or int(match[1]) >= len(made):

@@ -39,8 +39,29 @@ def require_tables_fit(tables: Mapping[str, xr.Dataset], arm: RobotArm) -> None:
             _require_equal(f"joint_name of {group}", table.joint_name.values.tolist(), names)
         if "time" in table.dims and not np.array_equal(table.time.values, time):
             raise StoreError(f"time of {group} is not that of the trajectory")
+    _require_known_together(tables)
     kinds = [joint.kind for joint in arm.joints]
     _require_equal("joint_kind of decomposition", tables["decomposition"].joint_kind.values.tolist(), kinds)
+
+
+def _require_known_together(tables: Mapping[str, xr.Dataset]) -> None:
+    """Check that what is not a number is what cannot be known: of all joints, or of a part that is kept."""
+    beyond, drawn = tables["beyond"], tables["beyond"].attrs["states_drawn"] > 0
+    certified = bool(beyond.certified.notnull().all())
+    stated = bool(beyond.uncertainty.notnull().all())
+    for name, known in {
+        "certified": certified,
+        "worst_found": certified,
+        "within_limits": drawn,
+        "within_limits_share": drawn,
+        "uncertainty": stated,
+    }.items():
+        if not (beyond[name].notnull() == known).all():
+            raise StoreError(f"{name} of beyond is known where it cannot be, or not known where it must be")
+    parts = tables["parts"]
+    for name in ("torque_peak", "torque_share"):
+        if (parts[name].isnull() & ~parts.kept).any():
+            raise StoreError(f"{name} of parts is not known of a part that is left out")
 
 
 def require_models_fit(

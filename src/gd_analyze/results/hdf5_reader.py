@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     import h5py
     import xarray as xr
 
-# Kinds of NumPy's types that are stored: numbers, and bytes of a fixed length.
-_KINDS = "iufS"
+# What is stored: numbers of these types, and bytes of a fixed length.
+_NUMBERS = (np.float64, np.int64, np.int8, np.uint8)
 
 
 def open_tables(path: Path) -> h5py.File:
@@ -39,7 +39,7 @@ def read_attributes(item: Any) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name in item.attrs:
         if name not in OF_SCALES:
-            if item.attrs.get_id(name).dtype.kind not in _KINDS:
+            if not _is_plain(item.attrs.get_id(name).dtype):
                 raise StoreError(f"attribute {name} of {item.name} is of a kind that is never written")
             found[name] = restored(np.asarray(item.attrs[name]), {}).tolist()
     return found
@@ -97,10 +97,14 @@ def _member(group: h5py.Group, name: str) -> Any:
     return group[name]
 
 
+def _is_plain(dtype: np.dtype[Any]) -> bool:
+    return dtype.kind == "S" or dtype in _NUMBERS
+
+
 def _require_plain(dataset: Any) -> None:
     import h5py
 
-    is_plain = isinstance(dataset, h5py.Dataset) and dataset.dtype.kind in _KINDS
+    is_plain = isinstance(dataset, h5py.Dataset) and _is_plain(dataset.dtype)
     if not is_plain or not (dataset.fletcher32 or dataset.size == 0):
         raise StoreError(f"{dataset.name} is not stored as variables are, with a checksum")
     if dataset.id.get_storage_size() < dataset.nbytes:

@@ -57,13 +57,14 @@ class RobotArm:
 
     def __post_init__(self) -> None:
         where = f"arm {self.name}"
-        for name, what in ((self.name, "an arm's name"), (self.title, "an arm's title")):
-            require_name(name, what, where)
+        for name in ("name", "title", "convention"):
+            require_name(getattr(self, name), f"an arm's {name}", where)
         require_sentences((*self.sources, *self.assumptions), "a source or an assumption", where)
         keep(self, "gravity", (3,), f"the gravity of {self.name}", where)
         if not self.joints:
             raise ArmError(f"arm {self.name} has no joints", expected="at least one joint")
-        for what, items in (("links", self.links), ("drives", self.drives)):
+        rows = self.dh_table
+        for what, items in (("links", self.links), ("drives", self.drives), ("table rows", rows)):
             if (items and len(items) != len(self.joints)) or (what == "links" and not items):
                 raise ArmError(
                     f"arm {self.name} needs one of its {what} per joint",

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location
-from gd_analyze.robots.constants import keep, require_possible
+from gd_analyze.robots.constants import keep
 from gd_analyze.robots.link_uncertainty import LinkUncertainty
 from gd_analyze.robots.names import require_name
 from gd_analyze.vectors import FloatArray
@@ -255,8 +255,12 @@ class Drive:
 
     def __post_init__(self) -> None:
         keep(self, "inertia", (), "the inertia of a drive", "drive", nonnegative="kg m^2")
-        numbers = (self.gear_ratio, self.viscous, *self.coulomb, self.torque_limit or 0.0)
-        require_possible(numbers, "a number of a drive", "drive")
+        keep(self, "gear_ratio", (), "the gear ratio of a drive", "drive")
+        keep(self, "viscous", (), "the viscous friction of a drive", "drive", nonnegative="N m s")
+        coulomb = keep(self, "coulomb", (2,), "the Coulomb friction of a drive", "drive")
+        object.__setattr__(self, "coulomb", tuple(coulomb.tolist()))
+        if self.torque_limit is not None:
+            keep(self, "torque_limit", (), "the torque limit of a drive", "drive", nonnegative="N m")
         if self.inertia_uncertainty is not None:
             what = "the uncertainty of a drive's inertia"
             keep(self, "inertia_uncertainty", (), what, "drive", nonnegative="kg m^2")
@@ -270,3 +274,7 @@ class DHRow:
     d: float
     a: float
     alpha: float
+
+    def __post_init__(self) -> None:
+        for name in ("theta", "d", "a", "alpha"):
+            keep(self, name, (), f"{name} of a Denavit-Hartenberg row", "dh_table")

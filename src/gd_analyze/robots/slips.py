@@ -102,8 +102,7 @@ def _limit_slips(joint: Joint) -> Iterator[str]:
             yield f"{where}: the range goes to {end:g} m; if that is in mm, write range_mm"
         return
     turns = end / math.pi
-    whole_turns = not end.is_integer() and abs(turns - round(turns)) < _TYPED
-    if _MANY_TURNS < end <= _NO_RANGE and not whole_turns:
+    if _MANY_TURNS < end <= _NO_RANGE and (end.is_integer() or abs(turns - round(turns)) >= _TYPED):
         yield (
             f"{where}: the range goes to {end:g} rad, which is {turns / 2:.3g} turns; "
             "if that is in degrees, write range_deg"

@@ -134,4 +134,5 @@ def rank_terms(exact: ExactDynamics, level: Level = TERM) -> TermRanking:
 def _first_beyond(errors: FloatArray, limit: FloatArray) -> int:
     """How many terms may go before any joint's error exceeds its limit for the first time."""
     beyond = (errors > limit).any(axis=1)
-    return int(beyond.argmax()) - 1 if beyond.any() else len(errors) - 1
+    # The first row is of no term gone: of many terms, those that are not listed may be beyond it already.
+    return max(int(beyond.argmax()) - 1, 0) if beyond.any() else len(errors) - 1
