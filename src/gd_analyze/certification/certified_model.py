@@ -24,6 +24,8 @@ from gd_analyze.vectors import FloatArray
 
 # Rounds at most; of the first the budget shrinks to no less than this share, later by what the bound asks.
 _ROUNDS, _PATIENT, _SLIGHTLY = 16, 4, 0.96
+# Of a search, in each of them.
+_EFFORT = 0.25
 
 
 def simplify_certified(
@@ -64,10 +66,10 @@ def simplify_certified(
     """
     allowed, stated = exact.allowed(budget), f"{budget}{CERTIFIED}"
     share = np.ones(len(allowed))
-    known = exact
+    known, how = exact, How(level, write=False, effort=_EFFORT, dearer=True)
     for turn in range(_ROUNDS):
         within = Budget(tuple((share * allowed).tolist()), (False,) * len(allowed))
-        model = simplify_exact(known, within, How(level, write=False, dearer=True), provenance=provenance)
+        model = simplify_exact(known, within, how, provenance=provenance)
         certificate = certify(model, box, harmonics=exact.form.harmonics)
         if progress is not None:
             progress(1)
