@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from gd_analyze.levels import ENERGY, TERM, ExactDynamics
 from gd_analyze.levels.effort import ROUGH
-from gd_analyze.robots import Drive, LinkUncertainty
+from gd_analyze.robots import Drive, LinkUncertainty, with_payload
 from gd_analyze.search import rank_terms
 from gd_analyze.search.candidates import candidates_of
 from gd_analyze.search.elimination import eliminate
@@ -94,3 +94,12 @@ def test_the_puma_has_terms_below_its_uncertainty(along):
     limit = np.array(ranking.uncertainty)
     last = ranking.terms[kept]
     assert last.without_share * along.peak_torque[last.without_joint - 1] <= limit[last.without_joint - 1]
+
+
+def test_terms_not_listed_that_are_beyond_the_uncertainty_already(puma, pick_and_place):
+    """With all but the largest unlisted, none of those listed may go, and not one fewer than none."""
+    exact = ExactDynamics.of(with_payload(puma, 2.0, np.array([0.05, 0.0, 0.1])), pick_and_place)
+    ranking = rank_terms(exact)
+    assert ranking.unlisted > 0
+    assert (np.array(ranking.unlisted_share * exact.peak_torque) > ranking.uncertainty).any()
+    assert ranking.not_worth_keeping == 0
