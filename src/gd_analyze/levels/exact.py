@@ -17,7 +17,7 @@ from gd_analyze.harmonics import AbsoluteRates, Harmonics, harmonics_of
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Energies, Torques
 from gd_analyze.levels.budget import Budget
-from gd_analyze.levels.effort import THOROUGH
+from gd_analyze.levels.effort import QUICK
 from gd_analyze.levels.promise import ErrorTable
 from gd_analyze.levels.torque_program import torque_program
 from gd_analyze.operations import OperationCount, Program, Trace
@@ -82,8 +82,8 @@ class ExactForm:
         """Its torque in the fewest operations known; about a second."""
         ways = [_recursion(self)]
         if self.arm.n_joints <= _FEW_JOINTS:
-            ways.append(torque_program(self.rates, self.torques, THOROUGH))
-        return min(map(rewritten, ways), key=lambda way: way.count.total)
+            ways.append(torque_program(self.rates, self.torques, QUICK))
+        return rewritten(min(ways, key=lambda way: way.count.total))
 
     @property
     def operations(self) -> OperationCount:
