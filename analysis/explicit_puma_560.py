@@ -167,10 +167,10 @@ def report() -> str:
         [
             *lines,
             "",
-            f"The exact torque takes {whole.operations.total} operations, the 305 of 1986 and {ruled.operations.total} "
-            "of the rule applied here save next to nothing: "
-            "Khalil and Kleinfinger published the regrouped parameters that the exact program rests on in 1987. What "
-            "the rule keeps can be written in fewer, and what a torque budget keeps in fewer still.",
+            f"The exact torque takes {whole.operations.total} operations, so that the 305 of 1986, and the "
+            f"{ruled.operations.total} that its rule leaves here, save next to nothing: the regrouped parameters that "
+            "the exact program rests on were published in 1987 (Khalil, Kleinfinger). What the rule keeps can be "
+            "written in fewer operations, and what a torque budget keeps in fewer still.",
             "",
             f"The rule looks at coefficients, not at torque: joint by joint it errs by {shares} of the peak. It keeps "
             "terms that move nothing and drops some that do.",
