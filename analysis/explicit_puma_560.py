@@ -2,7 +2,8 @@
 
 Armstrong, Khatib and Burdick (1986) derived the PUMA's equations symbolically by hand-guided rules and dropped a
 coefficient when it was below 1 % of the largest in its equation or of the largest constant of its joint: 305
-operations, no torque error stated. Here the rule is applied to the identified terms, and what it costs is measured.
+operations, no torque error stated. Here the rule is applied to the identified terms, and what it costs is measured,
+beside the exact torque in the fewest operations known.
 Writes `explicit_puma_560.md` beside this file; takes a few minutes: `python analysis/explicit_puma_560.py`.
 """
 
@@ -11,6 +12,7 @@ from __future__ import annotations
 import time
 from collections import defaultdict
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +38,7 @@ from gd_analyze.states import states_in_box
 SHARE = 0.01
 FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 STATES = 4000
+EXACT, RULE = "exact, Newton-Euler with regrouped parameters, rewritten", "1 % rule of 1986, nested"
 
 
 def exact_dynamics(drives: bool = True) -> ExactDynamics:
@@ -78,9 +81,9 @@ def model_of(exact: ExactDynamics, torques: Torques, effort: Effort = ROUGH) -> 
 
 
 def rebuilt(exact: ExactDynamics) -> tuple[SimplifiedModel, SimplifiedModel]:
-    """Exact model, and what the 1 % rule leaves of it."""
-    every = exact.form.torques
-    return model_of(exact, every), model_of(exact, one_percent_rule(every))
+    """Exact model in the fewest operations known, and what the 1 % rule leaves of its terms."""
+    every = replace(model_of(exact, exact.form.torques), program=exact.form.program)
+    return every, model_of(exact, one_percent_rule(exact.form.torques))
 
 
 def largest_shares(exact: ExactDynamics, model: SimplifiedModel) -> np.ndarray:
@@ -118,6 +121,7 @@ def report() -> str:
     start = time.perf_counter()
     whole, ruled = rebuilt(exact)
     seconds = time.perf_counter() - start
+    bare = exact_dynamics(drives=False)
     equal = largest_shares(exact, ruled)
     every, rule = exact.form.torques, ruled.torques
     lines = [
@@ -134,9 +138,9 @@ def report() -> str:
         "",
         "| model | torque terms | operations (mult + add) | sin, cos | largest error | certified | seconds |",
         "|---|---|---|---|---|---|---|",
-        row("exact, nested", exact, whole, None),
-        row("exact, rewritten", exact, model_of(exact, every, THOROUGH), None),
-        row("1 % rule of 1986, nested", exact, ruled, seconds),
+        row(EXACT, exact, whole, None),
+        row("exact, its terms rewritten", exact, model_of(exact, every, THOROUGH), None),
+        row(RULE, exact, ruled, seconds),
         row("its terms, rewritten", exact, model_of(exact, rule, THOROUGH), None),
     ]
     steps = []
@@ -163,6 +167,11 @@ def report() -> str:
         [
             *lines,
             "",
+            f"The exact torque takes {whole.operations.total} operations, so that the 305 of 1986, and the "
+            f"{ruled.operations.total} that its rule leaves here, save next to nothing: the regrouped parameters that "
+            "the exact program rests on were published in 1987 (Khalil, Kleinfinger). What the rule keeps can be "
+            "written in fewer operations, and what a torque budget keeps in fewer still.",
+            "",
             f"The rule looks at coefficients, not at torque: joint by joint it errs by {shares} of the peak. It keeps "
             "terms that move nothing and drops some that do.",
             "",
@@ -176,13 +185,16 @@ def report() -> str:
             "",
             "## Operations against error",
             "",
+            "Where nothing cheaper was found the exact torque is given: "
+            f"{whole.operations.total} operations with drives, {bare.form.operations.total} without.",
+            "",
             "With drives:",
             "",
             *curve(exact, KINDS),
             "",
             "Without drives:",
             "",
-            *curve(exact_dynamics(drives=False), [kind for kind in KINDS if not kind[1]]),
+            *curve(bare, [kind for kind in KINDS if not kind[1]]),
             "",
         ]
     )

@@ -66,10 +66,11 @@ def test_the_rule_of_1986_is_rebuilt() -> None:
     dynamics = module.exact_dynamics()
     exact, ruled = module.rebuilt(dynamics)
     written = (ROOT / "analysis" / "explicit_puma_560.md").read_text("utf-8")
-    for name, model in (("exact, nested", exact), ("1 % rule of 1986, nested", ruled)):
+    for name, model in ((module.EXACT, exact), (module.RULE, ruled)):
         assert f"| {name} | {len(model.torques)} | {model.operations.total} (" in written
     # The 1986 authors counted 305 with the same rule and drives; factoring by hand differs by some.
     assert 0.9 * 305 < ruled.operations.total < 1.1 * 305
-    # The exact model is exact to round-off of its some hundred terms; the rule's error is what it is.
+    assert exact.operations == dynamics.form.operations
+    # The exact model is exact to round-off of its some hundred operations; the rule's error is what it is.
     assert module.largest_shares(dynamics, exact).max() < 1e-12
     assert 0.005 < module.largest_shares(dynamics, ruled).max() < 0.02
