@@ -7,10 +7,12 @@ import pytest
 from cases import candidate_sets, cheapest, cost_of, largest_error
 from hypothesis import given
 
+from gd_analyze.comparison.generic_chain import generic_chain
 from gd_analyze.errors import UsageError
-from gd_analyze.levels import ENERGY, TERM, Budget, ExactDynamics
+from gd_analyze.levels import ENERGY, TERM, Budget, ExactDynamics, ExactForm
 from gd_analyze.robots import RobotArm
 from gd_analyze.search import How, simplify_exact
+from gd_analyze.search.candidates import TooManyTermsError
 from gd_analyze.search.search import search
 from gd_analyze.search.work import USUAL, Work
 from gd_analyze.states import States, states_in_box
@@ -163,3 +165,12 @@ def test_a_planar_arm_of_nine_joints_comes_back(rng):
     model = simplify_exact(exact, Budget.parse("1%"), How(ENERGY, refit=True, effort=0.05))
     assert model.operations.total <= model.operations_full.total
     assert model.operations_full.total < 300
+
+
+def test_of_terms_too_many_to_weigh_the_exact_torque_is_given(rng):
+    exact = ExactDynamics(ExactForm(generic_chain(6)), States(*rng.normal(size=(3, 40, 6))))
+    model = simplify_exact(exact, Budget.parse("0.1%"), How(TERM))
+    assert not model.saves
+    assert model.promise.search == "ended as its effort was used up"
+    with pytest.raises(TooManyTermsError, match="too many of the 12064 terms"):
+        simplify_exact(exact, Budget.parse("0.1%"), How(TERM, dearer=True))

@@ -116,6 +116,7 @@ class Promise:
     @property
     def search(self) -> str:
         """The steps in words."""
-        steps = ", ".join(f"{step.words} {step.operations}" for step in self.steps)
-        end = ", solved to the end" if self.solved else ""
-        return steps + end + (", ended as its effort was used up" if self.cut_short else "")
+        said = [f"{step.words} {step.operations}" for step in self.steps]
+        said += ["solved to the end"] * self.solved
+        said += ["ended as its effort was used up"] * self.cut_short
+        return ", ".join(said)

@@ -18,6 +18,11 @@ from gd_analyze.vectors import FloatArray
 
 Kept = NDArray[np.bool_]
 
+
+class TooManyTermsError(UsageError):
+    """More terms matter than a search can weigh."""
+
+
 # Above so many terms the smallest go first: no search could weigh them all.
 MANY = 1000
 # What those may make of the budget together, and how many may then be left at most.
@@ -99,7 +104,7 @@ def candidates_of(
 
     Raises
     ------
-    UsageError
+    TooManyTermsError
         If far too many terms would be left.
     """
     every = level.terms(exact.form)
@@ -107,7 +112,7 @@ def candidates_of(
     if len(every) > MANY:
         terms, swept = _swept(exact, level, every, allowed, sweep)
     if len(terms) > _MOST:
-        raise UsageError(
+        raise TooManyTermsError(
             f"too many of the {len(every)} terms of {exact.arm.name} matter within that budget",
             where="budget",
             expected=f"at most {_MOST}",

@@ -21,7 +21,7 @@ from gd_analyze.levels import (
 )
 from gd_analyze.levels.effort import COUNTING, QUICK, ROUGH, THOROUGH
 from gd_analyze.robots import RobotArm
-from gd_analyze.search.candidates import Kept, candidates_of
+from gd_analyze.search.candidates import Kept, TooManyTermsError, candidates_of
 from gd_analyze.search.elimination import eliminate
 from gd_analyze.search.search import Progress, search
 from gd_analyze.search.work import Work
@@ -193,7 +193,14 @@ def _searched(
     exact: ExactDynamics, allowed: FloatArray, budget: str, how: How, progress: Progress
 ) -> SimplifiedModel:
     level, form = how.level, exact.form
-    candidates = candidates_of(exact, level, allowed)
+    try:
+        candidates = candidates_of(exact, level, allowed)
+    except TooManyTermsError:
+        if how.dearer:
+            raise
+        # So many terms take more operations than the exact torque.
+        model = exactly(exact, level, allowed, budget)
+        return replace(model, promise=replace(model.promise, cut_short=True))
     writing, work = COUNTING if how.thorough else ROUGH, Work(how.effort)
 
     def count(kept: Kept, scale: FloatArray) -> int:
