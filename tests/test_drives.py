@@ -85,7 +85,12 @@ def test_an_arm_without_drives(two_link):
     assert "[[drives]]" in caught.value.details["expected"]
 
 
-@pytest.mark.parametrize("drive", [{"viscous": -1.0}, {"coulomb": (-0.1, -0.1)}, {"coulomb": (0.1, 0.1)}])
+def test_no_drive_pushes_itself(puma):
+    with pytest.raises(ArmError, match="viscous friction of a drive is negative"):
+        dataclasses.replace(puma.drives[0], viscous=-1.0)
+
+
+@pytest.mark.parametrize("drive", [{"coulomb": (-0.1, -0.1)}, {"coulomb": (0.1, 0.1)}])
 def test_friction_that_would_drive(puma, drive):
     drives = (dataclasses.replace(puma.drives[0], **drive), *puma.drives[1:])
     odd = dataclasses.replace(puma, drives=drives)

@@ -45,7 +45,7 @@ def test_round_trip_is_exact(seed, steps):
 REFUSED = {
     "no operation": ([["divide", "s0", 1.0]], "is no operation"),
     "a name for a step": ([["input", "q1"], ["cos", "q1"]], "no earlier step"),
-    "not a number": ([["input", "q1"], ["add", "s0", float("nan")]], "is not a number"),
+    "not a number": ([["input", "q1"], ["add", "s0", float("nan")]], "is no number of a torque"),
     "an unknown input": ([["input", "time"]], "no input"),
     "twice": ([["input", "q1"], ["input", "q1"]], "is there twice"),
 }

@@ -128,7 +128,7 @@ def idle_at_the_end(two_link: RobotArm) -> RobotArm:
     """The two rods, and a third joint with nothing behind it."""
     nothing = Link("nothing", 0.0, np.zeros(3), np.zeros((3, 3)))
     return dataclasses.replace(
-        two_link, joints=(*two_link.joints, Joint("idle")), links=(*two_link.links, nothing)
+        two_link, joints=(*two_link.joints, Joint("idle")), links=(*two_link.links, nothing), dh_table=()
     )
 
 
@@ -145,7 +145,7 @@ def test_two_joints_on_one_axis_are_named(two_link):
     """A massless link between two parallel, coincident axes: only their sum moves anything."""
     shaft = Link("shaft", 0.0, np.zeros(3), np.zeros((3, 3)))
     arm = dataclasses.replace(
-        two_link, joints=(Joint("first"), *two_link.joints), links=(shaft, *two_link.links)
+        two_link, joints=(Joint("first"), *two_link.joints), links=(shaft, *two_link.links), dh_table=()
     )
     q = np.array([0.2, 0.3, 0.4])
     with pytest.raises(GdAnalyzeError, match=r"D is singular: joint 2 \(shoulder\)"):
