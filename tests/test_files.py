@@ -339,3 +339,22 @@ def test_reading_ends_at_the_largest_size(tmp_path, size):
 def test_reading_of_what_is_no_text_ends_early():
     assert read_at_most("/dev/zero", 10**12) == bytes(2**20)
     assert (megabytes(10_000), megabytes(10**9)) == ("0.01 MB", "1000 MB")
+
+
+def test_a_process_killed_while_it_removes_leaves_what_the_next_removes(tmp_path, monkeypatch):
+    """Without its lock a folder that is not empty would be nobody's."""
+    unlink, seen = Path.unlink, []
+
+    def killed(self: Path, missing_ok: bool = False) -> None:
+        if self.name == "lock":
+            seen.append([path.name for path in self.parent.iterdir()])
+            raise OSError(errno.EIO, "as if killed")
+        unlink(self, missing_ok=missing_ok)
+
+    monkeypatch.setattr(Path, "unlink", killed)
+    write_text(tmp_path / "file", "old")
+    monkeypatch.undo()
+    assert seen == [["lock"]]
+    assert len(names_in(tmp_path)) == 2
+    write_text(tmp_path / "file", "new")
+    assert names_in(tmp_path) == ["file"]

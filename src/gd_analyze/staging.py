@@ -38,7 +38,8 @@ def staging(folder: Path) -> Iterator[Path]:
         yield place / _NEW
     finally:
         os.close(lock)
-        shutil.rmtree(place, ignore_errors=True)
+        with suppress(OSError):
+            _remove(place)
 
 
 def locked(descriptor: int, *, wait: bool = False) -> bool:
@@ -73,12 +74,20 @@ def _held(folder: Path) -> tuple[Path, int]:
         os.close(lock)
 
 
+def _remove(place: Path) -> None:
+    """Remove a temporary folder, its lock last: who is killed meanwhile leaves one known to be ours."""
+    shutil.rmtree(place / _NEW, ignore_errors=True)
+    (place / _LOCK).unlink(missing_ok=True)
+    place.rmdir()
+
+
 def _remove_if_abandoned(place: Path) -> None:
     """Remove a temporary folder unless its owner lives or cannot be known to be gone."""
     if sys.platform == "win32":
         with suppress(OSError):
-            (place / _LOCK).unlink()
-            shutil.rmtree(place)
+            (place / _LOCK).unlink()  # refused while its owner has it open
+            (place / _LOCK).touch()
+            _remove(place)
         return
     try:
         lock = os.open(place / _LOCK, os.O_RDWR | os.O_NOFOLLOW)
@@ -90,7 +99,7 @@ def _remove_if_abandoned(place: Path) -> None:
         return  # another user's
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        shutil.rmtree(place)
+        _remove(place)
     except OSError:
         pass  # held; or on a file system without locks, which cannot tell
     finally:
