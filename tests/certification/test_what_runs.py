@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
@@ -102,9 +103,9 @@ def test_a_certified_model_is_certified_as_it_is_returned(two_link: RobotArm) ->
 def test_it_is_certified_after_it_was_written(two_link: RobotArm, monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[SimplifiedModel] = []
 
-    def watched(model: SimplifiedModel, *args: object, **named: object) -> Certificate:
+    def watched(model: SimplifiedModel, *args: Any, **named: Any) -> Certificate:
         seen.append(model)
-        return certify(model, *args, **named)  # type: ignore[arg-type]
+        return certify(model, *args, **named)
 
     monkeypatch.setattr("gd_analyze.certification.certified_model.certify", watched)
     exact = ExactDynamics.of(two_link, states_in_box(two_link, 300))

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -100,13 +100,9 @@ def _quintic(times: FloatArray, knots: FloatArray) -> PPoly[np.float64]:
     from scipy.interpolate import make_interp_spline
 
     still = np.zeros(knots.shape[1])
-    rest = [(1, still), (2, still)]
-    spline = make_interp_spline(
-        times,
-        knots - knots[0],
-        k=5,
-        bc_type=(rest, rest),  # type: ignore[arg-type]  # scipy-stubs know scalar conditions only
-    )
+    # One condition for every joint; scipy-stubs know those of a single curve only.
+    rest: Any = [(1, still), (2, still)]
+    spline = make_interp_spline(times, knots - knots[0], k=5, bc_type=(rest, rest))
     breaks = np.unique(spline.t)
     taylor = [spline(breaks[:-1], order) / math.factorial(order) for order in range(5, -1, -1)]
     return _shifted(np.array(taylor), breaks, knots[0])
