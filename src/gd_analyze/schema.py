@@ -23,7 +23,7 @@ from gd_analyze.vectors import Array
 if TYPE_CHECKING:
     import xarray as xr
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 
 # Inputs are bounded so that torques stay below 1e65, see `gd_analyze.given_numbers`.
 LARGEST_RESULT = 1e150

@@ -57,6 +57,10 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
         "terms_not_worth_keeping": summary.not_worth_keeping(findings),
         "trade_off": rows_of(tables["trade_off"], "kind", "factor"),
         "beyond": joint_rows(findings, "beyond"),
+        "tube": {
+            "joints": joint_rows(findings, "tube"),
+            **{name: tables["tube"].attrs[name] for name in ("margin", "coarse", "note")},
+        },
         "states_drawn": tables["beyond"].attrs["states_drawn"],
         "dominance": element_rows(findings),
         "residuals": rows_of(tables["cross_check"], "quantity"),

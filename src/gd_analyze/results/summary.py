@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
+from gd_analyze.certification import Margin
 from gd_analyze.dominance import text_verdicts
 from gd_analyze.formatting import at_most, number, percent, pretty
 from gd_analyze.levels import SearchStep
@@ -169,6 +170,21 @@ def bound_ratio(findings: Findings) -> float | None:
     rows = rows_of(findings.tables["beyond"], "joint")
     pairs = [(row["certified"], row["worst_found"]) for row in rows if row["certified"] is not None]
     return max((bound / found for bound, found in pairs if found > findings.round_off), default=None)
+
+
+def tube_sentence(findings: Findings) -> str:
+    """Say what is proven of the model around this motion."""
+    tube = findings.tables["tube"]
+    if tube.tube_certified.isnull().any():
+        return str(tube.attrs["note"])
+    shares = tube.tube_certified_share.fillna(0.0).values
+    worst = int(shares.argmax())
+    note, margins = tube.attrs["note"], Margin.parse(tube.attrs["margin"]).in_words(findings.arm)
+    return (
+        f"Proven: no state within {margins} of the motion, between its set points too, has a "
+        f"torque error above {at_most(shares[worst])} of peak torque (joint {worst + 1})."
+        + (f" {note}" if note else "")
+    )
 
 
 def above_allowed(rows: list[Row], torque: str) -> list[int]:
