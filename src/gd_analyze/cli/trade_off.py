@@ -32,7 +32,7 @@ def trade_off(given: Given, budget: str, quick: bool, output: Output) -> None:
 
     \b
     Examples:
-      gd-analyze trade-off puma560 --drives
+      gd-analyze trade-off puma560
       gd-analyze trade-off puma560 pick-and-place --quick
     """
     from gd_analyze.cli.joint_table import counts

@@ -8,6 +8,7 @@ from typing import Any
 from gd_analyze.dominance import text_verdicts
 from gd_analyze.formatting import number, percent, pretty
 from gd_analyze.levels import SearchStep
+from gd_analyze.results.error_words import measure_told as measure_told
 from gd_analyze.results.error_words import nothing_gained as nothing_gained
 from gd_analyze.results.error_words import off_by as off_by
 from gd_analyze.results.error_words import worst_error as worst_error
@@ -80,7 +81,7 @@ def facts(findings: Findings) -> list[tuple[str, str]]:
     return [
         first,
         (f"{model.operations_full.total} → {model.operations.total}", "operations per torque evaluation"),
-        (worst.size, f"largest error{worst.of and f', of {worst.of}'} (joint {worst.joint})"),
+        (worst.size, f"largest error{worst.of and f', of the {worst.of}'} (joint {worst.joint})"),
         (
             pretty(f"{number(check['largest_difference'])} {check['unit']}"),
             pretty(f"difference from Pinocchio (round-off allows {number(check['round_off_bound'])})"),
