@@ -151,10 +151,13 @@ def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: f
 
     promise, arm = model.promise, model.arm
     full, left = model.operations_full, model.operations
-    answer = nothing_gained(model) or (
-        f"{left.total} instead of {full.total} operations, largest error {worst_error(model).in_words}"
-    )
-    sentence(f"{arm_in_words(arm, model.drives)}: {answer}", bold=True)
+    if model.saves:
+        answer = (
+            f"{left.total} instead of {full.total} operations, largest error {worst_error(model).in_words}"
+        )
+        sentence(f"{arm_in_words(arm, model.drives)}: {answer}", bold=True)
+    else:
+        sentence(f"{arm_in_words(arm)}: {nothing_gained(model)}", bold=True)
     line(f"operations  {full}")
     if model.saves:
         line(f"         -> {left}")

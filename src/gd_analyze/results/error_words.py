@@ -7,6 +7,7 @@ from typing import NamedTuple
 from gd_analyze.formatting import at_most, number, rounded_up
 from gd_analyze.levels import SimplifiedModel
 from gd_analyze.levels.promise import share_of
+from gd_analyze.results.words import drives_told
 from gd_analyze.states import in_words
 from gd_analyze.vectors import FloatArray
 
@@ -95,9 +96,11 @@ def nothing_gained(model: SimplifiedModel) -> str:
     """Say so where nothing can be dropped and the model given is the exact one; "" where something is."""
     if model.saves:
         return ""
+    told = drives_told(model.arm, model.drives)
+    told = f" ({told})" if told else ""
     return (
         f"Nothing can be dropped within the budget of {model.promise.budget}: no model found takes fewer "
-        f"operations than the {model.operations_full.total} of the exact torque, which is given."
+        f"operations than the {model.operations_full.total} of the exact torque{told}, which is given."
     )
 
 

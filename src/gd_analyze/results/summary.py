@@ -15,6 +15,7 @@ from gd_analyze.results.error_words import worst_error as worst_error
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import Row, dropped_parts, element_rows
+from gd_analyze.results.words import drives_told
 from gd_analyze.robots import fingerprint
 
 
@@ -24,8 +25,15 @@ def title(findings: Findings) -> str:
 
 
 def subtitle(findings: Findings) -> str:
-    """Say along what."""
-    return f"along {findings.trajectory.name}, {findings.trajectory.n_set_points} set points"
+    """Say along what, and whether drives act."""
+    told = drives(findings)
+    where = f"along {findings.trajectory.name}, {findings.trajectory.n_set_points} set points"
+    return f"{where}, {told}" if told else where
+
+
+def drives(findings: Findings) -> str:
+    """Say whether drives act: "drives included" or "links alone"; "" of an arm that has none."""
+    return drives_told(findings.arm, findings.model.drives)
 
 
 def kept(findings: Findings) -> str:
@@ -43,14 +51,15 @@ def headline(findings: Findings) -> str:
             "to rank, and nothing to simplify."
         )
     full, left = model.operations_full.total, model.operations.total
+    told = drives(findings) and f", {drives(findings)},"
     if not model.saves:
         return nothing_gained(model)
     cost = f"{off_by(model)} along this trajectory."
     if model.level.has_torque_terms:
         terms = kept(findings)
         return (
-            f"{terms[0].upper()}{terms[1:]} give every torque in {left} operations instead of {full}, and "
-            f"{cost}"
+            f"{terms[0].upper()}{terms[1:]} give every torque{told} in {left} operations instead of {full}, "
+            f"and {cost}"
         )
     dropped, all_parts = dropped_parts(findings), findings.tables["parts"].sizes["part"]
     idle = len(dropped.zero) + len(dropped.idle)
@@ -62,7 +71,7 @@ def headline(findings: Findings) -> str:
     rest = f"; {idle} more make no torque here anyway" if idle else ""
     return (
         f"{len(dropped.costing)} of {all_parts} parts can go{rest}. That saves {percent(1 - left / full)} of "
-        f"the operations, and {cost}"
+        f"the operations{told or ','} and {cost}"
     )
 
 
@@ -182,6 +191,6 @@ def provenance_lines(findings: Findings) -> list[tuple[str, str]]:
         ("trajectory", f"{trajectory.name}, SHA-256 {trajectory.fingerprint[:16]}"),
         ("trajectory origin", trajectory.origin or "not stated"),
         ("rates", trajectory.rates_from),
-        ("drives", "drive inertia included" if findings.model.drives else "not included"),
+        ("drives", "inertia included, friction not" if findings.model.drives else "not included"),
         *findings.provenance.items(),
     ]
