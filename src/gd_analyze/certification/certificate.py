@@ -40,6 +40,8 @@ EFFORT = 250_000
 _GROUPS = 3
 # Grid positions from which the search for the worst state climbs.
 _STARTS = 8
+# Positions that cost as much as the bound in one small box of a tube, and what is worth another look.
+_PER_BOX, _LOOSE = 20, 1.1
 # Positions whose rates are looked at together, so that all choices fit the cache: first, and then closely.
 _BATCH, _CLOSELY = 512, 32
 
@@ -105,8 +107,8 @@ def certify(
         The states; the arm's own limits by default.
     effort
         Of a box: most positions per joint at which the error is evaluated (of each of at most 3 groups of
-        waves). Of a tube: most small boxes per joint in which it is bounded, each piece of the tube being one
-        to begin with. More bring the bound closer to the truth, and any number gives a proven bound.
+        waves). Of a tube: a twentieth as many small boxes, which cost as much, each piece of the tube being
+        one to begin with. More bring the bound closer to the truth; it is proven with any number.
     harmonics
         The arm's exact dynamics where they are at hand.
 
@@ -133,7 +135,7 @@ def certify(
     found = []
     for i, (row, rounding) in enumerate(zip(runs.rows, roundings, strict=True)):
         field = ErrorField.of(exact_row(harmonics, inertia, i), row, float(rounding), box)
-        found.append(_bounded_in(field, box, effort) if tube is None else bound_along(field, tube, effort))
+        found.append(_bounded_in(field, tube or box, box, effort))
     rows, errors, *states = (np.array(values) for values in zip(*found, strict=True))
     bounds = rows.T + harmonics_slack(harmonics, box)
     along = np.where(bounds <= 0.0, 0.0, np.nextafter(bounds, np.inf))
@@ -163,10 +165,17 @@ def box_of(given: Box | None, arm: RobotArm, effort: int = 1) -> Box:
     return box
 
 
-def _bounded_in(field: ErrorField, box: Box, effort: int) -> Bounded:
-    """One joint's error in a box."""
-    bound, starts = _bounded(field, box, effort)
-    return Bounded(np.array([bound]), *field.worst(box, starts))
+def _bounded_in(field: ErrorField, region: Box | Tube, box: Box, effort: int) -> Bounded:
+    """One joint's error in a box, or in a tube in that box."""
+    if isinstance(region, Box):
+        bound, starts = _bounded(field, box, effort)
+        return Bounded(np.array([bound]), *field.worst(box, starts))
+    along = bound_along(field, region, effort // _PER_BOX)
+    known = along.found + field.rest + field.round_off
+    if along.bounds.max() <= _LOOSE * known:
+        return along
+    # Of wide boxes, between set points far apart, a grid over all of them may tell more.
+    return along._replace(bounds=np.minimum(along.bounds, _bounded(field, box, effort)[0]))
 
 
 def _bounded(field: ErrorField, box: Box, effort: int) -> tuple[float, FloatArray]:

@@ -74,7 +74,7 @@ class Tube:
 
     @classmethod
     def along(
-        cls, arm: RobotArm, motion: Trajectory, margin: Margin | None = None, *, most: int = MOST_PIECES
+        cls, arm: RobotArm, motion: Trajectory, margin: Margin | str | None = None, *, most: int = MOST_PIECES
     ) -> Tube:
         """Enclose a motion.
 
@@ -83,7 +83,7 @@ class Tube:
         arm, motion
             Whose joints, and what they do.
         margin
-            How far states may be from it.
+            How far states may be from it, or its text, see `Margin.parse`.
         most
             Boxes at most; of a longer motion several intervals share one.
 
@@ -101,7 +101,7 @@ class Tube:
                 expected=f"{arm.n_joints} joints",
                 found=f"{motion.n_joints}",
             )
-        margins = (margin or Margin()).of(arm, motion)
+        margins = Margin.of(margin).along(arm, motion)
         if motion.n_set_points == 1:
             state = np.stack([motion.q, motion.qd, motion.qdd], axis=1)
             return cls(state - margins, state + margins, motion.time, motion.time, margins)

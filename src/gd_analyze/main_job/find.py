@@ -17,6 +17,7 @@ from gd_analyze.levels import (
     ExactDynamics,
     Level,
     SimplifiedModel,
+    Yardsticks,
     level_named,
     payload_effect,
     warn_without_torque,
@@ -45,8 +46,8 @@ _MOST_JOINTS = 8
 # Multiples of the budget that the report's curve shows, and states drawn to try a model beyond its own.
 _FACTORS = (0.5, 1.0, 2.0, 5.0)
 _DRAWN = 1000
-# Of the certificate: close to the truth in a box as small as a trajectory's.
-_EFFORT = 5_000
+# Of certificates: close to the truth in a box as small as a trajectory's, and along a motion that is told.
+_EFFORT, _EFFORT_OF_TUBE = 5_000, 100_000
 
 
 def find(
@@ -82,7 +83,8 @@ def find(
         If the input does not fit together, or a result disagrees with Pinocchio.
     """
     how = settings or Settings()
-    how.budget.allowed(np.ones(arm.n_joints))  # one of a wrong length shall fail before any computing
+    none = np.zeros(arm.n_joints)
+    _ = how.asked.allowed(Yardsticks(arm, none, none))  # what does not fit shall fail before any computing
     before, stage = origin or Origin(), progress or Silent()
     source = _source(arm, trajectory, how, before.command)
     stage("decomposing", trajectory.n_set_points)
@@ -104,17 +106,19 @@ def find(
         residuals = cross_check(arm, dataset)
         exact = ExactDynamics.of(arm, dataset)
         warn_without_torque(exact)
-        dominance = rank(dataset, budget=how.budget.allowed(exact.peak_torque))
-        elements = simplify_exact(exact, how.budget, How(ELEMENT, dearer=True), provenance=source)
+        dominance = rank(dataset, budget=exact.allowed(how.asked))
+        elements = simplify_exact(exact, how.asked, How(ELEMENT, dearer=True), provenance=source)
         level, many = _level(exact, how)
         if level is ELEMENT and how.operations is None:
             model = no_dearer(exact, elements)
         else:
             search = How(level, how.refit, how.operations, thorough=level is ELEMENT)
-            model = simplify_exact(exact, how.budget, search, provenance=source)
+            model = simplify_exact(exact, how.asked, search, provenance=source)
+        if many and how.level is None:
+            _tell_of_many_terms(exact, model)
     ranking = TermRanking() if many else rank_terms(exact)
     kinds = [kind for kind in KINDS if not (many and kind[0].has_torque_terms)]
-    points = trade_off(exact, how.budget, factors=_FACTORS, kinds=kinds, thorough=False)
+    points = trade_off(exact, how.asked, factors=_FACTORS, kinds=kinds, thorough=False)
     return Findings(
         arm=arm,
         trajectory=trajectory,
@@ -126,9 +130,9 @@ def find(
             "simplified_model": tables.model_table(model, dataset, model.torque(*exact.states.arrays)),
             "parts": tables.parts_table(elements, exact, dominance),
             "terms": tables.terms_table(ranking, arm, not many),
-            "trade_off": tables.trade_off_table(points, arm),
+            "trade_off": tables.trade_off_table(points, arm, how.asked.shares_of),
             "beyond": _beyond(exact, model, ranking, many),
-            "tube": _tube(exact, model, trajectory, how.margin, many),
+            "tube": _tube(exact, model, trajectory, Margin.of(how.margin), many),
         },
         model=model,
         element_model=elements,
@@ -149,8 +153,6 @@ def _level(exact: ExactDynamics, how: Settings) -> tuple[Level, bool]:
     """Level of the model, and whether there are too many terms to look at single ones."""
     wanted = None if how.level is None else level_named(how.level)
     many = wanted in (None, ELEMENT) and _is_large(exact)
-    if many and wanted is None:
-        _tell_to_stay_with_elements(exact)
     return wanted or (ELEMENT if many else TERM), many
 
 
@@ -159,13 +161,14 @@ def _is_large(exact: ExactDynamics) -> bool:
     return exact.arm.n_joints > _MOST_JOINTS or len(exact.form.torques) > _MOST_TERMS
 
 
-def _tell_to_stay_with_elements(exact: ExactDynamics) -> None:
+def _tell_of_many_terms(exact: ExactDynamics, model: SimplifiedModel) -> None:
     if exact.arm.n_joints > _MOST_JOINTS:
         what = f"{exact.arm.n_joints} joints, more than {_MOST_JOINTS}"
     else:
         what = f"exact equations of {len(exact.form.torques)} terms, more than {_MOST_TERMS}"
+    done = "simplified by elements" if model.saves else "the exact model is given"
     warnings.warn(
-        f"{exact.arm.name} has {what}: simplified by elements, and single terms are not ranked here",
+        f"{exact.arm.name} has {what}: {done}, and single terms are not ranked here",
         GdAnalyzeWarning,
         stacklevel=3,
     )
@@ -198,11 +201,11 @@ def _tube(
             why = "has more equations than are written out here; `gd-analyze certify` takes its time"
             tube = replace(tube, note=f"Not certified: {arm.name} {why}.")
         else:
-            certificate = certify(model, tube, effort=_EFFORT, harmonics=exact.form.harmonics)
+            certificate = certify(model, tube, effort=_EFFORT_OF_TUBE, harmonics=exact.form.harmonics)
     except TrajectoryError as error:
         # What is said of the set points themselves is as true as before.
         unknown = np.full((1, 3, arm.n_joints), np.nan)
-        tube = Tube(unknown, unknown, motion.time[:1], motion.time[-1:], margin.of(arm, motion))
+        tube = Tube(unknown, unknown, motion.time[:1], motion.time[-1:], margin.along(arm, motion))
         tube = replace(tube, note=f"Not certified: {error.what} ({error.details['where']}).")
     return tables.tube_table(model, tube, certificate, margin)
 

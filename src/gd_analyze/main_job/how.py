@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from typing import Any, Protocol
 
 from gd_analyze.certification import Margin
@@ -17,48 +17,52 @@ class Settings:
     Parameters
     ----------
     budget
-        Allowed torque error; 1 % of each joint's peak torque by default.
+        Allowed torque error, or its text such as "1% or 10% friction"; 1 % of each joint's peak torque by
+        default.
     level, refit, operations
         How to simplify, see `gd_analyze.search.How`; by default level "term", and "element", the founding
         text's own method, for an arm whose exact equations have so many terms that fewer would not be fewer
         operations.
     drives
-        Include drive inertia as a separate contribution.
+        Include drive inertia as a separate contribution; by default where the arm describes drives.
     margin
-        How far states may be from the motion for which the model's errors are bounded.
+        How far states may be from the motion for which the model's errors are bounded, or its text such as
+        "1deg,1mm,qd=2%,qdd=5%", which is the default.
     coupling, by_link, terms
         What else to keep of the decomposition, see `decompose`.
 
     Raises
     ------
     UsageError
-        If there is no such level.
+        If there is no such level, or budget or margin are not understood.
     """
 
-    budget: Budget = field(default_factory=Budget)
+    budget: Budget | str | None = None
     level: str | Level | None = None
     refit: bool = False
     operations: int | None = None
-    drives: bool = False
-    margin: Margin = field(default_factory=Margin)
+    drives: bool | None = None
+    margin: Margin | str | None = None
     coupling: bool = True
     by_link: bool = False
     terms: bool = False
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "budget", Budget.of(self.budget))
+        object.__setattr__(self, "margin", Margin.of(self.margin))
         if self.level is not None:
             object.__setattr__(self, "level", level_named(self.level))
+
+    @property
+    def asked(self) -> Budget:
+        """The budget as a value."""
+        return Budget.of(self.budget)
 
     def described(self) -> dict[str, Any]:
         """All of it as JSON values."""
         values = {entry.name: getattr(self, entry.name) for entry in fields(self)}
         level = None if self.level is None else level_named(self.level).name
-        own = {
-            "budget": [self.budget.amounts, self.budget.is_share],
-            "level": level,
-            "margin": str(self.margin),
-        }
-        return values | own
+        return values | {"budget": self.asked.entries, "level": level, "margin": str(self.margin)}
 
 
 @dataclass(frozen=True)
