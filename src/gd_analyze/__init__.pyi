@@ -1,4 +1,6 @@
 from gd_analyze.certification import Box as Box
+from gd_analyze.certification import Margin as Margin
+from gd_analyze.certification import Tube as Tube
 from gd_analyze.certification import certify as certify
 from gd_analyze.certification import certify_positive_definite as certify_positive_definite
 from gd_analyze.certification import simplify_certified as simplify_certified

@@ -22,6 +22,8 @@ class Box:
         Positions lie between them, rad (m), shape (n,).
     rate, acceleration
         Largest magnitudes, per s and s^2, shape (n,).
+    where
+        What they are, in words.
 
     Raises
     ------
@@ -33,6 +35,7 @@ class Box:
     upper: FloatArray
     rate: FloatArray
     acceleration: FloatArray
+    where: str = "the box"
 
     def __post_init__(self) -> None:
         shape = np.shape(self.lower)
@@ -99,7 +102,8 @@ class Box:
                 expected="range, rate and acceleration limits of every joint",
                 next_step="add them to the arm file, or give the box",
             )
-        return cls(*limits)
+        lower, upper, rate, acceleration = limits
+        return cls(lower, upper, rate, acceleration, "the arm's limits")
 
     @classmethod
     def around(cls, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> Box:

@@ -78,6 +78,17 @@ class Certificate:
         return self.region.enclosing if isinstance(self.region, Tube) else self.region
 
     @property
+    def where(self) -> str:
+        """Say which states it is about, as in "no state within the arm's limits has .."."""
+        between = ", between its set points too," if isinstance(self.region, Tube) else ""
+        return f"{self.region.where}{between}"
+
+    @property
+    def note(self) -> str:
+        """What is to be known of them, in a sentence, or ""."""
+        return self.region.note if isinstance(self.region, Tube) else ""
+
+    @property
     def ratio(self) -> FloatArray:
         """Certified over worst found, at least 1; infinite where only round-off is left."""
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -205,8 +205,8 @@ def _tube(
     except TrajectoryError as error:
         # What is said of the set points themselves is as true as before.
         unknown = np.full((1, 3, arm.n_joints), np.nan)
-        tube = Tube(unknown, unknown, motion.time[:1], motion.time[-1:], margin.along(arm, motion))
-        tube = replace(tube, note=f"Not certified: {error.what} ({error.details['where']}).")
+        margins, note = margin.along(arm, motion), f"Not certified: {error.what} ({error.details['where']})."
+        tube = Tube(unknown, unknown, motion.time[:1], motion.time[-1:], margins, motion.name, 0, note)
     return tables.tube_table(model, tube, certificate, margin)
 
 
