@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from gd_analyze.certification.certificate import EFFORT
-from gd_analyze.cli.certify import _rounded_up, certify
+from gd_analyze.cli.certify import certify
+from gd_analyze.formatting import rounded_up
 from gd_analyze.levels import ENERGY, ExactForm, save_model
 from gd_analyze.levels.model_file import _digest
 from made_models import exact_model, model_of
@@ -125,7 +126,7 @@ def test_the_default_effort_is_the_librarys():
 @pytest.mark.parametrize("digits", [2, 3])
 def test_a_bound_is_never_shown_smaller_than_it_is(digits):
     for value in (0.0, 1.0, 0.1, 0.12301, 99.95, 1.2e-9, *np.random.default_rng(0).lognormal(0, 5, 200)):
-        shown = _rounded_up(float(value), digits)
+        shown = rounded_up(float(value), digits)
         # The number printed is the decimal one; as a float it is half an eps away.
         assert value * (1 - 1e-15) <= shown <= value * (1 + 10.0 ** (1 - digits))
         assert float(f"{shown:.{digits}g}") == shown

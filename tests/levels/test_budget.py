@@ -132,7 +132,7 @@ def test_each_joint_is_allowed_the_larger_of_its_amounts(puma, by):
     limit = np.array([drive.torque_limit for drive in puma.drives])
     found = Budget.parse("10% or 0.5% limit or 0.3 N m").allowed(by)
     np.testing.assert_array_equal(found, np.maximum(np.maximum(0.1 * PEAK, 0.005 * limit), 0.3))
-    assert len(set((found == part).any() for part in (0.1 * PEAK, 0.005 * limit, np.full(6, 0.3)))) == 1
+    assert all((found == part).any() for part in (0.1 * PEAK, 0.005 * limit, np.full(6, 0.3)))
     found = Budget.parse("1% or 10% friction").allowed(by)
     np.testing.assert_array_equal(found, np.maximum(0.01 * PEAK, 0.1 * least_friction(puma)))
 

@@ -12,7 +12,17 @@ from hypothesis import strategies as st
 from budgets import of_shares, of_torque
 from gd_analyze.decomposition import decompose
 from gd_analyze.errors import GdAnalyzeError, UsageError
-from gd_analyze.levels import ELEMENT, Budget, ExactDynamics, ExactForm, Part, evaluate, losses, parts_of
+from gd_analyze.levels import (
+    ELEMENT,
+    Budget,
+    ExactDynamics,
+    ExactForm,
+    Part,
+    Yardsticks,
+    evaluate,
+    losses,
+    parts_of,
+)
 from gd_analyze.levels.effort import ROUGH
 from gd_analyze.levels.part_costs import blocks
 from gd_analyze.levels.parts import torque_by_part, trace_parts
