@@ -214,7 +214,7 @@ def test_an_exact_model_has_no_error_but_the_identifications(
 ) -> None:
     """Its bound is round-off, which no halving of boxes makes smaller: none is looked at twice."""
     exact = ExactDynamics.of(puma, gd.decompose(puma, pick_and_place))
-    model = simplify_exact(exact, Budget((0.0,), (True,)), How(TERM))
+    model = simplify_exact(exact, Budget.parse("0%"), How(TERM))
     certificate = certify(model, Tube.along(puma, pick_and_place))
     assert (certificate.certified <= 1e-6 * exact.peak_torque.max()).all()
     assert not certificate.within(np.zeros(6)).any()
@@ -261,7 +261,7 @@ def test_certified_budgets_of_random_arms_hold_along_coarse_motions_too(arm, sha
     if not exact.peak_torque.all():
         return
     tube = Tube.along(arm, motion)
-    budget = Budget((share,), (True,))
+    budget = Budget.parse(f"{100 * share}%")
     model, certificate = simplify_certified(exact, budget, tube)
     assert (certificate.certified <= exact.allowed(budget)).all()
     assert largest_excess(model, tube, certificate.along, rng, 1) <= round_off(model, tube)
