@@ -37,7 +37,7 @@ def test_over_drawn_states(run, model):
     assert told["held_against"] == {"arm": "two_link", "drives": False, "payload": None}
     assert told["level"] == model.level.name
     shown = within_80(run("evaluate", "model.json", "--states", 300, "--seed", 7))
-    assert "Two-link planar arm over 300 states drawn from the arm's ranges" in shown
+    assert "Two-link planar arm, over 300 states drawn from the arm's ranges" in shown
     assert "seed 7" in shown
     assert "made for two-link-swing with a budget of 2%" in shown
 
@@ -74,7 +74,7 @@ def test_with_a_payload_along_a_trajectory(run, model, swing, here):
     rows = np.loadtxt(here / "torque.csv", delimiter=",", skiprows=1)
     np.testing.assert_array_equal(rows[:, 1:3], evaluate(model, swing, loaded).dynamics.torque)
     shown = within_80(run(*words))
-    assert "Two-link planar arm carrying 0.5 kg along two-link-swing" in shown
+    assert "Two-link planar arm carrying 0.5 kg, along two-link-swing" in shown
     assert "made without this payload, for two-link-swing" in shown
     assert "The payload tells most at joint" in shown
 
@@ -103,8 +103,8 @@ def test_beyond_the_budget_without_a_payload(run, here, motion):
     assert not wide.within(made.promise.allowed).all()
     save_model(made, here / "model.json")
     shown = within_80(run("evaluate", "model.json", "--states", 500))
-    beyond = ", ".join(str(i + 1) for i in np.flatnonzero(~wide.within(made.promise.allowed)))
-    assert f"Beyond the budget here even without any payload: joint {beyond}." in shown
+    beyond = (1 + np.flatnonzero(~wide.within(made.promise.allowed))).tolist()
+    assert f"Beyond the budget here, even without any payload: {named_joints(beyond, 2)}." in shown
     assert "leaves it first" not in shown
 
 
