@@ -55,7 +55,7 @@ def test_the_larger_of_several_is_answered_by_what_is_used_of_it(of_budget):
     assert (worst.joint, worst.of) == (joint + 1, "allowed error")
     assert float(worst.size.removesuffix(" %")) == pytest.approx(100 * used.max(), abs=0.5)  # no decimals
     assert f"of what a budget of 1% or 10% friction allows it (joint {joint + 1}: " in off_by(model)
-    assert f"N m, of {promise.allowed[joint]:.3g})" in off_by(model)
+    assert f" of {promise.allowed[joint]:.3g} N m)" in off_by(model)
 
 
 def test_sliding_joints_err_in_newtons():
