@@ -130,10 +130,10 @@ def test_allowed_error_of_each_joint(by):
 
 def test_each_joint_is_allowed_the_larger_of_its_amounts(puma, by):
     limit = np.array([drive.torque_limit for drive in puma.drives])
-    found = Budget.parse("10% or 0.5% limit or 0.2 N m").allowed(by)
-    np.testing.assert_array_equal(found, np.maximum(np.maximum(0.1 * PEAK, 0.005 * limit), 0.2))
+    found = Budget.parse("5% or 0.5% limit or 0.11 N m").allowed(by)
+    np.testing.assert_array_equal(found, np.maximum(np.maximum(0.05 * PEAK, 0.005 * limit), 0.11))
     # Each of them is the larger one somewhere.
-    assert all((found == part).any() for part in (0.1 * PEAK, 0.005 * limit, np.full(6, 0.2)))
+    assert all((found == part).any() for part in (0.05 * PEAK, 0.005 * limit, np.full(6, 0.11)))
     found = Budget.parse("1% or 10% friction").allowed(by)
     np.testing.assert_array_equal(found, np.maximum(0.01 * PEAK, 0.1 * least_friction(puma)))
 
