@@ -79,7 +79,7 @@ def test_the_terminal_shows_the_answer_within_80_columns(run, here):
     assert max(map(len, lines)) <= 80
     assert all(line == line.rstrip() for line in lines)
     assert "\x1b" not in result.out
-    assert lines[0] == "Unimation PUMA 560 along pick-and-place, 31 set points"
+    assert lines[0] == "Unimation PUMA 560 along pick-and-place, 31 set points, drives included"
     assert lines[-1] == "wrote       reports/puma560-pick-and-place/dominance.csv"
     assert "The founding text's verdicts agree with ours" in result.out
 
@@ -123,12 +123,17 @@ def test_what_is_stored_follows_the_options(run, motion, here):
     assert "coriolis_centrifugal_terms" in stored("--terms")
 
 
-def test_drives_count_when_asked_for(run, here):
-    def peak(*options: str) -> float:
-        words = ("puma560", "large-slew", "--format", "json", "--json", *options)
-        return run(*words).json["joints"][0]["peak_torque"]
+def test_drives_count_unless_the_links_alone_are_asked_for(run, here):
+    def told(*options: str) -> tuple[float, bool]:
+        document = run("puma560", "large-slew", "--format", "json", "--json", *options).json
+        assert ("drives included" in document["headline"]) == document["drives"]
+        assert ("links alone" in document["headline"]) != document["drives"]
+        return document["joints"][0]["peak_torque"], document["drives"]
 
-    assert peak("--drives") > peak()
+    with_drives, alone = told(), told("--no-drives")
+    assert with_drives == told("--drives")
+    assert (with_drives[1], alone[1]) == (True, False)
+    assert with_drives[0] > alone[0]
 
 
 def test_a_budget_in_newton_metres_per_joint(run, motion):
@@ -164,7 +169,7 @@ def test_an_arm_of_ones_own_with_a_joint_that_slides(run, here):
     (here / "lift.csv").write_text("time,q1,q2\n" + rows)
     result = run("slider.toml", "lift.csv", "--format", "csv")
     assert result.code == 0, result.err
-    assert "N m or N and share of peak torque" in " ".join(result.out.split())
+    assert "N m or N, and its share of the peak torque" in " ".join(result.out.split())
     assert [
         row["effort_unit"]
         for row in run("slider.toml", "lift.csv", "--format", "csv", "--json").json["joints"]

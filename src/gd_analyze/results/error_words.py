@@ -73,9 +73,10 @@ def off_by(model: SimplifiedModel, bound: FloatArray | None = None) -> str:
     if wholes == {"peak"}:
         return f"{at_most_so} of its peak"
     allowed = number(float(model.promise.allowed[worst.joint - 1]))
+    size, unit = torques[worst.joint - 1].split(" ", 1)
     return (
         f"{at_most_so} of what a budget of {model.promise.budget} allows it (joint {worst.joint}: "
-        f"{torques[worst.joint - 1]}, of {allowed})"
+        f"{size} of {allowed} {unit})"
     )
 
 
