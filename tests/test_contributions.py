@@ -21,7 +21,7 @@ EPS = np.finfo(float).eps
 
 
 def slack(dataset: xr.Dataset) -> FloatArray:
-    """What sums in another order may differ by: a rounding for each of 2 n products and 6 sums, of their size."""
+    """What sums in another order may differ by: a rounding of their size for 2 n products and 6 sums."""
     n = dataset.sizes["joint"]
     terms = np.abs(dataset.inertia.values) * np.abs(dataset.qdd.values)[:, None, None, :]
     size = terms.sum(axis=(1, 3)) + np.abs(dataset.coriolis_centrifugal.values).sum(axis=1)
