@@ -171,6 +171,23 @@ def bound_ratio(findings: Findings) -> float | None:
     return max((bound / found for bound, found in pairs if found > findings.round_off), default=None)
 
 
+def nothing_to_trade(findings: Findings) -> bool:
+    """Whether no budget of the trade-off gives a model of fewer operations than the exact torque."""
+    operations = findings.tables["trade_off"].operations.values
+    return bool((operations >= findings.model.operations_full.total).all())
+
+
+def tube_proven(findings: Findings) -> Row | None:
+    """Row of the joint whose proven error near the motion is the largest share of its peak torque.
+
+    None where nothing is proven there: bounds are of models of terms.
+    """
+    table = findings.tables.get("tube")
+    rows = [] if table is None else rows_of(table, "joint")
+    known = [row for row in rows if row["tube_certified_share"] is not None]
+    return max(known, key=lambda row: row["tube_certified_share"], default=None)
+
+
 def above_allowed(rows: list[Row], torque: str) -> list[int]:
     """Joints at which a torque of the table "beyond" is known and above the allowed error."""
     return [row["joint"] for row in rows if (row[torque] or 0.0) > row["allowed_error"]]
