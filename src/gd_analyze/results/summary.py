@@ -101,7 +101,7 @@ def opening(findings: Findings) -> dict[str, Any]:
 
 def cross_check_row(findings: Findings) -> Row:
     """Row of the cross-check that comes closest to what round-off explains."""
-    rows = rows_of(findings.tables["cross_check"], "quantity")
+    rows = rows_of(findings.tables["cross_check"], "comparison")
     # Without gravity its bound is zero, and so is the difference.
     return max(rows, key=lambda row: row["largest_difference"] / (row["round_off_bound"] or 1.0))
 
