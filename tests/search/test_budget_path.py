@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -30,7 +32,7 @@ def require_sound(exact: ExactDynamics, given: SimplifiedModel, path: Path) -> N
         assert model.operations == model.program.count
         assert model.operations.total <= exact.form.operations.total
         assert model.saves or model.promise.errors.largest.max() == 0.0
-    for smaller, larger in zip(path, path[1:], strict=False):
+    for smaller, larger in itertools.pairwise(path):
         assert larger.terms.keys() <= smaller.terms.keys()
         assert larger.operations.total <= smaller.operations.total
     shown = path[FACTORS.index(1.0)]
