@@ -131,7 +131,7 @@ def find(
             "parts": tables.parts_table(elements, exact, dominance),
             "terms": tables.terms_table(ranking, arm, not many),
             "trade_off": tables.trade_off_table(points, arm),
-            "budgets": budgets_table(budget_path(exact, how.budget, model), FACTORS, ranking),
+            "budgets": budgets_table(budget_path(exact, how.asked, model), FACTORS, ranking),
             "beyond": _beyond(exact, model, ranking, many),
             "tube": _tube(exact, model, trajectory, how.margin, many),
         },

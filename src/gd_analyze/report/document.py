@@ -34,6 +34,7 @@ def document(findings: Findings) -> dict[str, Any]:
         "budget": model.promise.budget,
         "is_mechanical": model.level.is_mechanical,
         "saves": model.saves,
+        "unsymmetric": summary.unsymmetric_told(findings),
         "refitted": model.refitted,
         "drives": model.drives,
         "contributions": [[name, CONTRIBUTIONS[name]] for name in Contributions.of(findings).parts],

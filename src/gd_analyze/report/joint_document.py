@@ -78,6 +78,7 @@ def beyond(findings: Findings) -> dict[str, Any]:
         "within": sum(row["certified"] <= row["allowed_error"] for row in certified),
         "within_tube": sum((row["tube_certified"] or 0.0) <= row["allowed_error"] for row in certified),
         "tube": summary.tube_sentence(findings),
+        "margins": summary.margins_told(findings),
         "ratio": "" if ratio is None else f"{ratio:.2f}",
         "drawn": findings.tables["beyond"].attrs["states_drawn"],
         "uncertain": rows[0]["uncertainty"] is not None,
