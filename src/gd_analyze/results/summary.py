@@ -11,12 +11,14 @@ from gd_analyze.formatting import number, percent
 from gd_analyze.labels import joined
 from gd_analyze.levels import SearchStep
 from gd_analyze.results.error_words import WorstError
+from gd_analyze.results.error_words import measure_told as measure_told
 from gd_analyze.results.error_words import nothing_gained as nothing_gained
 from gd_analyze.results.error_words import off_by as off_by
 from gd_analyze.results.error_words import worst_error as worst_error
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import Row, dropped_parts, element_rows
+from gd_analyze.results.words import drives_told
 from gd_analyze.robots import fingerprint
 
 
@@ -26,8 +28,15 @@ def title(findings: Findings) -> str:
 
 
 def subtitle(findings: Findings) -> str:
-    """Say along what."""
-    return f"along {findings.trajectory.name}, {findings.trajectory.n_set_points} set points"
+    """Say along what, and whether drives act."""
+    told = drives(findings)
+    where = f"along {findings.trajectory.name}, {findings.trajectory.n_set_points} set points"
+    return f"{where}, {told}" if told else where
+
+
+def drives(findings: Findings) -> str:
+    """Say whether drives act: "drives included" or "links alone"; "" of an arm that has none."""
+    return drives_told(findings.arm, findings.model.drives)
 
 
 def kept(findings: Findings) -> str:
@@ -45,14 +54,15 @@ def headline(findings: Findings) -> str:
             "to rank, and nothing to simplify."
         )
     full, left = model.operations_full.total, model.operations.total
+    told = drives(findings) and f", {drives(findings)},"
     if not model.saves:
         return nothing_gained(model)
     cost = f"{off_by(model)} along this trajectory{_proven(findings)}."
     if model.level.has_torque_terms:
         terms = kept(findings)
         return (
-            f"{terms[0].upper()}{terms[1:]} give every torque in {left} operations, where the cheapest exact "
-            f"program known takes {full}. {cost[0].upper()}{cost[1:]}"
+            f"{terms[0].upper()}{terms[1:]} give every torque{told} in {left} operations, where the cheapest "
+            f"exact program known takes {full}. {cost[0].upper()}{cost[1:]}"
         )
     dropped, all_parts = dropped_parts(findings), findings.tables["parts"].sizes["part"]
     idle = len(dropped.zero) + len(dropped.idle)
@@ -64,7 +74,7 @@ def headline(findings: Findings) -> str:
     rest = f"; {idle} more make no torque here anyway" if idle else ""
     return (
         f"{len(dropped.costing)} of {all_parts} parts can go{rest}. That saves {percent(1 - left / full)} of "
-        f"the cheapest exact program's operations. {cost[0].upper()}{cost[1:]}"
+        f"the cheapest exact program's operations{told.removesuffix(',')}. {cost[0].upper()}{cost[1:]}"
     )
 
 
@@ -105,7 +115,7 @@ def facts(findings: Findings) -> list[tuple[str, str]]:
 
 
 def _of(worst: WorstError) -> str:
-    return f"{worst.of and f', of {worst.of}'} (joint {worst.joint})"
+    return f"{worst.of and f', of the {worst.of}'} (joint {worst.joint})"
 
 
 def opening(findings: Findings) -> dict[str, Any]:
@@ -262,6 +272,6 @@ def provenance_lines(findings: Findings) -> list[tuple[str, str]]:
         ("trajectory", f"{trajectory.name}, SHA-256 {trajectory.fingerprint[:16]}"),
         ("trajectory origin", trajectory.origin or "not stated"),
         ("rates", trajectory.rates_from),
-        ("drives", "drive inertia included" if findings.model.drives else "not included"),
+        ("drives", "inertia included, friction not" if findings.model.drives else "not included"),
         *findings.provenance.items(),
     ]
