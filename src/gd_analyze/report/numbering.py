@@ -22,12 +22,12 @@ _FIGURES = {
 }
 _TABLES = {
     "errors": "error of every joint",
+    "trade_off": "operations and error by budget",
     "torques": "torques and errors of every joint",
     "ranking": "elements ranked by torque",
     "terms": "single terms ranked by torque",
     "kept": "what the model keeps",
     "operations": "operations for one evaluation of all torques",
-    "trade_off": "operations and error by budget",
     "tube": "bounds near the motion",
     "beyond": "errors beyond the motion",
     "payload": "payload and uncertainty of the parameters",

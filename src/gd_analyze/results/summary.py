@@ -101,14 +101,13 @@ def facts(findings: Findings) -> list[tuple[str, str]]:
     if proven is None:
         bound = ("not proven", "no bound on the error is proven at this level")
     else:
-        told = f"proven within {margins_told(findings)} of the motion{_of(proven)}"
-        bound = (f"≤ {proven.size}", told)
+        bound = (f"≤ {proven.size}", f"proven near the motion{_of(proven)}")
     return [
         (worst.size, f"largest error at the set points{_of(worst)}"),
         bound,
         (
             f"{model.operations_full.total} → {model.operations.total}",
-            "operations per torque evaluation, from the cheapest exact program known",
+            "operations, from the cheapest exact program known",
         ),
         keeps,
     ]
@@ -255,7 +254,7 @@ def unsymmetric_told(findings: Findings) -> str:
         f"Each torque is simplified by itself, so the model's D is not symmetric: it keeps different terms in "
         f"{pairs}, first in D{joined((i - 1, j - 1))} and D{joined((j - 1, i - 1))}. To compute torques this "
         "does no harm. Where D must be symmetric, as in simulation or in a controller that relies on "
-        "energy, use --level energy."
+        "energy, use `--level energy`."
     )
 
 
