@@ -11,6 +11,8 @@ from gd_analyze.results.rows import Row
 
 # What is written without a power of ten, see `gd_analyze.formatting.figures`.
 _SMALLEST = 1e-3
+# Less of the largest value of a row than this may need one, lest the largest does.
+_NEGLIGIBLE = 1e-6
 
 Write = Callable[[Row], str]
 
@@ -24,7 +26,7 @@ def formatted(rows: list[Row], *same: str, **formats: Write) -> list[Row]:
     ]
 
 
-def in_fitting_units(rows: list[Row], unit: str, largest: str, *others: str) -> list[Row]:
+def in_fitting_units(rows: list[Row], unit: str, largest: str, *others: str, noise: float = 0.0) -> list[Row]:
     """Put the values of every row into the prefixed unit that fits one of them; the unit's key has it.
 
     Parameters
@@ -34,10 +36,14 @@ def in_fitting_units(rows: list[Row], unit: str, largest: str, *others: str) -> 
     unit, largest, others
         Keys: of the unit, of the value that it shall fit, and of what else stands in it where it can; None
         stays.
+    noise
+        What is no more than that is round-off, which no unit has to fit.
     """
     out = []
     for row in rows:
-        factor, shown = _fitting(row[unit], [row[key] for key in (largest, *others) if row[key]])
+        factor, shown = _fitting(
+            row[unit], [row[key] for key in (largest, *others) if (row[key] or 0.0) > noise]
+        )
         values = {key: None if row[key] is None else row[key] / factor for key in (largest, *others)}
         out.append(row | values | {unit: pretty(shown), "factor": factor})
     return out
@@ -46,7 +52,8 @@ def in_fitting_units(rows: list[Row], unit: str, largest: str, *others: str) -> 
 def _fitting(unit: str, values: list[float]) -> tuple[float, str]:
     """Unit of the largest value, or the next smaller one where the smallest would need a power of ten."""
     factor, shown = prefixed(max(values, default=0.0), unit)
-    if values and min(values) < _SMALLEST * factor:
+    seen = [value for value in values if value >= _NEGLIGIBLE * max(values)]
+    if seen and min(seen) < _SMALLEST * factor:
         return prefixed(5 * _SMALLEST * factor, unit)
     return factor, shown
 

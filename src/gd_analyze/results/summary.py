@@ -89,7 +89,9 @@ def _proven(findings: Findings) -> str:
 def facts(findings: Findings) -> list[tuple[str, str]]:
     """Four figures to begin with, and what each of them is: how good, how proven, how many, of what."""
     model, worst, proven = findings.model, worst_error(findings.model), tube_proven(findings)
-    if model.level.has_torque_terms:
+    if not model.saves:
+        keeps = ("exact", "the model given is the exact one")
+    elif model.level.has_torque_terms:
         keeps = (kept(findings), f"kept of the exact model's {len(model.level.terms(model.form))}")
     else:
         dropped = dropped_parts(findings)
@@ -99,7 +101,7 @@ def facts(findings: Findings) -> list[tuple[str, str]]:
             f"parts dropped, {gone - len(dropped.costing)} without torque here",
         )
     if proven is None:
-        bound = ("not proven", "no bound on the error is proven at this level")
+        bound = ("not proven", "no bound on the error is proven for this model")
     else:
         bound = (f"≤ {proven.size}", f"proven near the motion{_of(proven)}")
     return [
