@@ -58,6 +58,7 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
         "terms": rows_of(tables["terms"], "rank"),
         "terms_total": tables["terms"].attrs["total"],
         "terms_not_worth_keeping": summary.not_worth_keeping(findings),
+        "trade_off_shares_of": tables["trade_off"].attrs["shares_of"],
         "trade_off": rows_of(tables["trade_off"], "kind", "factor"),
         "budgets": budget_rows(findings),
         "beyond": joint_rows(findings, "beyond"),

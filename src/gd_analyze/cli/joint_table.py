@@ -78,19 +78,17 @@ def counts(operations: OperationCount) -> dict[str, int]:
 
 def promise_table(promise: Promise, arm: RobotArm, about: str = "") -> None:
     """Print the errors a model states beside the allowed ones; shares are of what the budget is one of."""
-    errors, by_peak = promise.errors, promise.asked.wholes == {"peak"}
-    whole = errors.peak_torque if by_peak else promise.allowed
+    errors = promise.errors
     joint_table(
-        f"Torque error{about}, {{units}}, and its share of "
-        + ("peak torque" if by_peak else "the allowed error"),
+        f"Torque error{about}, {{units}}, and its share of the {promise.asked.shares_of}",
         arm,
         [
             ("peak torque", numbers(errors.peak_torque)),
             ("allowed", numbers(promise.allowed)),
             ("largest", numbers(errors.largest)),
-            ("share", percents(share_of(errors.largest, whole))),
+            ("share", percents(promise.shares)),
             ("RMS", numbers(errors.rms)),
-            ("share", percents(share_of(errors.rms, whole))),
+            ("share", percents(promise.shares_of(errors.rms))),
         ],
     )
 

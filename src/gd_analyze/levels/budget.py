@@ -144,6 +144,11 @@ class Budget:
         """What its amounts are shares of; "torque" among them for N m."""
         return frozenset(allowance.of for entry in self.entries for allowance in entry)
 
+    @property
+    def shares_of(self) -> str:
+        """What errors under it are told as shares of: "peak torque" where it is one, or "allowed error"."""
+        return "peak torque" if self.wholes == {"peak"} else "allowed error"
+
     def of_joints(self, count: int) -> Sequence[tuple[Allowance, ...]]:
         """One entry per joint.
 

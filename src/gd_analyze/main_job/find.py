@@ -132,7 +132,7 @@ def find(
             "simplified_model": tables.model_table(model, dataset, model.torque(*exact.states.arrays)),
             "parts": tables.parts_table(elements, exact, dominance),
             "terms": tables.terms_table(ranking, arm, not many),
-            "trade_off": tables.trade_off_table(points, arm),
+            "trade_off": tables.trade_off_table(points, arm, how.asked.shares_of),
             "budgets": budgets_table(budget_path(exact, how.asked, model), FACTORS, ranking),
             "beyond": _beyond(exact, model, ranking, many),
             "tube": _tube(exact, model, trajectory, how.margin, many),
