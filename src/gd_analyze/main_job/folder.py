@@ -61,7 +61,7 @@ def _ranking_csv(findings: Findings) -> str:
 
 
 def default_folder(arm: RobotArm, trajectory: Trajectory, settings: Settings) -> Path:
-    """Folder the results go to when none is named: the options that are not the usual ones are in its name."""
+    """Folder the results go to when none is named; options that are not the usual ones are in its name."""
     return Path("reports") / "-".join([arm.name, trajectory.name, *settings.unusual()])
 
 
