@@ -101,7 +101,7 @@ def _link(value: dict[str, Any]) -> Link:
 
 
 def _plain(value: Any) -> Any:
-    """A part as plain JSON values, by its fields that act: not where it is described, nor what it was bare."""
+    """A part as plain JSON values, by the fields that act: not where it is described, nor what was bare."""
     if isinstance(value, np.ndarray):
         return value.tolist()
     if not dataclasses.is_dataclass(value):
