@@ -17,6 +17,7 @@ from gd_analyze.levels import (
     ExactDynamics,
     Level,
     SimplifiedModel,
+    Yardsticks,
     level_named,
     payload_effect,
     warn_without_torque,
@@ -83,7 +84,8 @@ def find(
     """
     arm, how = arm_of(arm), settings or Settings()
     trajectory = trajectory_of(trajectory, arm)
-    how.budget.allowed(np.ones(arm.n_joints))  # one of a wrong length shall fail before any computing
+    none = np.zeros(arm.n_joints)
+    _ = how.asked.allowed(Yardsticks(arm, none, none))  # what does not fit shall fail before any computing
     before, stage = origin or Origin(), progress or Silent()
     source = source_of(arm, trajectory, how, before.command)
     stage("decomposing", trajectory.n_set_points)
@@ -105,17 +107,19 @@ def find(
         residuals = cross_check(arm, dataset)
         exact = ExactDynamics.of(arm, dataset)
         warn_without_torque(exact)
-        dominance = rank(dataset, budget=how.budget.allowed(exact.peak_torque))
-        elements = simplify_exact(exact, how.budget, How(ELEMENT, dearer=True), provenance=source)
+        dominance = rank(dataset, budget=exact.allowed(how.asked))
+        elements = simplify_exact(exact, how.asked, How(ELEMENT, dearer=True), provenance=source)
         level, many = _level(exact, how)
         if level is ELEMENT and how.operations is None:
             model = no_dearer(exact, elements)
         else:
             search = How(level, how.refit, how.operations, thorough=level is ELEMENT)
-            model = simplify_exact(exact, how.budget, search, provenance=source)
+            model = simplify_exact(exact, how.asked, search, provenance=source)
+        if many and how.level is None:
+            _tell_of_many_terms(exact, model)
     ranking = TermRanking() if many else rank_terms(exact)
     kinds = [kind for kind in KINDS if not (many and kind[0].has_torque_terms)]
-    points = trade_off(exact, how.budget, factors=_FACTORS, kinds=kinds, thorough=False)
+    points = trade_off(exact, how.asked, factors=_FACTORS, kinds=kinds, thorough=False)
     return Findings(
         arm=arm,
         trajectory=trajectory,
@@ -127,7 +131,7 @@ def find(
             "simplified_model": tables.model_table(model, dataset, model.torque(*exact.states.arrays)),
             "parts": tables.parts_table(elements, exact, dominance),
             "terms": tables.terms_table(ranking, arm, not many),
-            "trade_off": tables.trade_off_table(points, arm),
+            "trade_off": tables.trade_off_table(points, arm, how.asked.shares_of),
             "beyond": _beyond(exact, model, ranking),
         },
         model=model,
@@ -149,8 +153,6 @@ def _level(exact: ExactDynamics, how: Settings) -> tuple[Level, bool]:
     """Level of the model, and whether there are too many terms to look at single ones."""
     wanted = None if how.level is None else level_named(how.level)
     many = wanted in (None, ELEMENT) and _is_large(exact)
-    if many and wanted is None:
-        _tell_to_stay_with_elements(exact)
     return wanted or (ELEMENT if many else TERM), many
 
 
@@ -159,13 +161,14 @@ def _is_large(exact: ExactDynamics) -> bool:
     return exact.arm.n_joints > _MOST_JOINTS or len(exact.form.torques) > _MOST_TERMS
 
 
-def _tell_to_stay_with_elements(exact: ExactDynamics) -> None:
+def _tell_of_many_terms(exact: ExactDynamics, model: SimplifiedModel) -> None:
     if exact.arm.n_joints > _MOST_JOINTS:
         what = f"{exact.arm.n_joints} joints, more than {_MOST_JOINTS}"
     else:
         what = f"exact equations of {len(exact.form.torques)} terms, more than {_MOST_TERMS}"
+    done = "simplified by elements" if model.saves else "the exact model is given"
     warnings.warn(
-        f"{exact.arm.name} has {what}: simplified by elements, and single terms are not ranked here",
+        f"{exact.arm.name} has {what}: {done}, and single terms are not ranked here",
         GdAnalyzeWarning,
         stacklevel=3,
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from typing import Any, Protocol
 
 from gd_analyze.errors import UsageError
@@ -20,47 +20,54 @@ class Settings:
     Parameters
     ----------
     budget
-        Allowed torque error; 1 % of each joint's peak torque by default.
+        Allowed torque error, or its text such as "1% or 10% friction"; 1 % of each joint's peak torque by
+        default.
     level, refit, operations
         How to simplify, see `gd_analyze.search.How`; by default level "term", and "element", the founding
         text's own method, for an arm whose exact equations have so many terms that fewer would not be fewer
         operations.
     drives
-        Include drive inertia as a separate contribution.
+        Include drive inertia as a separate contribution; by default where the arm describes drives.
     coupling, by_link, terms
         What else to keep of the decomposition, see `decompose`.
 
     Raises
     ------
     UsageError
-        If there is no such level.
+        If there is no such level, or the budget is not understood.
     """
 
-    budget: Budget = field(default_factory=Budget)
+    budget: Budget | str | None = None
     level: str | Level | None = None
     refit: bool = False
     operations: int | None = None
-    drives: bool = False
+    drives: bool | None = None
     coupling: bool = True
     by_link: bool = False
     terms: bool = False
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "budget", Budget.of(self.budget))
         if self.level is not None:
             object.__setattr__(self, "level", level_named(self.level))
+
+    @property
+    def asked(self) -> Budget:
+        """The budget as a value."""
+        return Budget.of(self.budget)
 
     def described(self) -> dict[str, Any]:
         """All of it as JSON values."""
         values = {entry.name: getattr(self, entry.name) for entry in fields(self)}
         level = None if self.level is None else level_named(self.level).name
-        return values | {"budget": [self.budget.amounts, self.budget.is_share], "level": level}
+        return values | {"budget": self.asked.entries, "level": level}
 
     def unusual(self) -> list[str]:
         """What is not as by default, as words of a file's name: "budget-0.5pct", "refit", "no-coupling"."""
         own, usual = self.described(), Settings().described()
         values = {name: value for name, value in own.items() if value != usual[name]}
         if "budget" in values:
-            values["budget"] = str(self.budget).replace("%", "pct")
+            values["budget"] = str(self.asked).replace("%", "pct")
         return [_word(name.replace("_", "-"), value) for name, value in values.items()]
 
 

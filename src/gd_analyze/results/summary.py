@@ -6,11 +6,16 @@ from collections import Counter
 from typing import Any
 
 from gd_analyze.dominance import text_verdicts
-from gd_analyze.formatting import at_most, number, percent, pretty
+from gd_analyze.formatting import number, percent, pretty
 from gd_analyze.levels import SearchStep
+from gd_analyze.results.error_words import measure_told as measure_told
+from gd_analyze.results.error_words import nothing_gained as nothing_gained
+from gd_analyze.results.error_words import off_by as off_by
+from gd_analyze.results.error_words import worst_error as worst_error
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import Row, dropped_parts, element_rows
+from gd_analyze.results.words import drives_told
 from gd_analyze.robots import fingerprint
 
 
@@ -20,8 +25,15 @@ def title(findings: Findings) -> str:
 
 
 def subtitle(findings: Findings) -> str:
-    """Say along what."""
-    return f"along {findings.trajectory.name}, {findings.trajectory.n_set_points} set points"
+    """Say along what, and whether drives act."""
+    told = drives(findings)
+    where = f"along {findings.trajectory.name}, {findings.trajectory.n_set_points} set points"
+    return f"{where}, {told}" if told else where
+
+
+def drives(findings: Findings) -> str:
+    """Say whether drives act: "drives included" or "links alone"; "" of an arm that has none."""
+    return drives_told(findings.arm, findings.model.drives)
 
 
 def kept(findings: Findings) -> str:
@@ -31,7 +43,7 @@ def kept(findings: Findings) -> str:
 
 def headline(findings: Findings) -> str:
     """Answer "what can I drop and what does it cost me" in one sentence or two."""
-    model, worst = findings.model, findings.model.promise.errors.largest_share.max()
+    model = findings.model
     if not model.promise.errors.peak_torque.any():
         largest = number(float(abs(findings.exact_torque).max()))
         return (
@@ -39,17 +51,15 @@ def headline(findings: Findings) -> str:
             "to rank, and nothing to simplify."
         )
     full, left = model.operations_full.total, model.operations.total
+    told = drives(findings) and f", {drives(findings)},"
     if not model.saves:
-        return (
-            f"Nothing is gained by leaving something out: the exact torques take {full} operations, and no "
-            "model found within the budget takes fewer. The model given is the exact one."
-        )
-    cost = f"joint's torque is off by more than {at_most(worst)} of its peak along this trajectory."
+        return nothing_gained(model)
+    cost = f"{off_by(model)} along this trajectory."
     if model.level.has_torque_terms:
         terms = kept(findings)
         return (
-            f"{terms[0].upper()}{terms[1:]} give every torque in {left} operations instead of {full}, and no "
-            f"{cost}"
+            f"{terms[0].upper()}{terms[1:]} give every torque{told} in {left} operations instead of {full}, "
+            f"and {cost}"
         )
     dropped, all_parts = dropped_parts(findings), findings.tables["parts"].sizes["part"]
     idle = len(dropped.zero) + len(dropped.idle)
@@ -61,13 +71,13 @@ def headline(findings: Findings) -> str:
     rest = f"; {idle} more make no torque here anyway" if idle else ""
     return (
         f"{len(dropped.costing)} of {all_parts} parts can go{rest}. That saves {percent(1 - left / full)} of "
-        f"the operations, and no {cost}"
+        f"the operations{told or ','} and {cost}"
     )
 
 
 def facts(findings: Findings) -> list[tuple[str, str]]:
     """Four figures to begin with, and what each of them is."""
-    model, errors, check = findings.model, findings.model.promise.errors, cross_check_row(findings)
+    model, worst, check = findings.model, worst_error(findings.model), cross_check_row(findings)
     if model.level.has_torque_terms:
         first = (kept(findings), f"kept of the exact model's {len(model.level.terms(model.form))}")
     else:
@@ -80,10 +90,7 @@ def facts(findings: Findings) -> list[tuple[str, str]]:
     return [
         first,
         (f"{model.operations_full.total} → {model.operations.total}", "operations per torque evaluation"),
-        (
-            percent(errors.largest_share[errors.worst]),
-            f"largest error, of peak torque (joint {errors.worst + 1})",
-        ),
+        (worst.size, f"largest error{worst.of and f', of the {worst.of}'} (joint {worst.joint})"),
         (
             pretty(f"{number(check['largest_difference'])} {check['unit']}"),
             pretty(f"difference from Pinocchio (round-off allows {number(check['round_off_bound'])})"),
@@ -184,6 +191,6 @@ def provenance_lines(findings: Findings) -> list[tuple[str, str]]:
         ("trajectory", f"{trajectory.name}, SHA-256 {trajectory.fingerprint[:16]}"),
         ("trajectory origin", trajectory.origin or "not stated"),
         ("rates", trajectory.rates_from),
-        ("drives", "drive inertia included" if findings.model.drives else "not included"),
+        ("drives", "inertia included, friction not" if findings.model.drives else "not included"),
         *findings.provenance.items(),
     ]
