@@ -59,7 +59,7 @@ def analyze(
     Examples
     --------
     >>> import gd_analyze as gd
-    >>> findings = gd.analyze("two_link", "two-link-swing", budget="5%")
+    >>> findings = gd.analyze("puma560", "pick-and-place", budget="5%")
     >>> findings.model.operations.total < findings.model.operations_full.total
     True
     """
