@@ -114,7 +114,8 @@ def test_top_chooses_the_rows_of_the_ranking(run, motion):
 
 def test_what_is_stored_follows_the_options(run, motion, here):
     def stored(*options: str) -> set[str]:
-        assert run("two_link", motion, "--format", "h5", "--out", "x", "--quiet", *options).code == 0
+        words = ("--format", "h5", "--out", "x", "--overwrite", "--quiet", *options)
+        assert run("two_link", motion, *words).code == 0
         return set(gd.load_results("x/analysis.h5")["decomposition"].data_vars)
 
     assert "coupling" in stored()
