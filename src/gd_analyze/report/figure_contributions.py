@@ -18,7 +18,7 @@ _NEAR = 1.6
 
 
 def contributions_figure(findings: Findings, palette: Palette = PAPER) -> Canvas:
-    """Stack positive parts above zero and negative ones below it; the black line, their sum, is the torque."""
+    """Stack positive parts above zero and negative ones below it; the line, their sum, is the torque."""
     parts, joints = Contributions.of(findings), findings.arm.joints
     columns = _columns(len(joints))
     rows = -(-len(joints) // columns)

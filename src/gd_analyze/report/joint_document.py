@@ -12,8 +12,10 @@ from gd_analyze.results import Findings, summary
 from gd_analyze.results.rows import Row, joint_rows
 from gd_analyze.robots import Joint
 
-_ERRORS = ("allowed_error", "largest_error", "rms_error", "tube_certified", "tube_worst_found", "certified")
-_ERRORS += ("worst_found", "within_limits", "torque_per_kg", "uncertainty")
+_TORQUES = (
+    *("peak_torque", "allowed_error", "largest_error", "rms_error", "tube_certified", "tube_worst_found"),
+    *("certified", "worst_found", "within_limits", "torque_per_kg", "uncertainty"),
+)
 _BOUNDS = ("tube_certified", "certified")
 # What a bar of the chart of errors shows of what the budget allows, at most.
 _LONGEST = 3.0
@@ -24,14 +26,14 @@ def joints(findings: Findings) -> list[Row]:
     # A bound has the round-off of its own proof beside that of the torques.
     noise = max(findings.round_off, float(findings.decomposition.attrs["torque_round_off"]))
     rows = [_bounds_rounded_up(row) for row in joint_rows(findings, "simplified_model", "tube", "beyond")]
-    fitting = in_fitting_units(rows, "effort_unit", "peak_torque", *_ERRORS, noise=noise)
+    fitting = in_fitting_units(rows, "effort_unit", *_TORQUES, noise=noise)
     shares = ("largest_share", "rms_share", "tube_certified_share", "certified_share", "within_limits_share")
     written = formatted(
         fitting,
         "joint",
         "joint_name",
         "effort_unit",
-        **{name: torque(name, noise) for name in ("peak_torque", *_ERRORS)},
+        **{name: torque(name, noise) for name in _TORQUES},
         **{name: share(name, findings) for name in shares},
         mass_within_budget=lambda row: any_or(row["mass_within_budget"]),
     )

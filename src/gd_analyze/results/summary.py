@@ -253,8 +253,8 @@ def unsymmetric_told(findings: Findings) -> str:
     count = len(places)
     pairs = "one pair of mirror images" if count == 1 else f"{count} pairs of mirror images"
     return (
-        f"Each torque is simplified by itself, so the model's D is not symmetric: it keeps different terms in "
-        f"{pairs}, first in D{joined((i - 1, j - 1))} and D{joined((j - 1, i - 1))}. To compute torques this "
+        f"Each torque is simplified by itself, so the model's D is not symmetric: it keeps different terms "
+        f"in {pairs}, first in D{joined((i - 1, j - 1))} and D{joined((j - 1, i - 1))}. To compute torques this "
         "does no harm. Where D must be symmetric, as in simulation or in a controller that relies on "
         "energy, use `--level energy`."
     )
