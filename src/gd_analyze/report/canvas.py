@@ -180,7 +180,9 @@ class Canvas:
         with matplotlib.rc_context():
             matplotlib.rcdefaults()
             matplotlib.rcParams.update(_STYLE)
-            self.axes().get_figure(root=True).savefig(out, format="svg", metadata={"Date": None}, transparent=True)
+            figure = self.axes().get_figure(root=True)
+            if figure is not None:
+                figure.savefig(out, format="svg", metadata={"Date": None}, transparent=True)
         svg = out.getvalue()
         if themed:
             svg = _themed(svg[svg.index("<svg") :])
