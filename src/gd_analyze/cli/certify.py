@@ -190,16 +190,16 @@ def _show(shown: _Shown) -> None:
     )
     within = certificate.within(promise.allowed)
     # Both at once would be wider than a terminal; how far what was found lies below is said in words.
-    extremes = [("extremes", numbers(map(rounded_up, shown.extremes.certified)))] if shown.extremes else []
+    extremes = [("extremes", _rounded_up(shown.extremes))] if shown.extremes else []
     joint_table(
         "Torque error, {units}" + ("" if promise.measured else "; sampled and allowed as the file states"),
         arm,
         [
-            ("sampled", numbers(promise.errors.largest)),
-            *([] if extremes else [("found", numbers(certificate.worst_found))]),
-            ("certified", numbers(rounded_up(float(bound)) for bound in certificate.certified)),
+            ("sampled", promise.errors.largest),
+            *([] if extremes else [("found", certificate.worst_found)]),
+            ("certified", _rounded_up(certificate)),
             *extremes,
-            ("allowed", numbers(promise.allowed)),
+            ("allowed", promise.allowed),
             ("× allowed", numbers(map(rounded_up, share_of(certificate.certified, promise.allowed)))),
             ("within", ["proven" if x else "no" for x in within]),
         ],
@@ -230,6 +230,12 @@ def _stated(promise: Promise) -> str:
         f"The allowed and the sampled errors are stated by the file, for {where}, which are not at hand"
         + (": --along with that trajectory measures them again." if "trajectory" in promise.made_for else ".")
     )
+
+
+def _rounded_up(certificate: Certificate) -> FloatArray:
+    import numpy as np
+
+    return np.array([rounded_up(float(bound)) for bound in certificate.certified])
 
 
 def _there(certificate: Certificate) -> str:
