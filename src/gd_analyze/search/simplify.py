@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -93,8 +94,8 @@ class How:
 
 
 def simplify(
-    arm: RobotArm,
-    states: States | Trajectory | xr.Dataset,
+    arm: RobotArm | str | Path,
+    states: States | Trajectory | xr.Dataset | str | Path,
     budget: Budget | str | None = None,
     *,
     level: str | Level = TERM,
@@ -108,10 +109,10 @@ def simplify(
     Parameters
     ----------
     arm
-        The arm.
+        The arm, or the name of a built-in one, or the path of its file.
     states
-        States over which the budget holds: a trajectory's set points, their decomposition where it is at
-        hand, or drawn ones, see `states_in_box`.
+        States over which the budget holds: a trajectory's set points, or its shipped name or path; their
+        decomposition where it is at hand; or drawn ones, see `states_in_box`.
     budget
         Allowed torque error per joint, or its text such as "1% or 10% friction", see `Budget.parse`; 1 % of
         each joint's peak torque over the states by default.
@@ -229,7 +230,7 @@ def _searched(
         refitted=bool((scale[kept] != 1.0).any()),
         promise=replace(everything.promise, steps=steps, solved=solved, cut_short=work.was_short),
     )
-    model = _measured(exact, model)
+    model = measured(exact, model)
     if not (model.promise.errors.largest <= allowed).all():
         raise GdAnalyzeError(
             "the simplified model misses its budget",
@@ -266,10 +267,10 @@ def exactly(exact: ExactDynamics, level: Level, allowed: FloatArray, budget: str
             uncertainty=exact.uncertainty,
         ),
     )
-    return _measured(exact, model)
+    return measured(exact, model)
 
 
-def _measured(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
+def measured(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
     """State the errors that a model's own program makes."""
     errors = exact.errors_of(model.torque(*exact.states.arrays))
     return replace(model, promise=replace(model.promise, errors=errors))
