@@ -40,6 +40,9 @@ class States:
     qdd: FloatArray
     described: Mapping[str, str | int] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        return f"States({in_words(self.described) if self.described else np.shape(self.q)})"
+
     def __len__(self) -> int:
         return len(self.q)
 

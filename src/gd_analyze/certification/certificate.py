@@ -27,11 +27,13 @@ from gd_analyze.certification.grid import shared_out
 from gd_analyze.certification.harmonics_slack import harmonics_slack
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
+from gd_analyze.formatting import number, rounded_up
 from gd_analyze.harmonics import Harmonics, Waves, harmonics_of
 from gd_analyze.harmonics.expansion import Expansion, expanded
 from gd_analyze.harmonics.torque_rows import exact_row
 from gd_analyze.levels import SimplifiedModel
 from gd_analyze.robots import RobotArm
+from gd_analyze.shown import html_of
 from gd_analyze.vectors import FloatArray
 
 # Positions per joint: about 22 per angle for an arm like the PUMA 560, whose error knows four of its angles.
@@ -75,6 +77,20 @@ class Certificate:
         """The box; of a tube the smallest one around it."""
         return self.region.enclosing if isinstance(self.region, Tube) else self.region
 
+    def __repr__(self) -> str:
+        return f"Certificate({len(self.certified)} joints, certified {_told(self.certified)} N m)"
+
+    def _repr_html_(self) -> str:
+        """Bounds and what was found, for a notebook."""
+        found = zip(self.certified, self.worst_found, self.ratio, strict=True)
+        rows = [
+            [str(i), number(rounded_up(float(bound))), number(float(error)), f"{ratio:.3g}"]
+            for i, (bound, error, ratio) in enumerate(found, start=1)
+        ]
+        what = "a tube around a motion" if isinstance(self.region, Tube) else "a box of states"
+        headings = ["joint", "no error above", "worst found", "ratio"]
+        return html_of(f"Torque error within {what}", headings, rows, "In N m; in N where a joint slides.")
+
     @property
     def ratio(self) -> FloatArray:
         """Certified over worst found, at least 1; infinite where only round-off is left."""
@@ -84,6 +100,10 @@ class Certificate:
     def within(self, allowed: FloatArray) -> FloatArray:
         """Whether each joint is proven to stay within an allowed error (n,) over the whole region."""
         return np.asarray(self.certified <= allowed)
+
+
+def _told(values: FloatArray) -> str:
+    return ", ".join(number(rounded_up(float(value))) for value in values)
 
 
 def certify(

@@ -55,6 +55,9 @@ class ExactForm:
     arm: RobotArm
     drives: bool = False
 
+    def __repr__(self) -> str:
+        return f"ExactForm({self.arm!r}, drives={self.drives})"
+
     @property
     def drive_inertia(self) -> FloatArray | None:
         """Drive inertia at the joints, shape (n,); None where it does not act."""
@@ -109,6 +112,9 @@ class ExactDynamics:
     form: ExactForm
     states: States
     decomposed: Mapping[Any, Any] | None = None
+
+    def __repr__(self) -> str:
+        return f"ExactDynamics({self.form!r}, {self.states!r})"
 
     @classmethod
     def of(

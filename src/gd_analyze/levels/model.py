@@ -9,8 +9,11 @@ from functools import cached_property
 import numpy as np
 
 from gd_analyze.errors import ModelError
+from gd_analyze.formatting import amount, percent
 from gd_analyze.formulas.formula import Formula, Legend
+from gd_analyze.formulas.plain import Plain
 from gd_analyze.harmonics.terms import Torques
+from gd_analyze.labels import joint_name
 from gd_analyze.levels.exact import ExactForm
 from gd_analyze.levels.level import Level, Terms
 from gd_analyze.levels.notice import budget_notice
@@ -18,7 +21,11 @@ from gd_analyze.levels.promise import Promise
 from gd_analyze.operations import OperationCount, Program
 from gd_analyze.operations.derivative import derivative
 from gd_analyze.robots import RobotArm
+from gd_analyze.shown import html_of
 from gd_analyze.vectors import FloatArray, set_points_last
+
+# Terms up to which equations are shown in a notebook.
+_MOST_SHOWN = 500
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -53,6 +60,41 @@ class SimplifiedModel:
     operations_full: OperationCount
     promise: Promise
     provenance: Mapping[str, str] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return f"SimplifiedModel({self.arm.name!r}, level {self.level.name}, {self._told})"
+
+    @property
+    def _told(self) -> str:
+        """Operations and error in a few words."""
+        promise = self.promise
+        joint = int(promise.shares.argmax())
+        return (
+            f"{self.operations.total} of {self.operations_full.total} operations, largest error "
+            f"{percent(float(promise.shares[joint]))} of the {promise.asked.shares_of} (joint {joint + 1})"
+        )
+
+    def _repr_html_(self) -> str:
+        """What it promises and its equations, for a notebook."""
+        errors = self.promise.errors
+        columns = np.array([errors.peak_torque, self.promise.allowed, errors.largest, errors.rms])
+        rows = [
+            [joint_name(i, joint.name), *(amount(value, joint.effort_unit) for value in values)]
+            for i, (joint, values) in enumerate(
+                zip(self.arm.joints, columns.T.tolist(), strict=True), start=1
+            )
+        ]
+        printer = Plain()
+        formulas = self.formulas if len(self.terms) <= _MOST_SHOWN else ()
+        lines = [printer.wrapped(formula, 100) for formula in formulas]
+        legend = ", ".join(printer.legend(self.legend)) if formulas else ""
+        return html_of(
+            f"{self.arm.title or self.arm.name}: {len(self.terms)} {self.level.keeps}",
+            ["joint", "peak torque", "allowed error", "largest error", "RMS error"],
+            rows,
+            f"{self._told[0].upper()}{self._told[1:]}; budget {self.promise.budget}.",
+            "\n".join([*lines, *filter(None, [legend])]),
+        )
 
     @property
     def arm(self) -> RobotArm:

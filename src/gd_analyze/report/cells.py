@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 from gd_analyze.formatting import aligned, figures, percent_cell, prefixed, pretty
 from gd_analyze.results import Findings

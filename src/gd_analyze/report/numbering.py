@@ -76,7 +76,8 @@ def _absent(findings: Findings) -> tuple[set[str], set[str], set[str]]:
     tables = {
         "terms": not findings.is_written_out,
         "tube": summary.tube_proven(findings) is None,
-        "beyond": summary.tube_proven(findings) is None and not findings.tables["beyond"].attrs["states_drawn"],
+        "beyond": summary.tube_proven(findings) is None
+        and not findings.tables["beyond"].attrs["states_drawn"],
         "operations": of_elements and not findings.model.saves,
         "dropped": not dropped_parts(findings).costing,
     }
