@@ -35,6 +35,7 @@ from gd_analyze.levels import SimplifiedModel
 from gd_analyze.robots import RobotArm
 from gd_analyze.shown import html_of
 from gd_analyze.vectors import FloatArray
+from gd_analyze.visible import in_python
 
 # Positions per joint: about 22 per angle for an arm like the PUMA 560, whose error knows four of its angles.
 EFFORT = 250_000
@@ -175,6 +176,10 @@ def expansion_of(model: SimplifiedModel) -> Expansion:
 
 def box_of(given: Box | None, arm: RobotArm, effort: int = 1) -> Box:
     """Box given, or the arm's own; a UsageError where it is of another arm or the effort is none."""
+    if given is not None and not isinstance(given, Box):
+        raise UsageError(
+            "this is no region of states", where="region", expected="a Box or a Tube", found=in_python(given)
+        )
     box = given or Box.of(arm)
     if box.n_joints != arm.n_joints:
         raise UsageError(

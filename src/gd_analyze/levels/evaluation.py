@@ -99,7 +99,7 @@ def evaluate(
             expected=f"{model.arm.n_joints} joints, as {model.arm.name} has",
             found=f"{held.n_joints} joints",
         )
-    if not isinstance(given, States | Trajectory | str | Path):
+    if hasattr(given, "data_vars"):
         _require_same(model, held, given)
     exact = ExactDynamics.of(held, given, model.drives)
     _ = exact.torque  # first: it says best what is wrong with states of another arm

@@ -12,6 +12,7 @@ from gd_analyze.errors import ModelError
 from gd_analyze.formatting import amount, percent
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.plain import Plain
+from gd_analyze.given_numbers import array_of, require_possible
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.labels import joint_name
 from gd_analyze.levels.exact import ExactForm
@@ -152,7 +153,8 @@ class SimplifiedModel:
         Raises
         ------
         ModelError
-            If a last axis is not n long.
+            If a last axis is not n long, leading axes do not go together, or something is no number, not finite
+            or too large.
         """
         return self._evaluated(self.program, q, qd, qdd)
 
@@ -190,16 +192,29 @@ class SimplifiedModel:
 
     def _evaluated(self, program: Program, *states: FloatArray) -> FloatArray:
         n = self.arm.n_joints
-        arrays = np.broadcast_arrays(*(np.asarray(x, dtype=float) for x in states))
-        leading = arrays[0].shape[:-1]
-        inputs: dict[str, FloatArray] = {}
-        for name, array in zip(("q", "qd", "qdd"), arrays, strict=False):
+        names = ("q", "qd", "qdd")[: len(states)]
+        arrays = [array_of(values, name, ModelError) for name, values in zip(names, states, strict=True)]
+        for name, array in zip(names, arrays, strict=True):
             if array.shape[-1:] != (n,):
                 raise ModelError(
                     f"{name} does not fit the model of {self.arm.name}",
+                    where=name,
                     expected=f"shape (..., {n})",
-                    found=str(array.shape),
+                    found=f"shape {array.shape}",
                 )
+            require_possible(array, name, ModelError)
+        try:
+            arrays = list(np.broadcast_arrays(*arrays))
+        except ValueError:
+            raise ModelError(
+                f"{' and '.join(names)} are not of as many states",
+                where=", ".join(names),
+                expected="leading axes that are alike, or of length 1",
+                found=", ".join(f"shape {array.shape}" for array in arrays),
+            ) from None
+        leading = arrays[0].shape[:-1]
+        inputs: dict[str, FloatArray] = {}
+        for name, array in zip(names, arrays, strict=True):
             inputs |= {f"{name}{i + 1}": row for i, row in enumerate(set_points_last(array))}
         values = program.run(inputs)
         return np.ascontiguousarray(values.T).reshape(*leading, n)
