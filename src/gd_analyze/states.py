@@ -126,6 +126,17 @@ def states_for(arm: RobotArm, states: States) -> States:
     return States(*(x.reshape(-1, arm.n_joints) for x in states.arrays), states.described)
 
 
+def require_dataset(given: object) -> None:
+    """Raise a TrajectoryError where what is given for states is none of the kinds there are."""
+    if not hasattr(given, "data_vars"):
+        raise TrajectoryError(
+            "these are no states",
+            where="states",
+            expected="a trajectory, its shipped name or its path, States, or what `decompose` gave",
+            found=in_python(given),
+        )
+
+
 def require_joints(arm: RobotArm, states: States) -> None:
     """Raise a TrajectoryError where states are of another number of joints."""
     if states.q.shape[-1] != arm.n_joints:

@@ -16,7 +16,7 @@ from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.levels.promise import ErrorTable
 from gd_analyze.robots import RobotArm, fingerprint
 from gd_analyze.shown import html_of
-from gd_analyze.states import States
+from gd_analyze.states import States, require_dataset
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray
 
@@ -99,7 +99,7 @@ def evaluate(
             expected=f"{model.arm.n_joints} joints, as {model.arm.name} has",
             found=f"{held.n_joints} joints",
         )
-    if hasattr(given, "data_vars"):
+    if not isinstance(given, States | Trajectory | str | Path):
         _require_same(model, held, given)
     exact = ExactDynamics.of(held, given, model.drives)
     _ = exact.torque  # first: it says best what is wrong with states of another arm
@@ -108,6 +108,7 @@ def evaluate(
 
 
 def _require_same(model: SimplifiedModel, arm: RobotArm, dataset: xr.Dataset) -> None:
+    require_dataset(dataset)
     stated = {"arm_fingerprint": fingerprint(arm), "drives": int(model.drives)}
     for name, value in stated.items():
         if dataset.attrs[name] != value:

@@ -28,7 +28,7 @@ from gd_analyze.operations.rewriting import rewritten
 from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import RobotArm, arm_of
 from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude, round_off_of
-from gd_analyze.states import States, states_for, states_of
+from gd_analyze.states import States, require_dataset, states_for, states_of
 from gd_analyze.trajectories import Trajectory, trajectory_of
 from gd_analyze.vectors import FloatArray
 
@@ -131,8 +131,9 @@ class ExactDynamics:
         arm = arm_of(arm)
         if isinstance(given, States):
             return cls(ExactForm(arm, arm.counts_drives(drives)), states_for(arm, given))
-        if not hasattr(given, "data_vars"):
+        if isinstance(given, Trajectory | str | Path):
             return cls(ExactForm(arm, arm.counts_drives(drives)), states_of(trajectory_of(given, arm)))
+        require_dataset(given)
         described = {
             "trajectory": given.attrs["trajectory"],
             "trajectory_fingerprint": given.attrs["trajectory_fingerprint"],
