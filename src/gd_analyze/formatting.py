@@ -77,6 +77,24 @@ def prefixed(largest: float, unit: str) -> tuple[float, str]:
     return 10.0**power, _PREFIXES[grams] + (unit[1:] if weighed else unit)
 
 
+def fitting(values: Iterable[float], unit: str) -> tuple[float, str]:
+    """Unit with the prefix in which all values of a row are told, as `prefixed` gives it.
+
+    That of the largest, or the next smaller one where another would need a power of ten in it.
+
+    Examples
+    --------
+    >>> fitting([0.423, 0.00423, 0.000222], "N m"), fitting([13.9, 0.138], "N m")
+    ((0.001, 'mN m'), (1.0, 'N m'))
+    """
+    sizes = [abs(value) for value in values if value and math.isfinite(value)]
+    largest = max(sizes, default=0.0)
+    factor, shown = prefixed(largest, unit)
+    # Far less than the largest may need a power of ten, lest the largest does.
+    least = min((size for size in sizes if size >= 1e-6 * largest), default=largest)
+    return prefixed(5e-3 * factor, unit) if 0 < least < 1e-3 * factor else (factor, shown)
+
+
 def amount(value: float, unit: str) -> str:
     """Format to three significant digits with the unit, prefixed where that saves a power of ten.
 

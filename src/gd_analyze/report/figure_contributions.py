@@ -18,7 +18,7 @@ _NEAR = 1.6
 
 
 def contributions_figure(findings: Findings, palette: Palette = PAPER) -> Canvas:
-    """Stack positive parts above zero and negative ones below it; the black line, their sum, is the torque."""
+    """Stack positive parts above zero and negative ones below it; the line, their sum, is the torque."""
     parts, joints = Contributions.of(findings), findings.arm.joints
     columns = _columns(len(joints))
     rows = -(-len(joints) // columns)
@@ -35,8 +35,8 @@ def contributions_figure(findings: Findings, palette: Palette = PAPER) -> Canvas
 
 
 def _columns(n_joints: int) -> int:
-    """Panels side by side: rows as full as can be, of no more than four."""
-    return next((c for c in (3, 4, 2) if n_joints % c == 0), 3) if n_joints > 3 else n_joints
+    """Panels side by side: so few that they are wide, and so many that all of them fit on a page."""
+    return {1: 1, 2: 2, 4: 2}.get(n_joints, 3 if n_joints <= 6 else 4)
 
 
 def _joint_panel(

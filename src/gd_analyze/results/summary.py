@@ -89,7 +89,9 @@ def _proven(findings: Findings) -> str:
 def facts(findings: Findings) -> list[tuple[str, str]]:
     """Four figures to begin with, and what each of them is: how good, how proven, how many, of what."""
     model, worst, proven = findings.model, worst_error(findings.model), tube_proven(findings)
-    if model.level.has_torque_terms:
+    if not model.saves:
+        keeps = ("exact", "the model given is the exact one")
+    elif model.level.has_torque_terms:
         keeps = (kept(findings), f"kept of the exact model's {len(model.level.terms(model.form))}")
     else:
         dropped = dropped_parts(findings)
@@ -99,7 +101,7 @@ def facts(findings: Findings) -> list[tuple[str, str]]:
             f"parts dropped, {gone - len(dropped.costing)} without torque here",
         )
     if proven is None:
-        bound = ("not proven", "no bound on the error is proven at this level")
+        bound = ("not proven", "no bound on the error is proven for this model")
     else:
         bound = (f"≤ {proven.size}", f"proven near the motion{_of(proven)}")
     return [
@@ -251,8 +253,8 @@ def unsymmetric_told(findings: Findings) -> str:
     count = len(places)
     pairs = "one pair of mirror images" if count == 1 else f"{count} pairs of mirror images"
     return (
-        f"Each torque is simplified by itself, so the model's D is not symmetric: it keeps different terms in "
-        f"{pairs}, first in D{joined((i - 1, j - 1))} and D{joined((j - 1, i - 1))}. To compute torques this "
+        f"Each torque is simplified by itself, so the model's D is not symmetric: it keeps different terms "
+        f"in {pairs}, first in D{joined((i - 1, j - 1))} and D{joined((j - 1, i - 1))}. To compute torques this "
         "does no harm. Where D must be symmetric, as in simulation or in a controller that relies on "
         "energy, use `--level energy`."
     )
