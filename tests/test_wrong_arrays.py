@@ -122,6 +122,14 @@ def test_a_wrong_array_is_refused(calls, name, wrong):
     assert {"where", "expected", "found"} & caught.value.details.keys()
 
 
+@pytest.mark.parametrize(
+    "name", ["simplify", "evaluate", "ExactDynamics.of", "payload_effect", "torque_uncertainty"]
+)
+def test_of_no_states_nothing_can_be_said(calls, name):
+    with pytest.raises(TrajectoryError, match="there are no states"):
+        calls[name].call(np.zeros((0, 6)))
+
+
 def test_the_table_is_whole(calls):
     assert list(calls) == NAMES
 

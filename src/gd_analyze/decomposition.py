@@ -15,7 +15,7 @@ from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import RobotArm, arm_of, fingerprint
 from gd_analyze.round_off import round_off_of
 from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
-from gd_analyze.states import States, states_for, states_of
+from gd_analyze.states import States, states_of
 from gd_analyze.states import require_joints as require_states_fit
 from gd_analyze.trajectories import Trajectory, trajectory_of
 from gd_analyze.trajectories.checks import require_joints
@@ -190,7 +190,9 @@ def torque_of(
 
     Parameters and what is raised are those of `decompose_states`.
     """
-    flat, leading = states_for(arm, states), states.q.shape[:-1]
+    require_states_fit(arm, states)
+    leading = states.q.shape[:-1]
+    flat = States(*(x.reshape(-1, arm.n_joints) for x in states.arrays))
     out = np.empty((len(flat), arm.n_joints))
     for chunk in chunks(len(flat)):
         out[chunk] = decompose_states(arm, flat.at(chunk), coupling=False, drives=drives)["torque"]

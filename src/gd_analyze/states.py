@@ -38,7 +38,7 @@ class States:
     Raises
     ------
     TrajectoryError
-        If there are none, the three are not of one shape, or something is no number, not finite or too large.
+        If the three are not of one shape (..., n), or something is no number, not finite or too large.
     """
 
     q: FloatArray
@@ -50,7 +50,7 @@ class States:
         for name in ("q", "qd", "qdd"):
             array = array_of(getattr(self, name), name, TrajectoryError)
             object.__setattr__(self, name, array)
-            if not array.size or not array.ndim or array.shape != self.q.shape:
+            if not array.ndim or not array.shape[-1] or array.shape != self.q.shape:
                 raise TrajectoryError(
                     f"{name} of states has the wrong shape",
                     where=name,
@@ -119,8 +119,10 @@ def states_of(trajectory: Trajectory) -> States:
 
 
 def states_for(arm: RobotArm, states: States) -> States:
-    """Take states of an arm in a row, shape (N, n); raises TrajectoryError where they are of another's."""
+    """Take states of an arm in a row, shape (N, n); TrajectoryError where there are none, or of another's."""
     require_joints(arm, states)
+    if not states.q.size:
+        raise TrajectoryError("there are no states", where="states", expected="at least one", found="none")
     if states.q.ndim == 2:
         return states
     return States(*(x.reshape(-1, arm.n_joints) for x in states.arrays), states.described)
@@ -142,7 +144,7 @@ def require_joints(arm: RobotArm, states: States) -> None:
     if states.q.shape[-1] != arm.n_joints:
         raise TrajectoryError(
             f"the states do not fit arm {arm.name}",
-            where="q, qd and qdd",
+            where="q",
             expected=f"shape (..., {arm.n_joints})",
             found=f"shape {states.q.shape}",
         )

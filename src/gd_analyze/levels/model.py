@@ -200,7 +200,7 @@ class SimplifiedModel:
                     f"{name} does not fit the model of {self.arm.name}",
                     where=name,
                     expected=f"shape (..., {n})",
-                    found=f"shape {array.shape}",
+                    found=str(array.shape),
                 )
             require_possible(array, name, ModelError)
         try:
