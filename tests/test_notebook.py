@@ -1,4 +1,4 @@
-"""What a person at a notebook types: names for arms and motions, options by name, values that show briefly."""
+"""What a person at a notebook types: names of arms and motions, options by name; and how values show."""
 
 from __future__ import annotations
 

@@ -192,7 +192,7 @@ def torque_of(
     """
     require_states_fit(arm, states)
     leading = states.q.shape[:-1]
-    flat = States(*(x.reshape(-1, arm.n_joints) for x in states.arrays))
+    flat = states.in_a_row
     out = np.empty((len(flat), arm.n_joints))
     for chunk in chunks(len(flat)):
         out[chunk] = decompose_states(arm, flat.at(chunk), coupling=False, drives=drives)["torque"]

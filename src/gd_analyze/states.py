@@ -77,6 +77,12 @@ class States:
         return q, qd, qdd
 
     @property
+    def in_a_row(self) -> States:
+        """The same ones, shape (N, n)."""
+        q, qd, qdd = (x.reshape(-1, self.q.shape[-1]) for x in self.arrays)
+        return States(q, qd, qdd, self.described)
+
+    @property
     def in_words(self) -> str:
         """Where they come from, as a sentence would say it."""
         where = self.described
@@ -125,7 +131,7 @@ def states_for(arm: RobotArm, states: States) -> States:
         raise TrajectoryError("there are no states", where="states", expected="at least one", found="none")
     if states.q.ndim == 2:
         return states
-    return States(*(x.reshape(-1, arm.n_joints) for x in states.arrays), states.described)
+    return states.in_a_row
 
 
 def require_dataset(given: object) -> None:
