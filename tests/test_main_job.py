@@ -228,7 +228,7 @@ def test_one_number_of_terms(puma, pick_and_place) -> None:
     total = findings.tables["terms"].attrs["total"]
     assert total > findings.tables["terms"].sizes["rank"]
     assert total == len(findings.model.form.torques)
-    assert summary.facts(findings)[0][1].endswith(f" {total}")
+    assert summary.facts(findings)[3][1].endswith(f" {total}")
     shown = document(findings)
     assert shown["terms"]["total"] == total
     assert sum(cell["of"] for row in shown["harmonic"]["kept"] for cell in row) == total

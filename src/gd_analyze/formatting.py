@@ -17,12 +17,14 @@ def number(value: float) -> str:
 
     Examples
     --------
-    >>> number(41.0), number(2.1e-14)
-    ('41', '2.10e-14')
+    >>> number(41.0), number(12345.0), number(2.1e-14)
+    ('41', '12300', '2.10e-14')
     """
     if value == 0.0:
         return "0"
-    return f"{value:.2e}" if abs(value) < 1e-3 or abs(value) >= 1e5 else f"{value:.3g}"
+    if abs(value) < 1e-3 or abs(value) >= 1e5:
+        return f"{value:.2e}"
+    return f"{float(f'{value:.3g}'):g}"
 
 
 def figures(value: float) -> str:
@@ -31,8 +33,10 @@ def figures(value: float) -> str:
         return "∞"
     if value == 0.0:
         return "0"
-    digits = f"{value:.2e}" if abs(value) < 1e-3 or abs(value) >= 1e5 else f"{value:#.3g}"
-    return pretty(digits.removesuffix("."))
+    if abs(value) < 1e-3 or abs(value) >= 1e5:
+        return pretty(f"{value:.2e}")
+    rounded = float(f"{value:.3g}")
+    return f"{rounded:.0f}" if abs(rounded) >= 1e3 else f"{rounded:#.3g}".removesuffix(".")
 
 
 def given(value: float | None) -> str:

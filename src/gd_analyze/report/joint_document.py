@@ -92,9 +92,10 @@ def beyond(findings: Findings) -> dict[str, Any]:
     limited = payload["mass_within_budget"] != float("inf")
     certified = [row for row in rows if row["certified"] is not None]
     return {
+        "near": summary.tube_proven(findings) is not None,
         "certified": bool(certified),
         "within": sum(row["certified"] <= row["allowed_error"] for row in certified),
-        "within_tube": sum((row["tube_certified"] or 0.0) <= row["allowed_error"] for row in certified),
+        "within_tube": sum((row["tube_certified"] or 0.0) <= row["allowed_error"] for row in rows),
         "tube": summary.tube_sentence(findings),
         "margins": summary.margins_told(findings),
         "ratio": "" if ratio is None else f"{ratio:.2f}",
