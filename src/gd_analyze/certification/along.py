@@ -20,7 +20,7 @@ _AT_A_TIME = 256
 
 
 class Bounded(NamedTuple):
-    """One joint's error: bounds of pieces of its states (pieces,), largest error found, and its state (n,)."""
+    """One joint: bounds of pieces of its states (pieces,), largest error found, and its state (n,)."""
 
     bounds: FloatArray
     found: float
