@@ -153,8 +153,8 @@ class SimplifiedModel:
         Raises
         ------
         ModelError
-            If a last axis is not n long, leading axes do not go together, or something is no number, not finite
-            or too large.
+            If a last axis is not n long, leading axes do not go together, or something is no number, not
+            finite or too large.
         """
         return self._evaluated(self.program, q, qd, qdd)
 

@@ -24,6 +24,8 @@ from gd_analyze.vectors import FloatArray
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gd_analyze.report.plots import Plots
+
 
 @dataclass(frozen=True, eq=False)
 class Findings:
@@ -85,6 +87,13 @@ class Findings:
             rows,
             " ".join([told, *(f"Warning: {warning}." for warning in self.warnings)]),
         )
+
+    @property
+    def plot(self) -> Plots:
+        """The report's figures as matplotlib Axes: `plot.torque()`, `plot.errors()`, `plot.arm()` and more."""
+        from gd_analyze.report.plots import Plots
+
+        return Plots(self)
 
     @property
     def decomposition(self) -> xr.Dataset:
