@@ -66,3 +66,17 @@ def test_torque_of_every_joint_has_a_panel(puma_findings):
     for child, peak in zip(axes.child_axes, np.abs(puma_findings.exact_torque).max(axis=0), strict=True):
         low, high = child.get_ylim()
         assert max(-low, high) >= peak
+
+
+def test_what_torque_is_made_of_is_named(puma_findings, swing_findings):
+    """Drives only where they act; inside the figure, so that a saved one has it."""
+    for findings, with_drives in ((puma_findings, True), (swing_findings, False)):
+        axes = findings.plot.torque()
+        legend = axes.get_legend()
+        words = [text.get_text() for text in legend.get_texts()]
+        assert words[0] == "gravity"
+        assert ("drives" in words) == with_drives
+        axes.figure.canvas.draw()
+        box, page = legend.get_window_extent(), axes.figure.bbox
+        assert page.x0 <= box.x0 < box.x1 <= page.x1
+        assert page.y0 <= box.y0 < box.y1 <= page.y1

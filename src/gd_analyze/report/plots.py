@@ -10,12 +10,16 @@ from gd_analyze.report.figure_contributions import contributions_figure
 from gd_analyze.report.figure_elements import inertia_figure, vector_figure
 from gd_analyze.report.figure_trade_off import trade_off_figure
 from gd_analyze.report.figures import motion_figure, torque_figure
+from gd_analyze.results.words import CONTRIBUTIONS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from gd_analyze.report.canvas import Canvas
     from gd_analyze.results import Findings
+
+# Room for a legend, pt.
+_LEGEND = 26.0
 
 
 @dataclass(frozen=True)
@@ -34,7 +38,23 @@ class Plots:
 
     def torque(self) -> Axes:
         """Torque of every joint over time, stacked by what makes it; a panel per joint."""
-        return _axes(contributions_figure(self.findings))
+        axes = _axes(contributions_figure(self.findings), head=_LEGEND)
+        # An area has the name of the part and the number of the joint; the report names them above its figure.
+        areas = {str(patch.get_label()).rpartition(" ")[0]: patch for patch in axes.patches}
+        named = [(areas[part], words) for part, words in CONTRIBUTIONS.items() if part in areas]
+        handles, words = zip(*named, strict=True) if named else ((), ())
+        axes.legend(
+            handles,
+            words,
+            loc="lower left",
+            bbox_to_anchor=(0.0, 1.0),
+            ncols=len(words) or 1,
+            fontsize=7,
+            frameon=False,
+            handlelength=1.2,
+            columnspacing=1.2,
+        )
+        return axes
 
     def errors(self) -> Axes:
         """Exact and simplified torque and the error beside what is allowed; two panels per joint."""
@@ -69,11 +89,13 @@ class Plots:
         return _axes(vector_figure(self.findings, "gravity_loading"))
 
 
-def _axes(canvas: Canvas) -> Axes:
-    """Draw on a figure that a notebook shows, and lay Axes over the panels."""
+def _axes(canvas: Canvas, head: float = 0.0) -> Axes:
+    """Draw on a figure that a notebook shows, with some pt left above, and lay Axes over the panels."""
     from matplotlib import pyplot
 
-    axes = canvas.axes(pyplot.figure(figsize=(canvas.width / 72, canvas.height / 72)))
+    height = canvas.height + head
+    axes = canvas.axes(pyplot.figure(figsize=(canvas.width / 72, height / 72)))
+    axes.set_position((0.0, 0.0, 1.0, canvas.height / height))
     for frame in canvas.frames:
         over = axes.inset_axes(frame.box, transform=axes.transData, xlim=frame.x, ylim=frame.y)
         over.set_axis_off()
