@@ -133,7 +133,7 @@ def test_progress_counts_every_set_point(puma):
 
 
 def test_without_coupling_the_rest_is_the_same(puma, pick_and_place, pick_and_place_dataset):
-    lean = decompose(puma, pick_and_place, coupling=False)
+    lean = decompose(puma, pick_and_place, coupling=False, drives=False)
     assert "coupling" not in lean
     assert "joint_k" not in lean.coords
     for name in lean.data_vars:

@@ -38,6 +38,9 @@ def rank(
 ) -> xr.Dataset:
     """Rank the elements of D, h and c by the torque they move.
 
+    What an element moves is the links' own torque; shares are of the dataset's peak torque, with drives where
+    they are part of it.
+
     Parameters
     ----------
     dataset

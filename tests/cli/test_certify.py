@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pytest
 
 from gd_analyze.certification.certificate import EFFORT
-from gd_analyze.cli.certify import _rounded_up, certify
+from gd_analyze.cli.certify import certify
+from gd_analyze.formatting import rounded_up
 from gd_analyze.levels import ENERGY, ExactForm, save_model
 from gd_analyze.levels.model_file import _digest
 from made_models import exact_model, model_of
@@ -85,7 +87,7 @@ def test_the_default_effort_is_the_librarys():
 @pytest.mark.parametrize("digits", [2, 3])
 def test_a_bound_is_never_shown_smaller_than_it_is(digits):
     for value in (0.0, 1.0, 0.1, 0.12301, 99.95, 1.2e-9, *np.random.default_rng(0).lognormal(0, 5, 200)):
-        shown = _rounded_up(float(value), digits)
+        shown = rounded_up(float(value), digits)
         # The number printed is the decimal one; as a float it is half an eps away.
         assert value * (1 - 1e-15) <= shown <= value * (1 + 10.0 ** (1 - digits))
         assert float(f"{shown:.{digits}g}") == shown
@@ -117,15 +119,23 @@ def test_bad_options_are_refused(run, model, words, named):
     assert "Traceback" not in result.err
 
 
-def test_shares_are_of_the_largest_torque_in_the_box(run, model):
+def test_it_is_said_of_what_shares_are(run, model):
     document = run("certify", model, "--json").json
+    stated = {row["joint"]: row for row in json.loads(model.read_text(encoding="utf-8"))["errors"]}
     for joint in document["joints"]:
-        assert joint["certified_share"] == pytest.approx(
-            joint["certified"] / joint["largest_torque_found"], rel=1e-12
-        )
+        promised = stated[joint["joint_name"]]
+        for name, whole in (
+            ("certified_share_of_largest_found", joint["largest_torque_found"]),
+            ("certified_share_of_peak_made_for", promised["peak_torque"]),
+            ("certified_of_allowed", joint["allowed_error"]),
+        ):
+            assert joint[name] == pytest.approx(joint["certified"] / whole, rel=1e-12)
+        assert (joint["certified_of_allowed"] <= 1.0) == joint["within_allowed"]
+    worst = max(row["certified_share_of_peak_made_for"] for row in document["joints"])
     said = " ".join(run("certify", model).out.split())
-    assert "of the largest torque found there" in said
-    assert "of peak" not in said
+    told = re.search(r"a torque error above ([\d.]+) % of the peak torque over (\d+) states drawn", said)
+    # Rounded up to two digits, and no smaller figure is told than a hundredth.
+    assert 100 * worst <= float(told[1]) <= max(0.01, 100 * worst * 1.1)
 
 
 def edited(model, change):
@@ -152,11 +162,13 @@ def test_what_only_the_file_says_is_said_to_be_stated(run, model):
     assert "sampled and allowed as the file states" in said
     assert "stated by the file, for 9 set points of mine, which are not at hand" in said
     assert "within the stated budget of 5%" in said
+    # A share of a peak of 1e9 N m would be none.
+    assert re.search(r"has a torque error above [\d.e-]+ N m \(joint \d\)\.", said)
     assert max(map(len, result.out.splitlines())) <= 80
     document = run("certify", model, "--json").json
     assert document["allowed_and_largest_error"] == "stated by the file"
     for here, before in zip(document["joints"], honest["joints"], strict=True):
-        for name in ("certified", "certified_share", "largest_torque_found"):
+        for name in ("certified", "certified_share_of_largest_found", "largest_torque_found"):
             assert here[name] == before[name]
 
 

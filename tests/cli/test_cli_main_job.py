@@ -145,12 +145,17 @@ def test_what_is_stored_follows_the_options(run, motion, here):
     assert "coriolis_centrifugal_terms" in stored("--terms")
 
 
-def test_drives_count_when_asked_for(run, here):
-    def peak(*options: str) -> float:
-        words = ("puma560", "large-slew", "--format", "json", "--json", *options)
-        return run(*words).json["joints"][0]["peak_torque"]
+def test_drives_count_unless_the_links_alone_are_asked_for(run, here):
+    def told(*options: str) -> tuple[float, bool]:
+        document = run("puma560", "large-slew", "--format", "json", "--json", *options).json
+        assert ("drives included" in document["headline"]) == document["drives"]
+        assert ("links alone" in document["headline"]) != document["drives"]
+        return document["joints"][0]["peak_torque"], document["drives"]
 
-    assert peak("--drives") > peak()
+    with_drives, alone = told(), told("--no-drives")
+    assert with_drives == told("--drives")
+    assert (with_drives[1], alone[1]) == (True, False)
+    assert with_drives[0] > alone[0]
 
 
 def test_a_budget_in_newton_metres_per_joint(run, motion):

@@ -12,7 +12,7 @@ import gd_analyze as gd
 from gd_analyze.cli.options import FILE, TRAJECTORY
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.terminal import line, sentence
-from gd_analyze.formatting import rounded_up
+from gd_analyze.formatting import number, rounded_up
 
 if TYPE_CHECKING:
     from gd_analyze.certification import Certificate, Definiteness
@@ -145,10 +145,16 @@ def _show(shown: _Shown) -> None:
     model, certificate = shown.model, shown.certificate
     arm, promise = model.arm, model.promise
     worst = worst_error(model, certificate.certified)
-    of = {"peak torque": measure_told(model)}.get(worst.of, worst.of)
+    told = worst.size
+    if not promise.measured:
+        # What the file states is no measure.
+        bound = rounded_up(float(certificate.certified[worst.joint - 1]))
+        told = f"{number(bound)} {arm.joints[worst.joint - 1].effort_unit}"
+    elif worst.of:
+        told += f" of the {measure_told(model) if worst.of == 'peak torque' else worst.of}"
     sentence(
-        f"{arm_in_words(arm, model.drives)}: no state within {shown.where} has a torque error above "
-        f"{worst.size}{of and f' of the {of}'} (joint {worst.joint}).",
+        f"{arm_in_words(arm, model.drives)}: no state within {shown.where} has a torque error above {told} "
+        f"(joint {worst.joint}).",
         bold=True,
     )
     within = certificate.within(promise.allowed)

@@ -28,7 +28,7 @@ payload_option = click.option(
 drives_option = click.option(
     "--drives/--no-drives",
     default=None,
-    help="Include the drives' inertia, or take the links alone.  [default: where the arm has any]",
+    help="Include the drives' inertia, or take the links alone.  [default: included where there are drives]",
 )
 
 states_options = together(
