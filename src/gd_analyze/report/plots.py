@@ -26,8 +26,8 @@ _LEGEND = 26.0
 class Plots:
     """Figures of what one run found; each method gives Axes in a new figure of `matplotlib.pyplot`.
 
-    The coordinates of these are points of the drawing. Their `child_axes` lie over the panels, row by row, and
-    have the coordinates of the numbers in SI units, so that curves of one's own can be drawn beside.
+    The coordinates of these are points of the drawing. Their `child_axes` lie over the panels, row by row,
+    and have the coordinates of the numbers in SI units, so that curves of one's own can be drawn beside.
     """
 
     findings: Findings
@@ -39,7 +39,7 @@ class Plots:
     def torque(self) -> Axes:
         """Torque of every joint over time, stacked by what makes it; a panel per joint."""
         axes = _axes(contributions_figure(self.findings), head=_LEGEND)
-        # An area has the name of the part and the number of the joint; the report names them above its figure.
+        # An area is called by its part and its joint; the report names the parts above its figure.
         areas = {str(patch.get_label()).rpartition(" ")[0]: patch for patch in axes.patches}
         named = [(areas[part], words) for part, words in CONTRIBUTIONS.items() if part in areas]
         handles, words = zip(*named, strict=True) if named else ((), ())

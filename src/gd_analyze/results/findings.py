@@ -90,7 +90,7 @@ class Findings:
 
     @property
     def plot(self) -> Plots:
-        """The report's figures as matplotlib Axes: `plot.torque()`, `plot.errors()`, `plot.arm()` and more."""
+        """The report's figures as matplotlib Axes: `plot.torque()`, `plot.errors()`, and more."""
         from gd_analyze.report.plots import Plots
 
         return Plots(self)
