@@ -25,6 +25,7 @@ from gd_analyze.main_job import Settings as Settings
 from gd_analyze.main_job import analyze as analyze
 from gd_analyze.main_job import find as find
 from gd_analyze.pinocchio_check import cross_check as cross_check
+from gd_analyze.results import Findings as Findings
 from gd_analyze.results import load_findings as load_findings
 from gd_analyze.results import load_results as load_results
 from gd_analyze.results import save_results as save_results

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.errors import UsageError
+from gd_analyze.given_numbers import array_of
 from gd_analyze.robots import RobotArm
 from gd_analyze.vectors import FloatArray
 
@@ -38,9 +39,9 @@ class Box:
     where: str = "the box"
 
     def __post_init__(self) -> None:
-        shape = np.shape(self.lower)
+        shape = array_of(self.lower, "lower", UsageError).shape
         for what in ("lower", "upper", "rate", "acceleration"):
-            array = np.array(getattr(self, what), dtype=float)
+            array = array_of(getattr(self, what), what, UsageError).copy()
             if array.ndim != 1 or array.shape != shape or not array.size:
                 raise UsageError(
                     "a box needs one limit of each kind per joint",
@@ -122,7 +123,8 @@ class Box:
         UsageError
             If shapes disagree, there is no state or a number is not finite.
         """
-        arrays = [np.asarray(x, dtype=float) for x in (q, qd, qdd)]
+        given = {"q": q, "qd": qd, "qdd": qdd}
+        arrays = [array_of(values, name, UsageError) for name, values in given.items()]
         if arrays[0].ndim != 2 or 0 in arrays[0].shape or any(a.shape != arrays[0].shape for a in arrays):
             raise UsageError(
                 "a box is drawn around at least one state",

@@ -27,12 +27,15 @@ from gd_analyze.certification.grid import shared_out
 from gd_analyze.certification.harmonics_slack import harmonics_slack
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
+from gd_analyze.formatting import number, rounded_up
 from gd_analyze.harmonics import Harmonics, Waves, harmonics_of
 from gd_analyze.harmonics.expansion import Expansion, expanded
 from gd_analyze.harmonics.torque_rows import exact_row
 from gd_analyze.levels import SimplifiedModel
 from gd_analyze.robots import RobotArm
+from gd_analyze.shown import html_of
 from gd_analyze.vectors import FloatArray
+from gd_analyze.visible import in_python
 
 # Positions per joint: about 22 per angle for an arm like the PUMA 560, whose error knows four of its angles.
 EFFORT = 250_000
@@ -77,6 +80,20 @@ class Certificate:
         """The box; of a tube the smallest one around it."""
         return self.region.enclosing if isinstance(self.region, Tube) else self.region
 
+    def __repr__(self) -> str:
+        return f"Certificate({len(self.certified)} joints, certified {_told(self.certified)} N m)"
+
+    def _repr_html_(self) -> str:
+        """Bounds and what was found, for a notebook."""
+        found = zip(self.certified, self.worst_found, self.ratio, strict=True)
+        rows = [
+            [str(i), number(rounded_up(float(bound))), number(float(error)), f"{ratio:.3g}"]
+            for i, (bound, error, ratio) in enumerate(found, start=1)
+        ]
+        what = "a tube around a motion" if isinstance(self.region, Tube) else "a box of states"
+        headings = ["joint", "no error above", "worst found", "ratio"]
+        return html_of(f"Torque error within {what}", headings, rows, "In N m; in N where a joint slides.")
+
     @property
     def where(self) -> str:
         """Say which states it is about, as in "no state within the arm's limits has .."."""
@@ -97,6 +114,10 @@ class Certificate:
     def within(self, allowed: FloatArray) -> FloatArray:
         """Whether each joint is proven to stay within an allowed error (n,) over the whole region."""
         return np.asarray(self.certified <= allowed)
+
+
+def _told(values: FloatArray) -> str:
+    return ", ".join(number(rounded_up(float(value))) for value in values)
 
 
 def certify(
@@ -161,6 +182,10 @@ def expansion_of(model: SimplifiedModel) -> Expansion:
 
 def box_of(given: Box | None, arm: RobotArm, effort: int = 1) -> Box:
     """Box given, or the arm's own; a UsageError where it is of another arm or the effort is none."""
+    if given is not None and not isinstance(given, Box):
+        raise UsageError(
+            "this is no region of states", where="region", expected="a Box or a Tube", found=in_python(given)
+        )
     box = given or Box.of(arm)
     if box.n_joints != arm.n_joints:
         raise UsageError(

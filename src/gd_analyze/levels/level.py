@@ -82,6 +82,9 @@ class Level(ABC):
     is_priced_exactly: ClassVar[bool] = False
     entries: ClassVar[TypeAdapter[Any]]
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}()"
+
     def __str__(self) -> str:
         return self.name
 
