@@ -161,7 +161,7 @@ class Canvas:
         self.texts.append(Text(x, y, text, size, colour, anchor, look))
 
     def axes(self, figure: Figure | None = None) -> Axes:
-        """Give it as matplotlib Axes, data coordinates in pt, that fill a figure, by default one of their own."""
+        """Give it as matplotlib Axes in pt, that fill a figure, by default one of their own."""
         from matplotlib.figure import Figure
 
         if figure is None:
