@@ -13,6 +13,7 @@ from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.levels import (
     ELEMENT,
     TERM,
+    Budget,
     ExactDynamics,
     Level,
     SimplifiedModel,
@@ -115,7 +116,10 @@ def find(
             model = simplify_exact(exact, how.budget, search, provenance=source)
     ranking = TermRanking() if many else rank_terms(exact)
     kinds = [kind for kind in KINDS if not (many and kind[0].has_torque_terms)]
-    points = trade_off(exact, how.budget, factors=_FACTORS, kinds=kinds, thorough=False)
+    asked = _asked(exact, how.budget, model)
+    path = budget_path(exact, asked, model)
+    through = {(level, how.refit): path}
+    points = trade_off(exact, asked, factors=_FACTORS, kinds=kinds, thorough=False, through=through)
     return Findings(
         arm=arm,
         trajectory=trajectory,
@@ -128,7 +132,7 @@ def find(
             "parts": tables.parts_table(elements, exact, dominance),
             "terms": tables.terms_table(ranking, arm, not many),
             "trade_off": tables.trade_off_table(points, arm),
-            "budgets": budgets_table(budget_path(exact, how.budget, model), FACTORS, ranking),
+            "budgets": budgets_table(path, FACTORS, ranking),
             "beyond": _beyond(exact, model, ranking),
         },
         model=model,
@@ -153,6 +157,11 @@ def _level(exact: ExactDynamics, how: Settings) -> tuple[Level, bool]:
     if many and wanted is None:
         _tell_to_stay_with_elements(exact)
     return wanted or (ELEMENT if many else TERM), many
+
+
+def _asked(exact: ExactDynamics, budget: Budget, model: SimplifiedModel) -> Budget:
+    """Give the budget that a model keeps to: scaled where a number of operations was asked for."""
+    return budget.scaled(float((model.promise.allowed / exact.allowed(budget)).max()))
 
 
 def _is_large(exact: ExactDynamics) -> bool:
