@@ -17,7 +17,7 @@ from gd_analyze.harmonics import AbsoluteRates, Harmonics, harmonics_of
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Energies, Torques
 from gd_analyze.levels.budget import Budget
-from gd_analyze.levels.effort import COUNTING, ROUGH
+from gd_analyze.levels.effort import ROUGH, Effort
 from gd_analyze.levels.kept_programs import Task, inputs_of, kept_programs, some_states
 from gd_analyze.levels.promise import ErrorTable
 from gd_analyze.levels.torque_program import torque_program
@@ -38,6 +38,8 @@ MOST_STATES = 5000
 # Joints up to which sums of terms may take fewer operations than the recursion: terms grow with the fourth
 # power of the joints and more, the recursion's operations with the first.
 _FEW_JOINTS = 4
+# Of so many terms at most it is looked for what they share: half a second.
+_SHARED = Effort(250)
 # Rewriting adds roundings: a program may differ by so many times what those of a formulation explain.
 _REWRITTEN = 8
 
@@ -200,7 +202,7 @@ def allowed_by(budget: Budget, peak_torque: FloatArray, round_off: float = 0.0) 
 def _shortest(form: ExactForm) -> Program:
     ways = [_recursion(form)]
     if form.arm.n_joints <= _FEW_JOINTS:
-        ways += [torque_program(form.rates, form.torques, effort) for effort in (ROUGH, COUNTING)]
+        ways += [torque_program(form.rates, form.torques, effort) for effort in (ROUGH, _SHARED)]
     return rewritten(min(ways, key=lambda way: way.count.total))
 
 

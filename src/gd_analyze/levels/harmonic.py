@@ -117,7 +117,7 @@ def _chains(steps: Sequence[Torques]) -> list[list[Torques]]:
     for terms in steps:
         before = chains[-1][-1] if chains else {}
         few = len(terms) - len(before) <= _FEW * len(terms)
-        if few and all(terms.get(term) == weight for term, weight in before.items()):
+        if chains and few and all(terms.get(term) == weight for term, weight in before.items()):
             chains[-1].append(terms)
         else:
             chains.append([terms])
