@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Sequence
 from functools import reduce
 from itertools import takewhile
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
-from gd_analyze.harmonics.terms import Factor, Rate, Torques
+from gd_analyze.harmonics.terms import Factor, Rate, Torques, TorqueTerm
 from gd_analyze.levels.effort import THOROUGH, Effort
 from gd_analyze.levels.kept_programs import Task, inputs_of, kept_programs, some_states
 from gd_analyze.levels.nested_program import nested_program
@@ -78,17 +78,26 @@ def torque_programs(rates: AbsoluteRates, steps: Sequence[Torques], most: int) -
     tuple
         A program for each step before the end.
     """
-    hopeful = [*takewhile(lambda terms: _may_take(rates, terms, most), steps)]
-    if len(hopeful) < 2:
-        programs = tuple(torque_program(rates, terms, THOROUGH) for terms in hopeful)
-        return tuple(program for program in programs if program.count.total <= most)
-    key = ["growing torques", rates.runs, [_listed(terms) for terms in hopeful], most]
+    joins: dict[TorqueTerm, int] = {}
+    for number, terms in enumerate(steps):
+        joins |= dict.fromkeys(terms.keys() - joins.keys(), number)
+    listed = [[*entry, joins[entry[0]]] for entry in _listed(steps[-1])]
+    key = ["growing torques", rates.runs, len(steps), listed, most]
 
     def are_right(programs: Sequence[Program]) -> bool:
         # Fewer where the next took too many operations.
-        return all(_is_right(rates, *each) for each in zip(hopeful, programs, strict=False))
+        return all(_is_right(rates, *each) for each in zip(steps, programs, strict=False))
 
-    return kept_programs(Task.of(key, rates.n_joints, lambda: _growing(rates, hopeful, most), are_right))
+    return kept_programs(Task.of(key, rates.n_joints, lambda: _growing(rates, steps, most), are_right))
+
+
+def _growing(rates: AbsoluteRates, steps: Sequence[Torques], most: int) -> Iterator[Program]:
+    hopeful = [*takewhile(lambda terms: _may_take(rates, terms, most), steps)]
+    written: Iterable[Program] = (torque_program(rates, terms, THOROUGH) for terms in hopeful)
+    if len(hopeful) > 1:
+        rows = [_rows(rates, terms) for terms in hopeful]
+        written = (_program(rates, sums) for sums in growing_sums(rows, _circles(hopeful[-1])))
+    yield from takewhile(lambda program: program.count.total <= most, written)
 
 
 def _may_take(rates: AbsoluteRates, terms: Torques, most: int) -> bool:
@@ -96,17 +105,9 @@ def _may_take(rates: AbsoluteRates, terms: Torques, most: int) -> bool:
     return len(terms) <= THOROUGH.shared and nested_program(rates, terms).count.total <= _NESTED * most
 
 
-def _growing(rates: AbsoluteRates, steps: Sequence[Torques], most: int) -> Iterator[Program]:
-    for sums in growing_sums([_rows(rates, terms) for terms in steps], _circles(steps[-1])):
-        program = _program(rates, sums)
-        if program.count.total > most:
-            return
-        yield program
-
-
 def _listed(terms: Torques) -> list[Any]:
     """Terms and weights as JSON values, in an order of their own."""
-    return [[*term, terms[term]] for term in sorted(terms)]
+    return [[term, terms[term]] for term in sorted(terms)]
 
 
 def _thorough(rates: AbsoluteRates, terms: Torques) -> Program:
