@@ -127,8 +127,8 @@ def _headline(comparison: Comparison) -> str:
     )
     return (
         f"{told}. {METHODS[fewest].title} needs the fewest operations, {folded[fewest]} once folded; "
-        f"{METHODS[most].title} needs {more}. Rewritten, the exact torque takes {comparison.exact.total}: what "
-        "simplified models are counted against."
+        f"{METHODS[most].title} needs {more}. Rewritten, the exact torque takes "
+        f"{comparison.exact.total}: what simplified models are counted against."
     )
 
 
