@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,11 +14,11 @@ from gd_analyze.formulations import generalized_dalembert as dalembert
 from gd_analyze.given_numbers import LARGEST, are_possible
 from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.pinocchio_check import round_off_bounds
-from gd_analyze.robots import RobotArm, fingerprint
+from gd_analyze.robots import RobotArm, arm_of, fingerprint
 from gd_analyze.round_off import round_off_of
 from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
 from gd_analyze.states import States, states_of
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.trajectories import Trajectory, trajectory_of
 from gd_analyze.trajectories.checks import require_joints
 from gd_analyze.vectors import Array, FloatArray, chunks
 
@@ -28,13 +29,13 @@ EFFECTS = dalembert.EFFECTS
 
 
 def decompose(
-    arm: RobotArm,
-    trajectory: Trajectory,
+    arm: RobotArm | str | Path,
+    trajectory: Trajectory | str | Path,
     *,
     coupling: bool = True,
     by_link: bool = False,
     terms: bool = False,
-    drives: bool = False,
+    drives: bool | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> xr.Dataset:
     """Evaluate D, h, h_ijk and c by effect at every set point.
@@ -42,7 +43,7 @@ def decompose(
     Parameters
     ----------
     arm, trajectory
-        The arm and its motion.
+        The arm and its motion; or a shipped name, or the path of a file.
     coupling
         Keep h_ijk: 2 n^3 numbers per set point.
     by_link
@@ -50,7 +51,8 @@ def decompose(
     terms
         Also give FGL87's terms of h apart (slower).
     drives
-        Add the torque that accelerates the drives, as `drive_torque` and within `torque`.
+        Add the torque that accelerates the drives, as `drive_torque` and within `torque`; D, h and c remain
+        the links' own. By default where the arm describes drives.
     progress
         Called with the number of set points done since the last call.
 
@@ -75,6 +77,8 @@ def decompose(
     >>> dataset.inertia.dims
     ('time', 'effect', 'joint', 'joint_j')
     """
+    arm = arm_of(arm)
+    trajectory = trajectory_of(trajectory, arm)
     require_joints(trajectory, arm)
     arrays = decompose_states(
         arm,
@@ -126,7 +130,7 @@ def decompose_states(
     coupling: bool = True,
     by_link: bool = False,
     terms: bool = False,
-    drives: bool = False,
+    drives: bool | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> dict[str, FloatArray]:
     """Do `decompose` for states of any leading shape: arrays in, arrays out, no labels.
@@ -153,7 +157,7 @@ def decompose_states(
     ArmError
         If drives are asked for and the arm describes none.
     """
-    leading = _leading(arm, states)
+    leading, drives = _leading(arm, states), arm.counts_drives(drives)
     q, qd, qdd = states.last
     n, count = q.shape
     names = ["inertia", "coriolis_centrifugal", "centrifugal", "coriolis", "gravity_loading", "torque"]
@@ -176,7 +180,11 @@ def decompose_states(
 
 
 def torque_of(
-    arm: RobotArm, states: States, *, drives: bool = False, progress: Callable[[int], None] | None = None
+    arm: RobotArm,
+    states: States,
+    *,
+    drives: bool | None = None,
+    progress: Callable[[int], None] | None = None,
 ) -> FloatArray:
     """Torque at states (..., n), N m, of their shape, without keeping what it consists of.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Sequence
+from decimal import ROUND_CEILING, Decimal
 
 from markupsafe import Markup, escape
 
@@ -16,12 +17,14 @@ def number(value: float) -> str:
 
     Examples
     --------
-    >>> number(41.0), number(2.1e-14)
-    ('41', '2.10e-14')
+    >>> number(41.0), number(12345.0), number(2.1e-14)
+    ('41', '12300', '2.10e-14')
     """
     if value == 0.0:
         return "0"
-    return f"{value:.2e}" if abs(value) < 1e-3 or abs(value) >= 1e5 else f"{value:.3g}"
+    if abs(value) < 1e-3 or abs(value) >= 1e5:
+        return f"{value:.2e}"
+    return f"{float(f'{value:.3g}'):g}"
 
 
 def figures(value: float) -> str:
@@ -30,8 +33,10 @@ def figures(value: float) -> str:
         return "∞"
     if value == 0.0:
         return "0"
-    digits = f"{value:.2e}" if abs(value) < 1e-3 or abs(value) >= 1e5 else f"{value:#.3g}"
-    return pretty(digits.removesuffix("."))
+    if abs(value) < 1e-3 or abs(value) >= 1e5:
+        return pretty(f"{value:.2e}")
+    rounded = float(f"{value:.3g}")
+    return f"{rounded:.0f}" if abs(rounded) >= 1e3 else f"{rounded:#.3g}".removesuffix(".")
 
 
 def given(value: float | None) -> str:
@@ -39,6 +44,71 @@ def given(value: float | None) -> str:
     if value is None:
         return "–"
     return pretty(f"{value + 0.0:.6g}").replace("-", "−") if math.isfinite(value) else "∞"
+
+
+# Names of powers of 1000; of kilograms, grams have them.
+_PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M"}
+
+
+def prefixed(largest: float, unit: str) -> tuple[float, str]:
+    """Unit with the prefix that gives values of that size up to three digits before their point.
+
+    Parameters
+    ----------
+    largest
+        The largest of the values that shall stand in one unit.
+    unit
+        Theirs, such as "N m" or "kg m^2"; one that no prefix goes with is left alone.
+
+    Returns
+    -------
+    factor, unit
+        What one of the new unit is in the old.
+
+    Examples
+    --------
+    >>> prefixed(6.56e-5, "N m"), prefixed(4e-5, "kg m^2"), prefixed(42.0, "N m")
+    ((1e-06, 'µN m'), (1e-06, 'mg m^2'), (1.0, 'N m'))
+    """
+    size, weighed = abs(largest), unit.startswith("kg")
+    takes_one = (weighed or unit.startswith("N")) and " or " not in unit
+    if not takes_one or 0.1 <= size < 1e4 or not 0 < size < math.inf:
+        return 1.0, unit
+    power = 3 * math.floor(math.log10(size * (1 + 1e-9)) / 3)
+    grams = power + 3 * weighed
+    if (power >= 0 and weighed) or grams not in _PREFIXES:
+        return 1.0, unit
+    return 10.0**power, _PREFIXES[grams] + (unit[1:] if weighed else unit)
+
+
+def fitting(values: Iterable[float], unit: str) -> tuple[float, str]:
+    """Unit with the prefix in which all values of a row are told, as `prefixed` gives it.
+
+    That of the largest, or the next smaller one where another would need a power of ten in it.
+
+    Examples
+    --------
+    >>> fitting([0.423, 0.00423, 0.000222], "N m"), fitting([13.9, 0.138], "N m")
+    ((0.001, 'mN m'), (1.0, 'N m'))
+    """
+    sizes = [abs(value) for value in values if value and math.isfinite(value)]
+    largest = max(sizes, default=0.0)
+    factor, shown = prefixed(largest, unit)
+    # Far less than the largest may need a power of ten, lest the largest does.
+    least = min((size for size in sizes if size >= 1e-6 * largest), default=largest)
+    return prefixed(5e-3 * factor, unit) if 0 < least < 1e-3 * factor else (factor, shown)
+
+
+def amount(value: float, unit: str) -> str:
+    """Format to three significant digits with the unit, prefixed where that saves a power of ten.
+
+    Examples
+    --------
+    >>> amount(6.56e-5, "N m"), amount(41.0, "N"), amount(2.1e-14, "N m")
+    ('65.6 µN m', '41 N', '2.10e-14 N m')
+    """
+    factor, shown = prefixed(value, unit)
+    return f"{number(value / factor)} {shown}"
 
 
 def percent(share: float) -> str:
@@ -51,17 +121,35 @@ def percent(share: float) -> str:
     return "< 0.01 %" if abs(value) < 0.01 else f"{value:.2g} %" if abs(value) < 9.95 else f"{value:.0f} %"
 
 
+def rounded_up(value: float, digits: int = 3) -> float:
+    """Round to significant digits, never down: a bound is never shown smaller than it is.
+
+    Examples
+    --------
+    >>> rounded_up(0.00931001), rounded_up(158.2, 2)
+    (0.00932, 160.0)
+    """
+    if value == 0.0 or not math.isfinite(value):
+        return value
+    exact = Decimal(value)
+    step = Decimal(1).scaleb(exact.adjusted() - digits + 1)
+    return float(exact.quantize(step, rounding=ROUND_CEILING))
+
+
 def at_most(share: float) -> str:
     """Format a share that something does not exceed: "below 0.01 %" needs no sign there."""
     return percent(share).removeprefix("< ")
 
 
-def hundredths(share: float) -> str:
-    """Format a share as percent with two decimals and without the sign, for columns headed by it."""
-    if not math.isfinite(share):
-        return "∞"
-    value = 100 * share
-    return "< 0.01" if 0 < value < 0.005 else f"{value:.2f}"
+def percent_cell(share: float) -> str:
+    """Format a share as percent with two significant digits and without the sign, for columns headed by it.
+
+    Examples
+    --------
+    >>> percent_cell(0.0096), percent_cell(1.1502), percent_cell(1e-6)
+    ('0.96', '115', '< 0.01')
+    """
+    return percent(share).removesuffix(" %")
 
 
 def mass(kilograms: float) -> str:

@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,13 +22,15 @@ from gd_analyze.levels.effort import ROUGH, Effort
 from gd_analyze.levels.kept_programs import Task, inputs_of, kept_programs, some_states
 from gd_analyze.levels.promise import ErrorTable
 from gd_analyze.levels.torque_program import torque_program
+from gd_analyze.levels.uncertainty import torque_uncertainty
+from gd_analyze.levels.yardsticks import Yardsticks
 from gd_analyze.operations import OperationCount, Program, Trace
 from gd_analyze.operations.rewriting import rewritten
 from gd_analyze.pinocchio_check import round_off_bounds
-from gd_analyze.robots import RobotArm, describe_in_full
+from gd_analyze.robots import RobotArm, arm_of, describe_in_full
 from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude, round_off_of
 from gd_analyze.states import States, states_of
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.trajectories import Trajectory, trajectory_of
 from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
@@ -116,20 +119,31 @@ class ExactDynamics:
 
     @classmethod
     def of(
-        cls, arm: RobotArm, given: States | Trajectory | xr.Dataset, drives: bool = False
+        cls,
+        arm: RobotArm | str | Path,
+        given: States | Trajectory | xr.Dataset | str | Path,
+        drives: bool | None = None,
     ) -> ExactDynamics:
-        """Take states, a trajectory's set points, or a decomposition, which knows whether drives act."""
+        """Take states, a trajectory's set points, or a decomposition.
+
+        Drives act where asked for; by default where the decomposition, or else the arm, has them. Arm and
+        trajectory may be shipped names, or paths of files.
+        """
+        arm = arm_of(arm)
         if isinstance(given, States):
-            return cls(ExactForm(arm, drives), given)
-        if isinstance(given, Trajectory):
-            return cls(ExactForm(arm, drives), states_of(given))
+            return cls(ExactForm(arm, arm.counts_drives(drives)), given)
+        if isinstance(given, Trajectory | str | Path):
+            return cls(ExactForm(arm, arm.counts_drives(drives)), states_of(trajectory_of(given, arm)))
         described = {
             "trajectory": given.attrs["trajectory"],
             "trajectory_fingerprint": given.attrs["trajectory_fingerprint"],
             "set_points": given.sizes["time"],
         }
         states = States(given["q"].values, given["qd"].values, given["qdd"].values, described)
-        return cls(ExactForm(arm, "drive_torque" in given), states, given)
+        has_drives = "drive_torque" in given
+        if drives not in (None, has_drives):
+            return cls(ExactForm(arm, bool(drives)), states)
+        return cls(ExactForm(arm, has_drives), states, given)
 
     @property
     def arm(self) -> RobotArm:
@@ -169,6 +183,12 @@ class ExactDynamics:
         return peak_magnitude(self.torque, self._explained)
 
     @cached_property
+    def uncertainty(self) -> FloatArray | None:
+        """Largest standard uncertainty of each joint's torque, N m, (n,); None where none is stated."""
+        spread = torque_uncertainty(self.arm, self.states, self.form.drives)
+        return None if spread is None else spread.max(axis=0)
+
+    @cached_property
     def _explained(self) -> float:
         """Torque that round-off explains at these states, N m."""
         return float(round_off_bounds(self.arm, *self.states.arrays)["torque"])
@@ -192,16 +212,17 @@ class ExactDynamics:
         """Error of other torques at these states, N m, shape (N, n)."""
         return ErrorTable.of(self.torque, torque, self._explained)
 
-    def allowed(self, budget: Budget) -> FloatArray:
+    def allowed(self, budget: Budget | str | None) -> FloatArray:
         """Allowed error per joint, N m, shape (n,), and never less than round-off."""
-        return allowed_by(budget, self.peak_torque, self.round_off)
+        by = Yardsticks(self.arm, self.peak_torque, self.uncertainty)
+        return allowed_by(Budget.of(budget), by, self.round_off)
 
 
-def allowed_by(budget: Budget, peak_torque: FloatArray, round_off: float = 0.0) -> FloatArray:
-    """Allowed error per joint, N m, shape (n,), for these peak torques, and never less than round-off."""
+def allowed_by(budget: Budget, by: Yardsticks, round_off: float = 0.0) -> FloatArray:
+    """Allowed error per joint, N m, shape (n,), and never less than round-off."""
     # Without any torque anywhere nothing is worth keeping, and any positive budget says so.
-    floor = ROUND_OFF_SHARE * float(peak_torque.max()) or round_off or ROUND_OFF_SHARE
-    return np.maximum(budget.allowed(peak_torque), floor)
+    floor = ROUND_OFF_SHARE * float(by.peak.max()) or round_off or ROUND_OFF_SHARE
+    return np.maximum(budget.allowed(by), floor)
 
 
 def _shortest(form: ExactForm) -> Program:

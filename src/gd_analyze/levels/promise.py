@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gd_analyze.levels.budget import Budget
 from gd_analyze.round_off import peak_magnitude, round_off_of
 from gd_analyze.vectors import FloatArray
 
@@ -102,6 +103,9 @@ class Promise:
         Whether the search ended because its effort was used up.
     measured
         Whether the errors were measured here; otherwise a file states them, for states that are not at hand.
+    uncertainty
+        Largest standard uncertainty of the torque at these states, N m, shape (n,); None where none is
+        stated of the arm's parameters.
     """
 
     allowed: FloatArray
@@ -112,6 +116,22 @@ class Promise:
     solved: bool = False
     cut_short: bool = False
     measured: bool = True
+    uncertainty: FloatArray | None = None
+
+    @property
+    def asked(self) -> Budget:
+        """The budget as a value."""
+        return Budget.parse(self.budget.removesuffix(CERTIFIED))
+
+    @property
+    def shares(self) -> FloatArray:
+        """Largest errors as shares of what the budget is a share of, see `Budget.shares_of`, shape (n,)."""
+        return self.shares_of(self.errors.largest)
+
+    def shares_of(self, error: FloatArray) -> FloatArray:
+        """Any errors of the joints, N m, as such shares, shape (n,)."""
+        by_peak = self.asked.shares_of == "peak torque"
+        return share_of(error, self.errors.peak_torque if by_peak else self.allowed)
 
     @property
     def search(self) -> str:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gd_analyze.certification import Box, Certificate, certify
+from gd_analyze.certification import Box, Certificate, Margin, Tube, certify
 from gd_analyze.dominance import rank
-from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.levels import (
     ELEMENT,
     TERM,
@@ -17,6 +19,7 @@ from gd_analyze.levels import (
     ExactDynamics,
     Level,
     SimplifiedModel,
+    Yardsticks,
     level_named,
     payload_effect,
     warn_without_torque,
@@ -28,13 +31,13 @@ from gd_analyze.provenance import provenance_of_run
 from gd_analyze.results import tables
 from gd_analyze.results.budgets_table import budgets_table
 from gd_analyze.results.findings import Findings
-from gd_analyze.robots import RobotArm, describe_in_full, warn_of_slips
+from gd_analyze.robots import RobotArm, arm_of, describe_in_full, warn_of_slips
 from gd_analyze.search import How, TermRanking, rank_terms, simplify_exact, trade_off
 from gd_analyze.search.budget_path import FACTORS, budget_path
 from gd_analyze.search.simplify import no_dearer
 from gd_analyze.search.trade_off import KINDS
 from gd_analyze.states import states_in_box
-from gd_analyze.trajectories import Trajectory, check_against_arm
+from gd_analyze.trajectories import Trajectory, check_against_arm, trajectory_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,8 +55,8 @@ _EFFORT = 5_000
 
 
 def find(
-    arm: RobotArm,
-    trajectory: Trajectory,
+    arm: RobotArm | str | Path,
+    trajectory: Trajectory | str | Path,
     settings: Settings | None = None,
     *,
     origin: Origin | None = None,
@@ -64,7 +67,7 @@ def find(
     Parameters
     ----------
     arm, trajectory
-        What to analyse.
+        What to analyse; or a shipped name, or the path of a file.
     settings
         How; see `Settings` for what is done by default.
     origin
@@ -83,10 +86,12 @@ def find(
     GdAnalyzeError
         If the input does not fit together, or a result disagrees with Pinocchio.
     """
-    how = settings or Settings()
-    how.budget.allowed(np.ones(arm.n_joints))  # one of a wrong length shall fail before any computing
+    arm, how = arm_of(arm), settings or Settings()
+    trajectory = trajectory_of(trajectory, arm)
+    none = np.zeros(arm.n_joints)
+    _ = how.asked.allowed(Yardsticks(arm, none, none))  # what does not fit shall fail before any computing
     before, stage = origin or Origin(), progress or Silent()
-    source = _source(arm, trajectory, how, before.command)
+    source = source_of(arm, trajectory, how, before.command)
     stage("decomposing", trajectory.n_set_points)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GdAnalyzeWarning)
@@ -106,17 +111,19 @@ def find(
         residuals = cross_check(arm, dataset)
         exact = ExactDynamics.of(arm, dataset)
         warn_without_torque(exact)
-        dominance = rank(dataset, budget=how.budget.allowed(exact.peak_torque))
-        elements = simplify_exact(exact, how.budget, How(ELEMENT, dearer=True), provenance=source)
+        dominance = rank(dataset, budget=exact.allowed(how.asked))
+        elements = simplify_exact(exact, how.asked, How(ELEMENT, dearer=True), provenance=source)
         level, many = _level(exact, how)
         if level is ELEMENT and how.operations is None:
             model = no_dearer(exact, elements)
         else:
             search = How(level, how.refit, how.operations, thorough=level is ELEMENT)
-            model = simplify_exact(exact, how.budget, search, provenance=source)
+            model = simplify_exact(exact, how.asked, search, provenance=source)
+        if many and how.level is None:
+            _tell_of_many_terms(exact, model)
     ranking = TermRanking() if many else rank_terms(exact)
     kinds = [kind for kind in KINDS if not (many and kind[0].has_torque_terms)]
-    asked = _asked(exact, how.budget, model)
+    asked = _asked(exact, how.asked, model)
     path = budget_path(exact, asked, model)
     through = {(level, how.refit): path}
     points = trade_off(exact, asked, factors=_FACTORS, kinds=kinds, thorough=False, through=through)
@@ -131,9 +138,10 @@ def find(
             "simplified_model": tables.model_table(model, dataset, model.torque(*exact.states.arrays)),
             "parts": tables.parts_table(elements, exact, dominance),
             "terms": tables.terms_table(ranking, arm, not many),
-            "trade_off": tables.trade_off_table(points, arm),
+            "trade_off": tables.trade_off_table(points, arm, how.asked.shares_of),
             "budgets": budgets_table(path, FACTORS, ranking),
-            "beyond": _beyond(exact, model, ranking),
+            "beyond": _beyond(exact, model, ranking, many),
+            "tube": _tube(exact, model, trajectory, how.margin, many),
         },
         model=model,
         element_model=elements,
@@ -143,19 +151,17 @@ def find(
     )
 
 
-def _source(arm: RobotArm, trajectory: Trajectory, how: Settings, command: str) -> dict[str, str]:
+def source_of(arm: RobotArm, trajectory: Trajectory, how: Settings, command: str = "") -> dict[str, str]:
     """Where the results come from; what they depend on, and what of the motion they state, marks the run."""
-    motion = [trajectory.fingerprint, trajectory.name, trajectory.origin, trajectory.rates_from]
-    everything = [describe_in_full(arm), motion, how.described()]
-    return provenance_of_run(command, (arm.name, trajectory.name), everything, repeats=True)
+    asked = [arm.name, trajectory.name, how.described()]
+    motion = [trajectory.fingerprint, trajectory.origin, trajectory.rates_from]
+    return provenance_of_run(command, asked, [describe_in_full(arm), motion], repeats=True)
 
 
 def _level(exact: ExactDynamics, how: Settings) -> tuple[Level, bool]:
     """Level of the model, and whether there are too many terms to look at single ones."""
     wanted = None if how.level is None else level_named(how.level)
     many = wanted in (None, ELEMENT) and _is_large(exact)
-    if many and wanted is None:
-        _tell_to_stay_with_elements(exact)
     return wanted or (ELEMENT if many else TERM), many
 
 
@@ -169,23 +175,24 @@ def _is_large(exact: ExactDynamics) -> bool:
     return exact.arm.n_joints > _MOST_JOINTS or len(exact.form.torques) > _MOST_TERMS
 
 
-def _tell_to_stay_with_elements(exact: ExactDynamics) -> None:
+def _tell_of_many_terms(exact: ExactDynamics, model: SimplifiedModel) -> None:
     if exact.arm.n_joints > _MOST_JOINTS:
         what = f"{exact.arm.n_joints} joints, more than {_MOST_JOINTS}"
     else:
         what = f"exact equations of {len(exact.form.torques)} terms, more than {_MOST_TERMS}"
+    done = "simplified by elements" if model.saves else "the exact model is given"
     warnings.warn(
-        f"{exact.arm.name} has {what}: simplified by elements, and single terms are not ranked here",
+        f"{exact.arm.name} has {what}: {done}, and single terms are not ranked here",
         GdAnalyzeWarning,
         stacklevel=3,
     )
 
 
-def _beyond(exact: ExactDynamics, model: SimplifiedModel, ranking: TermRanking) -> xr.Dataset:
+def _beyond(exact: ExactDynamics, model: SimplifiedModel, ranking: TermRanking, many: bool) -> xr.Dataset:
     """Hold a model against states it was not made for."""
     arm, states = exact.arm, exact.states
     certificate: Certificate | None = None
-    if model.level.has_torque_terms:
+    if not many:
         box = Box.around(*states.arrays)
         certificate = certify(model, box, effort=_EFFORT, harmonics=exact.form.harmonics)
     errors = None
@@ -194,6 +201,27 @@ def _beyond(exact: ExactDynamics, model: SimplifiedModel, ranking: TermRanking) 
         errors = drawn.errors_of(model.torque(*drawn.states.arrays))
     payload, drawn_states = payload_effect(model, states), _DRAWN if errors else 0
     return tables.beyond_table(model, certificate, errors, payload, ranking.uncertainty, drawn_states)
+
+
+def _tube(
+    exact: ExactDynamics, model: SimplifiedModel, motion: Trajectory, margin: Margin, many: bool
+) -> xr.Dataset:
+    """Bound a model's errors around the motion, where its equations are few enough to be written out."""
+    arm = exact.arm
+    certificate = None
+    try:
+        tube = Tube.along(arm, motion, margin)
+        if many:
+            why = "has more equations than are written out here; `gd-analyze certify` takes its time"
+            tube = replace(tube, note=f"Not certified: {arm.name} {why}.")
+        else:
+            certificate = certify(model, tube, effort=_EFFORT, harmonics=exact.form.harmonics)
+    except TrajectoryError as error:
+        # What is said of the set points themselves is as true as before.
+        unknown = np.full((1, 3, arm.n_joints), np.nan)
+        tube = Tube(unknown, unknown, motion.time[:1], motion.time[-1:], margin.of(arm, motion))
+        tube = replace(tube, note=f"Not certified: {error.what} ({error.details['where']}).")
+    return tables.tube_table(model, tube, certificate, margin)
 
 
 def _told(caught: list[warnings.WarningMessage]) -> list[str]:

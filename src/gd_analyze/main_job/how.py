@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import difflib
+import re
 from dataclasses import dataclass, field, fields
 from typing import Any, Protocol
 
+from gd_analyze.certification import Margin
+from gd_analyze.errors import UsageError
 from gd_analyze.levels import Budget, Level
 from gd_analyze.levels.levels import level_named
 
@@ -16,40 +20,89 @@ class Settings:
     Parameters
     ----------
     budget
-        Allowed torque error; 1 % of each joint's peak torque by default.
+        Allowed torque error, or its text such as "1% or 10% friction"; 1 % of each joint's peak torque by
+        default.
     level, refit, operations
         How to simplify, see `gd_analyze.search.How`; by default level "term", and "element", the founding
         text's own method, for an arm whose exact equations have so many terms that fewer would not be fewer
         operations.
     drives
-        Include drive inertia as a separate contribution.
+        Include drive inertia as a separate contribution; by default where the arm describes drives.
+    margin
+        How far states may be from the motion for which the model's errors are bounded.
     coupling, by_link, terms
         What else to keep of the decomposition, see `decompose`.
 
     Raises
     ------
     UsageError
-        If there is no such level.
+        If there is no such level, or the budget is not understood.
     """
 
-    budget: Budget = field(default_factory=Budget)
+    budget: Budget | str | None = None
     level: str | Level | None = None
     refit: bool = False
     operations: int | None = None
-    drives: bool = False
+    drives: bool | None = None
+    margin: Margin = field(default_factory=Margin)
     coupling: bool = True
     by_link: bool = False
     terms: bool = False
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "budget", Budget.of(self.budget))
         if self.level is not None:
             object.__setattr__(self, "level", level_named(self.level))
+
+    @property
+    def asked(self) -> Budget:
+        """The budget as a value."""
+        return Budget.of(self.budget)
 
     def described(self) -> dict[str, Any]:
         """All of it as JSON values."""
         values = {entry.name: getattr(self, entry.name) for entry in fields(self)}
         level = None if self.level is None else level_named(self.level).name
-        return values | {"budget": [self.budget.amounts, self.budget.is_share], "level": level}
+        return values | {"budget": self.asked.entries, "level": level, "margin": str(self.margin)}
+
+    def unusual(self) -> list[str]:
+        """What is not as by default, as words of a file's name: "budget-0.5pct", "refit", "no-coupling"."""
+        own, usual = self.described(), Settings().described()
+        values = {name: value for name, value in own.items() if value != usual[name]}
+        if "budget" in values:
+            values["budget"] = str(self.asked).replace("%", "pct")
+        return [_word(name.replace("_", "-"), value) for name, value in values.items()]
+
+
+def settings_of(settings: Settings | None, options: dict[str, Any]) -> Settings:
+    """Take settings as users of the library give them: as a value, or field by field, a margin as text too.
+
+    Raises
+    ------
+    UsageError
+        If both are given, or there is no such field.
+    """
+    if not options:
+        return settings or Settings()
+    names = [entry.name for entry in fields(Settings)]
+    unknown = sorted(set(options) - set(names))
+    if settings is not None or unknown:
+        near = difflib.get_close_matches(unknown[0], names, n=1) if unknown else []
+        raise UsageError(
+            f"there is no option {unknown[0]!r}" if unknown else "settings are given twice",
+            where=unknown[0] if unknown else "settings",
+            expected=", ".join(names) if unknown else "an object, or its fields one by one",
+            next_step=f"did you mean {near[0]!r}?" if near else None,
+        )
+    margin = options.get("margin")
+    return Settings(**options | ({"margin": Margin.parse(margin)} if isinstance(margin, str) else {}))
+
+
+def _word(name: str, value: Any) -> str:
+    """Say an option in signs that any file's name may have."""
+    if isinstance(value, bool):
+        return name if value else f"no-{name}"
+    return f"{name}-{re.sub('[^A-Za-z0-9.]+', '_', str(value))}"
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,22 @@ from collections import Counter
 from typing import Any
 
 from gd_analyze.dominance import text_verdicts
-from gd_analyze.formatting import at_most, number, percent, pretty
+from gd_analyze.formatting import number, percent
 from gd_analyze.levels import SearchStep
+from gd_analyze.results.error_words import WorstError
+from gd_analyze.results.error_words import measure_told as measure_told
+from gd_analyze.results.error_words import nothing_gained as nothing_gained
+from gd_analyze.results.error_words import off_by as off_by
+from gd_analyze.results.error_words import worst_error as worst_error
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
+from gd_analyze.results.proof_words import bound_ratio as bound_ratio
+from gd_analyze.results.proof_words import margins_told as margins_told
+from gd_analyze.results.proof_words import tube_proven as tube_proven
+from gd_analyze.results.proof_words import tube_sentence as tube_sentence
 from gd_analyze.results.rows import Row, dropped_parts, element_rows
+from gd_analyze.results.symmetry_words import unsymmetric_told as unsymmetric_told
+from gd_analyze.results.words import drives_told
 from gd_analyze.robots import fingerprint
 
 
@@ -20,8 +31,15 @@ def title(findings: Findings) -> str:
 
 
 def subtitle(findings: Findings) -> str:
-    """Say along what."""
-    return f"along {findings.trajectory.name}, {findings.trajectory.n_set_points} set points"
+    """Say along what, and whether drives act."""
+    told = drives(findings)
+    where = f"along {findings.trajectory.name}, {findings.trajectory.n_set_points} set points"
+    return f"{where}, {told}" if told else where
+
+
+def drives(findings: Findings) -> str:
+    """Say whether drives act: "drives included" or "links alone"; "" of an arm that has none."""
+    return drives_told(findings.arm, findings.model.drives)
 
 
 def kept(findings: Findings) -> str:
@@ -30,8 +48,8 @@ def kept(findings: Findings) -> str:
 
 
 def headline(findings: Findings) -> str:
-    """Answer "what can I drop and what does it cost me" in one sentence or two."""
-    model, worst = findings.model, findings.model.promise.errors.largest_share.max()
+    """Answer "what can I drop, what does it cost me and is that proven" in a sentence or two."""
+    model = findings.model
     if not model.promise.errors.peak_torque.any():
         largest = number(float(abs(findings.exact_torque).max()))
         return (
@@ -39,17 +57,15 @@ def headline(findings: Findings) -> str:
             "to rank, and nothing to simplify."
         )
     full, left = model.operations_full.total, model.operations.total
+    told = drives(findings) and f", {drives(findings)},"
     if not model.saves:
-        return (
-            f"Nothing is gained by leaving something out: the exact torques take {full} operations, and no "
-            "model found within the budget takes fewer. The model given is the exact one."
-        )
-    cost = f"joint's torque is off by more than {at_most(worst)} of its peak along this trajectory."
+        return nothing_gained(model)
+    cost = f"{off_by(model)} along this trajectory{_proven(findings)}."
     if model.level.has_torque_terms:
         terms = kept(findings)
         return (
-            f"{terms[0].upper()}{terms[1:]} give every torque in {left} operations instead of {full}, and no "
-            f"{cost}"
+            f"{terms[0].upper()}{terms[1:]} give every torque{told} in {left} operations, where the cheapest "
+            f"exact program known takes {full}. {cost[0].upper()}{cost[1:]}"
         )
     dropped, all_parts = dropped_parts(findings), findings.tables["parts"].sizes["part"]
     idle = len(dropped.zero) + len(dropped.idle)
@@ -61,34 +77,49 @@ def headline(findings: Findings) -> str:
     rest = f"; {idle} more make no torque here anyway" if idle else ""
     return (
         f"{len(dropped.costing)} of {all_parts} parts can go{rest}. That saves {percent(1 - left / full)} of "
-        f"the operations, and no {cost}"
+        f"the cheapest exact program's operations{told.removesuffix(',')}. {cost[0].upper()}{cost[1:]}"
     )
 
 
+def _proven(findings: Findings) -> str:
+    """Go on with what is proven near the motion, or with that nothing is."""
+    worst = tube_proven(findings)
+    if worst is None:
+        return ", sampled at its set points; nothing is proven between them"
+    return f"; near it by no more than {worst.size}, which is proven"
+
+
 def facts(findings: Findings) -> list[tuple[str, str]]:
-    """Four figures to begin with, and what each of them is."""
-    model, errors, check = findings.model, findings.model.promise.errors, cross_check_row(findings)
-    if model.level.has_torque_terms:
-        first = (kept(findings), f"kept of the exact model's {len(model.level.terms(model.form))}")
+    """Four figures to begin with, and what each of them is: how good, how proven, how many, of what."""
+    model, worst, proven = findings.model, worst_error(findings.model), tube_proven(findings)
+    if not model.saves:
+        keeps = ("exact", "the model given is the exact one")
+    elif model.level.has_torque_terms:
+        keeps = (kept(findings), f"kept of the exact model's {len(model.level.terms(model.form))}")
     else:
         dropped = dropped_parts(findings)
         gone = sum(map(len, dropped))
-        first = (
+        keeps = (
             f"{gone} / {findings.tables['parts'].sizes['part']}",
             f"parts dropped, {gone - len(dropped.costing)} without torque here",
         )
+    if proven is None:
+        bound = ("not proven", "no bound on the error is proven for this model")
+    else:
+        bound = (f"≤ {proven.size}", f"proven near the motion{_of(proven)}")
     return [
-        first,
-        (f"{model.operations_full.total} → {model.operations.total}", "operations per torque evaluation"),
+        (worst.size, f"largest error at the set points{_of(worst)}"),
+        bound,
         (
-            percent(errors.largest_share[errors.worst]),
-            f"largest error, of peak torque (joint {errors.worst + 1})",
+            f"{model.operations_full.total} → {model.operations.total}",
+            "operations, from the cheapest exact program known",
         ),
-        (
-            pretty(f"{number(check['largest_difference'])} {check['unit']}"),
-            pretty(f"difference from Pinocchio (round-off allows {number(check['round_off_bound'])})"),
-        ),
+        keeps,
     ]
+
+
+def _of(worst: WorstError) -> str:
+    return f"{worst.of and f', of the {worst.of}'} (joint {worst.joint})"
 
 
 def opening(findings: Findings) -> dict[str, Any]:
@@ -104,7 +135,7 @@ def opening(findings: Findings) -> dict[str, Any]:
 
 def cross_check_row(findings: Findings) -> Row:
     """Row of the cross-check that comes closest to what round-off explains."""
-    rows = rows_of(findings.tables["cross_check"], "quantity")
+    rows = rows_of(findings.tables["cross_check"], "comparison")
     # Without gravity its bound is zero, and so is the difference.
     return max(rows, key=lambda row: row["largest_difference"] / (row["round_off_bound"] or 1.0))
 
@@ -164,11 +195,10 @@ def not_worth_keeping(findings: Findings) -> int | None:
     return int(findings.tables["terms"].attrs["not_worth_keeping"]) if stated else None
 
 
-def bound_ratio(findings: Findings) -> float | None:
-    """How far the certified bound lies above the worst error found, at most, where that is an error."""
-    rows = rows_of(findings.tables["beyond"], "joint")
-    pairs = [(row["certified"], row["worst_found"]) for row in rows if row["certified"] is not None]
-    return max((bound / found for bound, found in pairs if found > findings.round_off), default=None)
+def nothing_to_trade(findings: Findings) -> bool:
+    """Whether no budget of the trade-off gives a model of fewer operations than the exact torque."""
+    operations = findings.tables["trade_off"].operations.values
+    return bool((operations >= findings.model.operations_full.total).all())
 
 
 def above_allowed(rows: list[Row], torque: str) -> list[int]:
@@ -184,6 +214,6 @@ def provenance_lines(findings: Findings) -> list[tuple[str, str]]:
         ("trajectory", f"{trajectory.name}, SHA-256 {trajectory.fingerprint[:16]}"),
         ("trajectory origin", trajectory.origin or "not stated"),
         ("rates", trajectory.rates_from),
-        ("drives", "drive inertia included" if findings.model.drives else "not included"),
+        ("drives", "inertia included, friction not" if findings.model.drives else "not included"),
         *findings.provenance.items(),
     ]

@@ -2,8 +2,14 @@
 
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm
-from gd_analyze.robots.catalogue import builtin_arms, load_arm
-from gd_analyze.robots.description import arm_from_description, describe, describe_in_full, fingerprint
+from gd_analyze.robots.catalogue import arm_of, builtin_arms, load_arm
+from gd_analyze.robots.description import (
+    arm_from_description,
+    describe,
+    describe_in_full,
+    describe_with_drives,
+    fingerprint,
+)
 from gd_analyze.robots.link_uncertainty import LinkUncertainty
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
 from gd_analyze.robots.payload import Payload, parse_payload, with_payload
@@ -19,9 +25,11 @@ __all__ = [
     "Placement",
     "RobotArm",
     "arm_from_description",
+    "arm_of",
     "builtin_arms",
     "describe",
     "describe_in_full",
+    "describe_with_drives",
     "fingerprint",
     "load_arm",
     "parse_payload",

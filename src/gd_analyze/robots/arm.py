@@ -9,7 +9,6 @@ holds d, a and alpha.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -17,7 +16,7 @@ from typing import Literal
 
 import numpy as np
 
-from gd_analyze.errors import ArmError, GdAnalyzeWarning
+from gd_analyze.errors import ArmError
 from gd_analyze.robots.constants import keep
 from gd_analyze.robots.names import require_name, require_sentences
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link
@@ -81,16 +80,6 @@ class RobotArm:
                     found=f"link {index + 1}",
                     next_step="state the full inertia: every other link turns about several axes",
                 )
-        reach = self.reach
-        for link in self.links:
-            distance = float(np.linalg.norm(link.com))
-            if link.mass > 0 and distance > max(reach, 0.1):
-                warnings.warn(
-                    f"link {link.name} of {self.name}: its centre of mass is {distance:.3g} m from the link "
-                    f"frame, farther than the whole arm reaches ({reach:.3g} m); are its units metres?",
-                    GdAnalyzeWarning,
-                    stacklevel=3,
-                )
 
     @property
     def n_joints(self) -> int:
@@ -142,6 +131,10 @@ class RobotArm:
             ).all()
         )
 
+    def counts_drives(self, asked: bool | None = None) -> bool:
+        """Whether the drives' inertia counts: as asked for, or else where the arm describes any."""
+        return any(drive.inertia > 0.0 for drive in self.drives) if asked is None else asked
+
     @cached_property
     def drive_inertia(self) -> FloatArray:
         """Drive inertia at the joints, kg m^2, shape (n,).
@@ -156,7 +149,7 @@ class RobotArm:
                 f"arm {self.name} describes no drives",
                 where=f"arm {self.name}",
                 expected="one [[drives]] table per joint",
-                next_step="add the drives to the arm file, or leave drives out",
+                next_step="add the drives to the arm file, or ask for the links alone",
             )
         return _read_only([drive.inertia for drive in self.drives])
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -93,14 +94,14 @@ class How:
 
 
 def simplify(
-    arm: RobotArm,
-    states: States | Trajectory | xr.Dataset,
-    budget: Budget | None = None,
+    arm: RobotArm | str | Path,
+    states: States | Trajectory | xr.Dataset | str | Path,
+    budget: Budget | str | None = None,
     *,
     level: str | Level = TERM,
     refit: bool = False,
     operations: int | None = None,
-    drives: bool = False,
+    drives: bool | None = None,
     effort: float = 1.0,
 ) -> SimplifiedModel:
     """Leave out what a torque error budget allows, so that few operations remain.
@@ -108,29 +109,33 @@ def simplify(
     Parameters
     ----------
     arm
-        The arm.
+        The arm, or the name of a built-in one, or the path of its file.
     states
-        States over which the budget holds: a trajectory's set points, their decomposition where it is at
-        hand, or drawn ones, see `states_in_box`.
+        States over which the budget holds: a trajectory's set points, or its shipped name or path; their
+        decomposition where it is at hand; or drawn ones, see `states_in_box`.
     budget
-        Allowed torque error per joint; 1 % of each joint's peak torque over the states by default.
+        Allowed torque error per joint, or its text such as "1% or 10% friction", see `Budget.parse`; 1 % of
+        each joint's peak torque over the states by default.
     level, refit, operations, effort
         See `How`: "term" drops torque terms one by one, the fewest operations; "energy" drops terms of the
         energies, so that the model stays a mechanical system; "element" drops the effects of D_ij and h_i
         and c_i, the founding text's method.
     drives
-        Include drive inertia.
+        Include drive inertia, or take the links alone; by default it is included where the arm describes
+        drives, see `ExactDynamics.of`.
 
     Returns
     -------
     SimplifiedModel
         Its largest error over the states is within the budget, measured on its own program. Where that takes
-        as many operations as the exact torque, it is the exact model.
+        as many operations as the exact torque, it is the exact model. Its `notice` tells where the budget is
+        less than a joint's friction or the uncertainty of its torque.
 
     Raises
     ------
     UsageError
-        If the budget does not fit the number of joints, or level and refit do not go together.
+        If the budget is not understood, does not fit the number of joints, or is a share of what the arm does
+        not state; or if level and refit do not go together.
     ArmError
         If drives are asked for and the arm describes none.
 
@@ -138,17 +143,17 @@ def simplify(
     --------
     >>> import gd_analyze as gd
     >>> arm = gd.load_arm("two_link")
-    >>> model = gd.simplify(arm, gd.read_trajectory("two-link-swing", arm), gd.Budget.parse("1%"))
+    >>> model = gd.simplify(arm, gd.read_trajectory("two-link-swing", arm), "1%")
     >>> bool((model.promise.errors.largest_share <= 0.01).all())
     True
     """
     how = How(level_named(level), refit, operations, effort=effort)
-    return simplify_exact(ExactDynamics.of(arm, states, drives), budget or Budget(), how)
+    return simplify_exact(ExactDynamics.of(arm, states, drives), budget, how)
 
 
 def simplify_exact(
     exact: ExactDynamics,
-    budget: Budget,
+    budget: Budget | str | None = None,
     how: How = How(),
     *,
     provenance: Mapping[str, str] | None = None,
@@ -165,6 +170,7 @@ def simplify_exact(
     progress
         Called with the number of candidates dropped since the last call.
     """
+    budget = Budget.of(budget)
     if how.operations is None:
         model = _within(exact, budget, how, progress)
     else:
@@ -183,7 +189,8 @@ def _within(exact: ExactDynamics, budget: Budget, how: How, progress: Progress =
         torque = model.torque(*exact.states.arrays)
         errors = exact.errors_of(torque)
         if (errors.largest <= allowed).all():
-            return replace(model, promise=replace(model.promise, allowed=allowed, errors=errors))
+            promise = replace(model.promise, allowed=allowed, errors=errors, uncertainty=exact.uncertainty)
+            return replace(model, promise=promise)
         worst = np.unique(np.abs(torque - exact.torque).argmax(axis=0))
         known = known.at(known.states.joined_by(*(x[worst] for x in exact.states.arrays)))
         margin *= 0.98
@@ -254,7 +261,13 @@ def exactly(exact: ExactDynamics, level: Level, allowed: FloatArray, budget: str
         terms=level.terms(form),
         program=form.program,
         operations_full=form.operations,
-        promise=Promise(allowed, budget, exact.errors_of(exact.torque), exact.states.described),
+        promise=Promise(
+            allowed,
+            budget,
+            exact.errors_of(exact.torque),
+            exact.states.described,
+            uncertainty=exact.uncertainty,
+        ),
     )
     return measured(exact, model)
 

@@ -22,8 +22,8 @@ KINDS: tuple[Kind, ...] = tuple(
     for level in LEVELS.values()
     for refit in ((False, True) if level.has_torque_terms else (False,))
 )
-# Operations of a point, and its largest error over peak torque.
-_Found = tuple[OperationCount, float]
+# Operations of a point, and its largest error per joint, N m.
+_Found = tuple[OperationCount, FloatArray]
 
 FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 
@@ -41,7 +41,8 @@ class TradeOffPoint:
     operations
         What one torque evaluation takes.
     error_share
-        Largest error over peak torque at the states, the worst joint's.
+        Largest error at the states, the worst joint's: over peak torque, or under a budget that is no share
+        of it over the error allowed by the budget that was multiplied, see `Budget.shares_of`.
     """
 
     level: Level
@@ -63,7 +64,7 @@ def curves(points: Sequence[TradeOffPoint]) -> dict[tuple[Level, bool], tuple[Tr
 
 def trade_off(
     exact: ExactDynamics,
-    budget: Budget | None = None,
+    budget: Budget | str | None = None,
     *,
     factors: Sequence[float] = FACTORS,
     kinds: Sequence[Kind] = KINDS,
@@ -99,28 +100,34 @@ def trade_off(
     tuple
         Points by kind and growing budget.
     """
-    budget, through = budget or Budget(), through or {}
+    budget, through = Budget.of(budget), through or {}
     tell = progress or (lambda _: None)
     points: list[TradeOffPoint] = []
     exact = exact if thorough else exact.thinned()
     allowed, order = exact.allowed(budget), sorted(factors)
+    whole = exact.peak_torque if budget.shares_of == "peak torque" else allowed
     known: dict[Level, Candidates] = {}
+    without: dict[Level, list[_Found]] = {}
     found: Iterable[_Found]
     for level, refit in kinds:
         if (level, refit) in through:
-            found = _best_of(through[level, refit], allowed, order)
+            found = _best_of(exact, through[level, refit], allowed, order)
         elif thorough:
             how = How(level, refit)
             models = (simplify_exact(exact, budget.scaled(factor), how) for factor in order)
-            found = ((model.operations, _largest_share(model)) for model in models)
+            found = ((model.operations, model.promise.errors.largest) for model in models)
         else:
             if level not in known:
                 known[level] = candidates_of(exact, level, allowed, SWEEP * min(1.0, *factors))
             found = _eliminated(exact, allowed, eliminate(known[level], refit=refit), refit, order)
-        without = [(p.operations, p.error_share) for p in points if refit and p.level is level]
-        for factor, best in zip(order, _no_dearer(found, without), strict=True):
-            points.append(TradeOffPoint(level, refit, factor, str(budget.scaled(factor)), *best))
+        best: list[_Found] = []
+        for factor, each in zip(order, _no_dearer(found, without.get(level, [])), strict=True):
+            best.append(each)
+            operations, error = each
+            stated = str(budget.scaled(factor))
+            points.append(TradeOffPoint(level, refit, factor, stated, operations, _share(error, whole)))
             tell(1)
+        without.setdefault(level, best)
     return tuple(points)
 
 
@@ -128,19 +135,19 @@ def _no_dearer(found: Iterable[_Found], without: Sequence[_Found]) -> Iterator[_
     """For each budget the best found so far, models without refit included."""
     best: _Found | None = None
     for one, other in zip_longest(found, without):
-        candidates = [each for each in (one, other, best) if each is not None]
-        best = min(candidates, key=lambda each: each[0].total)
+        best = min((each for each in (one, other, best) if each is not None), key=lambda each: each[0].total)
         yield best
 
 
 def _best_of(
-    models: Sequence[SimplifiedModel], allowed: FloatArray, factors: Sequence[float]
+    exact: ExactDynamics, models: Sequence[SimplifiedModel], allowed: FloatArray, factors: Sequence[float]
 ) -> Iterator[_Found]:
-    """Of models that are at hand those of fewest operations within each budget, the first at least."""
+    """Of models that are at hand, and exact, those of fewest operations within each budget."""
+    everything = exact.form.operations, np.zeros(len(allowed))
+    found = [(model.operations, model.promise.errors.largest) for model in models]
     for factor in factors:
-        within = [m for m in models if (m.promise.errors.largest <= factor * allowed).all()] or models[:1]
-        best = min(within, key=lambda model: model.operations.total)
-        yield best.operations, _largest_share(best)
+        within = [each for each in found if (each[1] <= factor * allowed).all()]
+        yield min([*within, everything], key=lambda each: each[0].total)
 
 
 def _eliminated(
@@ -157,22 +164,20 @@ def _eliminated(
         else:
             last = int(np.flatnonzero(largest <= limit)[-1])
             selected.append((elimination.kept(last), elimination.scales[last]))
-    most = exact.form.operations.total - 1
     steps = [candidates.keep(*one) for one in reversed(selected)]
-    programs = candidates.level.write_steps(candidates.form, steps, most)
-    errors = [_error_share(exact, candidates, kept * scale - 1.0, allowed) for kept, scale in selected]
-    found = [(program.count, error) for program, error in zip(programs, reversed(errors), strict=False)]
-    return [(exact.form.operations, 0.0)] * (len(factors) - len(found)) + found[::-1]
+    programs = candidates.level.write_steps(candidates.form, steps, exact.form.operations.total - 1)
+    errors = [_errors(candidates, kept * scale - 1.0) * allowed for kept, scale in reversed(selected)]
+    found = [(program.count, error) for program, error in zip(programs, errors, strict=False)]
+    everything = exact.form.operations, np.zeros(len(allowed))
+    return [everything] * (len(factors) - len(found)) + found[::-1]
 
 
-def _largest_share(model: SimplifiedModel) -> float:
-    return float(model.promise.errors.largest_share.max())
+def _errors(candidates: Candidates, weights: FloatArray) -> FloatArray:
+    """Largest errors of the joints over what is allowed."""
+    error: FloatArray = np.abs(np.tensordot(weights, candidates.effects, axes=1)).max(axis=1)
+    return (1.0 - candidates.swept) * error + candidates.swept
 
 
-def _error_share(
-    exact: ExactDynamics, candidates: Candidates, weights: FloatArray, allowed: FloatArray
-) -> float:
-    error = np.abs(np.tensordot(weights, candidates.effects, axes=1)).max(axis=1)
-    error = ((1.0 - candidates.swept) * error + candidates.swept) * allowed
-    peak = exact.peak_torque
-    return float(np.divide(error, peak, out=np.zeros_like(error), where=peak > 0.0).max())
+def _share(error: FloatArray, whole: FloatArray) -> float:
+    """Largest share of any joint; one without a whole has none."""
+    return float(np.divide(error, whole, out=np.zeros_like(error), where=whole > 0.0).max())

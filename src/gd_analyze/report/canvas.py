@@ -1,0 +1,245 @@
+"""A drawing placed by hand in points from the lower left corner, drawn by matplotlib on page and paper.
+
+A report has some fifty panels. As Axes of their own they would take longer than everything else; so all of
+them are shapes in one, whose data coordinates are points.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from typing import TYPE_CHECKING, Any, Literal
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from gd_analyze.report.colours import ON_PAPER
+from gd_analyze.vectors import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.font_manager import FontProperties
+
+Anchor = Literal["start", "middle", "end"]
+Kind = Literal["line", "segments", "area", "marks"]
+
+_MARKERS = {"circle": "o", "square": "s", "diamond": "D", "star": "*"}
+_ANCHORS: dict[Anchor, Literal["left", "center", "right"]] = {
+    "start": "left",
+    "middle": "center",
+    "end": "right",
+}
+# Text stays text, so that Typst and the page set it in the report's own font: matplotlib names both families,
+# has only the first, and Typst, which sees no font of the machine, has only the second.
+_STYLE: dict[Any, Any] = {
+    "svg.fonttype": "none",
+    "svg.hashsalt": "gd-analyze",
+    "font.family": "serif",
+    "font.serif": ["DejaVu Serif", "Libertinus Serif"],
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """What is drawn: where, pt, shape (N, 2), and how; the higher its order, the later."""
+
+    kind: Kind
+    points: FloatArray
+    colour: str
+    look: dict[str, Any]
+    order: float
+    label: str = ""
+
+
+@dataclass(frozen=True)
+class Text:
+    """What is written, and where, in pt."""
+
+    x: float
+    y: float
+    text: str
+    size: float
+    colour: str
+    anchor: Anchor
+    look: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Canvas:
+    """An empty drawing of some width and height, pt."""
+
+    width: float
+    height: float
+    shapes: list[Shape] = field(default_factory=list)
+    texts: list[Text] = field(default_factory=list)
+
+    def line(
+        self,
+        points: FloatArray,
+        colour: str = "ink",
+        width: float = 1.0,
+        *,
+        dashes: Sequence[float] = (),
+        order: float = 2.0,
+        label: str = "",
+    ) -> None:
+        """Draw through points, pt, shape (N, 2), or a dot; dashes are multiples of the width."""
+        if len(points) == 1:
+            self.mark(points, colour, 2.0 + width, order=order, label=label)
+            return
+        look = {"linewidth": width, "linestyle": (0, tuple(dashes)) if dashes else "-"}
+        self.shapes.append(Shape("line", points, colour, look, order, label))
+
+    def segments(
+        self,
+        ends: Sequence[tuple[float, float, float, float]],
+        colour: str,
+        width: float,
+        *,
+        rounded: bool = False,
+        order: float = 1.0,
+    ) -> None:
+        """Draw straight lines from (x, y) to (x, y) as one shape."""
+        if ends:
+            look = {"linewidth": width, "capstyle": "round" if rounded else "butt"}
+            self.shapes.append(Shape("segments", np.reshape(ends, (-1, 2)), colour, look, order))
+
+    def area(
+        self, points: FloatArray, colour: str, *, opacity: float = 1.0, order: float = 0.5, label: str = ""
+    ) -> None:
+        """Fill what points go around, pt, shape (N, 2)."""
+        look = {"linewidth": 0.0, "alpha": opacity if opacity < 1.0 else None}
+        self.shapes.append(Shape("area", points, colour, look, order, label))
+
+    def mark(
+        self,
+        points: FloatArray,
+        colour: str,
+        size: float = 3.0,
+        *,
+        shape: str = "circle",
+        fill: str = "",
+        edge: float = 0.0,
+        order: float = 2.0,
+        label: str = "",
+    ) -> None:
+        """Put a mark of some size at each of the points; filled with its own colour unless told otherwise."""
+        look = {
+            "marker": _MARKERS[shape],
+            "markersize": size,
+            "markerfacecolor": _hex(fill or colour),
+            "markeredgewidth": edge,
+        }
+        self.shapes.append(Shape("marks", points, colour, look, order, label))
+
+    def text(
+        self,
+        x: float,
+        y: float,
+        text: str,
+        size: float = 7.0,
+        *,
+        colour: str = "ink",
+        anchor: Anchor = "start",
+        **look: str,
+    ) -> None:
+        """Write on a baseline; `look` is matplotlib's, such as weight="bold"."""
+        self.texts.append(Text(x, y, text, size, colour, anchor, look))
+
+    def axes(self) -> Axes:
+        """Give it as matplotlib Axes, which fill a figure of their own and whose data coordinates are pt."""
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=(self.width / 72, self.height / 72), dpi=72)
+        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, self.width), ylim=(0.0, self.height))
+        axes.set_axis_off()
+        for shape in sorted(self.shapes, key=lambda shape: shape.order):
+            axes.add_artist(_artist(shape))
+        for text in self.texts:
+            axes.add_artist(_written(text))
+        return axes
+
+    def svg(self, alt: str = "", *, themed: bool = False) -> str:
+        """Write it down.
+
+        Parameters
+        ----------
+        alt
+            What it shows, for who cannot see it.
+        themed
+            Whether colours are the page's variables, and the font the page's.
+        """
+        import matplotlib
+
+        out = io.StringIO()
+        # The user's own settings (LaTeX text, tight boxes) must not reach the report.
+        with matplotlib.rc_context():
+            matplotlib.rcdefaults()
+            matplotlib.rcParams.update(_STYLE)
+            figure = self.axes().get_figure(root=True)
+            if figure is not None:
+                figure.savefig(out, format="svg", metadata={"Date": None}, transparent=True)
+        svg = out.getvalue()
+        if themed:
+            svg = _themed(svg[svg.index("<svg") :])
+        named = f' role="img" aria-label={quoteattr(alt)}' if alt else ""
+        return svg.replace("<svg ", f"<svg{named} ", 1)
+
+
+def _hex(colour: str) -> str:
+    return colour if colour.startswith("#") else ON_PAPER[colour]
+
+
+def _artist(shape: Shape) -> Artist:
+    """What matplotlib draws of a shape."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import PathPatch, Polygon
+    from matplotlib.path import Path
+
+    rest: dict[str, Any] = {"zorder": shape.order, "label": shape.label, "clip_on": False}
+    colour, (x, y) = _hex(shape.colour), shape.points.T
+    if shape.kind == "area":
+        return Polygon(shape.points, facecolor=colour, **shape.look, **rest)
+    if shape.kind == "segments":
+        path = Path(shape.points, [Path.MOVETO, Path.LINETO] * (len(shape.points) // 2))
+        return PathPatch(path, edgecolor=colour, fill=False, **shape.look, **rest)
+    if shape.kind == "marks":
+        return Line2D(x, y, color=colour, linestyle="none", **shape.look, **rest)
+    return Line2D(x, y, color=colour, solid_joinstyle="round", **shape.look, **rest)
+
+
+def _written(text: Text) -> Artist:
+    from matplotlib.text import Text as Written
+
+    return Written(
+        text.x,
+        text.y,
+        text.text,
+        color=_hex(text.colour),
+        horizontalalignment=_ANCHORS[text.anchor],
+        fontproperties=_font(text.size, **text.look),
+        parse_math=False,
+        clip_on=False,
+    )
+
+
+@cache
+def _font(size: float, **look: Any) -> FontProperties:
+    from matplotlib.font_manager import FontProperties
+
+    return FontProperties(size=size, **look)
+
+
+def _themed(svg: str) -> str:
+    """Colours and font as the page's own, and no names of parts: a page has many drawings."""
+    svg = re.sub(r' id="[A-Za-z0-9]+_[0-9]+"| <metadata>.*?</metadata>\n', "", svg, flags=re.DOTALL)
+    # What every line inherits, which as a rule for all things would hold for the whole page.
+    svg = re.sub(r"<style .*?</style>", "", svg)
+    svg = svg.replace("<svg ", '<svg style="stroke-linejoin: round; stroke-linecap: butt" ', 1)
+    variables = {light.lower(): f"var(--{name})" for name, light in ON_PAPER.items()}
+    svg = re.sub(r"#[0-9a-f]{6}\b", lambda found: variables.get(found[0], found[0]), svg)
+    return re.sub(r"(font(?:-family)?: [^;\"]*?)'DejaVu Serif'[^;\"]*", r"\1inherit", svg)
