@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
 import gd_analyze as gd
 
@@ -32,11 +33,16 @@ class Finding:
     without_rotation: float
 
 
+def links_alone(arm: gd.RobotArm, name: str) -> xr.Dataset:
+    """Decompose a trajectory as the text does, without drives."""
+    return gd.decompose(arm, gd.read_trajectory(name, arm), drives=False)
+
+
 def findings(arm: gd.RobotArm, threshold: float = 0.10) -> dict[str, list[Finding]]:
     """Verdicts of every element of D and h on every trajectory."""
     found: dict[str, list[Finding]] = {}
     for name in TRAJECTORIES:
-        ranking = gd.rank(gd.decompose(arm, gd.read_trajectory(name, arm)), threshold=threshold)
+        ranking = gd.rank(links_alone(arm, name), threshold=threshold)
         for label in ranking.element.values:
             row = ranking.sel(element=label)
             translation, rotation = (float(value) for value in row.change_without)
@@ -209,7 +215,7 @@ def _peaks(arm: gd.RobotArm, labels: Sequence[str]) -> dict[tuple[str, int], flo
     """Largest magnitude of each part over all trajectories, round-off included."""
     peaks = {(label, effect): 0.0 for label in labels for effect in (0, 1)}
     for name in TRAJECTORIES:
-        inertia = gd.decompose(arm, gd.read_trajectory(name, arm)).inertia
+        inertia = links_alone(arm, name).inertia
         for label, effect in peaks:
             element = inertia.isel(effect=effect).sel(joint=int(label[1]), joint_j=int(label[2]))
             peaks[label, effect] = max(peaks[label, effect], float(abs(element).max()))

@@ -49,7 +49,7 @@ def measure() -> Iterator[Measurement]:
 
 
 def _identities(arm: gd.RobotArm, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> Iterator[Measurement]:
-    ours = gd.decompose_states(arm, gd.States(q, qd, qdd))
+    ours = gd.decompose_states(arm, gd.States(q, qd, qdd), drives=False)
     theirs = pinocchio_dynamics(arm, q, qd, qdd)
     bounds = round_off_bounds(arm, q, qd, qdd)
     units = {"inertia": "kg m^2"}
@@ -173,7 +173,7 @@ def _two_link_closed_forms() -> Iterator[Measurement]:
     (m1, m2), length, g = arm.mass, arm.dh_table[0].a, float(np.linalg.norm(arm.gravity))
     random = np.random.default_rng(1987)
     q, qd, qdd = random.uniform(-3.0, 3.0, (3, N_STATES, 2))
-    ours = gd.decompose_states(arm, gd.States(q, qd, qdd))
+    ours = gd.decompose_states(arm, gd.States(q, qd, qdd), drives=False)
     c1, c2, s2, c12 = np.cos(q[:, 0]), np.cos(q[:, 1]), np.sin(q[:, 1]), np.cos(q.sum(axis=1))
     d22 = np.full_like(c2, m2 * length**2 / 3)
     d12 = d22 + m2 * length**2 * c2 / 2

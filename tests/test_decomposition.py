@@ -133,7 +133,7 @@ def test_progress_counts_every_set_point(puma):
 
 
 def test_without_coupling_the_rest_is_the_same(puma, pick_and_place, pick_and_place_dataset):
-    lean = decompose(puma, pick_and_place, coupling=False)
+    lean = decompose(puma, pick_and_place, coupling=False, drives=False)
     assert "coupling" not in lean
     assert "joint_k" not in lean.coords
     for name in lean.data_vars:
@@ -190,7 +190,7 @@ def test_states_that_do_not_fit_are_refused(puma, q, qd, qdd, culprit):
 def test_states_that_no_arm_has_are_refused(puma, culprit, value):
     given = {name: np.zeros((3, 6)) for name in ("q", "qd", "qdd")}
     given[culprit][1, 2] = value
-    with pytest.raises(TrajectoryError, match=f"{culprit} is not possible"):
+    with pytest.raises(TrajectoryError, match=f"{culprit} is (not finite|too large)"):
         decompose_states(puma, States(**given))
 
 

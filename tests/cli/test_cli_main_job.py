@@ -42,6 +42,12 @@ def test_everything_is_written_and_said_alike(run, here):
         assert row["worst_found"] <= row["certified"]
         # The flange alone does not feel a point mass on its axis.
         assert row["mass_within_budget"] is None or row["mass_within_budget"] >= 0
+    tube = told["tube"]
+    assert (tube["margin"], tube["coarse"]) == ("1deg,1mm,qd=2%,qdd=5%", 2)
+    assert "too far apart" in tube["note"]
+    for row, promised in zip(tube["joints"], told["joints"], strict=True):
+        assert promised["largest_error"] <= row["tube_certified"]
+        assert row["tube_certified"] <= 1.1 * row["tube_worst_found"]
     asked = [point for point in told["trade_off"] if point["budget"] == "1%"]
     assert {(point["level"], point["refit"]) for point in asked} == {
         ("element", False), ("term", False), ("term", True), ("energy", False), ("energy", True),
@@ -145,12 +151,17 @@ def test_what_is_stored_follows_the_options(run, motion, here):
     assert "coriolis_centrifugal_terms" in stored("--terms")
 
 
-def test_drives_count_when_asked_for(run, here):
-    def peak(*options: str) -> float:
-        words = ("puma560", "large-slew", "--format", "json", "--json", *options)
-        return run(*words).json["joints"][0]["peak_torque"]
+def test_drives_count_unless_the_links_alone_are_asked_for(run, here):
+    def told(*options: str) -> tuple[float, bool]:
+        document = run("puma560", "large-slew", "--format", "json", "--json", *options).json
+        assert ("drives included" in document["headline"]) == document["drives"]
+        assert ("links alone" in document["headline"]) != document["drives"]
+        return document["joints"][0]["peak_torque"], document["drives"]
 
-    assert peak("--drives") > peak()
+    with_drives, alone = told(), told("--no-drives")
+    assert with_drives == told("--drives")
+    assert (with_drives[1], alone[1]) == (True, False)
+    assert with_drives[0] > alone[0]
 
 
 def test_a_budget_in_newton_metres_per_joint(run, motion):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
+from gd_analyze.formatting import named_joints
 from gd_analyze.levels import LEVELS, evaluate, payload_effect, save_model
 from gd_analyze.robots import load_arm, with_payload
 from gd_analyze.search import simplify
@@ -37,7 +38,7 @@ def test_over_drawn_states(run, model):
     assert told["held_against"] == {"arm": "two_link", "drives": False, "payload": None}
     assert told["level"] == model.level.name
     shown = within_80(run("evaluate", "model.json", "--states", 300, "--seed", 7))
-    assert "Two-link planar arm over 300 states drawn from the arm's ranges" in shown
+    assert "Two-link planar arm, over 300 states drawn from the arm's ranges" in shown
     assert "seed 7" in shown
     assert "made for two-link-swing with a budget of 2%" in shown
 
@@ -74,7 +75,7 @@ def test_with_a_payload_along_a_trajectory(run, model, swing, here):
     rows = np.loadtxt(here / "torque.csv", delimiter=",", skiprows=1)
     np.testing.assert_array_equal(rows[:, 1:3], evaluate(model, swing, loaded).dynamics.torque)
     shown = within_80(run(*words))
-    assert "Two-link planar arm carrying 0.5 kg along two-link-swing" in shown
+    assert "Two-link planar arm carrying 0.5 kg, along two-link-swing" in shown
     assert "made without this payload, for two-link-swing" in shown
     assert "The payload tells most at joint" in shown
 
@@ -103,8 +104,8 @@ def test_beyond_the_budget_without_a_payload(run, here, motion):
     assert not wide.within(made.promise.allowed).all()
     save_model(made, here / "model.json")
     shown = within_80(run("evaluate", "model.json", "--states", 500))
-    beyond = ", ".join(str(i + 1) for i in np.flatnonzero(~wide.within(made.promise.allowed)))
-    assert f"Beyond the budget here even without any payload: joint {beyond}." in shown
+    beyond = (1 + np.flatnonzero(~wide.within(made.promise.allowed))).tolist()
+    assert f"Beyond the budget here, even without any payload: {named_joints(beyond, 2)}." in shown
     assert "leaves it first" not in shown
 
 
@@ -137,3 +138,38 @@ def test_an_arm_without_limits_has_no_box(run, here):
     result = run("evaluate", "model.json")
     assert (result.code, result.out) == (2, "")
     assert "does not state all its limits" in result.err
+
+
+def test_errors_stand_beside_what_is_allowed_and_no_share_of_another_peak(run, here, swing, motion):
+    """A share of the peak here would look small beside "no", as the peak of the budget is another one."""
+    arm = load_arm("two_link")
+    made = by_elements(arm, gd.read_trajectory(motion, arm), gd.Budget.parse("2%"))
+    save_model(made, here / "model.json")
+    words = ("evaluate", "model.json", "two-link-swing")
+    told = run(*words, "--json").json
+    exact = evaluate(made, swing)
+    for i, row in enumerate(told["joints"]):
+        allowed, error = made.promise.allowed[i], exact.errors.largest[i]
+        assert row["allowed_error"] == allowed
+        assert row["within_allowed"] == (row["largest_of_allowed"] <= 1.0) == (error <= allowed)
+        assert row["largest_share_of_peak_here"] == error / exact.errors.peak_torque[i]
+        assert row["largest_share_of_peak_made_for"] == error / made.promise.errors.peak_torque[i]
+        assert (row["largest_share_of_peak_made_for"] <= 0.02) == row["within_allowed"]
+        assert row["promised_of_allowed"] <= 1.0
+    assert not all(row["within_allowed"] for row in told["joints"])
+    result = run(*words)
+    shown = within_80(result)
+    assert "Allowed: 2%; the peak torque over" in shown
+    assert "set points of gentle is meant, not that here." in shown
+    worst = int((exact.errors.largest / made.promise.allowed).argmax())
+    assert f"times what is allowed, and by {made.promise.errors.largest[worst]:.3g} N m on gentle" in shown
+    rows = [line for line in result.out.splitlines() if line.endswith((" yes", " no"))]
+    assert len(rows) == 2
+    for line, row in zip(rows, told["joints"], strict=True):
+        assert "%" not in line
+        assert float(line.split()[-3]) == float(f"{row['largest_of_allowed']:.3g}")
+        assert line.endswith("yes" if row["within_allowed"] else "no")
+
+
+def test_on_the_motion_it_was_made_for_only_one_peak_is_meant(run, model):
+    assert "is meant" not in within_80(run("evaluate", "model.json", "two-link-swing"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -21,9 +22,9 @@ def test_along_a_trajectory_on_80_columns(run):
     left, full = told_json["operations"], told_json["operations_full"]
     assert left["total"] <= full["total"]
     assert f"{left['total']} instead of {full['total']} operations" in told or (
-        left == full and f"takes less than the {full['total']} operations of the exact torque" in told
+        left == full and f"operations than the {full['total']} of the exact torque" in told
     )
-    assert f"{full['sines_cosines']} sin and cos -> {left['total']}" in told
+    assert (f"{full['sines_cosines']} sin and cos -> {left['total']}" in told) == told_json["saves"]
     assert "set points of two-link-swing" in told
     for equation in told_json["equations"]:
         assert equation in told
@@ -117,13 +118,18 @@ REFUSED = {
         "expected: level term or energy",
     ),
     "unknown level": (("simplify", "two_link", "two-link-swing", "--level", "atom"), "--level"),
-    "certified parts": (
-        ("simplify", "two_link", "two-link-swing", "--certified", "--level", "element"),
-        "--certified goes with",
-    ),
     "certified and refitted": (
         ("simplify", "two_link", "two-link-swing", "--certified", "--refit"),
-        "--certified goes with",
+        "--certified goes without",
+    ),
+    "margin of nothing certified": (
+        ("simplify", "two_link", "two-link-swing", "--margin", "1deg"),
+        "--margin goes with --certified",
+    ),
+    "margin of no motion": (("simplify", "two_link", "--certified", "--margin", "1deg"), "and a trajectory"),
+    "margin": (
+        ("simplify", "two_link", "two-link-swing", "--certified", "--margin", "1%"),
+        "--margin, entry 1",
     ),
     "fewer than no operations": (("simplify", "two_link", "two-link-swing", "--operations", "-3"), "-3"),
     "budget": (("simplify", "two_link", "two-link-swing", "--budget", "much"), "--budget"),
@@ -195,6 +201,21 @@ def test_a_certified_budget(run):
     assert [row["certified"] for row in shown["joints"]] == [row["certified"] for row in told["joints"]]
 
 
+@pytest.mark.parametrize("level", ["term", "energy", "element"])
+def test_a_certified_budget_along_a_trajectory_holds_in_the_whole_tube(run, level):
+    words = ("simplify", "two_link", "two-link-swing", "--certified", "--budget", "5%", "--level", level)
+    result = run(*words, "-o", "proven.json")
+    assert (result.code, result.err) == (0, "")
+    said = " ".join(result.out.split())
+    assert "of two-link-swing, between its set points too, has an error above" in said
+    told = run(*words, "--json").json
+    assert told["certified_within"].endswith("of two-link-swing")
+    shown = run("certify", "proven.json", "--along", "two-link-swing", "--json").json
+    for row, joint in zip(told["joints"], shown["joints"], strict=True):
+        assert row["largest_error"] <= row["certified"] <= row["allowed_error"]
+        assert row["certified"] == joint["certified"]
+
+
 def test_the_exact_torque_has_one_count(run, here):
     full = run(*SWING, "--json").json["operations_full"]
     by_elements = run("simplify", "two_link", "two-link-swing", "--level", "element", "--json").json
@@ -212,7 +233,13 @@ def test_nothing_gained_is_said(run):
     result = run("simplify", "two_link", "two-link-swing", "--budget", "0.01%")
     assert result.code == 0
     told = " ".join(result.out.split())
-    assert "nothing is gained" in told
+    full = run("simplify", "two_link", "two-link-swing", "--json").json["operations_full"]["total"]
+    assert told.startswith(
+        "Two-link planar arm: Nothing can be dropped within the budget of 0.01%: no model found takes fewer "
+        f"operations than the {full} of the exact torque, which is given."
+    )
+    assert "->" not in told
+    assert run("simplify", "two_link", "two-link-swing", "--budget", "0.01%", "--json").json["saves"] is False
     assert max(map(len, result.out.splitlines())) <= 80
 
 
@@ -224,3 +251,65 @@ def test_a_search_that_used_up_its_effort_says_so(run):
     assert run(*words, "--json").json["cut_short"] is True
     refused = run("simplify", "puma560", "--effort", 0)
     assert refused.code == 2
+
+
+PUMA = ("simplify", "puma560", "pick-and-place")
+
+
+def test_a_budget_that_is_the_larger_of_several(run, here):
+    words = (*PUMA, "--budget", "1% or 10% friction")
+    told = run(*words, "-o", "model.json", "--json").json
+    assert (told["budget"], told["notice"], told["drives"]) == ("1% or 10% friction", "", True)
+    assert 0 < told["terms"] <= 14
+    for row in told["joints"]:
+        assert row["largest_of_allowed"] == pytest.approx(row["largest_error"] / row["allowed_error"])
+        assert row["allowed_error"] > 0.01 * row["peak_torque"]
+    shown = run(*words)
+    said = " ".join(shown.out.split())
+    assert max(map(len, shown.out.splitlines())) <= 80
+    assert "PUMA 560, drives included: " in said
+    assert re.search(r"largest error \d+ % of the allowed error \(joint \d\)", said)
+    assert "and its share of the allowed error" in said
+    assert "friction at" not in said
+
+
+def test_a_budget_below_friction_is_noticed_once(run):
+    result = run(*PUMA)
+    assert result.err == ""
+    said = " ".join(result.out.split())
+    assert said.count('--budget "1% or 10% friction" takes that into account.') == 1
+    assert run(*PUMA, "--json").json["notice"] in said
+
+
+def test_torques_are_answered_in_torques(run):
+    said = " ".join(run(*PUMA, "--budget", "1").out.split())
+    assert re.search(r"largest error 0\.\d+ N m \(joint \d\)", said)
+
+
+def test_the_links_alone(run):
+    told = run(*PUMA, "--no-drives", "--budget", "5%", "--json").json
+    assert told["drives"] is False
+    assert "PUMA 560, links alone: " in " ".join(run(*PUMA, "--no-drives", "--budget", "5%").out.split())
+
+
+def test_nothing_gained_on_the_whole_curve_is_said(run):
+    words = ("trade-off", "two_link", "two-link-swing", "--quick", "--budget", "1e-6%")
+    said = " ".join(run(*words).out.split())
+    told = run(*words, "--json").json
+    full = told["operations_full"]["total"]
+    assert told["saves"] is False
+    assert (
+        f"Nothing can be dropped within any of these budgets: no model found takes fewer operations than "
+        f"the {full} of the exact torque, which is given." in said
+    )
+    assert run("trade-off", "puma560", "pick-and-place", "--quick", "--json").json["saves"] is True
+
+
+def test_the_curve_is_in_the_terms_of_the_budget(run):
+    words = ("trade-off", "puma560", "pick-and-place", "--quick", "--budget", "0.5 N m", "--json")
+    told = run(*words).json
+    assert told["shares_of"] == "allowed error"
+    for point in told["points"]:
+        multiple = float(point["budget"].removesuffix(" N m")) / 0.5
+        # Quick points are counted on a tenth of the smallest budget of terms swept before.
+        assert point["largest_share"] <= multiple * (1 + 1e-9)

@@ -12,7 +12,17 @@ from hypothesis import strategies as st
 from budgets import of_shares, of_torque
 from gd_analyze.decomposition import decompose
 from gd_analyze.errors import GdAnalyzeError, UsageError
-from gd_analyze.levels import ELEMENT, Budget, ExactDynamics, ExactForm, Part, evaluate, losses, parts_of
+from gd_analyze.levels import (
+    ELEMENT,
+    Budget,
+    ExactDynamics,
+    ExactForm,
+    Part,
+    Yardsticks,
+    evaluate,
+    losses,
+    parts_of,
+)
 from gd_analyze.levels.effort import ROUGH
 from gd_analyze.levels.part_costs import blocks
 from gd_analyze.levels.parts import torque_by_part, trace_parts
@@ -111,7 +121,7 @@ def test_no_cheaper_model_of_any_two_joint_arm_exists(case, share, drives):
     arm = dataclasses.replace(arm, drives=(Drive(0.3), Drive(0.2)))
     motion = Trajectory(np.arange(8.0), states.q, states.qd, states.qdd)
     dataset = decompose(arm, motion, drives=drives)
-    model = by_elements(arm, dataset, of_shares(share))
+    model = by_elements(arm, dataset, of_shares(share), drives)
     assert cost_of(arm, model.terms, drives) == cheapest_by_trying_all(
         arm, dataset, model.promise.allowed, drives
     )
@@ -173,7 +183,7 @@ def test_long_trajectories_hold_every_set_point(two_link):
 
 def test_drives_stay(puma, pick_and_place):
     dataset = decompose(puma, pick_and_place, drives=True)
-    model = by_elements(puma, dataset, of_torque(1e6))
+    model = by_elements(puma, dataset, of_torque(1e6), drives=True)
     assert model.drives
     torque = model.torque(pick_and_place.q, pick_and_place.qd, pick_and_place.qdd)
     np.testing.assert_array_equal(torque, puma.drive_inertia * pick_and_place.qdd)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from budgets import of_shares
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.errors import ArmError, UsageError
-from gd_analyze.levels import ENERGY, Budget, ExactDynamics, ExactForm
+from gd_analyze.levels import ENERGY, Budget, ExactDynamics, ExactForm, Yardsticks
 from gd_analyze.search import How, simplify, simplify_exact
 from gd_analyze.states import States, states_in_box, states_of
 from strategies import arms_with_states, examples, two_link_of

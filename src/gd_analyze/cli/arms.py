@@ -169,9 +169,10 @@ def _show_drives(arm: gd.RobotArm) -> None:
     for joint, drive in zip(arm.joints, arm.drives, strict=True):
         values = (drive.inertia, drive.inertia_uncertainty, drive.gear_ratio, drive.viscous)
         rows.append([joint.name, *_cells([*values, *drive.coulomb, drive.torque_limit])])
+    slides = not all(arm.is_revolute)
     table(
-        "Drives: inertia at the joint (kg m²), gear ratio, friction at the motor (N m s and N m), "
-        "torque limit at the joint (N m)",
+        f"Drives: inertia at the joint (kg m²{'; kg where it slides' * slides}), gear ratio, friction at the "
+        f"motor (N m s and N m), torque limit at the joint (N m{'; N where it slides' * slides})",
         ["joint", "inertia", "±", "ratio", "viscous", "Coulomb +", "Coulomb -", "limit"],
         rows,
     )

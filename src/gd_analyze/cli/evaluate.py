@@ -104,7 +104,7 @@ def _document(trial: _Trial) -> dict[str, Any]:
     exact, allowed = trial.evaluation.dynamics, model.promise.allowed
     where = exact.states.described
     columns = {
-        "peak_torque_here": errors.peak_torque,
+        "peak_torque": errors.peak_torque,
         "peak_torque_made_for": promised.peak_torque,
         "allowed_error": allowed,
         "largest_error": errors.largest,

@@ -77,14 +77,15 @@ def _rows(ranking: TermRanking, arm: gd.RobotArm) -> list[dict[str, Any]]:
 def _show(exact: gd.ExactDynamics, ranking: TermRanking, kept: str, shown: list[dict[str, Any]]) -> None:
     from gd_analyze.cli.joint_table import arm_in_words
     from gd_analyze.formatting import number, percent
-    from gd_analyze.results.words import SYMBOLS
+    from gd_analyze.results.words import SYMBOLS, drives_told
 
     terms, arm = ranking.terms, arm_in_words(exact.arm, exact.form.drives)
     sentence(f"{arm}: {kept}, ranked over {exact.states.in_words}", bold=True)
     if shown:
+        peak = "peak torque" + (f", {told}" if (told := drives_told(exact.arm, exact.form.drives)) else "")
         table(
-            "Largest torque of each term alone and its share of that joint's peak torque; largest error "
-            "without it and all below",
+            f"Largest torque of each term alone and its share of that joint's {peak}; largest error without "
+            "it and all below",
             ["", "", "in", "term", "alone", "", "joint", "share", "without", "joint"],
             [
                 [

@@ -41,8 +41,9 @@ def budget_notice(arm: RobotArm, promise: Promise) -> str:
             f"below the {name} at {named_joints((1 + np.flatnonzero(below)).tolist(), arm.n_joints)} (joint "
             f"{joint + 1}: {amount(promise.allowed[joint], unit)}, {name} {amount(level[joint], unit)})"
         )
-        # Where all joints state it, one entry for all of them is easier to write.
-        wider = is_open if np.isfinite(level).all() else below
+        # One entry for all joints is easier to write, where they all state it.
+        alike = len(set(entries)) == 1 and is_open.all() and np.isfinite(level).all()
+        wider = is_open if alike else below
         entries = [(*entry, allowance) if w else entry for entry, w in zip(entries, wider, strict=True)]
         is_open &= ~wider
     if not clauses:

@@ -126,10 +126,11 @@ def _trade_off(findings: Findings) -> dict[str, Any]:
                 "budget": table.budget.values.tolist(),
             }
         )
-    shares = model.promise.errors.largest_share
+    shares = model.promise.shares
     return {
         "kind": "trade-off",
         "unit": "operations",
+        "shares_of": model.promise.asked.shares_of,
         "traces": traces,
         "exact": model.operations_full.total,
         "model": {

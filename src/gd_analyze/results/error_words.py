@@ -76,7 +76,7 @@ def off_by(model: SimplifiedModel, bound: FloatArray | None = None) -> str:
     allowed = amount(float(model.promise.allowed[worst.joint - 1]), unit)
     return (
         f"{at_most_so} of what a budget of {model.promise.budget} allows it (joint {worst.joint}: "
-        f"{torques[worst.joint - 1]}, of {allowed})"
+        f"{torques[worst.joint - 1]} of {allowed})"
     )
 
 

@@ -44,7 +44,7 @@ function tradeOff(spec, { color, look, mouse }) {
   const layout = {
     ...look.layout, showlegend: true, hovermode: "closest", dragmode: mouse ? "zoom" : false, margin: { l: 58, r: 12, t: 12, b: 92 },
     legend: { orientation: "h", x: 0, y: -0.2, yanchor: "top", font: { size: 12 } },
-    xaxis: { ...axis, range: range(xs, 0.12, 0.12), ...ticks(xs, lowX, "≈ 0", " %"), title: { text: "largest torque error, of peak torque", standoff: 8 } },
+    xaxis: { ...axis, range: range(xs, 0.12, 0.12), ...ticks(xs, lowX, "≈ 0", " %"), title: { text: `largest torque error, of the ${spec.shares_of}`, standoff: 8 } },
     yaxis: { ...axis, range: range(ys, 0.12, 0.14), ...ticks(ys, lowY, "0", ""), title: { text: "multiplications + additions", standoff: 6 } },
     shapes: [{ type: "line", xref: "paper", x0: 0, x1: 1, y0: spec.exact || lowY, y1: spec.exact || lowY, line: { color: color("soft"), width: 1.2, dash: "dot" } }],
     annotations: [{ xref: "paper", x: 1, xanchor: "right", y: Math.log10(spec.exact || lowY), yanchor: "bottom", showarrow: false,
