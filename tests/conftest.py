@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +11,7 @@ import pytest
 import xarray as xr
 from hypothesis import settings
 
+from gd_analyze.cache import VARIABLE
 from gd_analyze.decomposition import decompose
 from gd_analyze.levels import SimplifiedModel
 from gd_analyze.main_job import Origin, Settings, find
@@ -20,6 +23,16 @@ from gd_analyze.trajectories import Trajectory, read_trajectory
 from strategies import PROFILE
 
 settings.load_profile(PROFILE)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def cache_of_the_tests(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A folder of the tests' own, one for all workers: nothing is written into the user's."""
+    base = tmp_path_factory.getbasetemp()
+    place = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "cache"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(VARIABLE, str(place))
+        yield place
 
 
 @pytest.fixture(scope="session")

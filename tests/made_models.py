@@ -21,7 +21,7 @@ from gd_analyze.levels import (
     SimplifiedModel,
     parts_of,
 )
-from gd_analyze.levels.effort import QUICK, Effort
+from gd_analyze.levels.effort import COUNTING, Effort
 from gd_analyze.levels.level import Terms
 from gd_analyze.levels.model_file import _digest
 from gd_analyze.operations import OperationCount
@@ -37,7 +37,7 @@ from gd_analyze.vectors import FloatArray
 ROUND_OFF = 1e-10
 
 
-def model_of(form: ExactForm, level: Level, terms: Terms, effort: Effort = QUICK) -> SimplifiedModel:
+def model_of(form: ExactForm, level: Level, terms: Terms, effort: Effort = COUNTING) -> SimplifiedModel:
     """A model of these terms that promises nothing."""
     n = form.arm.n_joints
     nothing = ErrorTable(np.ones(n), np.zeros(n), np.zeros(n))

@@ -20,13 +20,14 @@ from hypothesis import strategies as st
 
 from gd_analyze.certification import Box, certify
 from gd_analyze.errors import OutputError, StoreError
-from gd_analyze.levels import ExactDynamics
+from gd_analyze.levels import TERM, Budget, ExactDynamics
 from gd_analyze.main_job.folder import write_findings
 from gd_analyze.results import hdf5_writer, load_findings, load_results, save_results, store
 from gd_analyze.results.hdf5_layout import OF_SCALES
 from gd_analyze.results.seal import seal
 from gd_analyze.schema import GROUPS, require_numbers
 from gd_analyze.search import rank_terms, trade_off
+from gd_analyze.search.budget_path import budget_path
 from strategies import examples, names_in
 
 
@@ -203,9 +204,12 @@ def test_ranking_curve_and_certificate_are_stored(stored, puma_findings):
     assert tree["terms"].attrs["not_worth_keeping"] == ranking.not_worth_keeping
     curve = tree["trade_off"]["operations"]
     assert set(curve["kind"].values) == {"element", "term", "term refit", "energy", "energy refit"}
-    for point in trade_off(exact, factors=curve["factor"].values.tolist(), thorough=False):
+    path = budget_path(exact, Budget(), puma_findings.model)
+    factors, through = curve["factor"].values.tolist(), {(TERM, False): path}
+    for point in trade_off(exact, factors=factors, thorough=False, through=through):
         kind = f"{point.level} refit" if point.refit else point.level.name
         assert curve.sel(kind=kind, factor=point.factor) == point.operations.total
+    assert tree["budgets"]["operations"].values.tolist() == [model.operations.total for model in path]
     beyond = tree["beyond"]
     certificate = certify(puma_findings.model, Box.around(*exact.states.arrays), effort=5_000)
     np.testing.assert_allclose(beyond["certified"], certificate.certified, rtol=1e-9)

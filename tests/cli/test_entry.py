@@ -42,10 +42,36 @@ def test_h_is_short_for_help(run):
     assert run("plan", "-h").code == 0
 
 
-def test_the_version(run):
+def test_the_version_and_where_the_cache_is(run, monkeypatch):
     from gd_analyze import __version__
+    from gd_analyze.cache import VARIABLE
 
-    assert run("--version").out == f"gd-analyze {__version__}\n"
+    for named, told in (("/some/place", "/some/place"), ("off", "off"), ("", "off")):
+        monkeypatch.setenv(VARIABLE, named)
+        assert run("--version").out == f"gd-analyze {__version__}\ncache {told}\n"
+
+
+@pytest.mark.parametrize(
+    "words", [("--no-cache", "two_link", "two-link-swing"), ("simplify", "two_link", "--no-cache")]
+)
+def test_without_the_cache_nothing_is_kept_and_all_is_the_same(run, monkeypatch, tmp_path, words):
+    from gd_analyze.cache import VARIABLE
+    from gd_analyze.levels.kept_programs import kept_programs
+
+    def told(*given: str) -> dict:
+        kept_programs.cache_clear()
+        result = run(*given, "--json")
+        assert result.code == 0, result.err
+        return {key: value for key, value in result.json.items() if key not in ("provenance", "seconds")}
+
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "cache"))
+    without = told(*words)
+    assert not (tmp_path / "cache").exists()
+    with_it = [word for word in words if word != "--no-cache"]
+    cold = told(*with_it)
+    assert any((tmp_path / "cache").iterdir())
+    warm = told(*with_it)
+    assert without == cold == warm
 
 
 @pytest.mark.parametrize(

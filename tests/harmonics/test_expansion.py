@@ -14,7 +14,7 @@ from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.expansion import Expansion, expanded
 from gd_analyze.harmonics.torque_rows import rate_factors
 from gd_analyze.levels import ELEMENT, LEVELS, ExactForm
-from gd_analyze.levels.effort import QUICK, ROUGH
+from gd_analyze.levels.effort import COUNTING, ROUGH
 from gd_analyze.operations import Program, Trace
 from gd_analyze.robots import RobotArm
 from strategies import arms, examples, random_states
@@ -38,7 +38,7 @@ def slides(arm: RobotArm) -> list[bool]:
     arms(max_joints=4),
     st.integers(0, 2**32 - 1),
     st.sampled_from(list(LEVELS.values())),
-    st.sampled_from([ROUGH, QUICK]),
+    st.sampled_from([ROUGH, COUNTING]),
 )
 def test_it_is_what_the_program_computes(arm, seed, level, effort):
     form = ExactForm(arm)

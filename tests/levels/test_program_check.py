@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.levels import LEVELS, ExactForm, SimplifiedModel, load_model
-from gd_analyze.levels.effort import QUICK, ROUGH, THOROUGH
+from gd_analyze.levels.effort import COUNTING, ROUGH, THOROUGH
 from gd_analyze.levels.program_check import require_terms_computed
 from made_models import exact_model, model_of
 from strategies import arms, examples
@@ -117,7 +117,7 @@ def test_what_is_zero_everywhere_may_be_added(model, tmp_path: Path) -> None:
 @given(
     arms(max_joints=4),
     st.sampled_from([LEVELS["term"], LEVELS["energy"]]),
-    st.sampled_from([ROUGH, QUICK, THOROUGH]),
+    st.sampled_from([ROUGH, COUNTING, THOROUGH]),
     st.integers(0, 2**32 - 1),
 )
 def test_what_the_tool_writes_fits_however_it_is_written(arm, level, effort, seed):

@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem
 
+from gd_analyze.cache import folder
 from gd_analyze.cli.analyze import analyze
 from gd_analyze.cli.arms import arms
 from gd_analyze.cli.certify import certify
@@ -38,9 +39,13 @@ Exit codes:
   1  gd-analyze or the machine failed
   2  the command or its input is at fault, and nothing was written
   130  interrupted
+
+\b
+What takes long to work out is kept for the next run in a folder that
+--version names; GD_ANALYZE_CACHE sets another one, or turns it off.
 """
 
-_FLAGS = {"--json", "--quiet", "--debug"}
+_FLAGS = {"--json", "--quiet", "--no-cache", "--debug"}
 
 
 class MainJobGroup(click.Group):
@@ -111,13 +116,26 @@ class MainJobGroup(click.Group):
         return list(self.commands)
 
 
+def _tell_version(context: click.Context) -> None:
+    place = folder()
+    click.echo(f"gd-analyze {__version__}\ncache {'off' if place is None else place}")
+    context.exit()
+
+
 @click.group(
     cls=MainJobGroup,
     epilog=EPILOG,
     no_args_is_help=True,
     context_settings={"max_content_width": 80, "help_option_names": ["-h", "--help"]},
 )
-@click.version_option(__version__, prog_name="gd-analyze", message="%(prog)s %(version)s")
+@click.option(
+    "--version",
+    is_flag=True,
+    expose_value=False,
+    is_eager=True,
+    callback=lambda context, _, asked: _tell_version(context) if asked else None,
+    help="Show the version, and where the cache is, and exit.",
+)
 def app() -> None:
     """Split an arm's dynamics by effect, rank the parts, drop what the torque budget allows."""
 

@@ -99,7 +99,7 @@ def _show(findings: Findings, files: list[Path], top: int) -> None:
     line(f"operations  {findings.model.operations_full}")
     if findings.model.saves:
         line(f"         -> {findings.model.operations}")
-    sentence(f"by level    {_by_level(findings)}, quickly counted", indent=" " * 12)
+    sentence(f"by level    {_by_level(findings)}", indent=" " * 12)
     check = summary.cross_check_row(findings)
     line(
         f"Pinocchio   differs by {number(check['largest_difference'])} {check['unit']} "

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import click
 
+from gd_analyze.cache import without_cache
 from gd_analyze.cli.options import together
 from gd_analyze.cli.terminal import Stages, line, print_json, stages, warnings_told
 
@@ -49,14 +50,18 @@ class Output:
 
 
 def reporting(function: Callable[..., None]) -> Callable[..., None]:
-    """--json, --quiet and --debug; the verb gets an `Output`."""
+    """--json, --quiet, --no-cache and --debug; the verb gets an `Output`."""
 
     @functools.wraps(function)
-    def verb(as_json: bool, quiet: bool, debug: bool, **words: Any) -> None:
-        function(output=Output(as_json, quiet), **words)
+    def verb(as_json: bool, quiet: bool, no_cache: bool, debug: bool, **words: Any) -> None:
+        with without_cache() if no_cache else nullcontext():
+            function(output=Output(as_json, quiet), **words)
 
     return together(
         click.option("--json", "as_json", is_flag=True, help="Print the result as JSON on standard output."),
         click.option("--quiet", is_flag=True, help="Print nothing but errors and what was asked for."),
+        click.option(
+            "--no-cache", is_flag=True, help="Neither use nor keep what other runs have worked out."
+        ),
         click.option("--debug", is_flag=True, help="Show Python's traceback on an error."),
     )(verb)

@@ -10,6 +10,8 @@ from gd_analyze.comparison.agreement import Agreement, agreement
 from gd_analyze.comparison.costs import SIZES, Cost, Growth, count_cost, growth
 from gd_analyze.comparison.timing import N_SET_POINTS, REPEATS, Timing, time_methods
 from gd_analyze.formulations.methods import METHODS
+from gd_analyze.levels import ExactForm
+from gd_analyze.operations import OperationCount
 from gd_analyze.provenance import provenance_of_run
 from gd_analyze.robots import RobotArm, describe_in_full, warn_of_slips
 from gd_analyze.states import States, states_in_box, states_of
@@ -37,6 +39,8 @@ class Comparison:
         The trajectory given, if any.
     costs
         By method, of this arm.
+    exact
+        Operations of the exact torque in the fewest known, as every model's are counted.
     growth
         Costs on the generic chain.
     timing
@@ -53,6 +57,7 @@ class Comparison:
     compared_at: str
     trajectory: Trajectory | None
     costs: Mapping[str, Cost]
+    exact: OperationCount
     growth: Growth
     timing: Timing
     agreement: Agreement
@@ -111,12 +116,14 @@ def compare(
         times = time_methods(arm, _drawn(arm, N_SET_POINTS), progress=progress)
         costs = {name: count_cost(method, arm) for name, method in METHODS.items()}
         progress(len(costs))
+        exact = ExactForm(arm).operations
         grown = growth(progress)
     return Comparison(
         arm=arm,
         compared_at=origin,
         trajectory=trajectory,
         costs=costs,
+        exact=exact,
         growth=grown,
         timing=times,
         agreement=agreed,

@@ -13,18 +13,14 @@ class Effort(NamedTuple):
     shared
         Number of torque terms up to which what the rows share is looked for.
     thorough
-        Whether that is rearranged, too, and other ways are tried: about a second.
-    alone
-        Whether, where it is looked for, no other way is held against it.
+        Whether that is rearranged, too, and other ways are tried.
     """
 
     shared: int
     thorough: bool = False
-    alone: bool = False
 
 
-# Milliseconds; hundredths of a second, many times in a search; tenths; for good.
+# Milliseconds, and hundredths of a second, within a search; with the last all is written that is shown.
 ROUGH = Effort(0)
-COUNTING = Effort(80, alone=True)
-QUICK = Effort(250)
+COUNTING = Effort(80)
 THOROUGH = Effort(600, thorough=True)

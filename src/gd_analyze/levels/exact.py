@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -18,7 +18,8 @@ from gd_analyze.harmonics import AbsoluteRates, Harmonics, harmonics_of
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Energies, Torques
 from gd_analyze.levels.budget import Budget
-from gd_analyze.levels.effort import QUICK
+from gd_analyze.levels.effort import ROUGH, Effort
+from gd_analyze.levels.kept_programs import Task, inputs_of, kept_programs, some_states
 from gd_analyze.levels.promise import ErrorTable
 from gd_analyze.levels.torque_program import torque_program
 from gd_analyze.levels.uncertainty import torque_uncertainty
@@ -26,7 +27,7 @@ from gd_analyze.levels.yardsticks import Yardsticks
 from gd_analyze.operations import OperationCount, Program, Trace
 from gd_analyze.operations.rewriting import rewritten
 from gd_analyze.pinocchio_check import round_off_bounds
-from gd_analyze.robots import RobotArm, arm_of
+from gd_analyze.robots import RobotArm, arm_of, describe_in_full
 from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude, round_off_of
 from gd_analyze.states import States, require_dataset, states_for, states_of
 from gd_analyze.trajectories import Trajectory, trajectory_of
@@ -40,6 +41,10 @@ MOST_STATES = 5000
 # Joints up to which sums of terms may take fewer operations than the recursion: terms grow with the fourth
 # power of the joints and more, the recursion's operations with the first.
 _FEW_JOINTS = 4
+# Of so many terms at most it is looked for what they share: half a second.
+_SHARED = Effort(250)
+# Rewriting adds roundings: a program may differ by so many times what those of a formulation explain.
+_REWRITTEN = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,11 +90,13 @@ class ExactForm:
 
     @cached_property
     def program(self) -> Program:
-        """Its torque in the fewest operations known; about a second."""
-        ways = [_recursion(self)]
-        if self.arm.n_joints <= _FEW_JOINTS:
-            ways.append(torque_program(self.rates, self.torques, QUICK))
-        return rewritten(min(ways, key=lambda way: way.count.total))
+        """Its torque in the fewest operations known; a second or two, and kept for the next run."""
+        key = ["exact", describe_in_full(self.arm), self.drives]
+
+        def are_right(programs: Sequence[Program]) -> bool:
+            return len(programs) == 1 and _is_exact(self, *programs)
+
+        return kept_programs(Task.of(key, self.arm.n_joints, lambda: [_shortest(self)], are_right))[0]
 
     @property
     def operations(self) -> OperationCount:
@@ -203,6 +210,11 @@ class ExactDynamics:
         """Whether any joint needs torque at these states, beyond round-off."""
         return bool(self.peak_torque.any())
 
+    @cached_property
+    def effects(self) -> dict[str, FloatArray]:
+        """Torque of all terms by the level's name, N m, shape (K, n, N), as far as it was worked out."""
+        return {}
+
     def errors_of(self, torque: FloatArray) -> ErrorTable:
         """Error of other torques at these states, N m, shape (N, n)."""
         return ErrorTable.of(self.torque, torque, self._explained)
@@ -218,6 +230,22 @@ def allowed_by(budget: Budget, by: Yardsticks, round_off: float = 0.0) -> FloatA
     # Without any torque anywhere nothing is worth keeping, and any positive budget says so.
     floor = ROUND_OFF_SHARE * float(by.peak.max()) or round_off or ROUND_OFF_SHARE
     return np.maximum(budget.allowed(by), floor)
+
+
+def _shortest(form: ExactForm) -> Program:
+    ways = [_recursion(form)]
+    if form.arm.n_joints <= _FEW_JOINTS:
+        ways += [torque_program(form.rates, form.torques, effort) for effort in (ROUGH, _SHARED)]
+    return rewritten(min(ways, key=lambda way: way.count.total))
+
+
+def _is_exact(form: ExactForm, program: Program) -> bool:
+    """Whether a program gives the torque at some states, within what roundings explain."""
+    states = some_states(form.arm.n_joints)
+    exact = torque_of(form.arm, states, drives=form.drives)
+    bound = _REWRITTEN * round_off_bounds(form.arm, *states.arrays)["torque"]
+    error = np.abs(program.run(inputs_of(states)).T - exact).max()
+    return bool(error <= bound + ROUND_OFF_SHARE * np.abs(exact).max())
 
 
 def _recursion(form: ExactForm) -> Program:

@@ -22,7 +22,7 @@ from gd_analyze.harmonics.waves import DEGREE
 from gd_analyze.levels.effort import Effort
 from gd_analyze.levels.exact import ExactDynamics, ExactForm
 from gd_analyze.levels.level import Costs, Level, Terms
-from gd_analyze.levels.torque_program import torque_program
+from gd_analyze.levels.torque_program import torque_program, torque_programs
 from gd_analyze.levels.torque_variables import TorqueVariables
 from gd_analyze.operations import Program
 from gd_analyze.operations.monomials import Magnitudes
@@ -31,6 +31,9 @@ from gd_analyze.vectors import FloatArray
 
 # Coefficients that are equal in mathematics, or twice or half each other, and differ by round-off.
 _EQUAL = 1e-9
+
+# What terms share is looked for from the start where more than this share of them is new.
+_FEW = 0.1
 
 # Kind, how often every joint goes into the argument, exponent.
 FactorEntry = tuple[Literal["cos", "sin", "power"], list[int], Annotated[int, Field(ge=1, le=DEGREE)]]
@@ -89,6 +92,16 @@ class HarmonicLevel(Level):
         """Factor the torques that the terms make."""
         return torque_program(form.rates, self.torques(form, terms), effort)
 
+    def write_steps(self, form: ExactForm, steps: Sequence[Terms], most: int) -> list[Program]:
+        """Write each from the one before, as long as torque terms join and none changes."""
+        programs: list[Program] = []
+        for chain in _chains([self.torques(form, terms) for terms in steps]):
+            written = torque_programs(form.rates, chain, most)
+            programs += written
+            if len(written) < len(chain):
+                break
+        return programs
+
     def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
         """Torques in absolute rates, terms with the same rates in brackets before them."""
         return torque_formulas(form.rates, self.torques(form, terms))
@@ -96,6 +109,19 @@ class HarmonicLevel(Level):
     def legend(self, form: ExactForm, terms: Terms) -> Legend:
         """Absolute rates, sines and cosines."""
         return torque_legend(form.rates, self.torques(form, terms))
+
+
+def _chains(steps: Sequence[Torques]) -> list[list[Torques]]:
+    """Part steps into such that only add terms, and not many, to those before."""
+    chains: list[list[Torques]] = []
+    for terms in steps:
+        before = chains[-1][-1] if chains else {}
+        few = len(terms) - len(before) <= _FEW * len(terms)
+        if chains and few and all(terms.get(term) == weight for term, weight in before.items()):
+            chains[-1].append(terms)
+        else:
+            chains.append([terms])
+    return chains
 
 
 def numbered(energies: Energies) -> dict[EnergyTerm, int]:

@@ -19,7 +19,7 @@ from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.given_numbers import LARGEST_COEFFICIENT
 from gd_analyze.harmonics.terms import Torques
-from gd_analyze.levels.effort import Effort
+from gd_analyze.levels.effort import THOROUGH, Effort
 from gd_analyze.levels.exact import ExactDynamics, ExactForm
 from gd_analyze.operations import Program
 from gd_analyze.vectors import FloatArray
@@ -103,6 +103,19 @@ class Level(ABC):
     @abstractmethod
     def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
         """Write the torque that terms make as a program."""
+
+    def write_steps(self, form: ExactForm, steps: Sequence[Terms], most: int) -> list[Program]:
+        """Write programs of few operations for terms that become more and more.
+
+        It ends before the first that takes more than `most` operations: so do those of still more terms.
+        """
+        programs: list[Program] = []
+        for terms in steps:
+            program = self.write(form, terms, THOROUGH)
+            if program.count.total > most:
+                break
+            programs.append(program)
+        return programs
 
     @abstractmethod
     def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from gd_analyze.levels.effort import ROUGH
+from gd_analyze.levels.effort import THOROUGH
 from gd_analyze.levels.exact import ExactForm
 from gd_analyze.levels.levels import level_named
 from gd_analyze.operations.written import written
@@ -37,7 +37,7 @@ def from_version_1(raw: dict[str, Any]) -> dict[str, Any]:
         level = level_named(raw["level"])
         form = ExactForm(arm_from_description(raw["arm"]), raw["drives"])
         kept = level.from_entries(form, new["terms"])
-        program = level.write(form, kept, ROUGH)
+        program = level.write(form, kept, THOROUGH)
         new["steps"], new["outputs"] = written(program)
         # Counted as it is written now.
         new["operations"] = asdict(program.count)

@@ -73,7 +73,7 @@ _WORDS = {
 
 
 class SearchStep(NamedTuple):
-    """One step of a search, and the operations of what was kept after it, all written the same quick way."""
+    """One step of a search, and the operations of what was kept after it, written as the model is."""
 
     name: str
     operations: int

@@ -15,6 +15,7 @@ from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.levels import (
     ELEMENT,
     TERM,
+    Budget,
     ExactDynamics,
     Level,
     SimplifiedModel,
@@ -122,7 +123,10 @@ def find(
             _tell_of_many_terms(exact, model)
     ranking = TermRanking() if many else rank_terms(exact)
     kinds = [kind for kind in KINDS if not (many and kind[0].has_torque_terms)]
-    points = trade_off(exact, how.asked, factors=_FACTORS, kinds=kinds, thorough=False)
+    asked = _asked(exact, how.asked, model)
+    path = budget_path(exact, asked, model)
+    through = {(level, how.refit): path}
+    points = trade_off(exact, asked, factors=_FACTORS, kinds=kinds, thorough=False, through=through)
     return Findings(
         arm=arm,
         trajectory=trajectory,
@@ -135,7 +139,7 @@ def find(
             "parts": tables.parts_table(elements, exact, dominance),
             "terms": tables.terms_table(ranking, arm, not many),
             "trade_off": tables.trade_off_table(points, arm, how.asked.shares_of),
-            "budgets": budgets_table(budget_path(exact, how.asked, model), FACTORS, ranking),
+            "budgets": budgets_table(path, FACTORS, ranking),
             "beyond": _beyond(exact, model, ranking, many),
             "tube": _tube(exact, model, trajectory, Margin.of(how.margin), many),
         },
@@ -159,6 +163,11 @@ def _level(exact: ExactDynamics, how: Settings) -> tuple[Level, bool]:
     wanted = None if how.level is None else level_named(how.level)
     many = wanted in (None, ELEMENT) and _is_large(exact)
     return wanted or (ELEMENT if many else TERM), many
+
+
+def _asked(exact: ExactDynamics, budget: Budget, model: SimplifiedModel) -> Budget:
+    """Give the budget that a model keeps to: scaled where a number of operations was asked for."""
+    return budget.scaled(float((model.promise.allowed / exact.allowed(budget)).max()))
 
 
 def _is_large(exact: ExactDynamics) -> bool:

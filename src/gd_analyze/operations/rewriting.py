@@ -8,15 +8,18 @@ from gd_analyze.operations.extraction import extract
 from gd_analyze.operations.monomials import times
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.rearrangement import rearrange
-from gd_analyze.operations.sharing import SharedSums, usual_tries
+from gd_analyze.operations.sharing import SharedSums
 from gd_analyze.operations.sums import Sums, Terms
 from gd_analyze.operations.trace import Expression, Trace
+
+# Rearrangements to try, and the same times operations, as those of a long program take longer.
+_TRIES, _TRIES_TIMES_OPERATIONS = 600, 200_000
 
 _PARTNER = {"cos": "sin", "sin": "cos"}
 
 
 def rewritten(program: Program) -> Program:
-    """Write a program with the fewest operations that about a second of rearranging finds.
+    """Write a program with the fewest operations that a second or two of rearranging find.
 
     Sines and cosines, and what they are taken of, remain as they are.
 
@@ -39,7 +42,7 @@ def rewritten(program: Program) -> Program:
         if (_PARTNER.get(operation), arguments) in functions
     }
     extract(sums)
-    rearrange(sums, usual_tries(sums.operations), partners)
+    rearrange(sums, min(_TRIES, _TRIES_TIMES_OPERATIONS // max(sums.operations, 1)), partners)
     trace = Trace()
     found = SharedSums.of(sums, leaves, len(program.outputs))
     written = Program.of(trace, found.values(program.folded(trace, {})))

@@ -11,6 +11,14 @@ from gd_analyze.operations.monomials import EQUAL, Magnitudes
 from gd_analyze.operations.rearrangement import rearrange
 from gd_analyze.operations.sums import Sums, Terms
 
+Polynomial = Mapping[Any, float]
+Circles = Mapping[Hashable, Hashable]
+
+# More find fewer operations, ten times as many some 3 % of them.
+TRIES = 100
+# Where few terms join what was rearranged before: in any case, and for each of them.
+_TRIES_ANYHOW, _TRIES_EACH = 10, 6
+
 
 @dataclass(frozen=True)
 class SharedSums:
@@ -65,13 +73,13 @@ class SharedSums:
 
 
 def usual_tries(operations: int) -> int:
-    """Rearrangements to try: fifteen per operation, fewer for many, so that it takes about a second."""
-    return min(15 * operations, 120_000 // max(operations, 1))
+    """Rearrangements to try, of which one takes a millisecond: tenths of a second."""
+    return min(TRIES, operations)
 
 
 def shared_sums(
-    polynomials: Sequence[Mapping[Any, float]],
-    circles: Mapping[Hashable, Hashable] | None = None,
+    polynomials: Sequence[Polynomial],
+    circles: Circles | None = None,
     tries: Callable[[int], int] = usual_tries,
 ) -> Iterator[SharedSums]:
     """Find what polynomials share: what extraction finds, then what rearranging makes of it.
@@ -90,22 +98,76 @@ def shared_sums(
     SharedSums
         Two, the second of no more operations than the first and made only when asked for.
     """
-    numbers: dict[Hashable, int] = {}
-    equal = Magnitudes(EQUAL)
-    outputs: list[Terms] = []
-    for polynomial in polynomials:
-        terms: Terms = {}
-        for variables, c in polynomial.items():
-            product = tuple(sorted(numbers.setdefault(x, len(numbers)) for x in variables))
-            terms[product] = terms.get(product, 0.0) + c
-        outputs.append({product: equal(c) for product, c in terms.items() if c != 0.0})
-    partners = {
-        numbers[x]: numbers.setdefault(partner, len(numbers))
-        for x, partner in (circles or {}).items()
-        if x in numbers
-    }
-    sums = Sums(outputs, len(numbers))
-    extract(sums)
-    yield SharedSums.of(sums, tuple(numbers), len(outputs))
-    rearrange(sums, tries(sums.operations), partners)
-    yield SharedSums.of(sums, tuple(numbers), len(outputs))
+    growing = _Growing(polynomials, circles or {})
+    growing.add(polynomials)
+    yield growing.found()
+    growing.rearrange(tries(growing.operations))
+    yield growing.found()
+
+
+def growing_sums(steps: Sequence[Sequence[Polynomial]], circles: Circles) -> Iterator[SharedSums]:
+    """Find what polynomials share that gain terms step by step: each is written from the one before.
+
+    Parameters
+    ----------
+    steps
+        Polynomials as for `shared_sums`, as many in each step; the last have all products that occur.
+    circles
+        As for `shared_sums`.
+
+    Yields
+    ------
+    SharedSums
+        One for each step.
+    """
+    growing, before = _Growing(steps[-1], circles), 0
+    for polynomials in steps:
+        count = sum(map(len, polynomials))
+        growing.add(polynomials)
+        growing.rearrange(min(_TRIES_ANYHOW + _TRIES_EACH * (count - before), TRIES))
+        before = count
+        yield growing.found()
+
+
+class _Growing:
+    """Polynomials that gain terms, and what was found that they share."""
+
+    def __init__(self, largest: Sequence[Polynomial], circles: Circles) -> None:
+        numbers: dict[Hashable, int] = {}
+        for variables in (x for polynomial in largest for product in polynomial for x in product):
+            numbers.setdefault(variables, len(numbers))
+        self._circles = {
+            numbers[x]: numbers.setdefault(partner, len(numbers))
+            for x, partner in circles.items()
+            if x in numbers
+        }
+        self._numbers, self._equal = numbers, Magnitudes(EQUAL)
+        self._known: list[Terms] = [{} for _ in largest]
+        self._sums = Sums(self._known, len(numbers))
+
+    def add(self, polynomials: Sequence[Polynomial]) -> None:
+        """Add what is new, and extract."""
+        for row, (known, polynomial) in enumerate(zip(self._known, polynomials, strict=True), start=1):
+            terms: Terms = {}
+            for variables, c in polynomial.items():
+                product = tuple(sorted(self._numbers[x] for x in variables))
+                terms[product] = terms.get(product, 0.0) + c
+            for product, c in terms.items():
+                new = (self._equal(c) if c else 0.0) - known.get(product, 0.0)
+                if new:
+                    known[product] = known.get(product, 0.0) + new
+                    self._sums.add(-row, product, self._sums.magnitude(new))
+        extract(self._sums)
+
+    @property
+    def operations(self) -> int:
+        """What it takes now."""
+        return self._sums.operations
+
+    def rearrange(self, tries: int) -> None:
+        """Look for fewer operations."""
+        rearrange(self._sums, tries, self._circles)
+
+    def found(self) -> SharedSums:
+        """Take down what was found so far."""
+        return SharedSums.of(self._sums, tuple(self._numbers), len(self._known))

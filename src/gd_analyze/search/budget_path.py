@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from gd_analyze.levels import Budget, ExactDynamics, SimplifiedModel
-from gd_analyze.levels.effort import QUICK
 from gd_analyze.levels.level import Terms
 from gd_analyze.search.candidates import SWEEP, Candidates, TooManyTermsError, candidates_of
 from gd_analyze.search.elimination import eliminate
@@ -44,23 +44,37 @@ def budget_path(
         One model per factor, within that budget: the exact one where none found on the way takes fewer
         operations. None keeps a term that one before it does not keep, or takes more operations.
     """
-    last = exactly(exact, given.level, given.promise.allowed, str(budget))
-    models = []
-    for factor, terms in zip(factors, _nested(exact, given, factors), strict=True):
+    everything = exactly(exact, given.level, given.promise.allowed, str(budget))
+    kept = [*_nested(exact, given, factors)]
+    known = _written(exact, given, [terms for f, terms in zip(factors, kept, strict=True) if f != 1.0])
+    last, models = everything, []
+    for factor, terms in zip(factors, kept, strict=True):
         allowed = factor * given.promise.allowed
-        if factor == 1.0:
-            last = given
-        elif terms.keys() != last.terms.keys():
-            program = given.level.write(given.form, terms, QUICK)
-            trial = measured(exact, replace(given, terms=terms, program=program))
-            # A model that undercuts the given one for a smaller budget is not on a way that leads through it.
-            least = given.operations.total if factor < 1.0 else 0
-            fewer = least <= trial.operations.total < last.operations.total
-            if fewer and (trial.promise.errors.largest <= allowed).all():
-                last = trial
+        trial = given if factor == 1.0 else known.get(frozenset(terms))
+        # A model that undercuts the given one for a smaller budget is not on a way that leads through it.
+        least = given.operations.total if factor < 1.0 else 0
+        if trial is given or (
+            trial is not None
+            and least <= trial.operations.total < last.operations.total
+            and (trial.promise.errors.largest <= allowed).all()
+        ):
+            last = trial
         promise = replace(last.promise, allowed=allowed, budget=str(budget.scaled(factor)))
         models.append(replace(last, promise=promise))
     return tuple(models)
+
+
+def _written(
+    exact: ExactDynamics, given: SimplifiedModel, kept: Sequence[Terms]
+) -> dict[frozenset[Any], SimplifiedModel]:
+    """Models by what they keep, as far as they may take fewer operations than exact."""
+    several = {frozenset(terms): terms for terms in reversed(kept)}
+    most = exact.form.operations.total - 1
+    programs = given.level.write_steps(given.form, [*several.values()], most)
+    return {
+        name: measured(exact, replace(given, terms=terms, program=program))
+        for (name, terms), program in zip(several.items(), programs, strict=False)
+    }
 
 
 def _nested(exact: ExactDynamics, given: SimplifiedModel, factors: Sequence[float]) -> Iterator[Terms]:

@@ -29,6 +29,8 @@ MANY = 1000
 SWEEP, _MOST = 0.3, 4000
 # Numbers held at a time while looking for them.
 _AT_ONCE = 10_000_000
+# Numbers remembered of what terms make of torque: tens of megabytes.
+_REMEMBERED = 3_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,8 +121,7 @@ def candidates_of(
             found=str(len(terms)),
             next_step="allow a larger error, or use --level element",
         )
-    effects = level.effects(exact, terms)
-    effects /= ((1.0 - swept) * allowed)[:, None]
+    effects = _effects(exact, level, terms, len(every)) / ((1.0 - swept) * allowed)[:, None]
     listed = list(terms)
     numbers = level.numbers(exact.form, listed)
     return Candidates(
@@ -135,6 +136,15 @@ def candidates_of(
         total=len(every),
         swept=swept,
     )
+
+
+def _effects(exact: ExactDynamics, level: Level, terms: Terms, count: int) -> FloatArray:
+    """Torque of each term; of all `count` terms, where these are not many numbers, it is remembered."""
+    if len(terms) < count or count * exact.states.q.size > _REMEMBERED:
+        return level.effects(exact, terms)
+    if level.name not in exact.effects:
+        exact.effects[level.name] = level.effects(exact, terms)
+    return exact.effects[level.name]
 
 
 def _swept(

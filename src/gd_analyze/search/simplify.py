@@ -20,7 +20,7 @@ from gd_analyze.levels import (
     SimplifiedModel,
     level_named,
 )
-from gd_analyze.levels.effort import COUNTING, QUICK, ROUGH, THOROUGH
+from gd_analyze.levels.effort import COUNTING, ROUGH, THOROUGH
 from gd_analyze.robots import RobotArm
 from gd_analyze.search.candidates import Kept, TooManyTermsError, candidates_of
 from gd_analyze.search.elimination import eliminate
@@ -55,7 +55,7 @@ class How:
     thorough
         Search the integer program; dive into it only otherwise: tenths of a second instead of seconds.
     write
-        Spend a second on a program of few operations.
+        Spend tenths of a second on a program of few operations, as for all that is shown.
     effort
         How much to do, as a multiple of the usual: about a minute at most. Where it ends, the best so far is
         given, and said to be that.
@@ -217,16 +217,18 @@ def _searched(
     found, solved = search(
         candidates, count, refit=how.refit, thorough=how.thorough, work=work, progress=progress
     )
-    *_, (kept, scale) = found.values()
+    effort = THOROUGH if how.write else COUNTING
+    written = {name: level.write(form, candidates.keep(*step), effort) for name, step in found.items()}
+    steps = tuple(SearchStep(name, program.count.total) for name, program in written.items())
+    # The search counts roughly; of steps that take as many operations the last has been fitted.
+    best = min(reversed(steps), key=lambda step: step.operations).name
+    kept, scale = found[best]
     terms = candidates.keep(kept, scale)
-    # All steps are written the same quick way, so that they compare.
-    steps = tuple(SearchStep(name, candidates.count(*step, ROUGH).total) for name, step in found.items())
-    written = level.write(form, terms, THOROUGH if how.thorough and how.write else QUICK)
     everything = exactly(exact, level, allowed, budget)
     model = replace(
         everything,
         terms=terms,
-        program=written,
+        program=written[best],
         refitted=bool((scale[kept] != 1.0).any()),
         promise=replace(everything.promise, steps=steps, solved=solved, cut_short=work.was_short),
     )

@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from itertools import zip_longest
 
 import numpy as np
 
-from gd_analyze.levels import LEVELS, Budget, ExactDynamics, Level
-from gd_analyze.levels.effort import ROUGH
+from gd_analyze.levels import LEVELS, Budget, ExactDynamics, Level, SimplifiedModel
 from gd_analyze.operations import OperationCount
-from gd_analyze.search.candidates import SWEEP, Candidates, candidates_of
+from gd_analyze.search.candidates import SWEEP, Candidates, Kept, candidates_of
 from gd_analyze.search.elimination import Elimination, eliminate
 from gd_analyze.search.simplify import How, simplify_exact
 from gd_analyze.vectors import FloatArray
 
-# Every level, and every level once more with a refit that can have one.
-KINDS: tuple[tuple[Level, bool], ...] = tuple(
+# Level and refit: every level, and every level once more with a refit that can have one.
+Kind = tuple[Level, bool]
+KINDS: tuple[Kind, ...] = tuple(
     (level, refit)
     for level in LEVELS.values()
     for refit in ((False, True) if level.has_torque_terms else (False,))
 )
+# Operations of a point, and its largest error per joint, N m.
+_Found = tuple[OperationCount, FloatArray]
+
 FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 
 
@@ -64,11 +67,15 @@ def trade_off(
     budget: Budget | str | None = None,
     *,
     factors: Sequence[float] = FACTORS,
-    kinds: Sequence[tuple[Level, bool]] = KINDS,
+    kinds: Sequence[Kind] = KINDS,
     thorough: bool = True,
+    through: Mapping[Kind, Sequence[SimplifiedModel]] | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> tuple[TradeOffPoint, ...]:
     """Simplify for several budgets at every level.
+
+    A model that is within a smaller budget is within a larger one, and one that is not refitted is as good as
+    one that is: so no point takes more operations than one for a smaller budget, or without refit.
 
     Parameters
     ----------
@@ -81,8 +88,10 @@ def trade_off(
     kinds
         Pairs of level and refit.
     thorough
-        Search each point as `simplify` does. Otherwise all points of a kind come from one elimination, which
-        takes hundredths of a second and somewhat more operations.
+        Search each point as `simplify` does. Otherwise all points of a kind come from one elimination.
+        Operations are counted the same way.
+    through
+        Models of some kinds, growing budgets: their points are the best of these.
     progress
         Called with the number of points done since the last call.
 
@@ -91,51 +100,76 @@ def trade_off(
     tuple
         Points by kind and growing budget.
     """
-    budget = Budget.of(budget)
+    budget, through = Budget.of(budget), through or {}
     tell = progress or (lambda _: None)
     points: list[TradeOffPoint] = []
     exact = exact if thorough else exact.thinned()
-    allowed = exact.allowed(budget)
+    allowed, order = exact.allowed(budget), sorted(factors)
     whole = exact.peak_torque if budget.shares_of == "peak torque" else allowed
-    budgets = [budget.scaled(factor) for factor in factors]
     known: dict[Level, Candidates] = {}
-    found: Iterator[tuple[OperationCount, float]]
+    without: dict[Level, list[_Found]] = {}
+    found: Iterable[_Found]
     for level, refit in kinds:
-        if thorough:
-            models = map(partial(simplify_exact, exact, how=How(level, refit)), budgets)
-            found = ((made.operations, _share(made.promise.errors.largest, whole)) for made in models)
+        if (level, refit) in through:
+            found = _best_of(exact, through[level, refit], allowed, order)
+        elif thorough:
+            how = How(level, refit)
+            models = (simplify_exact(exact, budget.scaled(factor), how) for factor in order)
+            found = ((model.operations, model.promise.errors.largest) for model in models)
         else:
             if level not in known:
                 known[level] = candidates_of(exact, level, allowed, SWEEP * min(1.0, *factors))
-            elimination = eliminate(known[level], refit=refit)
-            found = _eliminated(exact, (allowed, whole), elimination, refit, factors)
-        for factor, stated, (operations, error) in zip(factors, budgets, found, strict=True):
-            points.append(TradeOffPoint(level, refit, factor, str(stated), operations, error))
+            found = _eliminated(exact, allowed, eliminate(known[level], refit=refit), refit, order)
+        best: list[_Found] = []
+        for factor, each in zip(order, _no_dearer(found, without.get(level, [])), strict=True):
+            best.append(each)
+            operations, error = each
+            stated = str(budget.scaled(factor))
+            points.append(TradeOffPoint(level, refit, factor, stated, operations, _share(error, whole)))
             tell(1)
+        without.setdefault(level, best)
     return tuple(points)
 
 
-def _eliminated(
-    exact: ExactDynamics,
-    measures: tuple[FloatArray, FloatArray],
-    elimination: Elimination,
-    refit: bool,
-    factors: Sequence[float],
-) -> Iterator[tuple[OperationCount, float]]:
-    """The last models of one elimination within each budget; given are what is allowed, and shares are of."""
-    (allowed, whole), candidates = measures, elimination.candidates
-    largest = elimination.errors().max(axis=1) if refit else None
+def _no_dearer(found: Iterable[_Found], without: Sequence[_Found]) -> Iterator[_Found]:
+    """For each budget the best found so far, models without refit included."""
+    best: _Found | None = None
+    for one, other in zip_longest(found, without):
+        best = min((each for each in (one, other, best) if each is not None), key=lambda each: each[0].total)
+        yield best
+
+
+def _best_of(
+    exact: ExactDynamics, models: Sequence[SimplifiedModel], allowed: FloatArray, factors: Sequence[float]
+) -> Iterator[_Found]:
+    """Of models that are at hand, and exact, those of fewest operations within each budget."""
+    everything = exact.form.operations, np.zeros(len(allowed))
+    found = [(model.operations, model.promise.errors.largest) for model in models]
     for factor in factors:
+        within = [each for each in found if (each[1] <= factor * allowed).all()]
+        yield min([*within, everything], key=lambda each: each[0].total)
+
+
+def _eliminated(
+    exact: ExactDynamics, allowed: FloatArray, elimination: Elimination, refit: bool, factors: Sequence[float]
+) -> list[_Found]:
+    """The last models of one elimination that are within each budget."""
+    candidates = elimination.candidates
+    swept, largest = candidates.swept, elimination.errors().max(axis=1) if refit else None
+    selected: list[tuple[Kept, FloatArray]] = []
+    for factor in factors:
+        limit = (factor - swept) / (1.0 - swept)
         if largest is None:
-            kept, scale = elimination.within(factor), elimination.scales[0]
+            selected.append((elimination.within(limit), elimination.scales[0]))
         else:
-            last = int(np.flatnonzero(largest <= factor)[-1])
-            kept, scale = elimination.kept(last), elimination.scales[last]
-        operations = candidates.count(kept, scale, ROUGH)
-        if operations.total < exact.form.operations.total:
-            yield operations, _share(_errors(candidates, kept * scale - 1.0) * allowed, whole)
-        else:
-            yield exact.form.operations, 0.0
+            last = int(np.flatnonzero(largest <= limit)[-1])
+            selected.append((elimination.kept(last), elimination.scales[last]))
+    steps = [candidates.keep(*one) for one in reversed(selected)]
+    programs = candidates.level.write_steps(candidates.form, steps, exact.form.operations.total - 1)
+    errors = [_errors(candidates, kept * scale - 1.0) * allowed for kept, scale in reversed(selected)]
+    found = [(program.count, error) for program, error in zip(programs, errors, strict=False)]
+    everything = exact.form.operations, np.zeros(len(allowed))
+    return [everything] * (len(factors) - len(found)) + found[::-1]
 
 
 def _errors(candidates: Candidates, weights: FloatArray) -> FloatArray:

@@ -1,0 +1,109 @@
+"""One way of counting: the same arm, motion and budget take the same operations wherever they are told."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import gd_analyze as gd
+from gd_analyze.certification import Box, simplify_certified
+from gd_analyze.comparison import compare
+from gd_analyze.levels import LEVELS, TERM, ExactDynamics, ExactForm
+from gd_analyze.levels.effort import THOROUGH
+from gd_analyze.main_job import Settings, find
+from gd_analyze.search import How, simplify_exact, trade_off
+
+
+@pytest.fixture(scope="module")
+def findings(two_link, swing):
+    return find(two_link, swing, Settings(budget=gd.Budget.parse("5%")))
+
+
+def test_exact_is_one_number_in_every_verb(two_link, swing, findings):
+    """Main job, simplify at every level, certified, trade-off and compare."""
+    full = ExactForm(two_link).operations
+    exact = ExactDynamics.of(two_link, swing)
+    models = [gd.simplify(two_link, swing, level=level) for level in LEVELS]
+    certified, _ = simplify_certified(exact, gd.Budget.parse("5%"), Box.of(two_link))
+    told = [model.operations_full for model in (findings.model, findings.element_model, *models, certified)]
+    assert set(told) == {full}
+    assert compare(two_link).exact == full
+    points = trade_off(exact, factors=(1e-6,), kinds=((TERM, False),))
+    assert [point.operations for point in points] == [full]
+
+
+@pytest.mark.parametrize(
+    "words", [("trade-off", "two_link", "two-link-swing", "--quick"), ("compare", "two_link")]
+)
+def test_so_the_verbs_tell_it(capsys, tmp_path, monkeypatch, two_link, words):
+    from gd_analyze.cli import main
+
+    monkeypatch.chdir(tmp_path)
+    main([*words, "--json"])
+    told = json.loads(capsys.readouterr().out)
+    full = ExactForm(two_link).operations.total
+    if words[0] == "compare":
+        assert told["operations_full"]["multiplications"] + told["operations_full"]["additions"] == full
+        assert str(full) in told["headline"]
+    else:
+        assert (
+            max(
+                sum((p["operations"]["multiplications"], p["operations"]["additions"]))
+                for p in told["points"]
+            )
+            <= full
+        )
+
+
+@pytest.mark.parametrize("level", ["term", "energy"])
+def test_a_model_is_written_as_its_terms_are_whoever_asks(puma, pick_and_place, level):
+    """Found by a quick search or a long one: the same terms take the same operations."""
+    exact = ExactDynamics.of(puma, pick_and_place, drives=True)
+    model = simplify_exact(exact, gd.Budget.parse("2%"), How(level, thorough=False))
+    assert model.program.count == model.level.write(exact.form, model.terms, THOROUGH).count
+    # Every step of the search is counted so, and the fewest is what is given.
+    assert min(step.operations for step in model.promise.steps) == model.operations.total
+
+
+def test_by_level_and_the_curve_lead_through_the_model_shown(findings):
+    table = findings.tables["trade_off"].sel(kind=findings.model.level.name, factor=1.0)
+    assert table.operations == findings.model.operations.total
+    assert table.largest_share == findings.model.promise.errors.largest_share.max()
+    path = findings.tables["budgets"].sel(factor=1.0)
+    assert path.operations == findings.model.operations.total
+    np.testing.assert_array_equal(path.largest_error, findings.model.promise.errors.largest)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        Settings(drives=True),
+        Settings(drives=True, level="energy", budget=gd.Budget.parse("3%")),
+        Settings(drives=True, refit=True, budget=gd.Budget.parse("3%")),
+        Settings(drives=True, operations=60),
+        Settings(level="element"),
+    ],
+    ids=["term", "energy", "refit", "operations", "element"],
+)
+def test_curves_of_the_puma(puma, pick_and_place, settings):
+    found = find(puma, pick_and_place, settings)
+    table, model = found.tables["trade_off"], found.model
+    operations, full = table.operations.values, model.operations_full.total
+    # More budget, fewer operations or as many; none above exact, which errs by nothing.
+    assert (np.diff(operations, axis=1) <= 0).all()
+    assert (operations <= full).all()
+    assert (table.largest_share.values[operations == full] == 0.0).all()
+    for level in set(table.level.values):
+        of_level = table.operations.values[table.level.values == level]
+        if len(of_level) == 2:
+            refit = table.refit.values[table.level.values == level]
+            assert (of_level[refit] <= of_level[~refit]).all()
+    own = (table.level.values == model.level.name) & (table.refit.values == settings.refit)
+    (at_one,) = operations[own][:, table.factor.values == 1.0]
+    assert at_one == model.operations.total
+    budgets = found.tables["budgets"]
+    assert budgets.operations.values[budgets.factor.values == 1.0] == model.operations.total
+    assert (np.diff(budgets.operations.values) <= 0).all()
+    assert (budgets.operations.values <= full).all()
