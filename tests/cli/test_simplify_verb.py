@@ -249,7 +249,7 @@ def test_a_budget_that_is_the_larger_of_several(run, here):
     assert max(map(len, shown.out.splitlines())) <= 80
     assert "PUMA 560, drives included: " in said
     assert re.search(r"largest error \d+ % of the allowed error \(joint \d\)", said)
-    assert "Torque error, N m, and its share of the allowed error" in said
+    assert "and its share of the allowed error" in said
     assert "friction at" not in said
 
 
