@@ -23,7 +23,7 @@ from gd_analyze.vectors import Array
 if TYPE_CHECKING:
     import xarray as xr
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 
 # Inputs are bounded so that torques stay below 1e65, see `gd_analyze.given_numbers`.
 LARGEST_RESULT = 1e150
@@ -116,12 +116,15 @@ GROUPS = _declared()
 
 # Variables that a group may lack.
 OPTIONAL = {
-    "coupling",
-    "drive_torque",
-    "inertia_by_link",
-    "coriolis_centrifugal_by_link",
-    "gravity_loading_by_link",
-    "coriolis_centrifugal_terms",
+    "decomposition": {
+        "coupling",
+        "drive_torque",
+        "inertia_by_link",
+        "coriolis_centrifugal_by_link",
+        "gravity_loading_by_link",
+        "coriolis_centrifugal_terms",
+    },
+    "budgets": {"kept", "kept_parts"},
 }
 
 
@@ -202,7 +205,7 @@ def validate(dataset: xr.Dataset, group: str, turning: Sequence[bool]) -> None:
     """
     declared = GROUPS[group]
     for name in declared:
-        if name not in dataset and name not in OPTIONAL:
+        if name not in dataset and name not in OPTIONAL.get(group, ()):
             found = ", ".join(str(known) for known in dataset.data_vars) or "no variables"
             raise StoreError(f"{group} lacks {name}", expected=", ".join(declared), found=found)
     for key, array in dataset.data_vars.items():

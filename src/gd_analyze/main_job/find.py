@@ -25,9 +25,11 @@ from gd_analyze.main_job.how import Origin, Progress, Settings, Silent
 from gd_analyze.pinocchio_check import cross_check
 from gd_analyze.provenance import provenance_of_run
 from gd_analyze.results import tables
+from gd_analyze.results.budgets_table import budgets_table
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots import RobotArm, describe_in_full, warn_of_slips
 from gd_analyze.search import How, TermRanking, rank_terms, simplify_exact, trade_off
+from gd_analyze.search.budget_path import FACTORS, budget_path
 from gd_analyze.search.simplify import no_dearer
 from gd_analyze.search.trade_off import KINDS
 from gd_analyze.states import states_in_box
@@ -126,6 +128,7 @@ def find(
             "parts": tables.parts_table(elements, exact, dominance),
             "terms": tables.terms_table(ranking, arm, not many),
             "trade_off": tables.trade_off_table(points, arm),
+            "budgets": budgets_table(budget_path(exact, how.budget, model), FACTORS, ranking),
             "beyond": _beyond(exact, model, ranking),
         },
         model=model,

@@ -76,3 +76,15 @@ def trade_off_rows(findings: Findings) -> list[Row]:
         }
         for k, row in enumerate(rows_of(table, "factor"))
     ]
+
+
+def budget_rows(findings: Findings) -> list[Row]:
+    """One row per multiple of the budget; `kept` holds ranks of torque terms, or labels of parts."""
+    table = findings.tables["budgets"]
+    dim, kept = ("rank", table.kept) if "kept" in table else ("part", table.kept_parts)
+    labels, plain = table[dim].values, ("factor", "budget", "operations", "multiplications", "additions")
+    return [
+        {name: table[name].values[k].item() for name in plain}
+        | {"largest_error": table.largest_error.values[k].tolist(), "kept": labels[kept.values[k]].tolist()}
+        for k in range(table.sizes["factor"])
+    ]
