@@ -65,18 +65,13 @@ def prefixed(largest: float, unit: str) -> tuple[float, str]:
     >>> prefixed(6.56e-5, "N m"), prefixed(4e-5, "kg m^2"), prefixed(42.0, "N m")
     ((1e-06, 'µN m'), (1e-06, 'mg m^2'), (1.0, 'N m'))
     """
-    size = abs(largest)
-    weighed = unit.startswith("kg")
-    if (
-        not (weighed or unit.startswith("N"))
-        or " or " in unit
-        or 0.1 <= size < 1e4
-        or not 0 < size < math.inf
-    ):
+    size, weighed = abs(largest), unit.startswith("kg")
+    takes_one = (weighed or unit.startswith("N")) and " or " not in unit
+    if not takes_one or 0.1 <= size < 1e4 or not 0 < size < math.inf:
         return 1.0, unit
     power = 3 * math.floor(math.log10(size * (1 + 1e-9)) / 3)
     grams = power + 3 * weighed
-    if power >= 0 and weighed or grams not in _PREFIXES:
+    if (power >= 0 and weighed) or grams not in _PREFIXES:
         return 1.0, unit
     return 10.0**power, _PREFIXES[grams] + (unit[1:] if weighed else unit)
 

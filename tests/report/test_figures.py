@@ -67,7 +67,7 @@ def texts(figure: Canvas) -> set[str]:
 
 
 def inside(figure: Canvas) -> bool:
-    """Every shape within the page the figure stands for, give or take a line's width, and every text's place."""
+    """Whether every shape, give or take a line's width, and every text's place are within the figure."""
     every = np.concatenate([shape.points for shape in figure.shapes])
     places = np.array([[text.x, text.y] for text in figure.texts]).reshape(-1, 2)
     return all(
@@ -250,12 +250,10 @@ def test_a_drawing_of_the_page_follows_its_theme() -> None:
 def test_marks_lie_around_their_place(shape: str) -> None:
     canvas = Canvas(10.0, 10.0)
     canvas.mark(np.array([[4.0, 7.0]]), "ink", 2.0, shape=shape)
-    x, y = map(
-        float,
-        canvas.shapes[0].path[1:].replace("L", " ").split("h")[0].split("l")[0].split("a")[0].split()[:2],
-    )
-    # A mark of that size reaches no farther than 1.2 of half of it, a square's corner half the diagonal.
-    assert np.hypot(x - 4.0, y - 3.0) <= 1.42
+    corners = canvas.shapes[0].path[1:].removesuffix("z").split("a")[0].split("L")
+    for x, y in (map(float, corner.split()) for corner in corners):
+        # No farther than a square's corner: half its size times the square root of 2; digits are written.
+        assert np.hypot(x - 4.0, y - 3.0) <= np.sqrt(2) + 0.01
 
 
 def test_planar_arm_is_drawn_head_on(two_link: RobotArm, swing_findings: Findings) -> None:

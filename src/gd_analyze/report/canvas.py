@@ -74,7 +74,7 @@ class Canvas:
         order: float = 2.0,
         label: str = "",
     ) -> None:
-        """Draw through points, pt, shape (N, 2), a dot where there is only one; dashes in multiples of the width."""
+        """Draw through points, pt, shape (N, 2), or a dot; dashes are multiples of the width."""
         if len(points) == 1:
             self.mark(points, colour, 2.0 + width, order=order, label=label)
             return
@@ -171,16 +171,19 @@ class Canvas:
         return "M" + "L".join([f"{x:.2f} {y:.2f}" for x, y in flipped.tolist()])
 
 
+# Corners of marks, in halves of their size, y downward.
+_TURNS = np.arange(10) * np.pi / 5
+_CORNERS = {
+    "square": np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]),
+    "diamond": 1.2 * np.array([[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]]),
+    "star": np.where(np.arange(10) % 2, 0.42, 1.0)[:, None] * np.stack([np.sin(_TURNS), -np.cos(_TURNS)], 1),
+}
+
+
 def _mark(shape: str, x: float, y: float, size: float) -> str:
     """Path of a mark around a point, y downward."""
     r = size / 2
-    if shape == "square":
-        return f"M{x - r:.2f} {y - r:.2f}h{size:g}v{size:g}h{-size:g}z"
-    if shape == "diamond":
-        return f"M{x:.2f} {y - 1.2 * r:.2f}l{1.2 * r:.2f} {1.2 * r:.2f}l{-1.2 * r:.2f} {1.2 * r:.2f}l{-1.2 * r:.2f} {-1.2 * r:.2f}z"
-    if shape == "star":
-        turns = np.arange(10) * np.pi / 5
-        radii = np.where(np.arange(10) % 2, 0.42 * r, r)
-        corners = np.stack([x + radii * np.sin(turns), y - radii * np.cos(turns)], axis=1)
-        return "M" + "L".join([f"{a:.2f} {b:.2f}" for a, b in corners.tolist()]) + "z"
-    return f"M{x - r:.2f} {y:.2f}a{r:g} {r:g} 0 1 0 {size:g} 0a{r:g} {r:g} 0 1 0 {-size:g} 0z"
+    if shape == "circle":
+        return f"M{x - r:.2f} {y:.2f}a{r:g} {r:g} 0 1 0 {size:g} 0a{r:g} {r:g} 0 1 0 {-size:g} 0z"
+    corners = (x, y) + r * _CORNERS[shape]
+    return "M" + "L".join([f"{a:.2f} {b:.2f}" for a, b in corners.tolist()]) + "z"
