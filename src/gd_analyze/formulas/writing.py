@@ -56,7 +56,7 @@ def torque_formulas(rates: AbsoluteRates, torques: Torques) -> tuple[Formula, ..
         for before, terms in groups:
             products = tuple(Product(torques[term], powers(term.monomial)) for term in terms)
             pieces += bracketed(quantity_of(before), products, rate_powers(before))
-        out.append(Formula(_torque(joint), tuple(pieces) or NOTHING))
+        out.append(Formula(torque_symbol(joint), tuple(pieces) or NOTHING))
     return tuple(out)
 
 
@@ -70,7 +70,7 @@ def grouped(n_joints: int, torques: Torques) -> list[list[tuple[tuple[Rate, ...]
 
 def carried(joint: int) -> Piece:
     """Torque of the next joint, which one with a parallel axis carries."""
-    return Piece(one(_torque(joint + 1)), "carried")
+    return Piece(one(torque_symbol(joint + 1)), "carried")
 
 
 def energy_formulas(energies: Energies) -> tuple[Formula, ...]:
@@ -89,7 +89,7 @@ def term_formula(term: TorqueTerm | EnergyTerm, weight: float) -> Formula:
     """Formula of a single term; the left-hand side says where it stands."""
     product = Product(weight, powers(term.monomial))
     if isinstance(term, TorqueTerm):
-        return Formula(_torque(term.row), bracketed(term.quantity, (product,), rate_powers(term.rates)))
+        return Formula(torque_symbol(term.row), bracketed(term.quantity, (product,), rate_powers(term.rates)))
     if term.is_potential:
         return Formula(Symbol("U"), (Piece(product, "gravity_loading"),))
     return Formula(Symbol("D'", joined((term.i, term.j))), (Piece(product, "inertia"),))
@@ -128,7 +128,8 @@ def _base(factor: Factor) -> Symbol | Function:
     return abbreviation(factor) if factor.is_plain else written_out(factor)
 
 
-def _torque(joint: int) -> Symbol:
+def torque_symbol(joint: int) -> Symbol:
+    """Symbol of a joint's torque, joints from 0."""
     return Symbol("tau", joined((joint,)))
 
 
