@@ -144,8 +144,7 @@ def report() -> str:
         row("its terms, rewritten", exact, model_of(exact, rule, THOROUGH), None),
     ]
     steps = []
-    budget = tuple((equal * exact.peak_torque).tolist())
-    as_good = Budget(budget, (False,) * len(budget))
+    as_good = Budget.of_torques(equal * exact.peak_torque)
     asked: tuple[tuple[str, Budget, Level, bool], ...] = (
         ("ours, every joint within the rule's own error", as_good, TERM, False),
         ("the same, refitted", as_good, TERM, True),

@@ -18,6 +18,7 @@ from gd_analyze.levels import evaluate as evaluate
 from gd_analyze.levels import load_model as load_model
 from gd_analyze.levels import payload_effect as payload_effect
 from gd_analyze.levels import save_model as save_model
+from gd_analyze.levels import torque_uncertainty as torque_uncertainty
 from gd_analyze.main_job import Settings as Settings
 from gd_analyze.main_job import analyze as analyze
 from gd_analyze.main_job import find as find
@@ -30,7 +31,6 @@ from gd_analyze.robots import builtin_arms as builtin_arms
 from gd_analyze.robots import load_arm as load_arm
 from gd_analyze.search import rank_terms as rank_terms
 from gd_analyze.search import simplify as simplify
-from gd_analyze.search import torque_uncertainty as torque_uncertainty
 from gd_analyze.search import trade_off as trade_off
 from gd_analyze.states import States as States
 from gd_analyze.states import states_in_box as states_in_box

@@ -107,6 +107,12 @@ def coulomb_friction(arm: RobotArm, qd: FloatArray, *, rest_rate: float = 0.0) -
         return level * (np.tanh(qd / rest_rate) if rest_rate else np.sign(qd))
 
 
+def least_friction(arm: RobotArm) -> FloatArray:
+    """Coulomb friction at the joints in the direction that has less of it, (n,); errors as above."""
+    once = np.ones(arm.n_joints)
+    return np.minimum(coulomb_friction(arm, once), -coulomb_friction(arm, -once))
+
+
 def _require_drives(arm: RobotArm) -> None:
     _ = arm.drive_inertia  # which refuses an arm without drives
     for joint, drive in zip(arm.joints, arm.drives, strict=True):

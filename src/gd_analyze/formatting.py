@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Sequence
+from decimal import ROUND_CEILING, Decimal
 
 from markupsafe import Markup, escape
 
@@ -96,6 +97,21 @@ def percent(share: float) -> str:
     if value == 0.0:
         return "0 %"
     return "< 0.01 %" if abs(value) < 0.01 else f"{value:.2g} %" if abs(value) < 9.95 else f"{value:.0f} %"
+
+
+def rounded_up(value: float, digits: int = 3) -> float:
+    """Round to significant digits, never down: a bound is never shown smaller than it is.
+
+    Examples
+    --------
+    >>> rounded_up(0.00931001), rounded_up(158.2, 2)
+    (0.00932, 160.0)
+    """
+    if value == 0.0 or not math.isfinite(value):
+        return value
+    exact = Decimal(value)
+    step = Decimal(1).scaleb(exact.adjusted() - digits + 1)
+    return float(exact.quantize(step, rounding=ROUND_CEILING))
 
 
 def at_most(share: float) -> str:

@@ -40,6 +40,19 @@ def unit_of(kind: str, *turning: bool) -> str:
     return UNITS[kind][sum(turning)]
 
 
+def units_of(kind: str, turning: Sequence[bool]) -> Array:
+    """Unit of every entry of a quantity of an arm's joints: one axis per joint that it is about.
+
+    Examples
+    --------
+    >>> units_of("inertia", [True, False]).tolist()
+    [['kg m^2', 'kg m'], ['kg m', 'kg']]
+    """
+    flags = np.array(turning, dtype=int)
+    axes = np.meshgrid(*[flags] * (len(UNITS[kind]) - 1), indexing="ij")
+    return np.array(UNITS[kind])[sum(axes)]
+
+
 @dataclass(frozen=True)
 class Variable:
     """Declaration of one variable.
@@ -175,14 +188,11 @@ def table(
 
 def _unit_coordinates(kinds: Mapping[str, tuple[str, ...]], turning: Sequence[bool]) -> dict[str, Any]:
     """Units row by row, of the kinds in use."""
-    out: dict[str, Any] = {}
-    flags = np.array(turning, dtype=int)
-    for kind, dims in kinds.items():
-        if kind in UNITS:
-            over = tuple(dim for dim in dims if dim.startswith("joint"))
-            count = sum(np.meshgrid(*[flags] * len(over), indexing="ij")) if len(over) > 1 else flags
-            out[coordinate_of(kind)] = (over, np.array(UNITS[kind])[count])
-    return out
+    return {
+        coordinate_of(kind): (tuple(dim for dim in dims if dim.startswith("joint")), units_of(kind, turning))
+        for kind, dims in kinds.items()
+        if kind in UNITS
+    }
 
 
 def validate(dataset: xr.Dataset, group: str, turning: Sequence[bool]) -> None:

@@ -30,7 +30,7 @@ _EFFORT = 0.25
 
 def simplify_certified(
     exact: ExactDynamics,
-    budget: Budget,
+    budget: Budget | str,
     box: Box,
     *,
     level: Level = TERM,
@@ -64,11 +64,11 @@ def simplify_certified(
     UsageError
         If not even the exact model could be certified: the budget is less than what the bound resolves.
     """
-    allowed, stated = exact.allowed(budget), f"{budget}{CERTIFIED}"
+    allowed, stated = exact.allowed(budget), f"{Budget.of(budget)}{CERTIFIED}"
     share = np.ones(len(allowed))
     known, how = exact, How(level, write=False, effort=_EFFORT, dearer=True)
     for turn in range(_ROUNDS):
-        within = Budget(tuple((share * allowed).tolist()), (False,) * len(allowed))
+        within = Budget.of_torques(share * allowed)
         model = simplify_exact(known, within, how, provenance=provenance)
         certificate = certify(model, box, harmonics=exact.form.harmonics)
         if progress is not None:
@@ -104,5 +104,7 @@ def _finished(
     """Say what the model was asked for, and write its program with few operations."""
     written = replace(model, program=model.level.write(model.form, model.terms, THOROUGH))
     errors = exact.errors_of(written.torque(*exact.states.arrays))
-    promise = replace(written.promise, allowed=allowed, budget=stated, errors=errors)
+    promise = replace(
+        written.promise, allowed=allowed, budget=stated, errors=errors, uncertainty=exact.uncertainty
+    )
     return no_dearer(exact, replace(written, promise=promise))

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from decimal import ROUND_CEILING, Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +12,7 @@ import gd_analyze as gd
 from gd_analyze.cli.options import FILE, TRAJECTORY
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.terminal import line, sentence
+from gd_analyze.formatting import percent, rounded_up
 
 if TYPE_CHECKING:
     from gd_analyze.certification import Certificate, Definiteness
@@ -145,12 +144,11 @@ def _document(shown: _Shown) -> dict[str, object]:
 
 def _show(shown: _Shown) -> None:
     from gd_analyze.cli.joint_table import arm_in_words, joint_table, numbers, percents
-    from gd_analyze.formatting import percent
 
     model, certificate = shown.model, shown.certificate
     arm, promise = model.arm, model.promise
     # A bound is never shown smaller than it is.
-    shares = [_rounded_up(float(share), 2) for share in shown.shares]
+    shares = [rounded_up(float(share), 2) for share in shown.shares]
     worst = max(range(len(shares)), key=shares.__getitem__)
     sentence(
         f"{arm_in_words(arm)}: no state within {shown.where} has a torque error above "
@@ -165,7 +163,7 @@ def _show(shown: _Shown) -> None:
         [
             ("sampled", numbers(promise.errors.largest)),
             ("found", numbers(certificate.worst_found)),
-            ("certified", numbers(_rounded_up(float(bound)) for bound in certificate.certified)),
+            ("certified", numbers(rounded_up(float(bound)) for bound in certificate.certified)),
             ("share", percents(shares)),
             ("allowed", numbers(promise.allowed)),
             ("within", ["proven" if x else "no" for x in within]),
@@ -176,7 +174,7 @@ def _show(shown: _Shown) -> None:
     sentence(
         "Sampled: over the states the model was made for. Found: by a search over the whole box. Certified: "
         "no state of the box exceeds it"
-        + (f"; at most {_rounded_up(float(ratio.max())):.2f} times what was found. " if ratio.size else ". ")
+        + (f"; at most {rounded_up(float(ratio.max())):.2f} times what was found. " if ratio.size else ". ")
         + "Share: of the largest exact torque that a search found in the box. "
         + _verdict(int(within.sum()), len(within), promise)
     )
@@ -206,7 +204,7 @@ def _verdict(proven: int, joints: int, promise: Promise) -> str:
 def _definite(definiteness: Definiteness, all_turning: bool) -> str:
     unit = " kg m^2" if all_turning else ""
     bound, found = (
-        f"{value:.4g}{unit}" for value in (-_rounded_up(-definiteness.proven, 4), definiteness.smallest_found)
+        f"{value:.4g}{unit}" for value in (-rounded_up(-definiteness.proven, 4), definiteness.smallest_found)
     )
     place = ", ".join(f"{q:.4g}" for q in definiteness.position)
     if definiteness.is_proven:
@@ -225,12 +223,3 @@ def _definite(definiteness: Definiteness, all_turning: bool) -> str:
         f"D is not shown to be positive definite: an eigenvalue as low as {bound} cannot be ruled out, the "
         f"smallest found is {found}. A larger --effort may show it."
     )
-
-
-def _rounded_up(value: float, digits: int = 3) -> float:
-    """Round to significant digits, never down."""
-    if value == 0.0 or not math.isfinite(value):
-        return value
-    exact = Decimal(value)
-    step = Decimal(1).scaleb(exact.adjusted() - digits + 1)
-    return float(exact.quantize(step, rounding=ROUND_CEILING))

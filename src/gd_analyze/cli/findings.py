@@ -60,7 +60,7 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
         "beyond": joint_rows(findings, "beyond"),
         "states_drawn": tables["beyond"].attrs["states_drawn"],
         "dominance": element_rows(findings),
-        "residuals": rows_of(tables["cross_check"], "quantity"),
+        "residuals": rows_of(tables["cross_check"], "comparison"),
         "warnings": list(dict.fromkeys([*findings.warnings, *warned])),
         "provenance": dict(findings.provenance),
         "files": [str(path) for path in files],

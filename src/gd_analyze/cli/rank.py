@@ -40,7 +40,7 @@ def rank(given: Given, level: str, top: int, output: Output) -> None:
         stage("ranking")
         chosen = gd.LEVELS[level]
         ranking = gd.rank_terms(exact, chosen)
-    rows = _rows(ranking)
+    rows = _rows(ranking, exact.arm)
     output.give(
         lambda: {
             "arm": exact.arm.name,
@@ -58,7 +58,7 @@ def rank(given: Given, level: str, top: int, output: Output) -> None:
     )
 
 
-def _rows(ranking: TermRanking) -> list[dict[str, Any]]:
+def _rows(ranking: TermRanking, arm: gd.RobotArm) -> list[dict[str, Any]]:
     """One row per term, as JSON has it."""
     from dataclasses import asdict
 
@@ -69,7 +69,8 @@ def _rows(ranking: TermRanking) -> list[dict[str, Any]]:
     for ranked in ranking.terms:
         formula = term_formula(ranked.term, ranked.weight)
         about = {"label": plain.symbol(formula.left), "quantity": ranked.term.quantity}
-        rows.append(about | asdict(ranked) | {"term": plain.right(formula)})
+        unit = arm.joints[ranked.alone_joint - 1].effort_unit
+        rows.append(about | asdict(ranked) | {"term": plain.right(formula), "alone_unit": unit})
     return rows
 
 
@@ -84,7 +85,7 @@ def _show(exact: gd.ExactDynamics, ranking: TermRanking, kept: str, shown: list[
         table(
             "Largest torque of each term alone and its share of that joint's peak torque; largest error "
             "without it and all below",
-            ["", "", "in", "term", "alone", "joint", "share", "without", "joint"],
+            ["", "", "in", "term", "alone", "", "joint", "share", "without", "joint"],
             [
                 [
                     str(row["rank"]),
@@ -92,6 +93,7 @@ def _show(exact: gd.ExactDynamics, ranking: TermRanking, kept: str, shown: list[
                     row["label"],
                     row["term"],
                     number(row["alone_torque"]),
+                    row["alone_unit"],
                     str(row["alone_joint"]),
                     percent(row["alone_share"]),
                     percent(row["without_share"]),
@@ -99,7 +101,7 @@ def _show(exact: gd.ExactDynamics, ranking: TermRanking, kept: str, shown: list[
                 ]
                 for row in shown
             ],
-            "rlll",
+            "rlllrl",
         )
     line()
     if ranking.unlisted:

@@ -20,6 +20,8 @@ from gd_analyze.levels.budget import Budget
 from gd_analyze.levels.effort import QUICK
 from gd_analyze.levels.promise import ErrorTable
 from gd_analyze.levels.torque_program import torque_program
+from gd_analyze.levels.uncertainty import torque_uncertainty
+from gd_analyze.levels.yardsticks import Yardsticks
 from gd_analyze.operations import OperationCount, Program, Trace
 from gd_analyze.operations.rewriting import rewritten
 from gd_analyze.pinocchio_check import round_off_bounds
@@ -162,6 +164,12 @@ class ExactDynamics:
         return peak_magnitude(self.torque, self._explained)
 
     @cached_property
+    def uncertainty(self) -> FloatArray | None:
+        """Largest standard uncertainty of each joint's torque, N m, (n,); None where none is stated."""
+        spread = torque_uncertainty(self.arm, self.states, self.form.drives)
+        return None if spread is None else spread.max(axis=0)
+
+    @cached_property
     def _explained(self) -> float:
         """Torque that round-off explains at these states, N m."""
         return float(round_off_bounds(self.arm, *self.states.arrays)["torque"])
@@ -180,16 +188,17 @@ class ExactDynamics:
         """Error of other torques at these states, N m, shape (N, n)."""
         return ErrorTable.of(self.torque, torque, self._explained)
 
-    def allowed(self, budget: Budget) -> FloatArray:
+    def allowed(self, budget: Budget | str | None) -> FloatArray:
         """Allowed error per joint, N m, shape (n,), and never less than round-off."""
-        return allowed_by(budget, self.peak_torque, self.round_off)
+        by = Yardsticks(self.arm, self.peak_torque, self.uncertainty)
+        return allowed_by(Budget.of(budget), by, self.round_off)
 
 
-def allowed_by(budget: Budget, peak_torque: FloatArray, round_off: float = 0.0) -> FloatArray:
-    """Allowed error per joint, N m, shape (n,), for these peak torques, and never less than round-off."""
+def allowed_by(budget: Budget, by: Yardsticks, round_off: float = 0.0) -> FloatArray:
+    """Allowed error per joint, N m, shape (n,), and never less than round-off."""
     # Without any torque anywhere nothing is worth keeping, and any positive budget says so.
-    floor = ROUND_OFF_SHARE * float(peak_torque.max()) or round_off or ROUND_OFF_SHARE
-    return np.maximum(budget.allowed(peak_torque), floor)
+    floor = ROUND_OFF_SHARE * float(by.peak.max()) or round_off or ROUND_OFF_SHARE
+    return np.maximum(budget.allowed(by), floor)
 
 
 def _recursion(form: ExactForm) -> Program:

@@ -16,7 +16,8 @@ from gd_analyze.levels.promise import ErrorTable, Promise, SearchStep
 from gd_analyze.levels.statements import measured_where_possible, require_consistent, require_equal
 from gd_analyze.operations import OperationCount
 from gd_analyze.operations.written import read_back, written
-from gd_analyze.robots import arm_from_description, describe, fingerprint
+from gd_analyze.robots import arm_from_description, describe_with_drives, fingerprint
+from gd_analyze.vectors import FloatArray
 
 FORMAT = "gd-analyze simplified model"
 VERSION = 2
@@ -29,6 +30,8 @@ class _JointError(Checked):
     allowed_error: float
     largest_error: float
     rms_error: float
+    # Of the torque, where the parameters' are stated; files of before it was kept have none.
+    uncertainty: float | None = None
 
 
 class _Step(Checked):
@@ -102,6 +105,7 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
                 allowed_error=promise.allowed[i],
                 largest_error=errors.largest[i],
                 rms_error=errors.rms[i],
+                uncertainty=None if promise.uncertainty is None else promise.uncertainty[i],
             )
             for i, joint in enumerate(model.arm.joints)
         ],
@@ -112,7 +116,7 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
         operations=model.operations,
         operations_full=model.operations_full,
         arm_fingerprint=fingerprint(model.arm, model.drives),
-        arm=describe(model.arm),
+        arm=describe_with_drives(model.arm),
         terms=model.level.to_entries(model.terms),
         steps=steps,
         outputs=outputs,
@@ -145,9 +149,15 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
             tuple(SearchStep(step.name, step.operations) for step in document.search),
             document.solved,
             document.cut_short,
+            uncertainty=_uncertainty(document),
         ),
         provenance=document.provenance,
     )
+
+
+def _uncertainty(document: ModelDocument) -> FloatArray | None:
+    stated = [row.uncertainty for row in document.errors if row.uncertainty is not None]
+    return np.array(stated) if len(stated) == len(document.errors) else None
 
 
 def checked(model: SimplifiedModel, document: ModelDocument) -> SimplifiedModel:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gd_analyze.levels.budget import Budget
 from gd_analyze.round_off import peak_magnitude, round_off_of
 from gd_analyze.vectors import FloatArray
 
@@ -102,6 +103,9 @@ class Promise:
         Whether the search ended because its effort was used up.
     measured
         Whether the errors were measured here; otherwise a file states them, for states that are not at hand.
+    uncertainty
+        Largest standard uncertainty of the torque at these states, N m, shape (n,); None where none is
+        stated of the arm's parameters.
     """
 
     allowed: FloatArray
@@ -112,6 +116,12 @@ class Promise:
     solved: bool = False
     cut_short: bool = False
     measured: bool = True
+    uncertainty: FloatArray | None = None
+
+    @property
+    def asked(self) -> Budget:
+        """The budget as a value."""
+        return Budget.parse(self.budget.removesuffix(CERTIFIED))
 
     @property
     def search(self) -> str:

@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, ModelError
-from gd_analyze.levels.budget import Budget
 from gd_analyze.levels.exact import ExactDynamics, allowed_by
 from gd_analyze.levels.model import SimplifiedModel
-from gd_analyze.levels.promise import CERTIFIED, ErrorTable
+from gd_analyze.levels.promise import ErrorTable
+from gd_analyze.levels.yardsticks import Yardsticks
 from gd_analyze.robots import RobotArm
 from gd_analyze.round_off import ROUND_OFF_SHARE
 from gd_analyze.states import States, states_in_box, states_of
@@ -52,16 +52,17 @@ def require_consistent(model: SimplifiedModel) -> None:
     promise, errors = model.promise, model.promise.errors
     most = 1.0 + 1e3 * float(np.finfo(float).eps)  # a mean of thousands of squares
     _require(model, "peak_torque", errors.peak_torque >= 0.0, errors.peak_torque, "0 or more")
+    if promise.uncertainty is not None:
+        _require(model, "uncertainty", promise.uncertainty >= 0.0, promise.uncertainty, "0 or more")
     _require(model, "rms_error", errors.rms >= 0.0, errors.rms, "0 or more")
     _require(model, "rms_error", errors.rms <= most * errors.largest, errors.rms, "at most the largest error")
     _require(
         model, "largest_error", errors.largest <= promise.allowed, errors.largest, "at most the allowed error"
     )
-    budget = Budget.parse(promise.budget.removesuffix(CERTIFIED))
-    comes_to = allowed_by(budget, errors.peak_torque)
+    comes_to = allowed_by(promise.asked, Yardsticks(model.arm, errors.peak_torque, promise.uncertainty))
     # Of states without torque the allowed error is their round-off, which only they tell.
     fits = (np.abs(promise.allowed - comes_to) <= _SIX_DIGITS * comes_to) | (not errors.peak_torque.any())
-    _require(model, "allowed_error", fits, promise.allowed, f"{promise.budget} of the peak torque")
+    _require(model, "allowed_error", fits, promise.allowed, f"what {promise.budget} comes to")
 
 
 def measured_where_possible(model: SimplifiedModel) -> SimplifiedModel:
@@ -84,21 +85,25 @@ def measured_at(model: SimplifiedModel, states: States) -> SimplifiedModel:
     Raises
     ------
     ModelError
-        If peak torque or errors are others than stated.
+        If peak torque, errors or uncertainty are others than stated.
     """
+    promise = model.promise
     exact = ExactDynamics.of(model.arm, states, model.drives)
     measured = ErrorTable.of(exact.torque, model.torque(*states.arrays))
     # On another machine either sum may be rounded otherwise.
     slack = 10 * ROUND_OFF_SHARE * float(measured.peak_torque.max())
+    found_uncertainty = np.zeros(model.arm.n_joints) if exact.uncertainty is None else exact.uncertainty
+    stated_uncertainty = found_uncertainty if promise.uncertainty is None else promise.uncertainty
     for name, stated, found in (
-        ("peak_torque", model.promise.errors.peak_torque, measured.peak_torque),
-        ("largest_error", model.promise.errors.largest, measured.largest),
-        ("rms_error", model.promise.errors.rms, measured.rms),
+        ("peak_torque", promise.errors.peak_torque, measured.peak_torque),
+        ("largest_error", promise.errors.largest, measured.largest),
+        ("rms_error", promise.errors.rms, measured.rms),
+        ("uncertainty", stated_uncertainty, found_uncertainty),
     ):
         fits = np.abs(stated - found) <= slack
         joint = int(np.argmin(fits))
         _require(model, name, fits, stated, f"{found[joint]:.6g}, as measured at {states.in_words}")
-    return replace(model, promise=replace(model.promise, measured=True))
+    return replace(model, promise=replace(promise, measured=True, uncertainty=exact.uncertainty))
 
 
 def _require(

@@ -16,6 +16,7 @@ from gd_analyze.levels import (
     ExactDynamics,
     Level,
     SimplifiedModel,
+    Yardsticks,
     level_named,
     payload_effect,
     warn_without_torque,
@@ -83,7 +84,8 @@ def find(
         If the input does not fit together, or a result disagrees with Pinocchio.
     """
     how = settings or Settings()
-    how.budget.allowed(np.ones(arm.n_joints))  # one of a wrong length shall fail before any computing
+    none = np.zeros(arm.n_joints)
+    _ = how.asked.allowed(Yardsticks(arm, none, none))  # what does not fit shall fail before any computing
     before, stage = origin or Origin(), progress or Silent()
     source = _source(arm, trajectory, how, before.command)
     stage("decomposing", trajectory.n_set_points)
@@ -105,17 +107,17 @@ def find(
         residuals = cross_check(arm, dataset)
         exact = ExactDynamics.of(arm, dataset)
         warn_without_torque(exact)
-        dominance = rank(dataset, budget=how.budget.allowed(exact.peak_torque))
-        elements = simplify_exact(exact, how.budget, How(ELEMENT, dearer=True), provenance=source)
+        dominance = rank(dataset, budget=exact.allowed(how.asked))
+        elements = simplify_exact(exact, how.asked, How(ELEMENT, dearer=True), provenance=source)
         level, many = _level(exact, how)
         if level is ELEMENT and how.operations is None:
             model = no_dearer(exact, elements)
         else:
             search = How(level, how.refit, how.operations, thorough=level is ELEMENT)
-            model = simplify_exact(exact, how.budget, search, provenance=source)
+            model = simplify_exact(exact, how.asked, search, provenance=source)
     ranking = TermRanking() if many else rank_terms(exact)
     kinds = [kind for kind in KINDS if not (many and kind[0].has_torque_terms)]
-    points = trade_off(exact, how.budget, factors=_FACTORS, kinds=kinds, thorough=False)
+    points = trade_off(exact, how.asked, factors=_FACTORS, kinds=kinds, thorough=False)
     return Findings(
         arm=arm,
         trajectory=trajectory,

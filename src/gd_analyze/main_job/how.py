@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from typing import Any, Protocol
 
 from gd_analyze.levels import Budget, Level
@@ -16,7 +16,8 @@ class Settings:
     Parameters
     ----------
     budget
-        Allowed torque error; 1 % of each joint's peak torque by default.
+        Allowed torque error, or its text such as "1% or 10% friction"; 1 % of each joint's peak torque by
+        default.
     level, refit, operations
         How to simplify, see `gd_analyze.search.How`; by default level "term", and "element", the founding
         text's own method, for an arm whose exact equations have so many terms that fewer would not be fewer
@@ -29,10 +30,10 @@ class Settings:
     Raises
     ------
     UsageError
-        If there is no such level.
+        If there is no such level, or the budget is not understood.
     """
 
-    budget: Budget = field(default_factory=Budget)
+    budget: Budget | str | None = None
     level: str | Level | None = None
     refit: bool = False
     operations: int | None = None
@@ -42,14 +43,20 @@ class Settings:
     terms: bool = False
 
     def __post_init__(self) -> None:
+        _ = self.asked  # a text that is no budget is refused here
         if self.level is not None:
             object.__setattr__(self, "level", level_named(self.level))
+
+    @property
+    def asked(self) -> Budget:
+        """The budget as a value."""
+        return Budget.of(self.budget)
 
     def described(self) -> dict[str, Any]:
         """All of it as JSON values."""
         values = {entry.name: getattr(self, entry.name) for entry in fields(self)}
         level = None if self.level is None else level_named(self.level).name
-        return values | {"budget": [self.budget.amounts, self.budget.is_share], "level": level}
+        return values | {"budget": self.asked.entries, "level": level}
 
 
 @dataclass(frozen=True)

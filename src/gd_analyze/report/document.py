@@ -66,7 +66,7 @@ def document(findings: Findings) -> dict[str, Any]:
                 "round_off_bound": figures(row["round_off_bound"]),
                 "unit": pretty(row["unit"]),
             }
-            for row in rows_of(tables["cross_check"], "quantity")
+            for row in rows_of(tables["cross_check"], "comparison")
         ],
         "arm": arm_data(arm),
         "run": findings.provenance.get("run", ""),

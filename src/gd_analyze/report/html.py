@@ -109,7 +109,7 @@ def _content(findings: Findings) -> dict[str, Any]:
         "bound_ratio": summary.bound_ratio(findings),
         "uncertain": summary.above_allowed(joints, "uncertainty"),
         "outside": summary.above_allowed(joints, "within_limits"),
-        "cross_check": rows_of(tables["cross_check"], "quantity"),
+        "cross_check": rows_of(tables["cross_check"], "comparison"),
         "run": findings.provenance.get("run", ""),
         "provenance": summary.provenance_lines(findings),
         "still": stroboscope(arm, findings.trajectory.q),

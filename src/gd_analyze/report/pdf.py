@@ -14,6 +14,7 @@ from gd_analyze.report.canvas import Canvas
 from gd_analyze.report.colours import TEMPLATES
 from gd_analyze.report.document import document
 from gd_analyze.report.figure_arm import arm_figure, views_figure
+from gd_analyze.report.figure_contributions import contributions_figure
 from gd_analyze.report.figure_elements import inertia_figure, vector_figure
 from gd_analyze.report.figure_trade_off import trade_off_figure
 from gd_analyze.report.figures import motion_figure, torque_figure
@@ -41,6 +42,7 @@ def report_figures(findings: Findings) -> dict[str, str]:
     """Draw every figure of the report, as SVG by its name in the template."""
     makers: dict[str, Callable[[Findings], Canvas]] = {
         "arm": arm_figure,
+        "contributions": contributions_figure,
         "views": views_figure,
         "motion": motion_figure,
         "inertia": inertia_figure,

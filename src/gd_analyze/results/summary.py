@@ -6,8 +6,11 @@ from collections import Counter
 from typing import Any
 
 from gd_analyze.dominance import text_verdicts
-from gd_analyze.formatting import at_most, number, percent, pretty
+from gd_analyze.formatting import number, percent, pretty
 from gd_analyze.levels import SearchStep
+from gd_analyze.results.error_words import nothing_gained as nothing_gained
+from gd_analyze.results.error_words import off_by as off_by
+from gd_analyze.results.error_words import worst_error as worst_error
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import Row, dropped_parts, element_rows
@@ -31,7 +34,7 @@ def kept(findings: Findings) -> str:
 
 def headline(findings: Findings) -> str:
     """Answer "what can I drop and what does it cost me" in one sentence or two."""
-    model, worst = findings.model, findings.model.promise.errors.largest_share.max()
+    model = findings.model
     if not model.promise.errors.peak_torque.any():
         largest = number(float(abs(findings.exact_torque).max()))
         return (
@@ -40,15 +43,12 @@ def headline(findings: Findings) -> str:
         )
     full, left = model.operations_full.total, model.operations.total
     if not model.saves:
-        return (
-            f"Nothing is gained by leaving something out: the exact torques take {full} operations, and no "
-            "model found within the budget takes fewer. The model given is the exact one."
-        )
-    cost = f"joint's torque is off by more than {at_most(worst)} of its peak along this trajectory."
+        return nothing_gained(model)
+    cost = f"{off_by(model)} along this trajectory."
     if model.level.has_torque_terms:
         terms = kept(findings)
         return (
-            f"{terms[0].upper()}{terms[1:]} give every torque in {left} operations instead of {full}, and no "
+            f"{terms[0].upper()}{terms[1:]} give every torque in {left} operations instead of {full}, and "
             f"{cost}"
         )
     dropped, all_parts = dropped_parts(findings), findings.tables["parts"].sizes["part"]
@@ -61,13 +61,13 @@ def headline(findings: Findings) -> str:
     rest = f"; {idle} more make no torque here anyway" if idle else ""
     return (
         f"{len(dropped.costing)} of {all_parts} parts can go{rest}. That saves {percent(1 - left / full)} of "
-        f"the operations, and no {cost}"
+        f"the operations, and {cost}"
     )
 
 
 def facts(findings: Findings) -> list[tuple[str, str]]:
     """Four figures to begin with, and what each of them is."""
-    model, errors, check = findings.model, findings.model.promise.errors, cross_check_row(findings)
+    model, worst, check = findings.model, worst_error(findings.model), cross_check_row(findings)
     if model.level.has_torque_terms:
         first = (kept(findings), f"kept of the exact model's {len(model.level.terms(model.form))}")
     else:
@@ -80,10 +80,7 @@ def facts(findings: Findings) -> list[tuple[str, str]]:
     return [
         first,
         (f"{model.operations_full.total} → {model.operations.total}", "operations per torque evaluation"),
-        (
-            percent(errors.largest_share[errors.worst]),
-            f"largest error, of peak torque (joint {errors.worst + 1})",
-        ),
+        (worst.size, f"largest error{worst.of and f', of {worst.of}'} (joint {worst.joint})"),
         (
             pretty(f"{number(check['largest_difference'])} {check['unit']}"),
             pretty(f"difference from Pinocchio (round-off allows {number(check['round_off_bound'])})"),
@@ -104,7 +101,7 @@ def opening(findings: Findings) -> dict[str, Any]:
 
 def cross_check_row(findings: Findings) -> Row:
     """Row of the cross-check that comes closest to what round-off explains."""
-    rows = rows_of(findings.tables["cross_check"], "quantity")
+    rows = rows_of(findings.tables["cross_check"], "comparison")
     # Without gravity its bound is zero, and so is the difference.
     return max(rows, key=lambda row: row["largest_difference"] / (row["round_off_bound"] or 1.0))
 
@@ -169,6 +166,23 @@ def bound_ratio(findings: Findings) -> float | None:
     rows = rows_of(findings.tables["beyond"], "joint")
     pairs = [(row["certified"], row["worst_found"]) for row in rows if row["certified"] is not None]
     return max((bound / found for bound, found in pairs if found > findings.round_off), default=None)
+
+
+def nothing_to_trade(findings: Findings) -> bool:
+    """Whether no budget of the trade-off gives a model of fewer operations than the exact torque."""
+    operations = findings.tables["trade_off"].operations.values
+    return bool((operations >= findings.model.operations_full.total).all())
+
+
+def tube_proven(findings: Findings) -> Row | None:
+    """Row of the joint whose proven error near the motion is the largest share of its peak torque.
+
+    None where nothing is proven there: bounds are of models of terms.
+    """
+    table = findings.tables.get("tube")
+    rows = [] if table is None else rows_of(table, "joint")
+    known = [row for row in rows if row["tube_certified_share"] is not None]
+    return max(known, key=lambda row: row["tube_certified_share"], default=None)
 
 
 def above_allowed(rows: list[Row], torque: str) -> list[int]:

@@ -14,7 +14,7 @@ from gd_analyze.levels import ErrorTable, ExactDynamics, PayloadEffect, Simplifi
 from gd_analyze.pinocchio_check import Residual
 from gd_analyze.robots import RobotArm
 from gd_analyze.round_off import ROUND_OFF_SHARE
-from gd_analyze.schema import table, unit_of
+from gd_analyze.schema import table
 from gd_analyze.search import TermRanking, TradeOffPoint, curves
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray
@@ -41,20 +41,17 @@ def trajectory_table(arm: RobotArm, trajectory: Trajectory) -> xr.Dataset:
 
 def cross_check_table(residuals: Sequence[Residual], arm: RobotArm) -> xr.Dataset:
     """Tabulate the differences from Pinocchio."""
-    turning = arm.is_revolute
-    inertias = dict.fromkeys(unit_of("inertia", one, other) for one in turning for other in turning)
-    units = {"inertia": " or ".join(inertias)}
-    efforts = " or ".join(dict.fromkeys(joint.effort_unit for joint in arm.joints))
     return table(
         "cross_check",
         {
             "largest_difference": [residual.largest for residual in residuals],
             "round_off_bound": [residual.bound for residual in residuals],
         },
-        turning,
+        arm.is_revolute,
         {
-            "quantity": [residual.quantity for residual in residuals],
-            "unit": ("quantity", [units.get(residual.quantity, efforts) for residual in residuals]),
+            "comparison": [f"{residual.quantity}, {residual.unit}" for residual in residuals],
+            "quantity": ("comparison", [residual.quantity for residual in residuals]),
+            "unit": ("comparison", [residual.unit for residual in residuals]),
         },
     )
 
@@ -156,6 +153,10 @@ def terms_table(ranking: TermRanking, arm: RobotArm, written_out: bool) -> xr.Da
         arm.is_revolute,
         {
             "rank": np.arange(1, len(terms) + 1),
+            "weight_unit": (
+                "rank",
+                np.array([term.term.weight_unit(arm.is_revolute) for term in terms], dtype=str),
+            ),
             "alone_unit": ("rank", _efforts(arm, [term.alone_joint for term in terms])),
         },
         attrs,

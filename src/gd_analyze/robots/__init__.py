@@ -3,7 +3,13 @@
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm
 from gd_analyze.robots.catalogue import builtin_arms, load_arm
-from gd_analyze.robots.description import arm_from_description, describe, describe_in_full, fingerprint
+from gd_analyze.robots.description import (
+    arm_from_description,
+    describe,
+    describe_in_full,
+    describe_with_drives,
+    fingerprint,
+)
 from gd_analyze.robots.link_uncertainty import LinkUncertainty
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
 from gd_analyze.robots.payload import Payload, parse_payload, with_payload
@@ -22,6 +28,7 @@ __all__ = [
     "builtin_arms",
     "describe",
     "describe_in_full",
+    "describe_with_drives",
     "fingerprint",
     "load_arm",
     "parse_payload",

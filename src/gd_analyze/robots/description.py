@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from gd_analyze.errors import ArmError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.link_uncertainty import LinkUncertainty
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
@@ -28,11 +29,15 @@ def describe(arm: RobotArm) -> dict[str, Any]:
     }
 
 
+def describe_with_drives(arm: RobotArm) -> dict[str, Any]:
+    """Everything `describe` gives, and all of the drives: what a budget may be a share of."""
+    return {**describe(arm), "drives": [asdict(drive) for drive in arm.drives]}
+
+
 def describe_in_full(arm: RobotArm) -> dict[str, Any]:
-    """Everything `describe` gives, and what else there is to show: friction, table, sources, assumptions."""
+    """Everything there is to show: also table, sources and assumptions."""
     return {
-        **describe(arm),
-        "drives": [asdict(drive) for drive in arm.drives],
+        **describe_with_drives(arm),
         "dh_table": [asdict(row) for row in arm.dh_table],
         "convention": arm.convention,
         "sources": list(arm.sources),
@@ -43,17 +48,23 @@ def describe_in_full(arm: RobotArm) -> dict[str, Any]:
 def arm_from_description(description: dict[str, Any]) -> RobotArm:
     """Rebuild an arm from what `describe` or `describe_in_full` gave.
 
-    Descriptions written before uncertainties were part of them state none.
+    Descriptions written before uncertainties, or all of the drives, were part of them state none.
 
     Raises
     ------
     ArmError
-        If a value is impossible, as on construction.
+        If a value is impossible, as on construction, or the drives are described in two ways that differ.
     KeyError, TypeError
         If the description lacks something or is of another shape.
     """
     inertias = description["drive_inertia"]
     uncertainties = description.get("drive_inertia_uncertainty", [None] * len(inertias))
+    brief = list(zip(inertias, uncertainties, strict=True))
+    drives = tuple(Drive(*pair) for pair in brief)
+    if "drives" in description:
+        drives = tuple(Drive(**{**d, "coulomb": tuple(d["coulomb"])}) for d in description["drives"])
+        if [(drive.inertia, drive.inertia_uncertainty) for drive in drives] != brief:
+            raise ArmError("the drives' inertias contradict each other", expected=str(inertias))
     return RobotArm(
         name=description["name"],
         title=description["title"],
@@ -63,11 +74,7 @@ def arm_from_description(description: dict[str, Any]) -> RobotArm:
             for joint in description["joints"]
         ),
         links=tuple(_link(link) for link in description["links"]),
-        drives=(
-            tuple(Drive(**{**drive, "coulomb": tuple(drive["coulomb"])}) for drive in description["drives"])
-            if "drives" in description
-            else tuple(Drive(*pair) for pair in zip(inertias, uncertainties, strict=True))
-        ),
+        drives=drives,
         dh_table=tuple(DHRow(**row) for row in description.get("dh_table", [])),
         convention=description.get("convention", ""),
         sources=tuple(description.get("sources", [])),

@@ -9,4 +9,3 @@ from gd_analyze.search.simplify import simplify_exact as simplify_exact
 from gd_analyze.search.trade_off import TradeOffPoint as TradeOffPoint
 from gd_analyze.search.trade_off import curves as curves
 from gd_analyze.search.trade_off import trade_off as trade_off
-from gd_analyze.search.uncertainty import torque_uncertainty as torque_uncertainty

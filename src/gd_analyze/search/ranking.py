@@ -10,10 +10,9 @@ import numpy as np
 from gd_analyze.levels import TERM, Budget, ExactDynamics, Level
 from gd_analyze.search.candidates import candidates_of
 from gd_analyze.search.elimination import eliminate
-from gd_analyze.search.uncertainty import torque_uncertainty
 from gd_analyze.vectors import FloatArray
 
-_WHOLE = Budget((1.0,), (True,))
+_WHOLE = Budget.parse("100%")
 
 
 @dataclass(frozen=True)
@@ -103,8 +102,7 @@ def rank_terms(exact: ExactDynamics, level: Level = TERM) -> TermRanking:
     listed = 1.0 - candidates.swept
     errors = listed * elimination.errors() + candidates.swept
     alone = listed * np.abs(candidates.effects).max(axis=2, initial=0.0)
-    spread = torque_uncertainty(exact.arm, exact.states, exact.form.drives)
-    limit = None if spread is None else np.abs(spread).max(axis=0)
+    limit = exact.uncertainty
     terms = list(candidates.terms.items())
     rows = []
     went = zip(reversed(elimination.order), errors[:0:-1], strict=True)

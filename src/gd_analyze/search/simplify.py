@@ -95,7 +95,7 @@ class How:
 def simplify(
     arm: RobotArm,
     states: States | Trajectory | xr.Dataset,
-    budget: Budget | None = None,
+    budget: Budget | str | None = None,
     *,
     level: str | Level = TERM,
     refit: bool = False,
@@ -143,12 +143,12 @@ def simplify(
     True
     """
     how = How(level_named(level), refit, operations, effort=effort)
-    return simplify_exact(ExactDynamics.of(arm, states, drives), budget or Budget(), how)
+    return simplify_exact(ExactDynamics.of(arm, states, drives), budget, how)
 
 
 def simplify_exact(
     exact: ExactDynamics,
-    budget: Budget,
+    budget: Budget | str | None = None,
     how: How = How(),
     *,
     provenance: Mapping[str, str] | None = None,
@@ -165,6 +165,7 @@ def simplify_exact(
     progress
         Called with the number of candidates dropped since the last call.
     """
+    budget = Budget.of(budget)
     if how.operations is None:
         model = _within(exact, budget, how, progress)
     else:
@@ -183,7 +184,8 @@ def _within(exact: ExactDynamics, budget: Budget, how: How, progress: Progress =
         torque = model.torque(*exact.states.arrays)
         errors = exact.errors_of(torque)
         if (errors.largest <= allowed).all():
-            return replace(model, promise=replace(model.promise, allowed=allowed, errors=errors))
+            promise = replace(model.promise, allowed=allowed, errors=errors, uncertainty=exact.uncertainty)
+            return replace(model, promise=promise)
         worst = np.unique(np.abs(torque - exact.torque).argmax(axis=0))
         known = known.at(known.states.joined_by(*(x[worst] for x in exact.states.arrays)))
         margin *= 0.98
@@ -252,7 +254,13 @@ def exactly(exact: ExactDynamics, level: Level, allowed: FloatArray, budget: str
         terms=level.terms(form),
         program=form.program,
         operations_full=form.operations,
-        promise=Promise(allowed, budget, exact.errors_of(exact.torque), exact.states.described),
+        promise=Promise(
+            allowed,
+            budget,
+            exact.errors_of(exact.torque),
+            exact.states.described,
+            uncertainty=exact.uncertainty,
+        ),
     )
     return measured(exact, model)
 

@@ -60,7 +60,7 @@ def curves(points: Sequence[TradeOffPoint]) -> dict[tuple[Level, bool], tuple[Tr
 
 def trade_off(
     exact: ExactDynamics,
-    budget: Budget | None = None,
+    budget: Budget | str | None = None,
     *,
     factors: Sequence[float] = FACTORS,
     kinds: Sequence[tuple[Level, bool]] = KINDS,
@@ -90,7 +90,7 @@ def trade_off(
     tuple
         Points by kind and growing budget.
     """
-    budget = budget or Budget()
+    budget = Budget.of(budget)
     tell = progress or (lambda _: None)
     points: list[TradeOffPoint] = []
     exact = exact if thorough else exact.thinned()

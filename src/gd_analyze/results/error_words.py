@@ -1,0 +1,98 @@
+"""Torque errors in words, in the terms in which their budget was given; once for every view."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from gd_analyze.formatting import at_most, number, rounded_up
+from gd_analyze.levels import SimplifiedModel
+from gd_analyze.levels.promise import share_of
+from gd_analyze.vectors import FloatArray
+
+
+class WorstError(NamedTuple):
+    """The error of the joint that is off most.
+
+    Parameters
+    ----------
+    joint
+        Which one, from 1.
+    size
+        "0.94 %" or "0.93 N m".
+    of
+        What the size is a share of: "peak torque", "the allowed error"; "" for a torque.
+    """
+
+    joint: int
+    size: str
+    of: str
+
+    @property
+    def in_words(self) -> str:
+        """The error and where it is: "0.94 % of peak torque (joint 3)"."""
+        return f"{self.size}{self.of and f' of {self.of}'} (joint {self.joint})"
+
+
+def worst_error(model: SimplifiedModel, bound: FloatArray | None = None) -> WorstError:
+    """Name the joint that is off most, and by how much, in the terms of the model's budget.
+
+    A budget in shares of peak torque is answered in these, one in N m for all joints in N m; of any other,
+    such as the larger of several, it is said how much of the allowed error is used.
+
+    Parameters
+    ----------
+    model
+        The model that errs.
+    bound
+        What its joints' errors do not exceed, N m, shape (n,), which is rounded up; by default the largest
+        errors that the model states.
+    """
+    promise, asked, arm = model.promise, model.promise.asked, model.arm
+    error = promise.errors.largest if bound is None else bound
+    if asked.wholes == {"torque"} and len(set(asked.entries)) == 1 and len(set(arm.is_revolute)) == 1:
+        joint = int(error.argmax())
+        return WorstError(joint + 1, _torques(model, bound)[joint], "")
+    by_peak = asked.wholes == {"peak"}
+    shares = share_of(error, promise.errors.peak_torque if by_peak else promise.allowed)
+    joint = int(shares.argmax())
+    share = float(shares[joint]) if bound is None else rounded_up(float(shares[joint]), 2)
+    return WorstError(joint + 1, at_most(share), "peak torque" if by_peak else "the allowed error")
+
+
+def off_by(model: SimplifiedModel, bound: FloatArray | None = None) -> str:
+    """Say how far the torques are off at most: "no joint's torque is off by more than 0.94 % of its peak".
+
+    Parameters are those of `worst_error`.
+    """
+    worst, wholes, torques = worst_error(model, bound), model.promise.asked.wholes, _torques(model, bound)
+    if wholes == {"torque"} and worst.of:
+        return f"the torques of joints 1 to {len(torques)} are off by at most {', '.join(torques)}"
+    at_most_so = f"no joint's torque is off by more than {worst.size}"
+    if not worst.of:
+        return at_most_so
+    if wholes == {"peak"}:
+        return f"{at_most_so} of its peak"
+    allowed = number(float(model.promise.allowed[worst.joint - 1]))
+    return (
+        f"{at_most_so} of what a budget of {model.promise.budget} allows it (joint {worst.joint}: "
+        f"{torques[worst.joint - 1]}, of {allowed})"
+    )
+
+
+def nothing_gained(model: SimplifiedModel) -> str:
+    """Say so where nothing can be dropped and the model given is the exact one; "" where something is."""
+    if model.saves:
+        return ""
+    return (
+        f"Nothing can be dropped within the budget of {model.promise.budget}: no model found takes fewer "
+        f"operations than the {model.operations_full.total} of the exact torque, which is given."
+    )
+
+
+def _torques(model: SimplifiedModel, bound: FloatArray | None) -> list[str]:
+    """The joints' errors, or their bounds, with units."""
+    if bound is None:
+        sizes = [float(error) for error in model.promise.errors.largest]
+    else:
+        sizes = [rounded_up(float(error)) for error in bound]
+    return [f"{number(s)} {joint.effort_unit}" for s, joint in zip(sizes, model.arm.joints, strict=True)]

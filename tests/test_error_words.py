@@ -1,0 +1,86 @@
+"""An error is told in the terms in which its budget was given."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import gd_analyze as gd
+from gd_analyze.results.summary import nothing_gained, off_by, worst_error
+from gd_analyze.search import How, simplify_exact
+
+
+@pytest.fixture(scope="module")
+def of_budget(puma, pick_and_place):
+    exact = gd.ExactDynamics.of(puma, pick_and_place, True)
+    return lambda budget: simplify_exact(exact, budget, How(thorough=False, write=False))
+
+
+def test_a_share_of_peak_torque_is_answered_in_these(of_budget):
+    model = of_budget("1%")
+    errors = model.promise.errors
+    assert off_by(model) == f"no joint's torque is off by more than {worst_error(model).size} of its peak"
+    told = float(worst_error(model).size.removesuffix(" %")) / 100
+    # Two digits of a number of about 0.9 %.
+    assert told == pytest.approx(errors.largest_share.max(), abs=5e-5)
+    assert worst_error(model).joint == errors.worst + 1
+    assert worst_error(model).of == "peak torque"
+
+
+def test_torques_are_answered_in_torques(of_budget):
+    model = of_budget("1")
+    largest = model.promise.errors.largest
+    assert "%" not in off_by(model)
+    assert off_by(model) == f"no joint's torque is off by more than {largest.max():.3g} N m"
+    assert worst_error(model).in_words == f"{largest.max():.3g} N m (joint {largest.argmax() + 1})"
+
+
+def test_a_torque_for_every_joint_is_answered_joint_by_joint(of_budget):
+    model = of_budget("1, 1, 1, 0.1, 0.1, 0.1")
+    said = off_by(model)
+    assert said.startswith("the torques of joints 1 to 6 are off by at most ")
+    sizes = [float(size) for size in re.findall(r"([\d.e-]+) N m", said)]
+    np.testing.assert_allclose(sizes, model.promise.errors.largest, rtol=5e-3)  # three digits
+
+
+def test_the_larger_of_several_is_answered_by_what_is_used_of_it(of_budget):
+    model = of_budget("1% or 10% friction")
+    promise = model.promise
+    used = promise.errors.largest / promise.allowed
+    joint = int(used.argmax())
+    worst = worst_error(model)
+    assert (worst.joint, worst.of) == (joint + 1, "the allowed error")
+    assert float(worst.size.removesuffix(" %")) == pytest.approx(100 * used.max(), abs=0.5)  # no decimals
+    assert f"of what a budget of 1% or 10% friction allows it (joint {joint + 1}: " in off_by(model)
+    assert f"N m, of {promise.allowed[joint]:.3g})" in off_by(model)
+
+
+def test_sliding_joints_err_in_newtons():
+    stanford = gd.load_arm("stanford")
+    swing = gd.states_in_box(stanford, 200, assumed=True)
+    model = gd.simplify(stanford, swing, "50 N m", drives=False)
+    assert re.search(r"off by at most .*[\d.]+ N m, [\d.]+ N m, [\d.]+ N, ", off_by(model))
+
+
+def test_a_bound_is_never_told_smaller_than_it_is(of_budget):
+    model = of_budget("1%")
+    bound = 0.01001 * model.promise.errors.peak_torque
+    assert off_by(model, bound) == "no joint's torque is off by more than 1.1 % of its peak"
+    assert off_by(of_budget("1"), np.full(6, 1.0001)) == "no joint's torque is off by more than 1.01 N m"
+
+
+def test_it_is_said_where_nothing_can_be_dropped(of_budget):
+    assert nothing_gained(of_budget("1%")) == ""
+    model = of_budget("0.0001%")
+    assert not model.saves
+    assert nothing_gained(model).startswith("Nothing can be dropped within the budget of 0.0001%: ")
+    assert f"the {model.operations_full.total} of the exact torque, which is given" in nothing_gained(model)
+
+
+def test_a_certified_budget_is_told_as_the_same_one(of_budget):
+    model = of_budget("1%")
+    certified = replace(model, promise=replace(model.promise, budget="1%, certified"))
+    assert off_by(certified) == off_by(model)
