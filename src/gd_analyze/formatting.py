@@ -119,12 +119,15 @@ def at_most(share: float) -> str:
     return percent(share).removeprefix("< ")
 
 
-def hundredths(share: float) -> str:
-    """Format a share as percent with two decimals and without the sign, for columns headed by it."""
-    if not math.isfinite(share):
-        return "∞"
-    value = 100 * share
-    return "< 0.01" if 0 < value < 0.005 else f"{value:.2f}"
+def percent_cell(share: float) -> str:
+    """Format a share as percent with two significant digits and without the sign, for columns headed by it.
+
+    Examples
+    --------
+    >>> percent_cell(0.0096), percent_cell(1.1502), percent_cell(1e-6)
+    ('0.96', '115', '< 0.01')
+    """
+    return percent(share).removesuffix(" %")
 
 
 def mass(kilograms: float) -> str:

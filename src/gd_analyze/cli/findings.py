@@ -58,6 +58,10 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
         "trade_off": rows_of(tables["trade_off"], "kind", "factor"),
         "budgets": budget_rows(findings),
         "beyond": joint_rows(findings, "beyond"),
+        "tube": {
+            "joints": joint_rows(findings, "tube"),
+            **{name: tables["tube"].attrs[name] for name in ("margin", "coarse", "note")},
+        },
         "states_drawn": tables["beyond"].attrs["states_drawn"],
         "dominance": element_rows(findings),
         "residuals": rows_of(tables["cross_check"], "comparison"),

@@ -59,6 +59,13 @@ def _require_known_together(tables: Mapping[str, xr.Dataset]) -> None:
     }.items():
         if not (beyond[name].notnull() == known).all():
             raise StoreError(f"{name} of beyond is known where it cannot be, or not known where it must be")
+    tube = tables["tube"]
+    proven = bool(tube.tube_certified.notnull().all())
+    for name in ("tube_certified", "tube_worst_found", "tube_along"):
+        if not (tube[name].notnull() == proven).all():
+            raise StoreError(f"{name} of tube is known where it cannot be, or not known where it must be")
+    if proven and not (tube.tube_along.max("segment") == tube.tube_certified).all():
+        raise StoreError("tube_certified of tube is not the largest of tube_along")
     parts = tables["parts"]
     for name in ("torque_peak", "torque_share"):
         if (parts[name].isnull() & ~parts.kept).any():

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
+from gd_analyze.certification import Margin
 from gd_analyze.dominance import text_verdicts
 from gd_analyze.formatting import number, percent, pretty
 from gd_analyze.levels import SearchStep
+from gd_analyze.results.error_words import WorstError
 from gd_analyze.results.error_words import nothing_gained as nothing_gained
 from gd_analyze.results.error_words import off_by as off_by
 from gd_analyze.results.error_words import worst_error as worst_error
@@ -174,15 +176,26 @@ def nothing_to_trade(findings: Findings) -> bool:
     return bool((operations >= findings.model.operations_full.total).all())
 
 
-def tube_proven(findings: Findings) -> Row | None:
-    """Row of the joint whose proven error near the motion is the largest share of its peak torque.
+def tube_proven(findings: Findings) -> WorstError | None:
+    """Error that is proven near the motion, of the joint where it is worst; None where nothing is proven."""
+    bound = findings.tables["tube"].tube_certified
+    return None if bound.isnull().any() else worst_error(findings.model, bound.values)
 
-    None where nothing is proven there: bounds are of models of terms.
-    """
-    table = findings.tables.get("tube")
-    rows = [] if table is None else rows_of(table, "joint")
-    known = [row for row in rows if row["tube_certified_share"] is not None]
-    return max(known, key=lambda row: row["tube_certified_share"], default=None)
+
+def margins_told(findings: Findings) -> str:
+    """How far from the motion that is, in words."""
+    return Margin.parse(findings.tables["tube"].attrs["margin"]).in_words(findings.arm)
+
+
+def tube_sentence(findings: Findings) -> str:
+    """Say what is proven of the model around this motion."""
+    worst, note = tube_proven(findings), str(findings.tables["tube"].attrs["note"])
+    if worst is None:
+        return note
+    return (
+        f"Proven: no state within {margins_told(findings)} of the motion, between its set points too, has a "
+        f"torque error above {worst.in_words}." + (f" {note}" if note else "")
+    )
 
 
 def above_allowed(rows: list[Row], torque: str) -> list[int]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.certification import Certificate
+from gd_analyze.certification import Certificate, Margin, Tube
 from gd_analyze.formulas.plain import Plain
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.levels import ErrorTable, ExactDynamics, PayloadEffect, SimplifiedModel, losses, parts_of
@@ -200,13 +200,12 @@ def beyond_table(
 ) -> xr.Dataset:
     """Tabulate what the model does away from the set points; what is not known is not a number."""
     unknown = np.full(model.arm.n_joints, np.nan)
-    peak = model.promise.errors.peak_torque
     certified = unknown if certificate is None else certificate.certified
     return table(
         "beyond",
         {
             "certified": certified,
-            "certified_share": np.divide(certified, peak, out=unknown.copy(), where=peak > 0.0),
+            "certified_share": _of_peak(certified, model),
             "worst_found": unknown if certificate is None else certificate.worst_found,
             "within_limits": unknown if within_limits is None else within_limits.largest,
             "within_limits_share": unknown if within_limits is None else within_limits.largest_share,
@@ -218,6 +217,43 @@ def beyond_table(
         {"joint_name": ("joint", [joint.name for joint in model.arm.joints])},
         {"states_drawn": states_drawn},
     )
+
+
+def tube_table(
+    model: SimplifiedModel, tube: Tube, certificate: Certificate | None, margin: Margin
+) -> xr.Dataset:
+    """Tabulate what is proven of a model around the motion; a number that is not known is not a number."""
+    unknown = np.full(tube.lower.shape[::2], np.nan)
+    certified, found, along = (
+        (unknown[0], unknown[0], unknown)
+        if certificate is None
+        else (certificate.certified, certificate.worst_found, certificate.along)
+    )
+    seconds = {"units": "s"}
+    return table(
+        "tube",
+        {
+            "tube_certified": certified,
+            "tube_certified_share": _of_peak(certified, model),
+            "tube_worst_found": found,
+            "tube_worst_found_share": _of_peak(found, model),
+            **{f"tube_margin_{name}": tube.margins[k] for k, name in enumerate(("q", "qd", "qdd"))},
+            "tube_along": along,
+        },
+        model.arm.is_revolute,
+        {
+            "joint_name": ("joint", [joint.name for joint in model.arm.joints]),
+            "segment_from": ("segment", tube.begin, seconds),
+            "segment_to": ("segment", tube.end, seconds),
+        },
+        {"margin": str(margin), "coarse": tube.coarse, "note": tube.note},
+    )
+
+
+def _of_peak(error: FloatArray, model: SimplifiedModel) -> FloatArray:
+    """Share of peak torque; not a number where no torque acts."""
+    peak = model.promise.errors.peak_torque
+    return np.divide(error, peak, out=np.full_like(error, np.nan), where=peak > 0.0)
 
 
 def _efforts(arm: RobotArm, joints: Sequence[int] | np.ndarray) -> np.ndarray:
