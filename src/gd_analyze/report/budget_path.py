@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from gd_analyze.formatting import pretty
 from gd_analyze.report.beyond_chart import place
 from gd_analyze.results import Findings
 from gd_analyze.results.rows import Row, budget_rows
@@ -55,7 +57,7 @@ class BudgetPath:
         ratio = np.divide(errors, allowed, out=np.zeros_like(errors), where=allowed > 0.0)
         return {
             "factor": [row["factor"] for row in self.rows],
-            "label": [row["budget"] for row in self.rows],
+            "label": [budget_words(row["budget"]) for row in self.rows],
             "operations": [row["operations"] for row in self.rows],
             "kept": [len(row["kept"]) for row in self.rows],
             "keeps": model.level.keeps if model.level.has_torque_terms else "parts",
@@ -67,3 +69,15 @@ class BudgetPath:
             "peak": model.promise.errors.peak_torque.tolist(),
             "unit": [joint.effort_unit for joint in findings.arm.joints],
         }
+
+
+def budget_words(budget: str) -> str:
+    """Say of what a budget's percentages are.
+
+    Examples
+    --------
+    >>> budget_words("1% or 10% friction"), budget_words("0.5 N m")
+    ('1 % of peak torque or 10 % of friction', '0.5 N m')
+    """
+    told = re.sub(r"% (?=limit|friction|uncertainty)", " % of ", pretty(budget))
+    return re.sub(r"%(?=$|,| or)", " % of peak torque", told)

@@ -18,9 +18,9 @@ from gd_analyze.formulas.writing import term_formula
 from gd_analyze.labels import inertia_label
 from gd_analyze.report.beyond_chart import beyond_chart, place
 from gd_analyze.report.budget_equations import budget_equations
-from gd_analyze.report.budget_path import DECADES, BudgetPath
+from gd_analyze.report.budget_path import DECADES, BudgetPath, budget_words
 from gd_analyze.report.colours import TEMPLATES, css_variables
-from gd_analyze.report.interactive import MOST_POINTS, page_data
+from gd_analyze.report.interactive import MOST_POINTS, NEAR, page_data
 from gd_analyze.report.numbering import numbering
 from gd_analyze.report.stroboscope import stroboscope
 from gd_analyze.report.terms import (
@@ -76,10 +76,11 @@ def render_html(findings: Findings) -> str:
     >>> page.startswith("<!doctype html>")
     True
     """
-    path = BudgetPath.of(findings)
+    path, data = BudgetPath.of(findings), page_data(findings)
     shown = _content(findings, path) | _mathematics(findings, path) | numbering(findings)
     frame = {
-        "data": _json(page_data(findings) | {"budgets": path.data(findings)}),
+        "data": _json(data | {"budgets": path.data(findings)}),
+        "trade_off_legend": data["figures"]["trade-off"]["traces"],
         "style": style("report.css"),
         "scripts": Markup("\n".join(template_text(name) for name in SCRIPTS)),
     }
@@ -121,7 +122,7 @@ def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
         "contributions": {
             name: words for name, words in CONTRIBUTIONS.items() if name != "drives" or model.drives
         },
-        "has_limits": any(drive.torque_limit is not None for drive in arm.drives),
+        **_limits(findings),
         "short_titles": SHORT_TITLES,
         "proven": any(row.get("tube_certified") is not None for row in joints),
         "drawn": tables["beyond"].attrs["states_drawn"],
@@ -191,6 +192,7 @@ def environment() -> Environment:
         "error_place": lambda row: _place(row["largest_error"], row["allowed_error"]),
         "proven_place": lambda row: _place(row.get("tube_certified"), row["allowed_error"]),
         "series": _series,
+        "budget_words": budget_words,
         "digits": lambda value: formatting.markup(f"{float(value):.6g}"),
         "joints": formatting.named_joints,
         "mass": lambda kilograms: formatting.markup(formatting.mass(float(kilograms))),
@@ -218,6 +220,21 @@ def _place(error: float | None, allowed: float) -> float | None:
     if error is None:
         return None
     return place(error / allowed if allowed > 0.0 else float(error > 0.0), *DECADES)
+
+
+def _limits(findings: Findings) -> dict[str, Any]:
+    """Torque limits in words, where there are any, and whether one is so near a torque that it is drawn."""
+    peaks = findings.model.promise.errors.peak_torque
+    pairs = [
+        (drive.torque_limit, peak, joint.effort_unit)
+        for drive, peak, joint in zip(findings.arm.drives, peaks, findings.arm.joints, strict=False)
+        if drive.torque_limit is not None
+    ]
+    return {
+        "has_limits": bool(pairs),
+        "limit_is_near": any(limit < NEAR * peak for limit, peak, _ in pairs),
+        "limits": ", ".join(formatting.amount(limit, unit) for limit, _, unit in pairs),
+    }
 
 
 def _series(k: int) -> str:

@@ -29,6 +29,8 @@ MOST_FRAMES = 240
 MOST_PATH = 600
 # Six digits are more than a reading of a curve can use, and round-off on a constant does not show as a curve.
 DIGITS = 6
+# A torque limit is drawn where it lies below so many times the peak; farther out it would flatten the curves.
+NEAR = 1.6
 # Torques this far below the largest are what is left of sums that cancel.
 ROUND_OFF = 1e-14
 
@@ -117,14 +119,14 @@ def _add_piles(drawing: _Drawing, findings: Findings) -> None:
     made = Contributions.of(findings)
     for i, joint in enumerate(findings.arm.joints):
         curves = {f"{name}: {CONTRIBUTIONS[name]}": part[:, i] for name, part in made.parts.items()}
-        limit = None if np.isnan(made.limit[i]) else float(made.limit[i])
+        near = made.limit[i] < NEAR * np.abs(made.total[:, i]).max(initial=0.0)
         drawing.add(
             f"pile-{i + 1}",
             joint.effort_unit,
             curves | {"total: torque": made.total[:, i]},
             findings.drawn[0],
             kind="pile",
-            limit=limit,
+            limit=float(made.limit[i]) if near else None,
             zero=True,
         )
 
@@ -147,12 +149,15 @@ def _trade_off(findings: Findings) -> dict[str, Any]:
                 "budget": table.budget.values.tolist(),
             }
         )
-    shares = model.promise.errors.largest_share
+    shares, peaks = model.promise.errors.largest_share, model.promise.errors.peak_torque
+    path = findings.tables["budgets"]
+    errors = np.divide(path.largest_error.values, peaks, out=np.zeros((path.sizes["factor"], len(peaks))), where=peaks > 0)
     return {
         "kind": "trade-off",
         "unit": "operations",
         "traces": traces,
         "exact": model.operations_full.total,
+        "path": {"x": _rounded(100 * errors.max(axis=1)), "y": path.operations.values.tolist()},
         "model": {
             "label": f"this report: {kind_name(model.level.name, model.refitted)}",
             # A joint that needs no torque at all has no peak to take a share of.

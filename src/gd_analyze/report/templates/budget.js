@@ -6,7 +6,6 @@ report.budget = (() => {
   const { budgets } = report.data;
   const element = (id) => document.getElementById(id);
   const terms = [...document.querySelectorAll("[data-kept]")];
-  const groups = [...document.querySelectorAll(".torques .bracket, .torques .line")].reverse();
   const rows = [...element("joint-errors").tBodies[0].rows];
   const calm = matchMedia("(prefers-reduced-motion: reduce)");
   const asked = budgets.factor.indexOf(1);
@@ -14,13 +13,23 @@ report.budget = (() => {
 
   const percent = (share) => (share === 0 ? "0 %" : share < 1e-4 ? "< 0.01 %" : share < 0.0995 ? `${Number((100 * share).toPrecision(2))} %` : `${Math.round(100 * share)} %`);
   // Signs of what comes first are said only where negative, and brackets stand around more than one.
+  const inside = (group) => [...group.children].filter((child) => child.matches(".term, .bracket"));
+  function order(members, begins) {
+    const left = members.filter((member) => !member.hidden);
+    for (const member of members) member.classList.toggle("first", begins && member === left[0]);
+    return left;
+  }
   function tidy() {
-    for (const group of groups) {
-      const members = [...group.children].filter((child) => child.matches(".term, .bracket"));
-      const left = members.filter((member) => !member.hidden);
-      group.classList.toggle("single", left.length === 1 && !left[0].classList.contains("negative"));
-      for (const member of members) member.classList.toggle("first", member === left[0]);
-      if (!group.dataset.fixed) group.hidden = left.length === 0;
+    for (const bracket of document.querySelectorAll(".torque .bracket")) {
+      const left = order(inside(bracket), true);
+      bracket.hidden = left.length === 0;
+      bracket.classList.toggle("single", left.length === 1 && !left[0].classList.contains("negative"));
+    }
+    for (const torque of document.querySelectorAll(".torque")) {
+      const lines = [...torque.querySelectorAll(".line")], carried = lines.some((line) => line.matches(".carried"));
+      for (const line of lines) if (!line.matches(".carried, .nothing")) line.hidden = inside(line).every((member) => member.hidden);
+      const left = order(lines.flatMap(inside), !carried);
+      torque.querySelector(".nothing").hidden = carried || left.length > 0;
     }
   }
   function leave(at) {

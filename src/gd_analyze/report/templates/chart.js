@@ -47,7 +47,7 @@ const chart = (() => {
   function frame({ width, height, x, y, unit, most, names }) {
     const high = Math.max(Math.abs(y[0]), Math.abs(y[1]));
     const { factor, unit: shown } = scaled(high, unit);
-    const yTicks = ticks(y[0] / factor, y[1] / factor, most || Math.max(Math.floor(height / 42), 2));
+    const yTicks = ticks(y[0] / factor, y[1] / factor, most || Math.max(Math.floor(height / 36), 3));
     const labels = yTicks.map((value) => number(value));
     const left = 9 + 6 * Math.max(...labels.map((label) => label.length), 1), right = width - 6, top = unit ? 17 : 6, bottom = height - 18;
     const atX = (value) => left + ((value - x[0]) / (x[1] - x[0] || 1)) * (right - left);

@@ -2,7 +2,7 @@
 // Keeps the figures of the data block drawn: each when it is first given room, before it is seen, and again
 // when its room or a switch changes.
 const report = (() => {
-  const data = JSON.parse(document.getElementById("data").textContent);
+  const data = JSON.parse(document.getElementById("report-data").textContent);
   const state = { x: "time", shared: false, hidden: new Set(["centrifugal", "coriolis"]) };
   const plots = new Map();
   const tip = document.body.appendChild(document.createElement("div"));
@@ -22,8 +22,8 @@ const report = (() => {
         spec.traces[0].y.forEach((_, k) => {
           for (const clip of [Math.max, Math.min]) reach(parts.reduce((sum, trace) => sum + clip(trace.y[k], 0), 0));
         });
-        const size = Math.max(-low, high);
-        if (spec.limit && spec.limit < 1.6 * size) for (const limit of [spec.limit, -spec.limit]) if (limit > 0 ? high > 0.5 * size : low < -0.5 * size) reach(limit);
+        // Of the two limits, the one that the torque comes near.
+        if (spec.limit) reach(high > -low ? spec.limit : -spec.limit);
       } else for (const trace of visible(spec)) trace.y.forEach(reach);
     }
     if (!(low < high)) {

@@ -7,7 +7,7 @@ function tradeOff(spec, { width, height }) {
     const placed = values.filter((value) => value >= from);
     return placed.length ? Math.min(...placed) / 2 : from;
   };
-  const every = (key) => [...spec.traces.flatMap((trace) => trace[key]), spec.model[key]];
+  const every = (key) => [...spec.traces.flatMap((trace) => trace[key]), ...spec.path[key], spec.model[key]];
   const lowX = end(every("x"), nothing), lowY = end([...every("y"), spec.exact], 1);
   const onX = (x) => Math.log10(x < nothing ? lowX : x), onY = (y) => Math.log10(y || lowY);
   const span = (values, place, margin) => {
@@ -27,15 +27,15 @@ function tradeOff(spec, { width, height }) {
     return out;
   };
   const { line, text, px } = chart;
-  // Too narrow a span for round numbers shows its ends instead.
-  const some = (values, others) => (values.length > 1 ? values : [...new Set(others)]);
+  // Too narrow a span for 1, 2 and 5 has round numbers at equal distances.
+  const some = (values, [low, high]) => (values.length > 2 ? values : chart.ticks(10 ** low, 10 ** high, 4));
   let content = "";
   const ended = every("x").some((value) => value < nothing);
   for (const value of ticks(x, right - left).filter((tick) => !ended || tick > 1.6 * lowX)) {
     content += line(atX(value), top, atX(value), bottom, "grid") + text(atX(value), bottom + 14, `${chart.number(value)} %`, 'text-anchor="middle"');
   }
   if (ended) content += text(atX(0), bottom + 14, "≈ 0", 'text-anchor="middle"');
-  for (const value of some(ticks(y, bottom - top), [Math.min(...every("y")), spec.exact])) {
+  for (const value of some(ticks(y, bottom - top), y)) {
     content += line(left, atY(value), right, atY(value), "grid") + text(left - 6, atY(value) + 3.5, value, 'text-anchor="end"');
   }
   content += text(0, 10, "operations", 'class="unit"') + text(right, height - 5, "largest torque error, of peak", 'text-anchor="end"');
@@ -53,6 +53,7 @@ function tradeOff(spec, { width, height }) {
     placed.forEach(([cx, cy], k) => points.push({ x: cx, y: cy, words: tell(trace, k) }));
     content += `<g class="kind${trace.refit ? " refit" : ""}" style="--kind:var(--${trace.colour})"><path class="curve" d="${chart.path(placed)}"/>${placed.map((at) => MARK[trace.mark](...at)).join("")}</g>`;
   }
+  content += `<path class="path" d="${chart.path(spec.path.x.map((value, k) => [atX(value), atY(spec.path.y[k])]))}"/>`;
   const star = { ...spec.model, x: [spec.model.x], y: [spec.model.y], budget: [spec.model.budget] };
   const [cx, cy] = [atX(spec.model.x), atY(spec.model.y)];
   points.push({ x: cx, y: cy, words: tell(star, 0) });
