@@ -52,7 +52,7 @@ def test_the_larger_of_several_is_answered_by_what_is_used_of_it(of_budget):
     used = promise.errors.largest / promise.allowed
     joint = int(used.argmax())
     worst = worst_error(model)
-    assert (worst.joint, worst.of) == (joint + 1, "the allowed error")
+    assert (worst.joint, worst.of) == (joint + 1, "allowed error")
     assert float(worst.size.removesuffix(" %")) == pytest.approx(100 * used.max(), abs=0.5)  # no decimals
     assert f"of what a budget of 1% or 10% friction allows it (joint {joint + 1}: " in off_by(model)
     assert f"N m, of {promise.allowed[joint]:.3g})" in off_by(model)

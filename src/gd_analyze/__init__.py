@@ -5,7 +5,7 @@
 >>> trajectory = gd.read_trajectory("pick-and-place", arm)
 >>> dataset = gd.decompose(arm, trajectory)
 >>> ranking = gd.rank(dataset)
->>> model = gd.simplify(arm, trajectory, gd.Budget.parse("1%"))
+>>> model = gd.simplify(arm, trajectory, "1%")
 """
 
 from __future__ import annotations

@@ -34,7 +34,7 @@ def decompose(
     coupling: bool = True,
     by_link: bool = False,
     terms: bool = False,
-    drives: bool = False,
+    drives: bool | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> xr.Dataset:
     """Evaluate D, h, h_ijk and c by effect at every set point.
@@ -50,7 +50,8 @@ def decompose(
     terms
         Also give FGL87's terms of h apart (slower).
     drives
-        Add the torque that accelerates the drives, as `drive_torque` and within `torque`.
+        Add the torque that accelerates the drives, as `drive_torque` and within `torque`; D, h and c remain
+        the links' own. By default where the arm describes drives.
     progress
         Called with the number of set points done since the last call.
 
@@ -126,7 +127,7 @@ def decompose_states(
     coupling: bool = True,
     by_link: bool = False,
     terms: bool = False,
-    drives: bool = False,
+    drives: bool | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> dict[str, FloatArray]:
     """Do `decompose` for states of any leading shape: arrays in, arrays out, no labels.
@@ -153,7 +154,7 @@ def decompose_states(
     ArmError
         If drives are asked for and the arm describes none.
     """
-    leading = _leading(arm, states)
+    leading, drives = _leading(arm, states), arm.counts_drives(drives)
     q, qd, qdd = states.last
     n, count = q.shape
     names = ["inertia", "coriolis_centrifugal", "centrifugal", "coriolis", "gravity_loading", "torque"]
@@ -176,7 +177,11 @@ def decompose_states(
 
 
 def torque_of(
-    arm: RobotArm, states: States, *, drives: bool = False, progress: Callable[[int], None] | None = None
+    arm: RobotArm,
+    states: States,
+    *,
+    drives: bool | None = None,
+    progress: Callable[[int], None] | None = None,
 ) -> FloatArray:
     """Torque at states (..., n), N m, of their shape, without keeping what it consists of.
 

@@ -33,7 +33,7 @@ def decompose_on_demand(
     coupling: bool = True,
     by_link: bool = False,
     terms: bool = False,
-    drives: bool = False,
+    drives: bool | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> xr.Dataset:
     """Do `decompose` without keeping what it gives of a long trajectory, but for its torque.

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli.given import load_arm_carrying, payload_option
+from gd_analyze.cli.given import drives_option, load_arm_carrying, payload_option
 from gd_analyze.cli.levels import budget_option, level_option, simplify_options
 from gd_analyze.cli.options import (
     command_line,
@@ -47,7 +47,7 @@ class MainJob(click.Command):
 @budget_option()
 @level_option(None, "term; element for an arm of more than 2000 terms")
 @simplify_options
-@click.option("--drives", is_flag=True, help="Include drive inertia, as a contribution of its own.")
+@drives_option
 @payload_option
 @click.option(
     "--no-coupling", is_flag=True, help="Leave h_ijk out of analysis.h5: 2 n^3 numbers per set point."

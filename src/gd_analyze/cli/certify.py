@@ -12,15 +12,12 @@ import gd_analyze as gd
 from gd_analyze.cli.options import FILE, TRAJECTORY
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.terminal import line, sentence
-from gd_analyze.formatting import percent, rounded_up
+from gd_analyze.formatting import rounded_up
 
 if TYPE_CHECKING:
     from gd_analyze.certification import Certificate, Definiteness
     from gd_analyze.levels import Promise
     from gd_analyze.vectors import FloatArray
-
-# Shares of peak torque below this are printed as "< 0.01 %".
-_LEAST_SHARE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,13 +32,6 @@ class _Shown:
     definiteness: Definiteness | None
     where: str
     largest: FloatArray
-
-    @property
-    def shares(self) -> FloatArray:
-        """Certified errors over the largest torques."""
-        from gd_analyze.levels.promise import share_of
-
-        return share_of(self.certificate.certified, self.largest)
 
 
 @click.command(short_help="Bound a model's torque error over all states of a box.")
@@ -67,10 +57,10 @@ def certify(model: Path, along: str | None, effort: int, output: Output) -> None
 
     No state of the box has a larger error than the certified one; the largest error that a search found
     stands beside it, and the truth lies between. What is bounded is the error of the program in the file.
-    Shares are of the largest exact torque found in the same box. Allowed and sampled errors are measured
-    again where the states that the model was made for are at hand: drawn ones, a shipped trajectory's, or
-    those of --along. Otherwise they are shown as the file states them. Of a model of level energy also the
-    smallest eigenvalue of D is bounded. The same input gives the same figures on any machine.
+    Shares are of the torque at the states that the model was made for. Allowed and sampled errors are
+    measured again where those are at hand: drawn ones, a shipped trajectory's, or those of --along. Otherwise
+    they are shown as the file states them. Of a model of level energy also the smallest eigenvalue of D is
+    bounded. The same input gives the same figures on any machine.
 
     \b
     Examples:
@@ -108,6 +98,7 @@ def certify(model: Path, along: str | None, effort: int, output: Output) -> None
 
 def _document(shown: _Shown) -> dict[str, object]:
     from gd_analyze.cli.joint_table import joint_rows
+    from gd_analyze.levels.promise import share_of
 
     model, certificate, definiteness = shown.model, shown.certificate, shown.definiteness
     promise, box = model.promise, certificate.box
@@ -119,7 +110,9 @@ def _document(shown: _Shown) -> dict[str, object]:
         "worst_state": [dict(zip(("q", "qd", "qdd"), state, strict=True)) for state in states],
         "certified": certificate.certified,
         "largest_torque_found": shown.largest,
-        "certified_share": shown.shares,
+        "certified_share_of_largest_found": share_of(certificate.certified, shown.largest),
+        "certified_share_of_peak_made_for": share_of(certificate.certified, promise.errors.peak_torque),
+        "certified_of_allowed": share_of(certificate.certified, promise.allowed),
         "within_allowed": certificate.within(promise.allowed),
         "ratio": certificate.ratio,
     }
@@ -143,17 +136,17 @@ def _document(shown: _Shown) -> dict[str, object]:
 
 
 def _show(shown: _Shown) -> None:
-    from gd_analyze.cli.joint_table import arm_in_words, joint_table, numbers, percents
+    from gd_analyze.cli.joint_table import arm_in_words, joint_table, numbers
+    from gd_analyze.levels.promise import share_of
+    from gd_analyze.results.summary import measure_told, worst_error
 
     model, certificate = shown.model, shown.certificate
     arm, promise = model.arm, model.promise
-    # A bound is never shown smaller than it is.
-    shares = [rounded_up(float(share), 2) for share in shown.shares]
-    worst = max(range(len(shares)), key=shares.__getitem__)
+    worst = worst_error(model, certificate.certified)
+    of = {"peak torque": measure_told(model)}.get(worst.of, worst.of)
     sentence(
-        f"{arm_in_words(arm)}: no state within {shown.where} has a torque error above "
-        f"{percent(max(shares[worst], _LEAST_SHARE))} of the largest torque found there "
-        f"(joint {worst + 1}).",
+        f"{arm_in_words(arm, model.drives)}: no state within {shown.where} has a torque error above "
+        f"{worst.size}{of and f' of the {of}'} (joint {worst.joint}).",
         bold=True,
     )
     within = certificate.within(promise.allowed)
@@ -164,8 +157,8 @@ def _show(shown: _Shown) -> None:
             ("sampled", numbers(promise.errors.largest)),
             ("found", numbers(certificate.worst_found)),
             ("certified", numbers(rounded_up(float(bound)) for bound in certificate.certified)),
-            ("share", percents(shares)),
             ("allowed", numbers(promise.allowed)),
+            ("× allowed", numbers(map(rounded_up, share_of(certificate.certified, promise.allowed)))),
             ("within", ["proven" if x else "no" for x in within]),
         ],
     )
@@ -175,7 +168,6 @@ def _show(shown: _Shown) -> None:
         "Sampled: over the states the model was made for. Found: by a search over the whole box. Certified: "
         "no state of the box exceeds it"
         + (f"; at most {rounded_up(float(ratio.max())):.2f} times what was found. " if ratio.size else ". ")
-        + "Share: of the largest exact torque that a search found in the box. "
         + _verdict(int(within.sum()), len(within), promise)
     )
     if not promise.measured:

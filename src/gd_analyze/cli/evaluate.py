@@ -96,17 +96,26 @@ def evaluate(
 def _document(trial: _Trial) -> dict[str, Any]:
     from dataclasses import asdict
 
-    from gd_analyze.cli.joint_table import error_values, joint_rows
+    from gd_analyze.cli.joint_table import joint_rows
+    from gd_analyze.levels.promise import share_of
 
     model, effect, body = trial.model, trial.effect, trial.payload
-    promised, bare = model.promise.errors, trial.without_payload
-    exact = trial.evaluation.dynamics
+    errors, promised, bare = trial.evaluation.errors, model.promise.errors, trial.without_payload
+    exact, allowed = trial.evaluation.dynamics, model.promise.allowed
     where = exact.states.described
-    columns = error_values(trial.evaluation.errors, model.promise.allowed) | {
+    columns = {
+        "peak_torque_here": errors.peak_torque,
+        "peak_torque_made_for": promised.peak_torque,
+        "allowed_error": allowed,
+        "largest_error": errors.largest,
+        "rms_error": errors.rms,
+        "within_allowed": trial.evaluation.within(allowed),
+        "largest_of_allowed": share_of(errors.largest, allowed),
+        "largest_share_of_peak_here": errors.largest_share,
+        "largest_share_of_peak_made_for": share_of(errors.largest, promised.peak_torque),
         "promised_largest_error": promised.largest,
-        "promised_largest_share": promised.largest_share,
+        "promised_of_allowed": share_of(promised.largest, allowed),
         "largest_error_without_payload": None if bare is None else bare.errors.largest,
-        "largest_share_without_payload": None if bare is None else bare.errors.largest_share,
         "torque_per_kg": effect.torque_per_kg,
         "mass_within_budget": effect.mass_within_budget,
     }
@@ -131,13 +140,17 @@ def _document(trial: _Trial) -> dict[str, Any]:
 
 
 def _show(trial: _Trial) -> None:
-    from gd_analyze.cli.joint_table import arm_in_words, error_columns, joint_table, percents
+    from gd_analyze.cli.joint_table import arm_in_words, joint_table, numbers, times
+    from gd_analyze.results.summary import measure_told
 
     model, exact = trial.model, trial.evaluation.dynamics
+    errors, allowed = trial.evaluation.errors, model.promise.allowed
     made_for = str(model.promise.made_for.get("trajectory", "the arm's box"))
     where = exact.states.described
-    along = f"along {where['trajectory']}, {where['set_points']} set points" if "trajectory" in where else ""
-    sentence(f"{arm_in_words(exact.arm)} {along or f'over {exact.states.in_words}'}", bold=True)
+    over = f"over {exact.states.in_words}"
+    if "trajectory" in where:
+        over = f"along {where['trajectory']}, {where['set_points']} set points"
+    sentence(f"{arm_in_words(exact.arm, model.drives)}, {over}", bold=True)
     unaware = "without this payload, " if trial.payload is not None else ""
     sentence(f"by a model made {unaware}for {made_for} with a budget of {model.promise.budget}.")
     if trial.without_payload is not None:
@@ -146,59 +159,71 @@ def _show(trial: _Trial) -> None:
         # Not measured again: the file's word.
         beside, heading = model.promise.errors, "promised" if model.promise.measured else "stated"
     joint_table(
-        "Torque error, {units}, and its share of peak torque",
+        f"Torque error, {{units}}, and as a multiple of the allowed one: here, and {heading}",
         exact.arm,
-        [*error_columns(trial.evaluation.errors), (heading, percents(beside.largest_share))],
+        [
+            ("peak here", numbers(errors.peak_torque)),
+            ("largest", numbers(errors.largest)),
+            ("allowed", numbers(allowed)),
+            ("× allowed", times(errors.largest, allowed)),
+            (heading, times(beside.largest, allowed)),
+            ("within", ["yes" if holds else "no" for holds in trial.evaluation.within(allowed)]),
+        ],
     )
     line()
+    measure = "" if where == model.promise.made_for else measure_told(model)
+    meant = f"; the {measure} is meant, not that here" if measure else ""
+    sentence(f"Allowed: {model.promise.budget}{meant}.")
     _compare(trial, made_for)
     _say_what_may_be_carried(trial)
 
 
 def _compare(trial: _Trial, made_for: str) -> None:
     """Say how the error here compares to the one promised, or to the one without the payload."""
-    from gd_analyze.formatting import number, percent
+    from gd_analyze.formatting import number
+    from gd_analyze.levels.promise import share_of
 
-    here, promised = trial.evaluation.errors, trial.model.promise.errors
+    model, here, allowed = trial.model, trial.evaluation.errors.largest, trial.model.promise.allowed
+
+    def torque(value: float, joint: int) -> str:
+        return f"{number(value)} {model.arm.joints[joint].effort_unit}"
+
     if trial.without_payload is not None:
-        unloaded = trial.without_payload.errors
-        growth = [
-            float(with_it - without) / float(peak) if peak > 0.0 else 0.0
-            for with_it, without, peak in zip(here.largest, unloaded.largest, here.peak_torque, strict=True)
-        ]
-        most = max(range(len(growth)), key=growth.__getitem__)
+        unloaded = trial.without_payload.errors.largest
+        most = int(share_of(here - unloaded, allowed).argmax())
         sentence(
-            f"The payload tells most at joint {most + 1}, which errs by "
-            f"{percent(float(here.largest_share[most]))} of its peak torque with it and by "
-            f"{percent(float(unloaded.largest_share[most]))} without."
+            f"The payload tells most at joint {most + 1}, which errs by {torque(here[most], most)} with it "
+            f"and by {torque(unloaded[most], most)} without."
         )
         return
-    worst = here.worst
-    there = f"{'on' if 'trajectory' in trial.model.promise.made_for else 'over'} {made_for}"
-    if (here.largest_share <= promised.largest_share.max()).all():
+    promised = model.promise.errors.largest
+    worst = int(share_of(here, allowed).argmax())
+    there = f"{'on' if 'trajectory' in model.promise.made_for else 'over'} {made_for}"
+    if (share_of(here, allowed) <= share_of(promised, allowed).max()).all():
         sentence(f"The model errs no more here than {there}.")
         return
     sentence(
-        f"Joint {worst + 1} errs by {percent(float(here.largest_share[worst]))} of its peak torque here, "
-        f"by {percent(float(promised.largest_share[worst]))} {there}."
+        f"Joint {worst + 1} errs by {torque(here[worst], worst)} here, "
+        f"{number(here[worst] / allowed[worst])} times what is allowed, "
+        f"and by {torque(promised[worst], worst)} {there}."
         + (" What was dropped and matters most here:" if trial.lost else "")
     )
     for loss in [loss for loss in trial.lost if loss.torque_share >= _WORTH_A_LINE][:5]:
-        unit = trial.model.arm.joints[loss.torque_joint - 1].effort_unit
+        joint = loss.torque_joint - 1
         line(
-            f"  {loss.part:18} up to {number(loss.torque_peak)} {unit} at joint {loss.torque_joint}, "
-            f"{percent(loss.torque_share)} of its peak"
+            f"  {loss.part:18} up to {torque(loss.torque_peak, joint)} at joint {joint + 1}, "
+            f"{number(loss.torque_peak / allowed[joint])} times what is allowed"
         )
 
 
 def _say_what_may_be_carried(trial: _Trial) -> None:
-    from gd_analyze.formatting import number
+    from gd_analyze.formatting import named_joints, number
 
     effect = trial.effect
     within = (trial.without_payload or trial.evaluation).within(trial.model.promise.allowed)
-    beyond = [str(i) for i, holds in enumerate(within, start=1) if not holds]
+    beyond = [i for i, holds in enumerate(within, start=1) if not holds]
     if beyond:
-        sentence(f"Beyond the budget here even without any payload: joint {', '.join(beyond)}.")
+        sentence(f"Beyond the budget here, even without any payload: {named_joints(beyond, len(within))}.")
     elif effect.limiting_joint is not None:
         sentence(
             f"A point mass of up to {number(effect.largest_mass)} kg in the hand keeps every joint within "

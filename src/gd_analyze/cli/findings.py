@@ -37,6 +37,9 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
         "set_points": findings.trajectory.n_set_points,
         "headline": summary.headline(findings),
         "budget": model.promise.budget,
+        "drives": model.drives,
+        "saves": model.saves,
+        "notice": model.notice,
         "level": model.level.name,
         "refitted": model.refitted,
         "search": [step._asdict() for step in model.promise.steps],
@@ -72,7 +75,7 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
 
 
 def _show(findings: Findings, files: list[Path], top: int) -> None:
-    from gd_analyze.cli.joint_table import error_columns, joint_table
+    from gd_analyze.cli.joint_table import promise_table
     from gd_analyze.formatting import at_most, number
     from gd_analyze.results import summary
     from gd_analyze.results.rows import joint_rows
@@ -80,11 +83,10 @@ def _show(findings: Findings, files: list[Path], top: int) -> None:
     sentence(f"{summary.title(findings)} {summary.subtitle(findings)}", bold=True)
     sentence(summary.headline(findings))
     promise = findings.model.promise
-    joint_table(
-        f"Torque error of the simplified model (budget {promise.budget}), {{units}} and share of peak torque",
-        findings.arm,
-        error_columns(promise.errors, promise.allowed),
-    )
+    promise_table(promise, findings.arm, f" of the simplified model (budget {promise.budget})")
+    if findings.model.notice:
+        line()
+        sentence(findings.model.notice)
     if top:
         _show_ranking(findings, top)
     line()
@@ -100,7 +102,8 @@ def _show(findings: Findings, files: list[Path], top: int) -> None:
             f"The founding text's verdicts agree with ours on {text['agreed']} of {text['given']} elements."
         )
     line(f"operations  {findings.model.operations_full}")
-    line(f"         -> {findings.model.operations}")
+    if findings.model.saves:
+        line(f"         -> {findings.model.operations}")
     sentence(f"by level    {_by_level(findings)}, quickly counted", indent=" " * 12)
     check = summary.cross_check_row(findings)
     line(

@@ -25,7 +25,11 @@ payload_option = click.option(
     "link's frame, inertia about the payload's own centre of mass.",
 )
 
-drives_option = click.option("--drives", is_flag=True, help="Include drive inertia.")
+drives_option = click.option(
+    "--drives/--no-drives",
+    default=None,
+    help="Include the drives' inertia, or take the links alone.  [default: where the arm has any]",
+)
 
 states_options = together(
     number_option("--states", 4000, "States to draw where there is no trajectory.", 1, 1_000_000),
@@ -39,7 +43,7 @@ class Given:
 
     robot: str
     trajectory: str | None
-    drives: bool
+    drives: bool | None
     payload: str | None
     states: int
     seed: int
@@ -59,7 +63,7 @@ class Given:
 
 
 def given_dynamics(function: Callable[..., None]) -> Callable[..., None]:
-    """ROBOT, [TRAJECTORY], --drives, --payload, --states and --seed; the verb gets a `Given`."""
+    """ROBOT, [TRAJECTORY], --[no-]drives, --payload, --states and --seed; the verb gets a `Given`."""
     names = [entry.name for entry in dataclasses.fields(Given)]
 
     @functools.wraps(function)

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from gd_analyze.cli.terminal import table
 from gd_analyze.formatting import number, percent
+from gd_analyze.levels.promise import share_of
+from gd_analyze.results.words import drives_told
 
 if TYPE_CHECKING:
-    from gd_analyze.levels import ErrorTable
+    from gd_analyze.levels import Promise
     from gd_analyze.operations import OperationCount
     from gd_analyze.robots import RobotArm
     from gd_analyze.vectors import FloatArray
@@ -43,9 +45,10 @@ def joint_table(title: str, arm: RobotArm, columns: Sequence[Column]) -> None:
     )
 
 
-def arm_in_words(arm: RobotArm, drives: bool = False) -> str:
-    """The arm's title, or its name where it has none, and whether drives act."""
-    return f"{arm.title or arm.name}{', with drives' if drives else ''}"
+def arm_in_words(arm: RobotArm, drives: bool | None = None) -> str:
+    """The arm's title, or its name where it has none; where told, whether its drives act."""
+    told = "" if drives is None else drives_told(arm, drives)
+    return f"{arm.title or arm.name}{told and f', {told}'}"
 
 
 def joint_name(number: int, name: str) -> str:
@@ -63,33 +66,47 @@ def percents(shares: Iterable[float]) -> list[str]:
     return [percent(float(x)) for x in shares]
 
 
+def times(error: FloatArray, allowed: FloatArray) -> list[str]:
+    """Cells of errors as multiples of the allowed ones."""
+    return numbers(share_of(error, allowed))
+
+
 def counts(operations: OperationCount) -> dict[str, int]:
     """Operations as JSON has them."""
     return {**asdict(operations), "total": operations.total}
 
 
-def error_columns(errors: ErrorTable, allowed: FloatArray | None = None) -> list[Column]:
-    """Columns of an error table."""
-    budget: list[Column] = [] if allowed is None else [("allowed", numbers(allowed))]
-    return [
-        ("peak torque", numbers(errors.peak_torque)),
-        *budget,
-        ("largest", numbers(errors.largest)),
-        ("share", percents(errors.largest_share)),
-        ("RMS", numbers(errors.rms)),
-        ("share", percents(errors.rms_share)),
-    ]
+def promise_table(promise: Promise, arm: RobotArm, about: str = "") -> None:
+    """Print the errors a model states beside the allowed ones; shares are of what the budget is one of."""
+    errors, by_peak = promise.errors, promise.asked.wholes == {"peak"}
+    whole = errors.peak_torque if by_peak else promise.allowed
+    joint_table(
+        f"Torque error{about}, {{units}}, and its share of "
+        + ("peak torque" if by_peak else "the allowed error"),
+        arm,
+        [
+            ("peak torque", numbers(errors.peak_torque)),
+            ("allowed", numbers(promise.allowed)),
+            ("largest", numbers(errors.largest)),
+            ("share", percents(share_of(errors.largest, whole))),
+            ("RMS", numbers(errors.rms)),
+            ("share", percents(share_of(errors.rms, whole))),
+        ],
+    )
 
 
-def error_values(errors: ErrorTable, allowed: FloatArray) -> dict[str, FloatArray | None]:
-    """Columns of an error table by their names in the schema."""
+def promise_values(promise: Promise) -> dict[str, FloatArray | None]:
+    """What a model states of its errors, by the names of the schema."""
+    errors = promise.errors
     return {
         "peak_torque": errors.peak_torque,
-        "allowed_error": allowed,
+        "allowed_error": promise.allowed,
         "largest_error": errors.largest,
         "largest_share": errors.largest_share,
+        "largest_of_allowed": share_of(errors.largest, promise.allowed),
         "rms_error": errors.rms,
         "rms_share": errors.rms_share,
+        "uncertainty": promise.uncertainty,
     }
 
 

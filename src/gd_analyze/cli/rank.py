@@ -32,7 +32,7 @@ def rank(given: Given, level: str, top: int, output: Output) -> None:
     \b
     Examples:
       gd-analyze rank puma560 pick-and-place
-      gd-analyze rank puma560 --drives --level energy --top 40
+      gd-analyze rank puma560 --no-drives --level energy --top 40
     """
     with output.working() as stage:
         stage("reading")

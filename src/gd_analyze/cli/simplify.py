@@ -61,10 +61,10 @@ def simplify(
 
     \b
     Examples:
-      gd-analyze simplify puma560 --drives
+      gd-analyze simplify puma560
       gd-analyze simplify puma560 pick-and-place --level energy --budget 0.5%
-      gd-analyze simplify puma560 --drives --operations 80
-      gd-analyze simplify puma560 --drives --certified -o model.json
+      gd-analyze simplify puma560 --budget "1% or 10% friction" --operations 80
+      gd-analyze simplify puma560 --certified -o model.json
       gd-analyze simplify my_arm.toml --refit --level energy -o model.json
     """
     require_outputs(out)
@@ -106,13 +106,11 @@ def simplify(
 
 
 def _document(model: gd.SimplifiedModel, certificate: Certificate | None, digits: int) -> dict[str, Any]:
-    from gd_analyze.cli.joint_table import counts, error_values, joint_rows
+    from gd_analyze.cli.joint_table import counts, joint_rows, promise_values
     from gd_analyze.formulas.plain import Plain
 
     promise = model.promise
-    columns = error_values(promise.errors, promise.allowed) | {
-        "certified": None if certificate is None else certificate.certified
-    }
+    columns = promise_values(promise) | {"certified": None if certificate is None else certificate.certified}
     document: dict[str, Any] = {
         "arm": model.arm.name,
         "level": model.level.name,
@@ -126,6 +124,7 @@ def _document(model: gd.SimplifiedModel, certificate: Certificate | None, digits
         "solved": promise.solved,
         "cut_short": promise.cut_short,
         "saves": model.saves,
+        "notice": model.notice,
         "joints": joint_rows(model.arm, columns),
     }
     if not model.level.has_torque_terms:
@@ -145,33 +144,34 @@ def _labels(model: gd.SimplifiedModel, dropped: bool = False) -> list[str]:
 
 
 def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: float, digits: int) -> None:
-    from gd_analyze.cli.joint_table import arm_in_words, error_columns, joint_table, numbers
-    from gd_analyze.formatting import percent
+    from gd_analyze.cli.joint_table import arm_in_words, numbers, promise_table
     from gd_analyze.formulas.plain import Plain
+    from gd_analyze.results.summary import nothing_gained, worst_error
     from gd_analyze.states import in_words
 
-    promise, errors, arm = model.promise, model.promise.errors, model.arm
+    promise, arm = model.promise, model.arm
     full, left = model.operations_full, model.operations
-    answer = (
-        f"{left.total} instead of {full.total} operations, largest error "
-        f"{percent(float(errors.largest_share[errors.worst]))} of peak torque (joint {errors.worst + 1})"
-        if model.saves
-        else f"nothing is gained, no model found within the budget takes less than the {full.total} "
-        "operations of the exact torque, which is given"
-    )
-    sentence(f"{arm_in_words(arm, model.drives)}: {answer}", bold=True)
+    if model.saves:
+        answer = (
+            f"{left.total} instead of {full.total} operations, largest error {worst_error(model).in_words}"
+        )
+        sentence(f"{arm_in_words(arm, model.drives)}: {answer}", bold=True)
+    else:
+        sentence(f"{arm_in_words(arm)}: {nothing_gained(model)}", bold=True)
     line(f"operations  {full}")
-    line(f"         -> {left}")
+    if model.saves:
+        line(f"         -> {left}")
     refitted = ", refitted" if model.refitted else ""
     sentence(
         f"{len(model.terms)} {model.level.keeps}{refitted}, budget {promise.budget}, for "
         f"{in_words(promise.made_for)}; in {seconds:.2g} s"
     )
     sentence(f"Operations after each step of the search: {promise.search}.")
-    joint_table(
-        "Torque error, {units}, and its share of peak torque", arm, error_columns(errors, promise.allowed)
-    )
+    promise_table(promise, arm)
     line()
+    if model.notice:
+        sentence(model.notice)
+        line()
     if certificate is not None:
         where = "the arm's limits" if "box" in promise.made_for else "the extremes of the trajectory"
         bounds = ", ".join(numbers(certificate.certified))

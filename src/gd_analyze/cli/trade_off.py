@@ -32,7 +32,7 @@ def trade_off(given: Given, budget: str, quick: bool, output: Output) -> None:
 
     \b
     Examples:
-      gd-analyze trade-off puma560 --drives
+      gd-analyze trade-off puma560
       gd-analyze trade-off puma560 pick-and-place --quick
     """
     from gd_analyze.cli.joint_table import counts
@@ -51,6 +51,8 @@ def trade_off(given: Given, budget: str, quick: bool, output: Output) -> None:
             "drives": exact.form.drives,
             "states": dict(exact.states.described),
             "budget": str(allowed),
+            "operations_full": counts(exact.form.operations),
+            "saves": any(point.operations.total < exact.form.operations.total for point in points),
             "points": [
                 {
                     "level": point.level.name,
@@ -84,7 +86,11 @@ def _show(exact: gd.ExactDynamics, points: tuple[TradeOffPoint, ...]) -> None:
         ],
         "r",
     )
-    sentence(
-        f"The exact torque takes {exact.form.operations.total}; where a model would not take fewer, that "
-        "is given."
-    )
+    full = exact.form.operations.total
+    if all(point.operations.total >= full for point in points):
+        sentence(
+            f"Nothing can be dropped within any of these budgets: no model found takes fewer operations than "
+            f"the {full} of the exact torque, which is given."
+        )
+    else:
+        sentence(f"The exact torque takes {full}; where a model would not take fewer, that is given.")

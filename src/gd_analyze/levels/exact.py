@@ -111,20 +111,26 @@ class ExactDynamics:
 
     @classmethod
     def of(
-        cls, arm: RobotArm, given: States | Trajectory | xr.Dataset, drives: bool = False
+        cls, arm: RobotArm, given: States | Trajectory | xr.Dataset, drives: bool | None = None
     ) -> ExactDynamics:
-        """Take states, a trajectory's set points, or a decomposition, which knows whether drives act."""
+        """Take states, a trajectory's set points, or a decomposition.
+
+        Drives act where asked for; by default where the decomposition, or else the arm, has them.
+        """
         if isinstance(given, States):
-            return cls(ExactForm(arm, drives), given)
+            return cls(ExactForm(arm, arm.counts_drives(drives)), given)
         if isinstance(given, Trajectory):
-            return cls(ExactForm(arm, drives), states_of(given))
+            return cls(ExactForm(arm, arm.counts_drives(drives)), states_of(given))
         described = {
             "trajectory": given.attrs["trajectory"],
             "trajectory_fingerprint": given.attrs["trajectory_fingerprint"],
             "set_points": given.sizes["time"],
         }
         states = States(given["q"].values, given["qd"].values, given["qdd"].values, described)
-        return cls(ExactForm(arm, "drive_torque" in given), states, given)
+        has_drives = "drive_torque" in given
+        if drives not in (None, has_drives):
+            return cls(ExactForm(arm, bool(drives)), states)
+        return cls(ExactForm(arm, has_drives), states, given)
 
     @property
     def arm(self) -> RobotArm:

@@ -13,6 +13,7 @@ from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.levels.exact import ExactForm
 from gd_analyze.levels.level import Level, Terms
+from gd_analyze.levels.notice import budget_notice
 from gd_analyze.levels.promise import Promise
 from gd_analyze.operations import OperationCount, Program
 from gd_analyze.operations.derivative import derivative
@@ -67,6 +68,11 @@ class SimplifiedModel:
     def saves(self) -> bool:
         """Whether it takes fewer operations than the exact torque."""
         return self.operations.total < self.operations_full.total
+
+    @property
+    def notice(self) -> str:
+        """Where its budget lies below friction or uncertainty, and what to do; "" where it does not."""
+        return budget_notice(self.arm, self.promise)
 
     @cached_property
     def torques(self) -> Torques:

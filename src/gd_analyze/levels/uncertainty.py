@@ -11,7 +11,7 @@ from gd_analyze.states import States
 from gd_analyze.vectors import FloatArray, chunks
 
 
-def torque_uncertainty(arm: RobotArm, states: States, drives: bool = False) -> FloatArray | None:
+def torque_uncertainty(arm: RobotArm, states: States, drives: bool | None = None) -> FloatArray | None:
     """Standard uncertainty of the torque that follows from those stated for the arm's parameters.
 
     The stated uncertainties are independent of each other, so the squares of their effects add up. Torque is
@@ -23,7 +23,8 @@ def torque_uncertainty(arm: RobotArm, states: States, drives: bool = False) -> F
     arm, states
         Arm and states.
     drives
-        Whether the drives' inertia is part of the torque, and its uncertainty with it.
+        Whether the drives' inertia is part of the torque, and its uncertainty with it; by default where the
+        arm describes drives.
 
     Returns
     -------
@@ -40,7 +41,7 @@ def torque_uncertainty(arm: RobotArm, states: States, drives: bool = False) -> F
     (10, 6)
     """
     changes = [None if link.uncertainty is None else _changes(link) for link in arm.links]
-    of_drives = [drive.inertia_uncertainty for drive in arm.drives if drives]
+    of_drives = [drive.inertia_uncertainty for drive in arm.drives if arm.counts_drives(drives)]
     if all(change is None for change in changes) and all(u is None for u in of_drives):
         return None
     q, qd, qdd = states.last

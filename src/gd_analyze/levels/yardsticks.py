@@ -45,7 +45,7 @@ class Yardsticks:
         UsageError
             If the arm does not state it.
         """
-        value = float(self._all(name)[joint])
+        value = float(self.all(name)[joint])
         if np.isnan(value):
             raise UsageError(
                 f"a budget cannot be a share of {name}, as the arm states none",
@@ -57,7 +57,8 @@ class Yardsticks:
             )
         return value
 
-    def _all(self, name: str) -> FloatArray:
+    def all(self, name: str) -> FloatArray:
+        """One of them at every joint, shape (n,); nan where the arm does not state it."""
         unknown = np.full(self.arm.n_joints, np.nan)
         if name == "peak":
             return self.peak

@@ -116,6 +116,8 @@ def find(
         else:
             search = How(level, how.refit, how.operations, thorough=level is ELEMENT)
             model = simplify_exact(exact, how.asked, search, provenance=source)
+        if many and how.level is None:
+            _tell_of_many_terms(exact, model)
     ranking = TermRanking() if many else rank_terms(exact)
     kinds = [kind for kind in KINDS if not (many and kind[0].has_torque_terms)]
     points = trade_off(exact, how.asked, factors=_FACTORS, kinds=kinds, thorough=False)
@@ -154,8 +156,6 @@ def _level(exact: ExactDynamics, how: Settings) -> tuple[Level, bool]:
     """Level of the model, and whether there are too many terms to look at single ones."""
     wanted = None if how.level is None else level_named(how.level)
     many = wanted in (None, ELEMENT) and _is_large(exact)
-    if many and wanted is None:
-        _tell_to_stay_with_elements(exact)
     return wanted or (ELEMENT if many else TERM), many
 
 
@@ -164,13 +164,14 @@ def _is_large(exact: ExactDynamics) -> bool:
     return exact.arm.n_joints > _MOST_JOINTS or len(exact.form.torques) > _MOST_TERMS
 
 
-def _tell_to_stay_with_elements(exact: ExactDynamics) -> None:
+def _tell_of_many_terms(exact: ExactDynamics, model: SimplifiedModel) -> None:
     if exact.arm.n_joints > _MOST_JOINTS:
         what = f"{exact.arm.n_joints} joints, more than {_MOST_JOINTS}"
     else:
         what = f"exact equations of {len(exact.form.torques)} terms, more than {_MOST_TERMS}"
+    done = "simplified by elements" if model.saves else "the exact model is given"
     warnings.warn(
-        f"{exact.arm.name} has {what}: simplified by elements, and single terms are not ranked here",
+        f"{exact.arm.name} has {what}: {done}, and single terms are not ranked here",
         GdAnalyzeWarning,
         stacklevel=3,
     )

@@ -24,7 +24,7 @@ class Settings:
         text's own method, for an arm whose exact equations have so many terms that fewer would not be fewer
         operations.
     drives
-        Include drive inertia as a separate contribution.
+        Include drive inertia as a separate contribution; by default where the arm describes drives.
     margin
         How far states may be from the motion for which the model's errors are bounded.
     coupling, by_link, terms
@@ -40,14 +40,14 @@ class Settings:
     level: str | Level | None = None
     refit: bool = False
     operations: int | None = None
-    drives: bool = False
+    drives: bool | None = None
     margin: Margin = field(default_factory=Margin)
     coupling: bool = True
     by_link: bool = False
     terms: bool = False
 
     def __post_init__(self) -> None:
-        _ = self.asked  # a text that is no budget is refused here
+        object.__setattr__(self, "budget", Budget.of(self.budget))
         if self.level is not None:
             object.__setattr__(self, "level", level_named(self.level))
 

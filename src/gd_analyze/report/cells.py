@@ -9,6 +9,9 @@ from gd_analyze.formatting import aligned, figures, percent_cell, prefixed, pret
 from gd_analyze.results import Findings
 from gd_analyze.results.rows import Row
 
+# What is written without a power of ten, see `gd_analyze.formatting.figures`.
+_SMALLEST = 1e-3
+
 Write = Callable[[Row], str]
 
 
@@ -29,14 +32,23 @@ def in_fitting_units(rows: list[Row], unit: str, largest: str, *others: str) -> 
     rows
         Rows of a table.
     unit, largest, others
-        Keys: of the unit, of the value that it shall fit, and of what else stands in it; None stays.
+        Keys: of the unit, of the value that it shall fit, and of what else stands in it where it can; None
+        stays.
     """
     out = []
     for row in rows:
-        factor, shown = prefixed(row[largest] or 0.0, row[unit])
+        factor, shown = _fitting(row[unit], [row[key] for key in (largest, *others) if row[key]])
         values = {key: None if row[key] is None else row[key] / factor for key in (largest, *others)}
         out.append(row | values | {unit: pretty(shown), "factor": factor})
     return out
+
+
+def _fitting(unit: str, values: list[float]) -> tuple[float, str]:
+    """Unit of the largest value, or the next smaller one where the smallest would need a power of ten."""
+    factor, shown = prefixed(max(values, default=0.0), unit)
+    if values and min(values) < _SMALLEST * factor:
+        return prefixed(5 * _SMALLEST * factor, unit)
+    return factor, shown
 
 
 def torque(name: str, noise: float = 0.0) -> Write:

@@ -7,7 +7,7 @@ from typing import Any
 from gd_analyze.formatting import figures, percent, pretty
 from gd_analyze.report.arm_data import arm_data
 from gd_analyze.report.harmonic_data import harmonic_data
-from gd_analyze.report.joint_document import beyond, joints
+from gd_analyze.report.joint_document import beyond, joints, longest_bar
 from gd_analyze.report.model_document import founding_method, kept_matrix, operations, trade_off
 from gd_analyze.report.numbering import numbering
 from gd_analyze.report.panel import MOST_POINTS
@@ -21,7 +21,7 @@ from gd_analyze.results.words import CONTRIBUTIONS, LETTERS, SYMBOLS, VERDICTS, 
 def document(findings: Findings) -> dict[str, Any]:
     """Everything the template shows but the figures."""
     arm, model, count = findings.arm, findings.model, findings.trajectory.n_set_points
-    ranked = element_rows(findings)
+    ranked, rows = element_rows(findings), joints(findings)
     return {
         **summary.opening(findings),
         "numbers": numbering(findings),
@@ -34,12 +34,14 @@ def document(findings: Findings) -> dict[str, Any]:
         "budget": model.promise.budget,
         "is_mechanical": model.level.is_mechanical,
         "saves": model.saves,
+        "unsymmetric": summary.unsymmetric_told(findings),
         "refitted": model.refitted,
         "drives": model.drives,
         "contributions": [[name, CONTRIBUTIONS[name]] for name in Contributions.of(findings).parts],
         "search": model.promise.search,
         "operations": operations(model.operations_full, model.operations),
-        "joints": joints(findings),
+        "joints": rows,
+        "longest_bar": longest_bar(rows),
         "harmonic": harmonic_data(model),
         "elements": founding_method(findings),
         "kept": kept_matrix({row["element"]: told(row, "kept") for row in ranked}, arm.n_joints),

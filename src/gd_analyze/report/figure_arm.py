@@ -15,7 +15,7 @@ from gd_analyze.vectors import FloatArray
 POSES = 9
 # Places of the arm to look at, of a long trajectory: ten for each that the path of the hand shows.
 MOST_PLACES = 5000
-_OBLIQUE, _PLAIN = (232.0, 196.0), (WIDTH, 190.0)
+_OBLIQUE, _PLAIN = (212.0, 172.0), (WIDTH, 190.0)
 
 
 def arm_figure(findings: Findings) -> Canvas:

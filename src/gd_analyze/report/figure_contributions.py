@@ -23,7 +23,7 @@ def contributions_figure(findings: Findings, palette: Palette = PAPER) -> Canvas
     columns = _columns(len(joints))
     rows = -(-len(joints) // columns)
     pitch = WIDTH / columns
-    height = max(min(250.0 / rows, 130.0), 62.0)
+    height = max(min(272.0 / rows, 140.0), 56.0)
     canvas = Canvas(WIDTH, rows * height + _FOOT, palette)
     for i, joint in enumerate(joints):
         left = (i % columns) * pitch + _LEFT

@@ -58,19 +58,20 @@ def torque_figure(findings: Findings) -> Canvas:
     """Exact and simplified torque of every joint, and the error beside what is allowed."""
     arm, table = findings.arm, findings.tables["simplified_model"]
     n = arm.n_joints
-    row, half = min(620.0 / n, 110.0), (WIDTH - _NAME_WIDTH) / 2
+    row, half = min(540.0 / n, 110.0), (WIDTH - _NAME_WIDTH) / 2
     canvas = _canvas_of_rows(arm, row)
     seconds, noise = findings.trajectory.time, findings.round_off
     time = whole_range(seconds)
-    for c, title in enumerate(("torque: exact and simplified", "error: simplified − exact, allowed band")):
+    for c, title in enumerate(("torque: exact and simplified", "error: simplified − exact")):
         canvas.text(_NAME_WIDTH + c * half + 26, _FOOT + n * row + 4, title, 7.5)
     for i, joint in enumerate(arm.joints):
         bottom = _FOOT + (n - 1 - i) * row
         exact, simplified = findings.exact_torque[:, i], findings.simplified_torque[:, i]
         error, allowed = table.torque_error.values[:, i], float(table.allowed_error[i])
+        when, proven = _proven(findings, i)
         spans = (
             value_range(exact, simplified, floor=noise),
-            value_range(error, np.array([-allowed, allowed]), floor=noise),
+            value_range(error, proven, -proven, np.array([-allowed, allowed]), floor=noise),
         )
         panels = [
             Panel(_NAME_WIDTH + c * half + 26, bottom + 3, half - 32, row - 13, time, span)
@@ -91,7 +92,19 @@ def torque_figure(findings: Findings) -> Canvas:
             (panels[1], error, "error", "accent", 1.2),
         ):
             add_curve(canvas, panel, seconds, curve, colour, width, label=f"{label} {i + 1}")
+        for sign in (1.0, -1.0) if len(when) else ():
+            add_curve(canvas, panels[1], when, sign * proven, "inertia", 0.8, label=f"proven {i + 1}")
     return canvas
+
+
+def _proven(findings: Findings, i: int) -> tuple[FloatArray, FloatArray]:
+    """Steps of what is proven of a joint's error near each piece of the motion; none where nothing is."""
+    tube = findings.tables["tube"]
+    along = tube.tube_along.values[:, i]
+    if not np.isfinite(along).all():
+        return np.empty(0), np.zeros(1)
+    when = np.stack([tube.segment_from.values, tube.segment_to.values], axis=1).ravel()
+    return when, np.repeat(along, 2)
 
 
 def _canvas_of_rows(arm: RobotArm, row: float) -> Canvas:

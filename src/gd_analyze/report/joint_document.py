@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from gd_analyze.formatting import mass, number, pretty, rounded_up
+from gd_analyze.formatting import amount, mass, number, pretty, rounded_up
 from gd_analyze.report.cells import formatted, in_fitting_units, share, torque
 from gd_analyze.report.motion import motion_unit
 from gd_analyze.results import Findings, summary
@@ -16,7 +16,7 @@ _ERRORS = ("allowed_error", "largest_error", "rms_error", "tube_certified", "tub
 _ERRORS += ("worst_found", "within_limits", "torque_per_kg", "uncertainty")
 _BOUNDS = ("tube_certified", "certified")
 # What a bar of the chart of errors shows of what the budget allows, at most.
-_LONGEST = 1.25
+_LONGEST = 3.0
 
 
 def joints(findings: Findings) -> list[Row]:
@@ -36,6 +36,7 @@ def joints(findings: Findings) -> list[Row]:
     )
     for joint, row, shown in zip(findings.arm.joints, rows, written, strict=True):
         shown["margins"] = [_margin(row, joint, name) for name in ("q", "qd", "qdd")]
+        shown["sampled"], shown["bound"] = (_told(row, name) for name in ("largest_error", "tube_certified"))
         shown["used"] = _used(row["largest_error"], row, noise)
         shown["proven"] = None if row["tube_certified"] is None else _used(row["tube_certified"], row, noise)
         shown["over"] = row["largest_error"] > max(row["allowed_error"], noise)
@@ -49,9 +50,19 @@ def _bounds_rounded_up(row: Row) -> Row:
     return row | up
 
 
+def _told(row: Row, name: str) -> str:
+    """Write a torque with a unit of its own; nothing where nothing is known."""
+    return "" if row[name] is None else pretty(amount(row[name], row["effort_unit"]))
+
+
 def _used(error: float, row: Row, noise: float) -> float:
     """Part of what the budget allows that an error takes; nothing where it is round-off."""
     return min(error / row["allowed_error"], _LONGEST) if error > noise else 0.0
+
+
+def longest_bar(rows: list[Row]) -> float:
+    """Length of the chart of errors, in what the budget allows; `rows` are those of `joints`."""
+    return max([1.25, *(row["used"] for row in rows), *(row["proven"] or 0.0 for row in rows)])
 
 
 def _margin(row: Row, joint: Joint, name: str) -> str:
@@ -78,6 +89,7 @@ def beyond(findings: Findings) -> dict[str, Any]:
         "within": sum(row["certified"] <= row["allowed_error"] for row in certified),
         "within_tube": sum((row["tube_certified"] or 0.0) <= row["allowed_error"] for row in certified),
         "tube": summary.tube_sentence(findings),
+        "margins": summary.margins_told(findings),
         "ratio": "" if ratio is None else f"{ratio:.2f}",
         "drawn": findings.tables["beyond"].attrs["states_drawn"],
         "uncertain": rows[0]["uncertainty"] is not None,

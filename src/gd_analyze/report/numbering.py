@@ -22,12 +22,12 @@ _FIGURES = {
 }
 _TABLES = {
     "errors": "error of every joint",
+    "trade_off": "operations and error by budget",
     "torques": "torques and errors of every joint",
     "ranking": "elements ranked by torque",
     "terms": "single terms ranked by torque",
     "kept": "what the model keeps",
     "operations": "operations for one evaluation of all torques",
-    "trade_off": "operations and error by budget",
     "tube": "bounds near the motion",
     "beyond": "errors beyond the motion",
     "payload": "payload and uncertainty of the parameters",
@@ -76,6 +76,7 @@ def _absent(findings: Findings) -> tuple[set[str], set[str], set[str]]:
     tables = {
         "terms": not findings.is_written_out,
         "tube": summary.tube_proven(findings) is None,
+        "beyond": summary.tube_proven(findings) is None and not findings.tables["beyond"].attrs["states_drawn"],
         "operations": of_elements and not findings.model.saves,
         "dropped": not dropped_parts(findings).costing,
     }

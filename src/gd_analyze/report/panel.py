@@ -129,14 +129,18 @@ def value_range(*curves: FloatArray, floor: float = 0.0) -> tuple[float, float]:
 
 
 def ticks(span: tuple[float, float], most: int = 3) -> list[float]:
-    """Return round values inside a range, at most so many steps of 1, 2 or 5 apart that it holds."""
-    rough = (span[1] - span[0]) / most
-    decade = 10.0 ** math.floor(math.log10(rough))
-    # A step that is wanted may have come out a rounding smaller than it is.
-    step = next(lead * decade for lead in (1, 2, 5, 10) if lead * decade >= rough * (1 - 1e-9))
-    slack = 1e-9 * (span[1] - span[0])
-    first, last = math.ceil((span[0] - slack) / step), math.floor((span[1] + slack) / step)
-    return [k * step for k in range(first, last + 1)]
+    """Return round values inside a range: 1, 2 or 5 of a decade apart, and at most one more than so many."""
+    width = span[1] - span[0]
+    # A round value may have come out a rounding outside the range whose end it is.
+    low, high = span[0] - 1e-9 * width, span[1] + 1e-9 * width
+    decade = 10.0 ** (math.floor(math.log10(width / most)) - 1)
+    found: list[float] = []
+    for lead in (5, 10, 20, 50, 100):
+        step = lead * decade
+        found = [k * step for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
+        if len(found) <= most + 1:
+            break
+    return found
 
 
 def tick_label(value: float) -> str:

@@ -7,6 +7,8 @@ from typing import NamedTuple
 from gd_analyze.formatting import at_most, number, rounded_up
 from gd_analyze.levels import SimplifiedModel
 from gd_analyze.levels.promise import share_of
+from gd_analyze.results.words import drives_told
+from gd_analyze.states import in_words
 from gd_analyze.vectors import FloatArray
 
 
@@ -20,7 +22,7 @@ class WorstError(NamedTuple):
     size
         "0.94 %" or "0.93 N m".
     of
-        What the size is a share of: "peak torque", "the allowed error"; "" for a torque.
+        What the size is a share of: "peak torque", "allowed error"; "" for a torque.
     """
 
     joint: int
@@ -29,8 +31,8 @@ class WorstError(NamedTuple):
 
     @property
     def in_words(self) -> str:
-        """The error and where it is: "0.94 % of peak torque (joint 3)"."""
-        return f"{self.size}{self.of and f' of {self.of}'} (joint {self.joint})"
+        """The error and where it is: "0.94 % of the peak torque (joint 3)"."""
+        return f"{self.size}{self.of and f' of the {self.of}'} (joint {self.joint})"
 
 
 def worst_error(model: SimplifiedModel, bound: FloatArray | None = None) -> WorstError:
@@ -56,7 +58,7 @@ def worst_error(model: SimplifiedModel, bound: FloatArray | None = None) -> Wors
     shares = share_of(error, promise.errors.peak_torque if by_peak else promise.allowed)
     joint = int(shares.argmax())
     share = float(shares[joint]) if bound is None else rounded_up(float(shares[joint]), 2)
-    return WorstError(joint + 1, at_most(share), "peak torque" if by_peak else "the allowed error")
+    return WorstError(joint + 1, at_most(share), "peak torque" if by_peak else "allowed error")
 
 
 def off_by(model: SimplifiedModel, bound: FloatArray | None = None) -> str:
@@ -79,13 +81,26 @@ def off_by(model: SimplifiedModel, bound: FloatArray | None = None) -> str:
     )
 
 
+def measure_told(model: SimplifiedModel) -> str:
+    """Say over which states the peak torque, or the uncertainty, is that the budget takes shares of.
+
+    "" where it takes shares of neither.
+    """
+    told = {"peak": "peak torque", "uncertainty": "uncertainty"}
+    wholes = [words for name, words in told.items() if name in model.promise.asked.wholes]
+    over = in_words(model.promise.made_for) if model.promise.made_for else "the states the model was made for"
+    return f"{' and '.join(wholes)} over {over}" if wholes else ""
+
+
 def nothing_gained(model: SimplifiedModel) -> str:
     """Say so where nothing can be dropped and the model given is the exact one; "" where something is."""
     if model.saves:
         return ""
+    told = drives_told(model.arm, model.drives)
+    told = f" ({told})" if told else ""
     return (
         f"Nothing can be dropped within the budget of {model.promise.budget}: no model found takes fewer "
-        f"operations than the {model.operations_full.total} of the exact torque, which is given."
+        f"operations than the {model.operations_full.total} of the exact torque{told}, which is given."
     )
 
 

@@ -7,15 +7,18 @@ from typing import Any
 
 from gd_analyze.certification import Margin
 from gd_analyze.dominance import text_verdicts
-from gd_analyze.formatting import number, percent, pretty
+from gd_analyze.formatting import number, percent
+from gd_analyze.labels import joined
 from gd_analyze.levels import SearchStep
 from gd_analyze.results.error_words import WorstError
+from gd_analyze.results.error_words import measure_told as measure_told
 from gd_analyze.results.error_words import nothing_gained as nothing_gained
 from gd_analyze.results.error_words import off_by as off_by
 from gd_analyze.results.error_words import worst_error as worst_error
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import Row, dropped_parts, element_rows
+from gd_analyze.results.words import drives_told
 from gd_analyze.robots import fingerprint
 
 
@@ -25,8 +28,15 @@ def title(findings: Findings) -> str:
 
 
 def subtitle(findings: Findings) -> str:
-    """Say along what."""
-    return f"along {findings.trajectory.name}, {findings.trajectory.n_set_points} set points"
+    """Say along what, and whether drives act."""
+    told = drives(findings)
+    where = f"along {findings.trajectory.name}, {findings.trajectory.n_set_points} set points"
+    return f"{where}, {told}" if told else where
+
+
+def drives(findings: Findings) -> str:
+    """Say whether drives act: "drives included" or "links alone"; "" of an arm that has none."""
+    return drives_told(findings.arm, findings.model.drives)
 
 
 def kept(findings: Findings) -> str:
@@ -35,7 +45,7 @@ def kept(findings: Findings) -> str:
 
 
 def headline(findings: Findings) -> str:
-    """Answer "what can I drop and what does it cost me" in one sentence or two."""
+    """Answer "what can I drop, what does it cost me and is that proven" in a sentence or two."""
     model = findings.model
     if not model.promise.errors.peak_torque.any():
         largest = number(float(abs(findings.exact_torque).max()))
@@ -44,14 +54,15 @@ def headline(findings: Findings) -> str:
             "to rank, and nothing to simplify."
         )
     full, left = model.operations_full.total, model.operations.total
+    told = drives(findings) and f", {drives(findings)},"
     if not model.saves:
         return nothing_gained(model)
-    cost = f"{off_by(model)} along this trajectory."
+    cost = f"{off_by(model)} along this trajectory{_proven(findings)}."
     if model.level.has_torque_terms:
         terms = kept(findings)
         return (
-            f"{terms[0].upper()}{terms[1:]} give every torque in {left} operations instead of {full}, and "
-            f"{cost}"
+            f"{terms[0].upper()}{terms[1:]} give every torque{told} in {left} operations, where the cheapest "
+            f"exact program known takes {full}. {cost[0].upper()}{cost[1:]}"
         )
     dropped, all_parts = dropped_parts(findings), findings.tables["parts"].sizes["part"]
     idle = len(dropped.zero) + len(dropped.idle)
@@ -63,31 +74,47 @@ def headline(findings: Findings) -> str:
     rest = f"; {idle} more make no torque here anyway" if idle else ""
     return (
         f"{len(dropped.costing)} of {all_parts} parts can go{rest}. That saves {percent(1 - left / full)} of "
-        f"the operations, and {cost}"
+        f"the cheapest exact program's operations{told.removesuffix(',')}. {cost[0].upper()}{cost[1:]}"
     )
 
 
+def _proven(findings: Findings) -> str:
+    """Go on with what is proven near the motion, or with that nothing is."""
+    worst = tube_proven(findings)
+    if worst is None:
+        return ", sampled at its set points; nothing is proven between them"
+    return f"; near it by no more than {worst.size}, which is proven"
+
+
 def facts(findings: Findings) -> list[tuple[str, str]]:
-    """Four figures to begin with, and what each of them is."""
-    model, worst, check = findings.model, worst_error(findings.model), cross_check_row(findings)
+    """Four figures to begin with, and what each of them is: how good, how proven, how many, of what."""
+    model, worst, proven = findings.model, worst_error(findings.model), tube_proven(findings)
     if model.level.has_torque_terms:
-        first = (kept(findings), f"kept of the exact model's {len(model.level.terms(model.form))}")
+        keeps = (kept(findings), f"kept of the exact model's {len(model.level.terms(model.form))}")
     else:
         dropped = dropped_parts(findings)
         gone = sum(map(len, dropped))
-        first = (
+        keeps = (
             f"{gone} / {findings.tables['parts'].sizes['part']}",
             f"parts dropped, {gone - len(dropped.costing)} without torque here",
         )
+    if proven is None:
+        bound = ("not proven", "no bound on the error is proven at this level")
+    else:
+        bound = (f"≤ {proven.size}", f"proven near the motion{_of(proven)}")
     return [
-        first,
-        (f"{model.operations_full.total} → {model.operations.total}", "operations per torque evaluation"),
-        (worst.size, f"largest error{worst.of and f', of {worst.of}'} (joint {worst.joint})"),
+        (worst.size, f"largest error at the set points{_of(worst)}"),
+        bound,
         (
-            pretty(f"{number(check['largest_difference'])} {check['unit']}"),
-            pretty(f"difference from Pinocchio (round-off allows {number(check['round_off_bound'])})"),
+            f"{model.operations_full.total} → {model.operations.total}",
+            "operations, from the cheapest exact program known",
         ),
+        keeps,
     ]
+
+
+def _of(worst: WorstError) -> str:
+    return f"{worst.of and f', of the {worst.of}'} (joint {worst.joint})"
 
 
 def opening(findings: Findings) -> dict[str, Any]:
@@ -198,6 +225,39 @@ def tube_sentence(findings: Findings) -> str:
     )
 
 
+def unsymmetric(findings: Findings) -> list[tuple[int, int]]:
+    """Elements of D', row and column from 1, of which the model keeps other terms than of their mirror image.
+
+    Torques are simplified one by one at the level of torque terms; D' is the matrix of absolute rates.
+    """
+    model = findings.model
+    if not model.level.has_torque_terms or model.level.is_mechanical:
+        return []
+    kept = [
+        (term.row, term.rates[0].joint, term.monomial)
+        for term in model.torques
+        if term.quantity == "inertia" and term.row != term.rates[0].joint
+    ]
+    places = {(i, j) for i, j, monomial in kept if (j, i, monomial) not in set(kept)}
+    return sorted({(min(place) + 1, max(place) + 1) for place in places})
+
+
+def unsymmetric_told(findings: Findings) -> str:
+    """Say that D is not symmetric, and what to use where it must be; "" where it is."""
+    places = unsymmetric(findings)
+    if not places:
+        return ""
+    i, j = places[0]
+    count = len(places)
+    pairs = "one pair of mirror images" if count == 1 else f"{count} pairs of mirror images"
+    return (
+        f"Each torque is simplified by itself, so the model's D is not symmetric: it keeps different terms in "
+        f"{pairs}, first in D{joined((i - 1, j - 1))} and D{joined((j - 1, i - 1))}. To compute torques this "
+        "does no harm. Where D must be symmetric, as in simulation or in a controller that relies on "
+        "energy, use `--level energy`."
+    )
+
+
 def above_allowed(rows: list[Row], torque: str) -> list[int]:
     """Joints at which a torque of the table "beyond" is known and above the allowed error."""
     return [row["joint"] for row in rows if (row[torque] or 0.0) > row["allowed_error"]]
@@ -211,6 +271,6 @@ def provenance_lines(findings: Findings) -> list[tuple[str, str]]:
         ("trajectory", f"{trajectory.name}, SHA-256 {trajectory.fingerprint[:16]}"),
         ("trajectory origin", trajectory.origin or "not stated"),
         ("rates", trajectory.rates_from),
-        ("drives", "drive inertia included" if findings.model.drives else "not included"),
+        ("drives", "inertia included, friction not" if findings.model.drives else "not included"),
         *findings.provenance.items(),
     ]

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from gd_analyze.robots import RobotArm
+
 # Of quantities, in formulas.
 SYMBOLS = {
     "inertia": "D",
@@ -36,6 +38,11 @@ VERDICTS = {
     "negligible": "negligible",
     "neither": "zero",
 }
+
+
+def drives_told(arm: RobotArm, drives: bool) -> str:
+    """Say whether the drives' inertia is part of the torque; "" of an arm that has none."""
+    return ("drives included" if drives else "links alone") if arm.counts_drives() else ""
 
 
 def kind_name(level: str, refit: bool) -> str:

@@ -142,6 +142,10 @@ class RobotArm:
             ).all()
         )
 
+    def counts_drives(self, asked: bool | None = None) -> bool:
+        """Whether the drives' inertia counts: as asked for, or else where the arm describes any."""
+        return any(drive.inertia > 0.0 for drive in self.drives) if asked is None else asked
+
     @cached_property
     def drive_inertia(self) -> FloatArray:
         """Drive inertia at the joints, kg m^2, shape (n,).
@@ -156,7 +160,7 @@ class RobotArm:
                 f"arm {self.name} describes no drives",
                 where=f"arm {self.name}",
                 expected="one [[drives]] table per joint",
-                next_step="add the drives to the arm file, or leave drives out",
+                next_step="add the drives to the arm file, or ask for the links alone",
             )
         return _read_only([drive.inertia for drive in self.drives])
 

@@ -100,7 +100,7 @@ def simplify(
     level: str | Level = TERM,
     refit: bool = False,
     operations: int | None = None,
-    drives: bool = False,
+    drives: bool | None = None,
     effort: float = 1.0,
 ) -> SimplifiedModel:
     """Leave out what a torque error budget allows, so that few operations remain.
@@ -113,24 +113,28 @@ def simplify(
         States over which the budget holds: a trajectory's set points, their decomposition where it is at
         hand, or drawn ones, see `states_in_box`.
     budget
-        Allowed torque error per joint; 1 % of each joint's peak torque over the states by default.
+        Allowed torque error per joint, or its text such as "1% or 10% friction", see `Budget.parse`; 1 % of
+        each joint's peak torque over the states by default.
     level, refit, operations, effort
         See `How`: "term" drops torque terms one by one, the fewest operations; "energy" drops terms of the
         energies, so that the model stays a mechanical system; "element" drops the effects of D_ij and h_i
         and c_i, the founding text's method.
     drives
-        Include drive inertia.
+        Include drive inertia, or take the links alone; by default it is included where the arm describes
+        drives, see `ExactDynamics.of`.
 
     Returns
     -------
     SimplifiedModel
         Its largest error over the states is within the budget, measured on its own program. Where that takes
-        as many operations as the exact torque, it is the exact model.
+        as many operations as the exact torque, it is the exact model. Its `notice` tells where the budget is
+        less than a joint's friction or the uncertainty of its torque.
 
     Raises
     ------
     UsageError
-        If the budget does not fit the number of joints, or level and refit do not go together.
+        If the budget is not understood, does not fit the number of joints, or is a share of what the arm does
+        not state; or if level and refit do not go together.
     ArmError
         If drives are asked for and the arm describes none.
 
@@ -138,7 +142,7 @@ def simplify(
     --------
     >>> import gd_analyze as gd
     >>> arm = gd.load_arm("two_link")
-    >>> model = gd.simplify(arm, gd.read_trajectory("two-link-swing", arm), gd.Budget.parse("1%"))
+    >>> model = gd.simplify(arm, gd.read_trajectory("two-link-swing", arm), "1%")
     >>> bool((model.promise.errors.largest_share <= 0.01).all())
     True
     """

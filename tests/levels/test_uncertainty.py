@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from gd_analyze.formulations import newton_euler_link
 from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import Drive, Joint, Link, LinkUncertainty, Placement, RobotArm, with_payload
-from gd_analyze.search import torque_uncertainty
+from gd_analyze.levels import torque_uncertainty
 from gd_analyze.states import States, states_in_box, states_of
 from gd_analyze.vectors import CHUNK, FloatArray
 from strategies import arms_with_states, examples
