@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from gd_analyze import formatting
 from gd_analyze.elements import elements
@@ -80,7 +81,7 @@ def render_html(findings: Findings) -> str:
     shown = _content(findings, path) | _mathematics(findings, path) | numbering(findings)
     frame = {
         "data": _json(data | {"budgets": path.data(findings)}),
-        "trade_off_legend": data["figures"]["trade-off"]["traces"],
+        "trade_off_legend": data["figures"].get("trade-off", {}).get("traces", ()),
         "style": style("report.css"),
         "scripts": Markup("\n".join(template_text(name) for name in SCRIPTS)),
     }
@@ -91,7 +92,7 @@ def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
     """Rows, sentences and figures of the page."""
     arm, model, tables, count = findings.arm, findings.model, findings.tables, findings.trajectory.n_set_points
     rows, trade_off = element_rows(findings), tables["trade_off"]
-    joints = joint_rows(findings, "simplified_model", "beyond", *(["tube"] if "tube" in tables else []))
+    joints = joint_rows(findings, "simplified_model", "beyond", "tube")
     ranked = {row["element"]: row for row in rows}
     return {
         **summary.opening(findings),
@@ -118,6 +119,8 @@ def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
             kind_name(kind["level"], kind["refit"]).capitalize() for kind in rows_of(trade_off, "kind")
         ],
         "path": path,
+        "tube": tables["tube"],
+        "unsymmetric": summary.unsymmetric_told(findings),
         "budget_place": place(1.0, *DECADES),
         "contributions": {
             name: words for name, words in CONTRIBUTIONS.items() if name != "drives" or model.drives
@@ -193,6 +196,7 @@ def environment() -> Environment:
         "proven_place": lambda row: _place(row.get("tube_certified"), row["allowed_error"]),
         "series": _series,
         "budget_words": budget_words,
+        "codes": lambda words: Markup(re.sub("`(.+?)`", r"<code>\1</code>", str(escape(words)))),
         "digits": lambda value: formatting.markup(f"{float(value):.6g}"),
         "joints": formatting.named_joints,
         "mass": lambda kilograms: formatting.markup(formatting.mass(float(kilograms))),

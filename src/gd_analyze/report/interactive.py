@@ -18,7 +18,7 @@ from gd_analyze.report.element_curves import element_curves, rank_of
 from gd_analyze.report.motion import motion_curve, motion_unit, skeleton
 from gd_analyze.report.thinning import evenly, thinned
 from gd_analyze.report.views import flat_normal, upright_frame
-from gd_analyze.results import Findings
+from gd_analyze.results import Findings, summary
 from gd_analyze.results.contributions import Contributions
 from gd_analyze.results.words import CONTRIBUTIONS, kind_name
 from gd_analyze.vectors import Array, FloatArray
@@ -50,7 +50,9 @@ def page_data(findings: Findings) -> dict[str, Any]:
     _add_motion(drawing, findings)
     _add_torques(drawing, findings)
     _add_piles(drawing, findings)
-    figures = {**drawing.figures, "trade-off": _trade_off(findings)}
+    figures = drawing.figures
+    if not summary.nothing_to_trade(findings):
+        figures["trade-off"] = _trade_off(findings)
     return {"axes": drawing.axes, "figures": figures, "viewer": _viewer(findings)}
 
 

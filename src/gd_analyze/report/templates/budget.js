@@ -70,11 +70,11 @@ report.budget = (() => {
     return `${budgets.operations[at]} operations, ${budgets.kept[at]} ${budgets.keeps}, largest error ${percent(shares[worst])} of peak at joint ${worst + 1}.`;
   }
 
-  // Where the trade-off is drawn, too.
+  // In the trade-off, too, where one is drawn.
   function mark(at, error) {
     const div = document.querySelector('.plot[data-figure="trade-off"]');
+    if (!div || !report.plots.get(div).box) return;
     const plot = report.plots.get(div), dot = div.querySelector(".at-budget");
-    if (!dot) return;
     dot.innerHTML = at === asked ? "" : `<circle cx="${chart.px(plot.box.atX(error))}" cy="${chart.px(plot.box.atY(budgets.operations[at]))}" r="7"/>`;
   }
 
