@@ -109,6 +109,15 @@ EDITS: dict[str, tuple[Edit, str]] = {
     ),
     "an element of another arm": (entry("dominance/element", b"D33"), "element of dominance is not what"),
     "a part of another arm": (entry("parts/part", b"D33"), "part of parts is not what belongs"),
+    "budgets of another model": (
+        entry("budgets/operations", 1, 10),
+        "operations of budgets at a factor of 1 is not what belongs to the rest",
+    ),
+    "budgets of another ranking": (entry("budgets/rank", 99, 0), "rank of budgets is not what belongs"),
+    "budgets of parts, where terms are kept": (
+        lambda file: file.move("budgets/kept", "budgets/kept_parts"),
+        "kept_parts of budgets has other dimensions",
+    ),
     "another unit": (attribute("decomposition/torque", "units", np.bytes_("N")), "is in other units"),
     "another shape of an attribute": (
         attribute("dominance", "threshold", np.zeros(2)),
@@ -165,7 +174,7 @@ LABELS = [(group, name) for group, names in COORDINATES.items() for name in name
 def test_every_coordinate_must_be_there(content, tmp_path, group, name):
     with h5py.File(edited(content, tmp_path / "analysis.h5", lambda file: None)) as file:
         if name not in file[group]:
-            assert name in ("link", "term", "term_effect")
+            assert name in ("link", "term", "term_effect", "part")
             return
     assert found(content, tmp_path / "analysis.h5", without(f"{group}/{name}"))
 

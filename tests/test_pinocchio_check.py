@@ -20,7 +20,7 @@ QUANTITIES = ("inertia", "coriolis_centrifugal", "gravity_loading", "torque")
 def test_every_arm_passes(case):
     arm, motion = case
     residuals = cross_check(arm, decompose(arm, motion))
-    assert tuple(r.quantity for r in residuals) == QUANTITIES
+    assert tuple(dict.fromkeys(r.quantity for r in residuals)) == QUANTITIES
     assert all(0 <= r.largest <= r.bound for r in residuals)
 
 

@@ -9,7 +9,7 @@ from gd_analyze.errors import StoreError
 from gd_analyze.schema import GROUPS, OPTIONAL, table, unit_of, validate
 
 BOTH_TURN = (True, True)
-REQUIRED = [name for name in GROUPS["decomposition"] if name not in OPTIONAL]
+REQUIRED = [name for name in GROUPS["decomposition"] if name not in OPTIONAL["decomposition"]]
 
 
 def test_what_is_made_is_valid(puma_findings, swing_dataset):

@@ -42,6 +42,53 @@ def given(value: float | None) -> str:
     return pretty(f"{value + 0.0:.6g}").replace("-", "−") if math.isfinite(value) else "∞"
 
 
+# Names of powers of 1000; of kilograms, grams have them.
+_PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M"}
+
+
+def prefixed(largest: float, unit: str) -> tuple[float, str]:
+    """Unit with the prefix that gives values of that size up to three digits before their point.
+
+    Parameters
+    ----------
+    largest
+        The largest of the values that shall stand in one unit.
+    unit
+        Theirs, such as "N m" or "kg m^2"; one that no prefix goes with is left alone.
+
+    Returns
+    -------
+    factor, unit
+        What one of the new unit is in the old.
+
+    Examples
+    --------
+    >>> prefixed(6.56e-5, "N m"), prefixed(4e-5, "kg m^2"), prefixed(42.0, "N m")
+    ((1e-06, 'µN m'), (1e-06, 'mg m^2'), (1.0, 'N m'))
+    """
+    size, weighed = abs(largest), unit.startswith("kg")
+    takes_one = (weighed or unit.startswith("N")) and " or " not in unit
+    if not takes_one or 0.1 <= size < 1e4 or not 0 < size < math.inf:
+        return 1.0, unit
+    power = 3 * math.floor(math.log10(size * (1 + 1e-9)) / 3)
+    grams = power + 3 * weighed
+    if (power >= 0 and weighed) or grams not in _PREFIXES:
+        return 1.0, unit
+    return 10.0**power, _PREFIXES[grams] + (unit[1:] if weighed else unit)
+
+
+def amount(value: float, unit: str) -> str:
+    """Format to three significant digits with the unit, prefixed where that saves a power of ten.
+
+    Examples
+    --------
+    >>> amount(6.56e-5, "N m"), amount(41.0, "N"), amount(2.1e-14, "N m")
+    ('65.6 µN m', '41 N', '2.10e-14 N m')
+    """
+    factor, shown = prefixed(value, unit)
+    return f"{number(value / factor)} {shown}"
+
+
 def percent(share: float) -> str:
     """Format a share as percent with two significant digits."""
     if not math.isfinite(share):
@@ -72,12 +119,15 @@ def at_most(share: float) -> str:
     return percent(share).removeprefix("< ")
 
 
-def hundredths(share: float) -> str:
-    """Format a share as percent with two decimals and without the sign, for columns headed by it."""
-    if not math.isfinite(share):
-        return "∞"
-    value = 100 * share
-    return "< 0.01" if 0 < value < 0.005 else f"{value:.2f}"
+def percent_cell(share: float) -> str:
+    """Format a share as percent with two significant digits and without the sign, for columns headed by it.
+
+    Examples
+    --------
+    >>> percent_cell(0.0096), percent_cell(1.1502), percent_cell(1e-6)
+    ('0.96', '115', '< 0.01')
+    """
+    return percent(share).removesuffix(" %")
 
 
 def mass(kilograms: float) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.robots import Placement, RobotArm
+from gd_analyze.schema import units_of
 from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ def cross_check(arm: RobotArm, dataset: xr.Dataset) -> tuple[Residual, ...]:
     Returns
     -------
     tuple of Residual
-        One per quantity, in SI units.
+        One per quantity and, where joints of both kinds meet, per unit of its entries.
 
     Raises
     ------
@@ -58,8 +59,10 @@ def cross_check(arm: RobotArm, dataset: xr.Dataset) -> tuple[Residual, ...]:
     }
     bounds = round_off_bounds(arm, *states)
     residuals = tuple(
-        Residual(name, largest, bounds[name], "kg m^2" if name == "inertia" else "N m")
-        for name, largest in largest_differences(ours, pinocchio_dynamics(arm, *states)).items()
+        Residual(name, float(np.abs(ours[name] - theirs)[..., units == unit].max()), bounds[name], unit)
+        for name, theirs in pinocchio_dynamics(arm, *states).items()
+        for units in [units_of("inertia" if name == "inertia" else "effort", arm.is_revolute)]
+        for unit in dict.fromkeys(units.ravel().tolist())
     )
     for residual in residuals:
         if not residual.largest <= residual.bound:

@@ -23,7 +23,7 @@ from gd_analyze.vectors import Array
 if TYPE_CHECKING:
     import xarray as xr
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 
 # Inputs are bounded so that torques stay below 1e65, see `gd_analyze.given_numbers`.
 LARGEST_RESULT = 1e150
@@ -38,6 +38,19 @@ def unit_of(kind: str, *turning: bool) -> str:
     'kg m'
     """
     return UNITS[kind][sum(turning)]
+
+
+def units_of(kind: str, turning: Sequence[bool]) -> Array:
+    """Unit of every entry of a quantity of an arm's joints: one axis per joint that it is about.
+
+    Examples
+    --------
+    >>> units_of("inertia", [True, False]).tolist()
+    [['kg m^2', 'kg m'], ['kg m', 'kg']]
+    """
+    flags = np.array(turning, dtype=int)
+    axes = np.meshgrid(*[flags] * (len(UNITS[kind]) - 1), indexing="ij")
+    return np.array(UNITS[kind])[sum(axes)]
 
 
 @dataclass(frozen=True)
@@ -116,12 +129,15 @@ GROUPS = _declared()
 
 # Variables that a group may lack.
 OPTIONAL = {
-    "coupling",
-    "drive_torque",
-    "inertia_by_link",
-    "coriolis_centrifugal_by_link",
-    "gravity_loading_by_link",
-    "coriolis_centrifugal_terms",
+    "decomposition": {
+        "coupling",
+        "drive_torque",
+        "inertia_by_link",
+        "coriolis_centrifugal_by_link",
+        "gravity_loading_by_link",
+        "coriolis_centrifugal_terms",
+    },
+    "budgets": {"kept", "kept_parts"},
 }
 
 
@@ -172,14 +188,11 @@ def table(
 
 def _unit_coordinates(kinds: Mapping[str, tuple[str, ...]], turning: Sequence[bool]) -> dict[str, Any]:
     """Units row by row, of the kinds in use."""
-    out: dict[str, Any] = {}
-    flags = np.array(turning, dtype=int)
-    for kind, dims in kinds.items():
-        if kind in UNITS:
-            over = tuple(dim for dim in dims if dim.startswith("joint"))
-            count = sum(np.meshgrid(*[flags] * len(over), indexing="ij")) if len(over) > 1 else flags
-            out[coordinate_of(kind)] = (over, np.array(UNITS[kind])[count])
-    return out
+    return {
+        coordinate_of(kind): (tuple(dim for dim in dims if dim.startswith("joint")), units_of(kind, turning))
+        for kind, dims in kinds.items()
+        if kind in UNITS
+    }
 
 
 def validate(dataset: xr.Dataset, group: str, turning: Sequence[bool]) -> None:
@@ -202,7 +215,7 @@ def validate(dataset: xr.Dataset, group: str, turning: Sequence[bool]) -> None:
     """
     declared = GROUPS[group]
     for name in declared:
-        if name not in dataset and name not in OPTIONAL:
+        if name not in dataset and name not in OPTIONAL.get(group, ()):
             found = ", ".join(str(known) for known in dataset.data_vars) or "no variables"
             raise StoreError(f"{group} lacks {name}", expected=", ".join(declared), found=found)
     for key, array in dataset.data_vars.items():

@@ -20,7 +20,7 @@ def body(text: str) -> str:
 
 
 @pytest.mark.parametrize("name", ["puma560", "stanford", "two_link"])
-def test_all_of_d_and_c_on_80_columns(run, name):
+def test_all_elements_on_80_columns(run, name):
     result = run("equations", name)
     assert (result.code, result.err) == (0, "")
     assert max(map(len, result.out.splitlines())) <= 80
@@ -32,6 +32,19 @@ def test_all_of_d_and_c_on_80_columns(run, name):
     assert gd.load_arm(name).title in header
     assert f"{sum(len(equation.terms) for equation in found)} terms" in header
     assert re.search(r"identified\s+in\s+[\d.e-]+\s+s", header)
+
+
+def test_what_is_not_printed_is_zero(run):
+    out = run("equations", "puma560").out
+    assert "elements not shown are zero; h_i is the sum over j and k of" in " ".join(out.split())
+    printed = {line.split(" = ")[0] for line in body(out).splitlines() if " = " in line}
+    h = {f"h{i}{j}{k}" for i in range(1, 7) for j in range(1, 7) for k in range(j, 7)}
+    d = {f"D{i}{j}" for i in range(1, 7) for j in range(i, 7)}
+    every = h | d | {f"c{i}" for i in range(1, 7)}
+    assert printed < every
+    missing = sorted(every - printed)
+    words = [word for label in missing for word in ("--element", label)]
+    assert run("equations", "puma560", *words, "--quiet").out.splitlines() == [f"{x} = 0" for x in missing]
 
 
 def test_the_legend_names_what_occurs(run):

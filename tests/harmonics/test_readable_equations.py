@@ -141,7 +141,7 @@ def test_labels(puma_harmonics):
     assert symbols("D54") == ["D45"], "zero, but asked for"
     assert symbols("h131") == ["h113"]
     assert symbols("c") == ["c2", "c3", "c4", "c5"]
-    assert symbols() == symbols("D") + symbols("c")
+    assert symbols() == symbols("D") + symbols("h") + symbols("c")
     assert all(re.fullmatch(r"h1[1-6][1-6]", symbol) for symbol in symbols("h1"))
     assert set(symbols("h1")) < set(symbols("h"))
     assert symbols("c2", "D11") == ["c2", "D11"]

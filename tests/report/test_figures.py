@@ -8,15 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from report_cases import made_findings, resting_findings
 
-from gd_analyze.report.figure_arm import arm_figure, equal_panel
+from gd_analyze.report.canvas import SCREEN, Canvas
+from gd_analyze.report.figure_arm import arm_figure, equal_panel, views_figure
 from gd_analyze.report.figure_elements import inertia_figure, vector_figure
 from gd_analyze.report.figure_trade_off import trade_off_figure
 from gd_analyze.report.figures import motion_figure, torque_figure
-from gd_analyze.report.panel import MOST_POINTS, power_of_ten, tick_label, ticks, value_range
+from gd_analyze.report.panel import MOST_POINTS, Panel, Scale, tick_label, ticks, value_range
 from gd_analyze.report.views import upright_frame
 from gd_analyze.results import Findings
 from gd_analyze.results.words import kind_name
@@ -39,33 +38,49 @@ def made(request: pytest.FixtureRequest) -> Findings:
     return MADE[request.param]()
 
 
-def curves(figure: Figure) -> dict[str, np.ndarray]:
-    """Labelled lines of a figure: what they show over the set points."""
-    return {
-        str(line.get_label()): np.asarray(line.get_ydata())
-        for line in figure.get_children()
-        if isinstance(line, Line2D) and line.get_label()
-    }
+@pytest.fixture
+def drawn(monkeypatch: pytest.MonkeyPatch) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Values that the panels of figures made since have put on paper, by the label of the curve."""
+    placed: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+    curves: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    place, line = Panel.place, Canvas.line
+
+    def noted(panel: Panel, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        points = place(panel, x, y)
+        placed[id(points)] = (x, y)
+        kept.append(points)
+        return points
+
+    def labelled(canvas: Canvas, points: np.ndarray, *look: object, label: str = "", **more: object) -> None:
+        if label:
+            curves[label] = placed[id(points)]
+        line(canvas, points, *look, label=label, **more)
+
+    kept: list[np.ndarray] = []
+    monkeypatch.setattr(Panel, "place", noted)
+    monkeypatch.setattr(Canvas, "line", labelled)
+    return curves
 
 
-def texts(figure: Figure) -> set[str]:
-    return {text.get_text() for text in figure.texts}
+def texts(figure: Canvas) -> set[str]:
+    return {text.text for text in figure.texts}
 
 
-def inside(figure: Figure) -> bool:
-    """Every artist within the page the figure stands for, give or take a line's width."""
-    width, height = figure.get_size_inches() * 72
-    for line in figure.get_children():
-        if isinstance(line, Line2D):
-            x, y = line.get_transform().transform(np.column_stack(line.get_data())).T * (72 / figure.dpi)
-            low, high = (limit(np.stack([x, y]), axis=1) for limit in (np.nanmin, np.nanmax))
-            if (low < -1).any() or high[0] > width + 1 or high[1] > height + 1:
-                return False
-    return True
+def inside(figure: Canvas) -> bool:
+    """Whether every shape, give or take a line's width, and every text's place are within the figure."""
+    every = np.concatenate([shape.points for shape in figure.shapes])
+    places = np.array([[text.x, text.y] for text in figure.texts]).reshape(-1, 2)
+    return all(
+        ((points >= -1).all() and (points <= (figure.width + 1, figure.height + 1)).all())
+        for points in (every, places)
+    )
 
 
-def test_inertia_figure_draws_the_decomposition(puma_findings: Findings) -> None:
-    drawn = curves(inertia_figure(puma_findings))
+Drawn = dict[str, tuple[np.ndarray, np.ndarray]]
+
+
+def test_inertia_figure_draws_the_decomposition_over_time(puma_findings: Findings, drawn: Drawn) -> None:
+    inertia_figure(puma_findings)
     inertia = puma_findings.decomposition.inertia.values
     # What the ranking calls zero is drawn as zero.
     noise = 64 * np.finfo(float).eps * np.abs(inertia).max()
@@ -78,12 +93,15 @@ def test_inertia_figure_draws_the_decomposition(puma_findings: Findings) -> None
                 ("rotation", rotation),
                 ("combined", translation + rotation),
             ):
-                np.testing.assert_allclose(drawn[f"D{i + 1}{j + 1} {name}"], part, rtol=0, atol=2 * noise)
+                time, values = drawn[f"D{i + 1}{j + 1} {name}"]
+                np.testing.assert_array_equal(time, puma_findings.trajectory.time)
+                np.testing.assert_allclose(values, part, rtol=0, atol=2 * noise)
 
 
-def test_vectors_are_drawn(puma_findings: Findings) -> None:
+def test_vectors_are_drawn(puma_findings: Findings, drawn: Drawn) -> None:
     dataset = puma_findings.decomposition
-    h, c = curves(coriolis_figure(puma_findings)), curves(gravity_figure(puma_findings))
+    coriolis_figure(puma_findings)
+    gravity_figure(puma_findings)
     noise = {
         name: 64 * np.finfo(float).eps * np.abs(dataset[name].values).max()
         for name in ("coriolis_centrifugal", "gravity_loading")
@@ -92,32 +110,46 @@ def test_vectors_are_drawn(puma_findings: Findings) -> None:
         parts = dataset.coriolis_centrifugal.values[:, :, i]
         for k, name in enumerate(("translation", "rotation")):
             np.testing.assert_allclose(
-                h[f"h{i + 1} {name}"], parts[:, k], rtol=0, atol=noise["coriolis_centrifugal"]
+                drawn[f"h{i + 1} {name}"][1], parts[:, k], rtol=0, atol=noise["coriolis_centrifugal"]
             )
         np.testing.assert_allclose(
-            c[f"c{i + 1} combined"],
+            drawn[f"c{i + 1} combined"][1],
             dataset.gravity_loading.values[:, i],
             rtol=0,
             atol=noise["gravity_loading"],
         )
-    assert set(c) == {f"c{i + 1} combined" for i in range(6)}
+    assert {name for name in drawn if name[0] == "c"} == {f"c{i + 1} combined" for i in range(6)}
 
 
-def test_torque_and_error_are_drawn(puma_findings: Findings) -> None:
-    drawn = curves(torque_figure(puma_findings))
+def test_torque_and_error_are_drawn(puma_findings: Findings, drawn: Drawn) -> None:
+    torque_figure(puma_findings)
     exact, simplified = puma_findings.exact_torque, puma_findings.simplified_torque
     for i in range(6):
-        np.testing.assert_array_equal(drawn[f"exact {i + 1}"], exact[:, i])
-        np.testing.assert_array_equal(drawn[f"simplified {i + 1}"], simplified[:, i])
+        np.testing.assert_array_equal(drawn[f"exact {i + 1}"][1], exact[:, i])
+        np.testing.assert_array_equal(drawn[f"simplified {i + 1}"][1], simplified[:, i])
         error = simplified[:, i] - exact[:, i]
-        np.testing.assert_array_equal(drawn[f"error {i + 1}"], error)
+        np.testing.assert_array_equal(drawn[f"error {i + 1}"][1], error)
 
 
-def test_motion_is_drawn_in_degrees_and_metres() -> None:
+def test_motion_is_drawn_in_degrees_and_metres(drawn: Drawn) -> None:
     findings = made_findings(["revolute", "prismatic"])
-    drawn = curves(motion_figure(findings))
-    np.testing.assert_array_equal(drawn["qd1"], np.degrees(findings.trajectory.qd[:, 0]))
-    np.testing.assert_array_equal(drawn["qd2"], findings.trajectory.qd[:, 1])
+    motion_figure(findings)
+    np.testing.assert_array_equal(drawn["qd1"][1], np.degrees(findings.trajectory.qd[:, 0]))
+    np.testing.assert_array_equal(drawn["qd2"][1], findings.trajectory.qd[:, 1])
+
+
+def test_names_above_a_panel_do_not_meet_its_letters() -> None:
+    """Columns of a force and an angle have long units: they are written as small as the room is."""
+    figure = inertia_figure(made_findings(["revolute", "revolute", "prismatic"] * 2))
+    letters = {text.y: text for text in figure.texts if text.text == "T+R" and text.anchor == "end"}
+    assert letters
+    for text in figure.texts:
+        if "kg" in text.text or text.text.startswith(("g", "mg")):
+            ends = [one for one in figure.texts if one.y == text.y and one.anchor == "end" and one.x > text.x]
+            nearest = min(ends, key=lambda one: one.x)
+            # Half an em for each sign of the unit, two thirds for the capitals.
+            begins = nearest.x - 0.67 * nearest.size * len(nearest.text)
+            assert text.x + 0.5 * text.size * len(text.text) <= begins
 
 
 def test_panels_name_element_and_verdict(puma_findings: Findings) -> None:
@@ -133,6 +165,7 @@ def test_panels_name_element_and_verdict(puma_findings: Findings) -> None:
     "make",
     [
         arm_figure,
+        views_figure,
         motion_figure,
         inertia_figure,
         coriolis_figure,
@@ -141,17 +174,13 @@ def test_panels_name_element_and_verdict(puma_findings: Findings) -> None:
         trade_off_figure,
     ],
 )
-def test_nothing_is_drawn_off_the_page(make: Callable[[Findings], Figure], made: Findings) -> None:
+def test_nothing_is_drawn_off_the_page(make: Callable[[Findings], Canvas], made: Findings) -> None:
     assert inside(make(made))
 
 
-def marks(figure: Figure) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Places of the labelled lines of a figure, by label."""
-    return {
-        str(line.get_label()): (np.asarray(line.get_xdata()), np.asarray(line.get_ydata()))
-        for line in figure.get_children()
-        if isinstance(line, Line2D) and str(line.get_label())[:1].isalpha()
-    }
+def marks(figure: Canvas) -> dict[str, np.ndarray]:
+    """Places of the labelled shapes of a figure, by label, pt."""
+    return {shape.label: shape.points for shape in figure.shapes if shape.label}
 
 
 def test_trade_off_has_one_line_per_kind_and_the_own_model(puma_findings: Findings) -> None:
@@ -163,8 +192,8 @@ def test_trade_off_has_one_line_per_kind_and_the_own_model(puma_findings: Findin
     assert set(shown) == names | {"this report's model"}
     # More operations stand higher, whichever scale is chosen.
     order = np.argsort(table.operations.sel(kind="term").values, kind="stable")
-    assert (np.diff(shown["term"][1][order]) >= 0).all()
-    assert (np.diff(shown["term"][0]) >= 0).all()  # budgets grow, and errors with them
+    assert (np.diff(shown["term"][order, 1]) >= 0).all()
+    assert (np.diff(shown["term"][:, 0]) >= 0).all()  # budgets grow, and errors with them
 
 
 def test_trade_off_names_the_exact_operations(puma_findings: Findings) -> None:
@@ -174,38 +203,64 @@ def test_trade_off_names_the_exact_operations(puma_findings: Findings) -> None:
 
 def test_names_of_lines_do_not_cover_each_other() -> None:
     figure = trade_off_figure(made_findings(["revolute"]))
-    right = max(text.get_position()[0] for text in figure.texts)
-    heights = sorted(text.get_position()[1] for text in figure.texts if text.get_position()[0] == right)
+    right = max(text.x for text in figure.texts)
+    heights = sorted(text.y for text in figure.texts if text.x == right)
     assert len(heights) >= 6
-    assert np.diff(heights).min() * figure.get_figheight() * 72 >= 8.9
+    # Names are 9 pt apart; a sum may be a rounding less.
+    assert np.diff(heights).min() >= 9 - 1e-9
 
 
 def test_without_any_error_the_own_model_stands_at_the_axis(puma: RobotArm) -> None:
-    own = marks(trade_off_figure(resting_findings(puma)))["this report's model"]
-    assert (own[0][0], own[1][0]) == (0.0, 0.0)
+    figure = trade_off_figure(resting_findings(puma))
+    (own,) = marks(figure)["this report's model"]
+    left, bottom = next(shape.points.min(axis=0) for shape in figure.shapes if shape.order == 1.0)
+    assert own.tolist() == [left, bottom]
 
 
 def test_nothing_moves_and_nothing_weighs(puma: RobotArm) -> None:
     findings = resting_findings(puma)
-    for make in (arm_figure, motion_figure, coriolis_figure, torque_figure, trade_off_figure):
+    for make in (arm_figure, views_figure, motion_figure, coriolis_figure, torque_figure, trade_off_figure):
         assert inside(make(findings))
 
 
 def test_one_set_point_is_drawn_as_a_dot() -> None:
     figure = coriolis_figure(made_findings(["revolute"] * 2, set_points=1))
-    marked = [line for line in figure.get_children() if isinstance(line, Line2D) and line.get_marker() == "o"]
+    marked = [shape for shape in figure.shapes if shape.label]
     assert len(marked) == 2 * 3
+    assert all(shape.path.count("a") == 2 for shape in marked)  # two arcs make a circle
 
 
-def test_a_dollar_sign_is_not_mathematics(puma_findings: Findings) -> None:
-    assert not any(text.get_parse_math() for text in motion_figure(puma_findings).texts)
+def test_signs_of_markup_are_text(puma_findings: Findings) -> None:
+    canvas = Canvas(10.0, 10.0)
+    canvas.text(1.0, 1.0, "a < b & c")
+    assert ">a &lt; b &amp; c</text>" in canvas.svg()
+    assert 'aria-label="&quot;x&quot; &lt; y"' in canvas.svg('"x" < y')
+
+
+def test_a_drawing_of_the_page_follows_its_theme() -> None:
+    paper, screen = Canvas(10.0, 10.0), Canvas(10.0, 10.0, SCREEN)
+    for canvas in (paper, screen):
+        canvas.line(np.array([[0.0, 0.0], [1.0, 2.0]]), "translation")
+    assert "stroke:#0072b2" in paper.svg()
+    assert "stroke:var(--translation)" in screen.svg()
+    assert 'd="M0.00 10.00L1.00 8.00"' in paper.svg()  # SVG counts downward
+
+
+@pytest.mark.parametrize("shape", ["circle", "square", "diamond", "star"])
+def test_marks_lie_around_their_place(shape: str) -> None:
+    canvas = Canvas(10.0, 10.0)
+    canvas.mark(np.array([[4.0, 7.0]]), "ink", 2.0, shape=shape)
+    corners = canvas.shapes[0].path[1:].removesuffix("z").split("a")[0].split("L")
+    for x, y in (map(float, corner.split()) for corner in corners):
+        # No farther than a square's corner: half its size times the square root of 2; digits are written.
+        assert np.hypot(x - 4.0, y - 3.0) <= np.sqrt(2) + 0.01
 
 
 def test_planar_arm_is_drawn_head_on(two_link: RobotArm, swing_findings: Findings) -> None:
     # Gravity of this arm is along -y: up on paper is y.
     np.testing.assert_array_equal(upright_frame(two_link)[2], [0.0, 1.0, 0.0])
-    assert "from the front" in texts(arm_figure(swing_findings))
-    assert "from above" not in texts(arm_figure(swing_findings))
+    assert "from the front" in texts(views_figure(swing_findings))
+    assert "from above" not in texts(views_figure(swing_findings))
 
 
 @given(arrays(float, (7, 2), elements=st.floats(-5, 5)))
@@ -221,8 +276,7 @@ def test_lengths_are_to_scale(points: np.ndarray) -> None:
 
 def test_long_curves_are_thinned() -> None:
     findings = made_findings(["revolute"], set_points=20_000)
-    drawn = curves(inertia_figure(findings))["D11 combined"]
-    assert len(drawn) <= MOST_POINTS
+    assert len(marks(inertia_figure(findings))["D11 combined"]) <= MOST_POINTS
 
 
 @given(arrays(float, 5, elements=st.floats(-1e12, 1e12)))
@@ -238,6 +292,7 @@ def test_ranges_hold_their_values_and_ticks_are_inside(values: np.ndarray) -> No
 
 
 def test_labels_of_ticks_stay_short() -> None:
-    assert power_of_ten((-2e-5, 1e-5)) == -5
-    assert power_of_ten((0.0, 40.0)) == 0
+    assert Scale.of((-2e-5, 1e-5), "N m") == Scale(1e-6, "µN m")
+    assert Scale.of((-2e-5, 1e-5), "N m").label(-1e-5) == "−10"
+    assert Scale.of((0.0, 40.0), "kg m^2") == Scale(1.0, "kg m²")
     assert tick_label(-0.30000000000000004) == "−0.3"

@@ -20,11 +20,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.certification.along import bound_along
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.error_field import ErrorField
 from gd_analyze.certification.grid import shared_out
 from gd_analyze.certification.harmonics_slack import harmonics_slack
-from gd_analyze.errors import ModelError, UsageError
+from gd_analyze.certification.tube import Tube
+from gd_analyze.errors import UsageError
 from gd_analyze.harmonics import Harmonics, Waves, harmonics_of
 from gd_analyze.harmonics.expansion import Expansion, expanded
 from gd_analyze.harmonics.torque_rows import exact_row
@@ -48,21 +50,30 @@ class Certificate:
 
     Parameters
     ----------
-    box
-        The states it is about.
+    region
+        The states it is about: a box, or a tube around a motion.
     certified
-        No state of the box has a larger torque error.
+        No state of the region has a larger torque error.
     worst_found
-        Largest torque error that the search found in the box; the truth lies between.
+        Largest torque error that the search found in the region; the truth lies between.
     worst_states
         For every joint the state where it was found: positions, rates and accelerations, shape (n, n) each,
         row i for joint i.
+    along
+        Of a tube: no state of a piece has a larger torque error, shape (pieces, n); `certified` is the
+        largest of each joint. None for a box.
     """
 
-    box: Box
+    region: Box | Tube
     certified: FloatArray
     worst_found: FloatArray
     worst_states: tuple[FloatArray, FloatArray, FloatArray]
+    along: FloatArray | None = None
+
+    @property
+    def box(self) -> Box:
+        """The box; of a tube the smallest one around it."""
+        return self.region.enclosing if isinstance(self.region, Tube) else self.region
 
     @property
     def ratio(self) -> FloatArray:
@@ -71,30 +82,31 @@ class Certificate:
             return np.where(self.certified == 0.0, 1.0, self.certified / self.worst_found)
 
     def within(self, allowed: FloatArray) -> FloatArray:
-        """Whether each joint is proven to stay within an allowed error (n,) over the whole box."""
+        """Whether each joint is proven to stay within an allowed error (n,) over the whole region."""
         return np.asarray(self.certified <= allowed)
 
 
 def certify(
     model: SimplifiedModel,
-    box: Box | None = None,
+    region: Box | Tube | None = None,
     *,
     effort: int = EFFORT,
     harmonics: Harmonics | None = None,
 ) -> Certificate:
-    """Bound a model's torque error over a box of states.
+    """Bound a model's torque error over a box of states, or over a tube around a motion.
 
-    The same model, box and effort give the same certificate on any machine and under any load.
+    The same model, region and effort give the same certificate on any machine and under any load.
 
     Parameters
     ----------
     model
-        A model of a level of harmonic terms.
-    box
+        A model of any level.
+    region
         The states; the arm's own limits by default.
     effort
-        Most positions per joint at which the error is evaluated (of each of at most 3 groups of waves): more
-        bring the bound closer to the truth, and any number gives a proven bound.
+        Of a box: most positions per joint at which the error is evaluated (of each of at most 3 groups of
+        waves). Of a tube: most small boxes per joint in which it is bounded, each piece of the tube being one
+        to begin with. More bring the bound closer to the truth, and any number gives a proven bound.
     harmonics
         The arm's exact dynamics where they are at hand.
 
@@ -106,13 +118,14 @@ def certify(
     Raises
     ------
     ModelError
-        If the model has no harmonic terms, or its program computes no torque of an arm, see `expanded`.
+        If its program computes no torque of an arm, or is too long to be written out, see `expanded`.
     UsageError
-        If the box is of another number of joints, `effort` is not positive, or no box is given and the arm
+        If the region is of another number of joints, `effort` is not positive, or no box is given and the arm
         does not state all its limits.
     """
     arm = model.arm
-    box = box_of(box, arm, effort)
+    tube = region if isinstance(region, Tube) else None
+    box = box_of(tube.enclosing if tube is not None else region, arm, effort)
     harmonics = harmonics or harmonics_of(arm)
     inertia = harmonics.whole_inertia(arm.drive_inertia if model.drives else None)
     runs = expansion_of(model)
@@ -120,24 +133,23 @@ def certify(
     found = []
     for i, (row, rounding) in enumerate(zip(runs.rows, roundings, strict=True)):
         field = ErrorField.of(exact_row(harmonics, inertia, i), row, float(rounding), box)
-        bound, starts = _bounded(field, box, effort)
-        found.append((bound, *field.worst(box, starts)))
+        if tube is not None:
+            along = bound_along(field, tube, effort)
+            found.append((along.bounds, along.found, *along.state))
+        else:
+            bound, starts = _bounded(field, box, effort)
+            found.append((bound, *field.worst(box, starts)))
     bounds, errors, *states = (np.array(values) for values in zip(*found, strict=True))
-    bounds = bounds + harmonics_slack(harmonics, box)
+    bounds = bounds.T + harmonics_slack(harmonics, box)
     certified = np.where(bounds <= 0.0, 0.0, np.nextafter(bounds, np.inf))
-    return Certificate(box, certified, errors, (states[0], states[1], states[2]))
+    worst = (states[0], states[1], states[2])
+    if tube is not None:
+        return Certificate(tube, certified.max(axis=0), errors, worst, certified)
+    return Certificate(box, certified, errors, worst)
 
 
 def expansion_of(model: SimplifiedModel) -> Expansion:
-    """Write out what a model's program computes; a ModelError where its level is not certified."""
-    if not model.level.has_torque_terms:
-        raise ModelError(
-            f"a model of level {model.level.name} has no harmonic terms, and is not certified",
-            where="level",
-            expected="a model of a level that has, such as term or energy",
-            found=f"level {model.level.name}",
-            next_step="make one with `gd-analyze simplify`",
-        )
+    """Write out what a model's program computes."""
     return expanded(model.program, [not turns for turns in model.arm.is_revolute])
 
 

@@ -40,8 +40,8 @@ class Share(click.ParamType[float]):
     "elements",
     metavar="LABEL",
     multiple=True,
-    help="D12, h112 or c2; h1 for all h_1jk; D, h or c for all of a kind. May be repeated; all of D and c "
-    "by default.",
+    help="D12, h112 or c2; h1 for all h_1jk; D, h or c for all of a kind. May be repeated; all of them by "
+    "default.",
 )
 @click.option(
     "--min-share",

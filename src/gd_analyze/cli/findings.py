@@ -27,7 +27,7 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
 
     from gd_analyze.formulas.plain import Plain
     from gd_analyze.results import rows_of, summary
-    from gd_analyze.results.rows import element_rows, joint_rows
+    from gd_analyze.results.rows import budget_rows, element_rows, joint_rows
 
     model, tables = findings.model, findings.tables
     parts = rows_of(tables["parts"], "part")
@@ -60,10 +60,15 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
         "terms_not_worth_keeping": summary.not_worth_keeping(findings),
         "trade_off_shares_of": tables["trade_off"].attrs["shares_of"],
         "trade_off": rows_of(tables["trade_off"], "kind", "factor"),
+        "budgets": budget_rows(findings),
         "beyond": joint_rows(findings, "beyond"),
+        "tube": {
+            "joints": joint_rows(findings, "tube"),
+            **{name: tables["tube"].attrs[name] for name in ("margin", "coarse", "note")},
+        },
         "states_drawn": tables["beyond"].attrs["states_drawn"],
         "dominance": element_rows(findings),
-        "residuals": rows_of(tables["cross_check"], "quantity"),
+        "residuals": rows_of(tables["cross_check"], "comparison"),
         "warnings": list(dict.fromkeys([*findings.warnings, *warned])),
         "provenance": dict(findings.provenance),
         "files": [str(path) for path in files],

@@ -40,7 +40,7 @@ def rank(given: Given, level: str, top: int, output: Output) -> None:
         stage("ranking")
         chosen = gd.LEVELS[level]
         ranking = gd.rank_terms(exact, chosen)
-    rows = _rows(ranking)
+    rows = _rows(ranking, exact.arm)
     output.give(
         lambda: {
             "arm": exact.arm.name,
@@ -58,7 +58,7 @@ def rank(given: Given, level: str, top: int, output: Output) -> None:
     )
 
 
-def _rows(ranking: TermRanking) -> list[dict[str, Any]]:
+def _rows(ranking: TermRanking, arm: gd.RobotArm) -> list[dict[str, Any]]:
     """One row per term, as JSON has it."""
     from dataclasses import asdict
 
@@ -69,7 +69,8 @@ def _rows(ranking: TermRanking) -> list[dict[str, Any]]:
     for ranked in ranking.terms:
         formula = term_formula(ranked.term, ranked.weight)
         about = {"label": plain.symbol(formula.left), "quantity": ranked.term.quantity}
-        rows.append(about | asdict(ranked) | {"term": plain.right(formula)})
+        unit = arm.joints[ranked.alone_joint - 1].effort_unit
+        rows.append(about | asdict(ranked) | {"term": plain.right(formula), "alone_unit": unit})
     return rows
 
 
@@ -81,12 +82,11 @@ def _show(exact: gd.ExactDynamics, ranking: TermRanking, kept: str, shown: list[
     terms, arm = ranking.terms, arm_in_words(exact.arm, exact.form.drives)
     sentence(f"{arm}: {kept}, ranked over {exact.states.in_words}", bold=True)
     if shown:
-        units = dict.fromkeys(joint.effort_unit for joint in exact.arm.joints)
         peak = "peak torque" + (f", {told}" if (told := drives_told(exact.arm, exact.form.drives)) else "")
         table(
-            f"Largest torque of each term alone, {' or '.join(units)}, and its share of that joint's {peak}; "
-            "largest error without it and all below",
-            ["", "", "in", "term", "alone", "joint", "share", "without", "joint"],
+            f"Largest torque of each term alone and its share of that joint's {peak}; largest error without it "
+            "and all below",
+            ["", "", "in", "term", "alone", "", "joint", "share", "without", "joint"],
             [
                 [
                     str(row["rank"]),
@@ -94,6 +94,7 @@ def _show(exact: gd.ExactDynamics, ranking: TermRanking, kept: str, shown: list[
                     row["label"],
                     row["term"],
                     number(row["alone_torque"]),
+                    row["alone_unit"],
                     str(row["alone_joint"]),
                     percent(row["alone_share"]),
                     percent(row["without_share"]),
@@ -101,7 +102,7 @@ def _show(exact: gd.ExactDynamics, ranking: TermRanking, kept: str, shown: list[
                 ]
                 for row in shown
             ],
-            "rlll",
+            "rlllrl",
         )
     line()
     if ranking.unlisted:

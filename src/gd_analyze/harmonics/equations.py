@@ -16,9 +16,13 @@ from gd_analyze.harmonics.waves import DEGREE, Waves
 from gd_analyze.labels import joined, parted
 from gd_analyze.robots import RobotArm
 from gd_analyze.round_off import falling
+from gd_analyze.schema import unit_of
 from gd_analyze.vectors import FloatArray
 
 Indices = tuple[int, ...]
+
+# Of which kind the unit of an element is, by its letter.
+_QUANTITIES = {"D": "inertia", "h": "coupling", "c": "effort"}
 
 
 @dataclass(frozen=True)
@@ -74,7 +78,7 @@ def equations(
         An arm, or its exact dynamics where they are at hand.
     elements
         Labels: "D12", "h112", "c2"; "h1" for all h_1jk (j <= k) that are not zero; "D", "h", "c" for all of
-        a kind that are not zero. All of D and c by default. Commas part indices of two digits: "D1,10".
+        a kind that are not zero. All of them by default. Commas part indices of two digits: "D1,10".
     min_share
         Leave out terms whose share is below this.
 
@@ -103,7 +107,7 @@ def equations(
     if isinstance(elements, str):
         elements = (elements,)
     n = (dynamics if isinstance(dynamics, RobotArm) else dynamics.arm).n_joints
-    wanted = [pair for label in elements or ("D", "c") for pair in _resolve(label, n)]
+    wanted = [pair for label in elements or ("D", "h", "c") for pair in _resolve(label, n)]
     harmonics = harmonics_of(dynamics) if isinstance(dynamics, RobotArm) else dynamics
     made = ((_equation(harmonics, kind, indices, min_share), named) for kind, indices, named in wanted)
     return tuple(equation for equation, named in made if equation.terms or named)
@@ -124,7 +128,7 @@ def _resolve(label: str, n: int) -> Iterator[tuple[str, Indices, bool]]:
             expected=f"D, h, c, D11 to D{last[2]}, h1 to h{n}, h111 to h{last[3]} or c1 to c{n}"
             + ("; commas part indices of two digits" if n > 9 else ""),
             found=label,
-            next_step="`gd-analyze equations ROBOT` prints all of D and c",
+            next_step="`gd-analyze equations ROBOT` prints all of D, h and c",
         )
     if len(indices) == full[kind]:
         # D and h_i are symmetric: the first index of h stays, the other two are put in order.
@@ -142,16 +146,16 @@ def _resolve(label: str, n: int) -> Iterator[tuple[str, Indices, bool]]:
 
 def _equation(harmonics: Harmonics, kind: str, indices: Indices, min_share: float) -> Equation:
     arm = harmonics.arm
-    turning = sum(arm.is_revolute[joint] for joint in indices)
+    unit = unit_of(_QUANTITIES[kind], *(arm.is_revolute[joint] for joint in indices))
     if kind == "D":
         effects = harmonics.inertia[indices[0], indices[1]]
-        unit, noise = ("kg", "kg m", "kg m^2")[turning], harmonics.noise[0]
+        noise = harmonics.noise[0]
     elif kind == "h":
         effects = harmonics.coupling(*indices)
-        unit, noise = ("kg/m", "kg", "kg m", "kg m^2")[turning], DEGREE * harmonics.noise[0]
+        noise = DEGREE * harmonics.noise[0]
     else:
         effects = harmonics.gravity_loading[indices[0]].added([0], 2)
-        unit, noise = arm.joints[indices[0]].effort_unit, harmonics.noise[1]
+        noise = harmonics.noise[1]
     links = tuple(range(max(indices), arm.n_joints))
     by_link = [_of_link(harmonics, kind, indices, s) for s in links]
     waves = Waves.stacked([effects.total(), effects, *by_link])

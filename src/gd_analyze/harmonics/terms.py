@@ -7,7 +7,7 @@ energies are mappings from terms to numbers.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -72,6 +72,19 @@ class TorqueTerm(NamedTuple):
         """Whether this belongs to D, to h or to c."""
         return quantity_of(self.rates)
 
+    def weight_unit(self, turning: Sequence[bool]) -> str:
+        """Unit of its coefficient: that of its torque without rates and sliding variables.
+
+        Examples
+        --------
+        >>> TorqueTerm(0, (Rate(2, 1),), (Factor("power", (0, 1)),)).weight_unit([True, False])
+        'kg'
+        """
+        metres = 1 + turning[self.row] - sum(factor.kind == "power" for factor in self.monomial)
+        if not self.rates:
+            return f"N{_to_the(metres - 1)}"
+        return f"kg{_to_the(metres - sum(not turning[rate.joint] for rate in self.rates))}"
+
 
 class EnergyTerm(NamedTuple):
     """A monomial in D'_ij (i <= j), or in the potential, where i and j are -1."""
@@ -89,6 +102,12 @@ class EnergyTerm(NamedTuple):
     def is_potential(self) -> bool:
         """Whether this is a term of the potential energy."""
         return self.i < 0
+
+
+def _to_the(power: int) -> str:
+    """Write a power of the metre behind another unit."""
+    exponent = f"^{abs(power)}" if abs(power) > 1 else ""
+    return f"{'/' if power < 0 else ' '}m{exponent}" if power else ""
 
 
 Torques = Mapping[TorqueTerm, float]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gd_analyze.certification import Box, Certificate, certify
+from gd_analyze.certification import Box, Certificate, Margin, Tube, certify
 from gd_analyze.dominance import rank
-from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.levels import (
     ELEMENT,
     TERM,
@@ -26,9 +27,11 @@ from gd_analyze.main_job.how import Origin, Progress, Settings, Silent
 from gd_analyze.pinocchio_check import cross_check
 from gd_analyze.provenance import provenance_of_run
 from gd_analyze.results import tables
+from gd_analyze.results.budgets_table import budgets_table
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots import RobotArm, describe_in_full, warn_of_slips
 from gd_analyze.search import How, TermRanking, rank_terms, simplify_exact, trade_off
+from gd_analyze.search.budget_path import FACTORS, budget_path
 from gd_analyze.search.simplify import no_dearer
 from gd_analyze.search.trade_off import KINDS
 from gd_analyze.states import states_in_box
@@ -130,7 +133,9 @@ def find(
             "parts": tables.parts_table(elements, exact, dominance),
             "terms": tables.terms_table(ranking, arm, not many),
             "trade_off": tables.trade_off_table(points, arm, how.asked.shares_of),
-            "beyond": _beyond(exact, model, ranking),
+            "budgets": budgets_table(budget_path(exact, how.asked, model), FACTORS, ranking),
+            "beyond": _beyond(exact, model, ranking, many),
+            "tube": _tube(exact, model, trajectory, how.margin, many),
         },
         model=model,
         element_model=elements,
@@ -172,11 +177,11 @@ def _tell_of_many_terms(exact: ExactDynamics, model: SimplifiedModel) -> None:
     )
 
 
-def _beyond(exact: ExactDynamics, model: SimplifiedModel, ranking: TermRanking) -> xr.Dataset:
+def _beyond(exact: ExactDynamics, model: SimplifiedModel, ranking: TermRanking, many: bool) -> xr.Dataset:
     """Hold a model against states it was not made for."""
     arm, states = exact.arm, exact.states
     certificate: Certificate | None = None
-    if model.level.has_torque_terms:
+    if not many:
         box = Box.around(*states.arrays)
         certificate = certify(model, box, effort=_EFFORT, harmonics=exact.form.harmonics)
     errors = None
@@ -185,6 +190,27 @@ def _beyond(exact: ExactDynamics, model: SimplifiedModel, ranking: TermRanking) 
         errors = drawn.errors_of(model.torque(*drawn.states.arrays))
     payload, drawn_states = payload_effect(model, states), _DRAWN if errors else 0
     return tables.beyond_table(model, certificate, errors, payload, ranking.uncertainty, drawn_states)
+
+
+def _tube(
+    exact: ExactDynamics, model: SimplifiedModel, motion: Trajectory, margin: Margin, many: bool
+) -> xr.Dataset:
+    """Bound a model's errors around the motion, where its equations are few enough to be written out."""
+    arm = exact.arm
+    certificate = None
+    try:
+        tube = Tube.along(arm, motion, margin)
+        if many:
+            why = "has more equations than are written out here; `gd-analyze certify` takes its time"
+            tube = replace(tube, note=f"Not certified: {arm.name} {why}.")
+        else:
+            certificate = certify(model, tube, effort=_EFFORT, harmonics=exact.form.harmonics)
+    except TrajectoryError as error:
+        # What is said of the set points themselves is as true as before.
+        unknown = np.full((1, 3, arm.n_joints), np.nan)
+        tube = Tube(unknown, unknown, motion.time[:1], motion.time[-1:], margin.of(arm, motion))
+        tube = replace(tube, note=f"Not certified: {error.what} ({error.details['where']}).")
+    return tables.tube_table(model, tube, certificate, margin)
 
 
 def _told(caught: list[warnings.WarningMessage]) -> list[str]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any, Protocol
 
+from gd_analyze.certification import Margin
 from gd_analyze.levels import Budget, Level
 from gd_analyze.levels.levels import level_named
 
@@ -24,6 +25,8 @@ class Settings:
         operations.
     drives
         Include drive inertia as a separate contribution; by default where the arm describes drives.
+    margin
+        How far states may be from the motion for which the model's errors are bounded.
     coupling, by_link, terms
         What else to keep of the decomposition, see `decompose`.
 
@@ -38,6 +41,7 @@ class Settings:
     refit: bool = False
     operations: int | None = None
     drives: bool | None = None
+    margin: Margin = field(default_factory=Margin)
     coupling: bool = True
     by_link: bool = False
     terms: bool = False
@@ -56,7 +60,7 @@ class Settings:
         """All of it as JSON values."""
         values = {entry.name: getattr(self, entry.name) for entry in fields(self)}
         level = None if self.level is None else level_named(self.level).name
-        return values | {"budget": self.asked.entries, "level": level}
+        return values | {"budget": self.asked.entries, "level": level, "margin": str(self.margin)}
 
 
 @dataclass(frozen=True)

@@ -1,110 +1,72 @@
-"""The arm and its motion drawn: poses along the trajectory in an oblique and two plain views."""
+"""The arm and its motion drawn: poses along the trajectory in an oblique view and in plain ones."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from gd_analyze.report.colours import GREY, ON_PAPER, PALE
+from gd_analyze.report.canvas import Canvas
 from gd_analyze.report.motion import skeleton
-from gd_analyze.report.panel import (
-    MOST_POINTS,
-    WIDTH,
-    Panel,
-    add_frame,
-    add_line,
-    add_text,
-    new_figure,
-    ticks,
-)
+from gd_analyze.report.panel import MOST_POINTS, WIDTH, Panel, add_frame, ticks
 from gd_analyze.report.thinning import evenly, thinned
 from gd_analyze.report.views import View, oblique_view, plain_views, upright_frame
 from gd_analyze.results import Findings
 from gd_analyze.vectors import FloatArray
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-HEIGHT = 262.0
 POSES = 9
 # Places of the arm to look at, of a long trajectory: ten for each that the path of the hand shows.
 MOST_PLACES = 5000
-_PATH = ON_PAPER["rotation"]
+_OBLIQUE, _PLAIN = (212.0, 172.0), (WIDTH, 190.0)
 
 
-def arm_figure(findings: Findings) -> Figure:
-    """Poses of the arm along the trajectory, and the path of its hand."""
-    arm = findings.arm
-    q = findings.trajectory.q
-    moved = skeleton(arm, q[evenly(len(q), MOST_PLACES)])
-    figure = new_figure(WIDTH, HEIGHT)
-    frame = upright_frame(arm)
-    plain = plain_views(frame, moved)
-    _draw_view(figure, oblique_view(frame), moved, (0.0, 0.0, 250.0, HEIGHT), frame)
-    height = HEIGHT / len(plain)
+def arm_figure(findings: Findings) -> Canvas:
+    """Poses of the arm along the trajectory above a floor, and the path of its hand."""
+    frame, moved = upright_frame(findings.arm), _moved(findings)
+    view, floor = oblique_view(frame), _floor(moved, frame)
+    canvas = Canvas(*_OBLIQUE)
+    every = np.concatenate([view.project(moved).reshape(-1, 2), view.project(floor).reshape(-1, 2)])
+    panel = equal_panel(every, (2.0, 2.0, canvas.width - 4, canvas.height - 4))
+    lines = [panel.place(*view.project(line).T).ravel() for line in floor]
+    canvas.segments([(a, b, c, d) for a, b, c, d in lines], "line", 0.5)
+    hand = moved[:, -1]
+    low = float((moved @ frame[2]).min())
+    shadow = hand + np.outer(low - hand @ frame[2], frame[2])
+    _draw_path(canvas, panel, view.project(shadow), "soft", 0.6, dashes=(1.5, 1.5))
+    _draw_motion(canvas, panel, view, moved)
+    return canvas
+
+
+def views_figure(findings: Findings) -> Canvas:
+    """The same seen along the axes: two views side by side, or one of an arm that stays in a plane."""
+    moved = _moved(findings)
+    plain = plain_views(upright_frame(findings.arm), moved)
+    width, height = _PLAIN
+    pitch = width / 2
+    canvas = Canvas(pitch * len(plain), height)
     for k, view in enumerate(plain):
-        _draw_view(figure, view, moved, (262.0, HEIGHT - (k + 1) * height, WIDTH - 262.0, height), None)
-    return figure
-
-
-def _draw_view(
-    figure: Figure,
-    view: View,
-    moved: FloatArray,
-    box: tuple[float, float, float, float],
-    frame: FloatArray | None,
-) -> None:
-    """Draw one view into a box (left, bottom, width, height); with `frame`, on a floor instead of ticks."""
-    left, bottom, width, height = box
-    poses, hand = evenly(len(moved), POSES), moved[:, -1]
-    floor = np.zeros((0, 2, 3)) if frame is None else _floor(moved, frame)
-    shown = np.concatenate([view.project(moved).reshape(-1, 2), view.project(floor).reshape(-1, 2)])
-    margin = (4.0, 4.0, 4.0, 14.0) if frame is not None else (30.0, 20.0, 8.0, 14.0)
-    room = (
-        left + margin[0],
-        bottom + margin[1],
-        width - margin[0] - margin[2],
-        height - margin[1] - margin[3],
-    )
-    panel = equal_panel(shown, room)
-    add_text(figure, left + margin[0], bottom + height - 9, view.title, 7.5)
-    if frame is None:
-        x_ticks, y_ticks = ticks(panel.x, 5), ticks(panel.y, 4)
-        add_frame(figure, panel, x_ticks=x_ticks, y_ticks=y_ticks)
+        room = (k * pitch + 26.0, 18.0, pitch - 34.0, height - 34.0)
+        panel = equal_panel(view.project(moved).reshape(-1, 2), room)
+        canvas.text(room[0], height - 9, view.title, 7.5)
+        add_frame(canvas, panel, x_ticks=ticks(panel.x, 5), y_ticks=ticks(panel.y, 4))
         axes = f"{_axis_name(view.right)} to the right, {_axis_name(view.up)} up, m"
-        add_text(figure, left + width - margin[2], bottom + height - 9, axes, 6.5, ha="right", color=GREY)
-    else:
-        for line in floor:
-            add_line(figure, panel, *view.project(line).T, color=PALE, linewidth=0.5)
-        low = float((moved @ frame[2]).min())
-        shadow = hand + np.outer(low - hand @ frame[2], frame[2])
-        _draw_path(figure, panel, view.project(shadow), color=GREY, linewidth=0.6, dashes=(1.5, 1.5))
+        canvas.text(panel.right, height - 9, axes, 6.5, colour="soft", anchor="end")
+        _draw_motion(canvas, panel, view, moved)
+    return canvas
+
+
+def _moved(findings: Findings) -> FloatArray:
+    """Where the arm is along the trajectory, m, shape (places, points, 3)."""
+    q = findings.trajectory.q
+    return skeleton(findings.arm, q[evenly(len(q), MOST_PLACES)])
+
+
+def _draw_motion(canvas: Canvas, panel: Panel, view: View, moved: FloatArray) -> None:
+    """Draw some postures, and the path of the hand from an open to a filled circle."""
+    poses, hand = evenly(len(moved), POSES), view.project(moved[:, -1])
     for rank, k in enumerate(poses):
-        _draw_pose(figure, panel, view.project(moved[k]), (rank + 1) / len(poses))
-    _draw_path(
-        figure,
-        panel,
-        view.project(hand),
-        color=_PATH,
-        linewidth=1.4,
-        zorder=5,
-        label=f"hand {view.title}",
-    )
-    ends = view.project(hand[[0, -1]])
-    for end, fill in zip(ends, ("white", _PATH), strict=True):
-        add_line(
-            figure,
-            panel,
-            end[:1],
-            end[1:],
-            marker="o",
-            markersize=4.5,
-            markerfacecolor=fill,
-            markeredgecolor=_PATH,
-            markeredgewidth=1.0,
-            zorder=6,
-        )
+        _draw_pose(canvas, panel, view.project(moved[k]), (rank + 1) / len(poses))
+    _draw_path(canvas, panel, hand, "rotation", 1.4, order=5, label=f"hand {view.title}")
+    for end, fill in ((hand[:1], "paper"), (hand[-1:], "rotation")):
+        canvas.mark(panel.place(*end.T), "rotation", 4.5, fill=fill, edge=1.0, order=6)
 
 
 def equal_panel(points: FloatArray, room: tuple[float, float, float, float]) -> Panel:
@@ -118,39 +80,35 @@ def equal_panel(points: FloatArray, room: tuple[float, float, float, float]) -> 
     return Panel(left, bottom, width, height, x, y)
 
 
-def _draw_pose(figure: Figure, panel: Panel, points: FloatArray, share: float) -> None:
+def _draw_pose(canvas: Canvas, panel: Panel, points: FloatArray, share: float) -> None:
     """Draw the arm's skeleton, the later the darker, thinner toward the hand."""
-    shade = 0.86 - 0.72 * share
-    colour = (shade, shade, shade)
-    n = (len(points) - 1) // 2
-    last = share == 1.0
-    full = 4.0 if last else 2.2
-    for i in range(len(points) - 1):
-        ends = points[i : i + 2]
-        if np.ptp(ends, axis=0).max() == 0.0:
+    shade = f"{round(255 * (0.86 - 0.72 * share)):02x}"
+    colour, last = f"#{3 * shade}", share == 1.0
+    placed = panel.place(*points.T)
+    links = len(placed) - 1
+    for i in range(links):
+        if not np.ptp(points[i : i + 2], axis=0).any():
             continue
-        width = full * (1 - 0.6 * (i / 2) / max(n, 1))
-        add_line(
-            figure, panel, *ends.T, color=colour, linewidth=width, solid_capstyle="round", zorder=2 + share
-        )
-    joints = points[1::2]
-    add_line(
-        figure,
-        panel,
-        *joints.T,
-        linestyle="none",
-        marker="o",
-        markersize=3.6 if last else 1.8,
-        markerfacecolor="white",
-        markeredgecolor=colour,
-        markeredgewidth=0.9 if last else 0.6,
-        zorder=2.1 + share,
-    )
+        width = (4.0 if last else 2.2) * (1 - 0.6 * (i // 2) / max(links // 2, 1))
+        (x, y), (to_x, to_y) = placed[i : i + 2].tolist()
+        canvas.segments([(x, y, to_x, to_y)], colour, width, rounded=True, order=2 + share)
+    size, edge = (3.6, 0.9) if last else (1.8, 0.6)
+    canvas.mark(placed[1::2], colour, size, fill="paper", edge=edge, order=2.1 + share)
 
 
-def _draw_path(figure: Figure, panel: Panel, path: FloatArray, **style: object) -> None:
-    chosen = thinned(path.T, MOST_POINTS)
-    add_line(figure, panel, *path[chosen].T, **style)
+def _draw_path(
+    canvas: Canvas,
+    panel: Panel,
+    path: FloatArray,
+    colour: str,
+    width: float,
+    *,
+    dashes: tuple[float, ...] = (),
+    order: float = 2.0,
+    label: str = "",
+) -> None:
+    chosen = path[thinned(path.T, MOST_POINTS)]
+    canvas.line(panel.place(*chosen.T), colour, width, dashes=dashes, order=order, label=label)
 
 
 def _floor(points: FloatArray, frame: FloatArray) -> FloatArray:

@@ -4,30 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from gd_analyze.report.colours import GREY, INK, OF_LEVEL, ON_PAPER, PALE
-from gd_analyze.report.panel import (
-    WIDTH,
-    Panel,
-    add_line,
-    add_segments,
-    add_text,
-    new_figure,
-    tick_label,
-)
+import numpy as np
+
+from gd_analyze.report.canvas import Canvas
+from gd_analyze.report.colours import OF_LEVEL
+from gd_analyze.report.panel import WIDTH, Panel, tick_label
 from gd_analyze.results import Findings
 from gd_analyze.results.words import kind_name
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 HEIGHT = 180.0
 
 # Errors below this share of the largest stand at the axis: they would leave no room for the others.
 _DECADES = 4
-
-_MARKERS = {"square": "s", "circle": "o", "diamond": "D"}
 
 
 @dataclass(frozen=True)
@@ -67,7 +56,7 @@ class _Axis:
         return [f * 10.0**d for d in decades for f in chosen if self.low <= f * 10.0**d <= self.high]
 
 
-def trade_off_figure(findings: Findings) -> Figure:
+def trade_off_figure(findings: Findings) -> Canvas:
     """Operations against largest error, one line per level and refit, and the report's own model."""
     model, table = findings.model, findings.tables["trade_off"]
     errors, operations = 100 * table.largest_share.values, table.operations.values.astype(float)
@@ -75,74 +64,47 @@ def trade_off_figure(findings: Findings) -> Figure:
     exact = findings.model.operations_full.total
     across = _Axis.around([own[0], *errors.ravel()], _DECADES)
     upward = _Axis.around([own[1], *operations.ravel(), float(exact)])
-    figure = new_figure(WIDTH, HEIGHT)
+    canvas = Canvas(WIDTH, HEIGHT)
     panel = Panel(34.0, 24.0, WIDTH - 34.0 - 96.0, HEIGHT - 24.0 - 16.0, (0.0, 1.0), (0.0, 1.0))
-    _frame(figure, panel, across, upward)
+    _frame(canvas, panel, across, upward)
     height = upward.place(exact)
-    add_line(figure, panel, (0, 1), (height, height), color=INK, linewidth=0.8, dashes=(1, 1.6))
-    names = [(height, f"exact: {exact}", INK)]
-    for level, refit, error, count in zip(
-        table.level.values, table.refit.values, errors, operations, strict=True
-    ):
-        x, y = [*map(across.place, error)], [*map(upward.place, count)]
-        series, mark = OF_LEVEL[level]
-        colour, name = ON_PAPER[series], kind_name(level, refit)
-        add_line(
-            figure,
-            panel,
-            x,
-            y,
-            color=colour,
-            linewidth=1.3,
-            marker=_MARKERS[mark],
-            markersize=3.6,
-            markeredgecolor=colour,
-            markeredgewidth=0.9,
-            label=name,
-            zorder=3,
-            linestyle=(0, (3.2, 1.6)) if refit else "-",
-            markerfacecolor="white" if refit else colour,
-        )
-        names.append((y[-1], name, colour))
-    add_line(
-        figure,
-        panel,
-        (across.place(own[0]),),
-        (upward.place(own[1]),),
-        color=ON_PAPER["accent"],
-        linestyle="none",
-        marker="*",
-        markersize=11,
-        markeredgecolor="white",
-        markeredgewidth=0.7,
-        label="this report's model",
-        zorder=5,
+    at = float(panel.upward(np.array(height)))
+    canvas.line(np.array([[panel.left, at], [panel.right, at]]), "ink", 0.8, dashes=(1, 1.6))
+    names = [(height, f"exact: {exact}", "ink")]
+    kinds = zip(table.level.values, table.refit.values, errors, operations, strict=True)
+    for level, refit, error, count in kinds:
+        points = panel.place(np.array([*map(across.place, error)]), np.array([*map(upward.place, count)]))
+        (colour, shape), name = OF_LEVEL[level], kind_name(level, refit)
+        canvas.line(points, colour, 1.3, dashes=(3.2, 1.6) if refit else (), order=3, label=name)
+        canvas.mark(points, colour, 3.6, shape=shape, fill="paper" if refit else colour, edge=0.9, order=3.1)
+        names.append((upward.place(count[-1]), name, colour))
+    star = panel.place(np.array([across.place(own[0])]), np.array([upward.place(own[1])]))
+    canvas.mark(
+        star, "paper", 11, shape="star", fill="accent", edge=0.7, order=5, label="this report's model"
     )
-    _name(figure, panel, names)
-    return figure
+    _name(canvas, panel, names)
+    return canvas
 
 
-def _frame(figure: Figure, panel: Panel, across: _Axis, upward: _Axis) -> None:
-    left, bottom = panel.left, panel.bottom
-    right, top = left + panel.width, bottom + panel.height
+def _frame(canvas: Canvas, panel: Panel, across: _Axis, upward: _Axis) -> None:
+    left, bottom, right, top = panel.left, panel.bottom, panel.right, panel.top
     x_at = {value: left + across.place(value) * panel.width for value in across.ticks}
     y_at = {value: bottom + upward.place(value) * panel.height for value in upward.ticks}
     grid = [(left, y, right, y) for y in y_at.values()] + [(x, bottom, x, top) for x in x_at.values()]
-    add_segments(figure, grid, color=PALE, linewidth=0.5, zorder=1)
-    add_segments(figure, [(left, bottom, right, bottom)], color=GREY, linewidth=0.6, zorder=1)
+    canvas.segments(grid, "line", 0.5)
+    canvas.segments([(left, bottom, right, bottom)], "soft", 0.6)
     for value, y in y_at.items():
-        add_text(figure, left - 4, y - 2.2, tick_label(value), 6.5, ha="right", color=GREY)
+        canvas.text(left - 4, y - 2.2, tick_label(value), 6.5, colour="soft", anchor="end")
     for value, x in x_at.items():
-        add_text(figure, x, bottom - 9, tick_label(value), 6.5, ha="center", color=GREY)
-    add_text(figure, 0, HEIGHT - 8, "operations (multiplications and additions)", 7.5)
-    add_text(figure, right, 4, "largest error along the trajectory, % of peak torque", 7.5, ha="right")
+        canvas.text(x, bottom - 9, tick_label(value), 6.5, colour="soft", anchor="middle")
+    canvas.text(0, HEIGHT - 8, "operations (multiplications and additions)", 7.5)
+    canvas.text(right, 4, "largest error along the trajectory, % of peak torque", 7.5, anchor="end")
 
 
-def _name(figure: Figure, panel: Panel, names: list[tuple[float, str, str]]) -> None:
+def _name(canvas: Canvas, panel: Panel, names: list[tuple[float, str, str]]) -> None:
     """Write the lines' names beside their right ends, none over another."""
-    gap, right = 9.0, panel.left + panel.width
-    below = -math.inf
+    gap, below = 9.0, -math.inf
     for height, name, colour in sorted(names):
         y = max(panel.bottom + height * panel.height - 2.5, below + gap)
-        add_text(figure, right + 6, y, name, 7, color=colour)
+        canvas.text(panel.right + 6, y, name, 7, colour=colour)
         below = y

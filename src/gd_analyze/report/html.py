@@ -4,22 +4,25 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from functools import cache
-from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from gd_analyze import formatting
 from gd_analyze.elements import elements
-from gd_analyze.formulas.formula import Formula, Legend
+from gd_analyze.formulas.formula import Legend
 from gd_analyze.formulas.mathml import PageMathML
 from gd_analyze.formulas.parts import part_symbol
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.labels import inertia_label
-from gd_analyze.report.beyond_chart import beyond_chart
+from gd_analyze.report.beyond_chart import beyond_chart, place
+from gd_analyze.report.budget_equations import budget_equations
+from gd_analyze.report.budget_path import DECADES, BudgetPath, budget_words
 from gd_analyze.report.colours import TEMPLATES, css_variables
-from gd_analyze.report.interactive import MOST_POINTS, page_data
+from gd_analyze.report.interactive import MOST_POINTS, NEAR, page_data
+from gd_analyze.report.numbering import numbering
 from gd_analyze.report.stroboscope import stroboscope
 from gd_analyze.report.terms import (
     exact_elements,
@@ -30,12 +33,24 @@ from gd_analyze.report.terms import (
 )
 from gd_analyze.results import Findings, rows_of, summary
 from gd_analyze.results.rows import Row, dropped_parts, element_rows, joint_rows, trade_off_rows
-from gd_analyze.results.words import LETTERS, SYMBOLS, VERDICTS, kind_name, told
+from gd_analyze.results.words import CONTRIBUTIONS, LETTERS, SYMBOLS, VERDICTS, kind_name, told
 
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-SCRIPTS = ("trade_off.js", "plots.js", "viewer.js", "table.js", "page.js")
+SCRIPTS = ("chart.js", "trade_off.js", "plots.js", "viewer.js", "budget.js", "table.js", "page.js", "fold.js")
+# What the appendices are called where there is little room.
+SHORT_TITLES = {
+    "motion": "Motion",
+    "effects": "Effects",
+    "ranking": "Elements",
+    "terms": "Terms",
+    "model": "Savings",
+    "beyond": "Beyond",
+    "elements": "By hand",
+    "equations": "Equations",
+    "data": "Data",
+}
 # Rows of the ranking of single terms.
 TERMS_SHOWN = 40
 _MATHS = PageMathML()
@@ -52,7 +67,7 @@ def render_html(findings: Findings) -> str:
     Returns
     -------
     str
-        A complete document; styles, scripts, Plotly and data are inside it.
+        A complete document; styles, scripts and data are inside it.
 
     Examples
     --------
@@ -62,27 +77,28 @@ def render_html(findings: Findings) -> str:
     >>> page.startswith("<!doctype html>")
     True
     """
-    shown = _content(findings) | _mathematics(findings)
-    plotly = files("plotly").joinpath("package_data", "plotly.min.js")
+    path, data = BudgetPath.of(findings), page_data(findings)
+    shown = _content(findings, path) | _mathematics(findings, path) | numbering(findings)
     frame = {
-        "data": _json(page_data(findings)),
-        "plotly": Markup(plotly.read_text(encoding="utf-8")),
+        "data": _json(data | {"budgets": path.data(findings)}),
+        "trade_off_legend": data["figures"].get("trade-off", {}).get("traces", ()),
         "style": style("report.css"),
         "scripts": Markup("\n".join(template_text(name) for name in SCRIPTS)),
     }
     return environment().get_template("report.html.j2").render(shown | frame)
 
 
-def _content(findings: Findings) -> dict[str, Any]:
+def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
     """Rows, sentences and figures of the page."""
-    arm, tables, count = findings.arm, findings.tables, findings.trajectory.n_set_points
-    rows, joints = element_rows(findings), joint_rows(findings, "simplified_model", "beyond")
+    arm, model, tables, count = findings.arm, findings.model, findings.tables, findings.trajectory.n_set_points
+    rows, trade_off = element_rows(findings), tables["trade_off"]
+    joints = joint_rows(findings, "simplified_model", "beyond", "tube")
     ranked = {row["element"]: row for row in rows}
     return {
         **summary.opening(findings),
         "findings": findings,
         "arm": arm,
-        "model": findings.model,
+        "model": model,
         "elements_only": findings.element_model,
         "steps": summary.search_steps(findings),
         "kinds": list(dict.fromkeys(joint.kind for joint in arm.joints)),
@@ -100,16 +116,25 @@ def _content(findings: Findings) -> dict[str, Any]:
         "not_worth_keeping": summary.not_worth_keeping(findings),
         "trade_off": trade_off_rows(findings),
         "trade_off_kinds": [
-            kind_name(kind["level"], kind["refit"]).capitalize()
-            for kind in rows_of(tables["trade_off"], "kind")
+            kind_name(kind["level"], kind["refit"]).capitalize() for kind in rows_of(trade_off, "kind")
         ],
+        "path": path,
+        "tube": tables["tube"],
+        "unsymmetric": summary.unsymmetric_told(findings),
+        "budget_place": place(1.0, *DECADES),
+        "contributions": {
+            name: words for name, words in CONTRIBUTIONS.items() if name != "drives" or model.drives
+        },
+        **_limits(findings),
+        "short_titles": SHORT_TITLES,
+        "proven": any(row.get("tube_certified") is not None for row in joints),
         "drawn": tables["beyond"].attrs["states_drawn"],
         "beyond_chart": beyond_chart(joints),
         "smallest_payload": min(joints, key=lambda row: row["mass_within_budget"]),
         "bound_ratio": summary.bound_ratio(findings),
         "uncertain": summary.above_allowed(joints, "uncertainty"),
         "outside": summary.above_allowed(joints, "within_limits"),
-        "cross_check": rows_of(tables["cross_check"], "quantity"),
+        "cross_check": rows_of(tables["cross_check"], "comparison"),
         "run": findings.provenance.get("run", ""),
         "provenance": summary.provenance_lines(findings),
         "still": stroboscope(arm, findings.trajectory.q),
@@ -125,12 +150,12 @@ def _panels(ranked: dict[str, Row], n_joints: int) -> dict[str, list[Row]]:
     return grouped
 
 
-def _mathematics(findings: Findings) -> dict[str, Any]:
+def _mathematics(findings: Findings, path: BudgetPath) -> dict[str, Any]:
     """Formulas of the model, of the parts that the element level keeps and of the exact elements."""
     n, model, form = findings.arm.n_joints, findings.model, findings.model.form
     has_terms = model.level.has_torque_terms
     return {
-        "torque_formulas": model.formulas if has_terms else (),
+        "torque_lines": budget_equations(findings, path) if has_terms else (),
         "torque_legend": _legend(torque_names(findings)),
         "tallies": tallies(form.torques, model.torques, n) if has_terms else (),
         "kept_torques": model.torques if has_terms else {},
@@ -166,7 +191,12 @@ def environment() -> Environment:
         "formula": term_formula,
         "left": lambda formula: Markup(_MATHS.left(formula)),
         "pieces": lambda formula: [*map(Markup, _MATHS.elements(formula))],
-        "by_quantity": _by_quantity,
+        "amount": lambda value, unit: formatting.markup(formatting.pretty(formatting.amount(float(value), unit))),
+        "error_place": lambda row: _place(row["largest_error"], row["allowed_error"]),
+        "proven_place": lambda row: _place(row.get("tube_certified"), row["allowed_error"]),
+        "series": _series,
+        "budget_words": budget_words,
+        "codes": lambda words: Markup(re.sub("`(.+?)`", r"<code>\1</code>", str(escape(words)))),
         "digits": lambda value: formatting.markup(f"{float(value):.6g}"),
         "joints": formatting.named_joints,
         "mass": lambda kilograms: formatting.markup(formatting.mass(float(kilograms))),
@@ -189,8 +219,31 @@ def _legend(legend: Legend) -> list[Markup]:
     return [*map(Markup, _MATHS.legend(legend))]
 
 
-def _by_quantity(formula: Formula) -> list[tuple[str, list[Markup]]]:
-    return [(quantity, [*map(Markup, pieces)]) for quantity, pieces in _MATHS.by_quantity(formula)]
+def _place(error: float | None, allowed: float) -> float | None:
+    """Place of an error on the axis that budgets move along; at its end where nothing is allowed."""
+    if error is None:
+        return None
+    return place(error / allowed if allowed > 0.0 else float(error > 0.0), *DECADES)
+
+
+def _limits(findings: Findings) -> dict[str, Any]:
+    """Torque limits in words, where there are any, and whether one is so near a torque that it is drawn."""
+    peaks = findings.model.promise.errors.peak_torque
+    pairs = [
+        (drive.torque_limit, peak, joint.effort_unit)
+        for drive, peak, joint in zip(findings.arm.drives, peaks, findings.arm.joints, strict=False)
+        if drive.torque_limit is not None
+    ]
+    return {
+        "has_limits": bool(pairs),
+        "limit_is_near": any(limit < NEAR * peak for limit, peak, _ in pairs),
+        "limits": ", ".join(formatting.amount(limit, unit) for limit, _, unit in pairs),
+    }
+
+
+def _series(k: int) -> str:
+    """Style of the curve of the k-th of several joints: colour, and dashes after every sixth."""
+    return f"--series:var(--series-{k % 6 + 1});--dashes:{('none', '6 3', '2 2', '7 3 2 3')[k // 6 % 4]}"
 
 
 def _json(values: dict[str, Any]) -> Markup:

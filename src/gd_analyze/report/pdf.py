@@ -3,29 +3,22 @@
 from __future__ import annotations
 
 import datetime
-import io
 import json
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.report.canvas import Canvas
 from gd_analyze.report.colours import TEMPLATES
 from gd_analyze.report.document import document
+from gd_analyze.report.figure_arm import arm_figure, views_figure
+from gd_analyze.report.figure_contributions import contributions_figure
+from gd_analyze.report.figure_elements import inertia_figure, vector_figure
+from gd_analyze.report.figure_trade_off import trade_off_figure
+from gd_analyze.report.figures import motion_figure, torque_figure
 from gd_analyze.results import Findings
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-# Text stays text in the figures, so Typst sets it in the report's own font: matplotlib names both families,
-# has only the first, and Typst, which sees no font of the machine, has only the second.
-SVG_STYLE: dict[Any, Any] = {
-    "svg.fonttype": "none",
-    "svg.hashsalt": "gd-analyze",
-    "font.family": "serif",
-    "font.serif": ["DejaVu Serif", "Libertinus Serif"],
-}
 
 
 def prepare_pdf(findings: Findings) -> Callable[[], bytes]:
@@ -47,15 +40,10 @@ def prepare_pdf(findings: Findings) -> Callable[[], bytes]:
 
 def report_figures(findings: Findings) -> dict[str, str]:
     """Draw every figure of the report, as SVG by its name in the template."""
-    import matplotlib
-
-    from gd_analyze.report.figure_arm import arm_figure
-    from gd_analyze.report.figure_elements import inertia_figure, vector_figure
-    from gd_analyze.report.figure_trade_off import trade_off_figure
-    from gd_analyze.report.figures import motion_figure, torque_figure
-
-    makers: dict[str, Callable[[Findings], Figure]] = {
+    makers: dict[str, Callable[[Findings], Canvas]] = {
         "arm": arm_figure,
+        "contributions": contributions_figure,
+        "views": views_figure,
         "motion": motion_figure,
         "inertia": inertia_figure,
         "coriolis": partial(vector_figure, quantity="coriolis_centrifugal"),
@@ -63,11 +51,7 @@ def report_figures(findings: Findings) -> dict[str, str]:
         "torque": torque_figure,
         "trade_off": trade_off_figure,
     }
-    # The user's own matplotlib settings (LaTeX text, tight boxes) must not reach the report.
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update(SVG_STYLE)
-        return {name: _svg(make(findings)) for name, make in makers.items()}
+    return {name: make(findings).svg() for name, make in makers.items()}
 
 
 def typeset(template: Path, data: dict[str, Any], figures: Mapping[str, str], created: str) -> bytes:
@@ -98,9 +82,3 @@ def typeset(template: Path, data: dict[str, Any], figures: Mapping[str, str], cr
             next_step="please report this with the arm file and the trajectory; --format html works without",
         ) from error
     return bytes(pdf)
-
-
-def _svg(figure: Figure) -> str:
-    out = io.StringIO()
-    figure.savefig(out, format="svg", metadata={"Date": None})
-    return out.getvalue()

@@ -76,4 +76,6 @@ def exact_elements(findings: Findings) -> tuple[tuple[Formula, tuple[Term, ...]]
     form = findings.model.form
     if not findings.is_written_out or len(form.torques) > MOST_EXACT_TERMS:
         return ()
-    return tuple((element_formula(equation), equation.terms) for equation in equations(form.harmonics))
+    return tuple(
+        (element_formula(equation), equation.terms) for equation in equations(form.harmonics, ("D", "c"))
+    )

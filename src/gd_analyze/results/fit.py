@@ -10,7 +10,7 @@ import numpy as np
 from gd_analyze.elements import elements
 from gd_analyze.errors import StoreError
 from gd_analyze.harmonics.terms import Torques
-from gd_analyze.levels import ELEMENT, SimplifiedModel, parts_of
+from gd_analyze.levels import ELEMENT, SimplifiedModel, level_named, parts_of
 from gd_analyze.robots import RobotArm, describe
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ def require_tables_fit(tables: Mapping[str, xr.Dataset], arm: RobotArm) -> None:
         if "time" in table.dims and not np.array_equal(table.time.values, time):
             raise StoreError(f"time of {group} is not that of the trajectory")
     _require_known_together(tables)
+    _require_path(tables)
     kinds = [joint.kind for joint in arm.joints]
     _require_equal("joint_kind of decomposition", tables["decomposition"].joint_kind.values.tolist(), kinds)
 
@@ -58,10 +59,30 @@ def _require_known_together(tables: Mapping[str, xr.Dataset]) -> None:
     }.items():
         if not (beyond[name].notnull() == known).all():
             raise StoreError(f"{name} of beyond is known where it cannot be, or not known where it must be")
+    tube = tables["tube"]
+    proven = bool(tube.tube_certified.notnull().all())
+    for name in ("tube_certified", "tube_worst_found", "tube_along"):
+        if not (tube[name].notnull() == proven).all():
+            raise StoreError(f"{name} of tube is known where it cannot be, or not known where it must be")
+    if proven and not (tube.tube_along.max("segment") == tube.tube_certified).all():
+        raise StoreError("tube_certified of tube is not the largest of tube_along")
     parts = tables["parts"]
     for name in ("torque_peak", "torque_share"):
         if (parts[name].isnull() & ~parts.kept).any():
             raise StoreError(f"{name} of parts is not known of a part that is left out")
+
+
+def _require_path(tables: Mapping[str, xr.Dataset]) -> None:
+    """Check that budgets lead through the model that is shown, and name terms or parts as others do."""
+    path, shown = tables["budgets"], tables["simplified_model"].attrs
+    kept = "kept" if level_named(shown["level"]).has_torque_terms else "kept_parts"
+    _require_equal("what budgets say of the model", [*{"kept", "kept_parts"} & {*path}], [kept])
+    if "rank" in path.dims:
+        ranks = tables["terms"]["rank"].values.tolist()
+        _require_equal("rank of budgets", path["rank"].values.tolist(), ranks)
+    at_one = path.operations.values[path.factor.values == 1.0].tolist()
+    operations = [int(shown["multiplications"] + shown["additions"])]
+    _require_equal("operations of budgets at a factor of 1", at_one, operations)
 
 
 def require_models_fit(

@@ -64,6 +64,11 @@ def dropped_parts(findings: Findings) -> DroppedParts:
     )
 
 
+def tube_rows(findings: Findings) -> list[Row]:
+    """One row per joint: what is proven around the motion, and the largest error at its set points."""
+    return joint_rows(findings, "simplified_model", "tube")
+
+
 def trade_off_rows(findings: Findings) -> list[Row]:
     """One row per budget, its operations and shares in the order of the kinds."""
     table = findings.tables["trade_off"]
@@ -75,4 +80,16 @@ def trade_off_rows(findings: Findings) -> list[Row]:
             "largest_share": table.largest_share.values[:, k].tolist(),
         }
         for k, row in enumerate(rows_of(table, "factor"))
+    ]
+
+
+def budget_rows(findings: Findings) -> list[Row]:
+    """One row per multiple of the budget; `kept` holds ranks of torque terms, or labels of parts."""
+    table = findings.tables["budgets"]
+    dim, kept = ("rank", table.kept) if "kept" in table else ("part", table.kept_parts)
+    labels, plain = table[dim].values, ("factor", "budget", "operations", "multiplications", "additions")
+    return [
+        {name: table[name].values[k].item() for name in plain}
+        | {"largest_error": table.largest_error.values[k].tolist(), "kept": labels[kept.values[k]].tolist()}
+        for k in range(table.sizes["factor"])
     ]

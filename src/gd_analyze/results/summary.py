@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
+from gd_analyze.certification import Margin
 from gd_analyze.dominance import text_verdicts
-from gd_analyze.formatting import number, percent, pretty
+from gd_analyze.formatting import number, percent
+from gd_analyze.labels import joined
 from gd_analyze.levels import SearchStep
+from gd_analyze.results.error_words import WorstError
 from gd_analyze.results.error_words import measure_told as measure_told
 from gd_analyze.results.error_words import nothing_gained as nothing_gained
 from gd_analyze.results.error_words import off_by as off_by
@@ -42,7 +45,7 @@ def kept(findings: Findings) -> str:
 
 
 def headline(findings: Findings) -> str:
-    """Answer "what can I drop and what does it cost me" in one sentence or two."""
+    """Answer "what can I drop, what does it cost me and is that proven" in a sentence or two."""
     model = findings.model
     if not model.promise.errors.peak_torque.any():
         largest = number(float(abs(findings.exact_torque).max()))
@@ -54,12 +57,12 @@ def headline(findings: Findings) -> str:
     told = drives(findings) and f", {drives(findings)},"
     if not model.saves:
         return nothing_gained(model)
-    cost = f"{off_by(model)} along this trajectory."
+    cost = f"{off_by(model)} along this trajectory{_proven(findings)}."
     if model.level.has_torque_terms:
         terms = kept(findings)
         return (
-            f"{terms[0].upper()}{terms[1:]} give every torque{told} in {left} operations instead of {full}, "
-            f"and {cost}"
+            f"{terms[0].upper()}{terms[1:]} give every torque{told} in {left} operations, where the cheapest "
+            f"exact program known takes {full}. {cost[0].upper()}{cost[1:]}"
         )
     dropped, all_parts = dropped_parts(findings), findings.tables["parts"].sizes["part"]
     idle = len(dropped.zero) + len(dropped.idle)
@@ -71,31 +74,47 @@ def headline(findings: Findings) -> str:
     rest = f"; {idle} more make no torque here anyway" if idle else ""
     return (
         f"{len(dropped.costing)} of {all_parts} parts can go{rest}. That saves {percent(1 - left / full)} of "
-        f"the operations{told or ','} and {cost}"
+        f"the cheapest exact program's operations{told.removesuffix(',')}. {cost[0].upper()}{cost[1:]}"
     )
 
 
+def _proven(findings: Findings) -> str:
+    """Go on with what is proven near the motion, or with that nothing is."""
+    worst = tube_proven(findings)
+    if worst is None:
+        return ", sampled at its set points; nothing is proven between them"
+    return f"; near it by no more than {worst.size}, which is proven"
+
+
 def facts(findings: Findings) -> list[tuple[str, str]]:
-    """Four figures to begin with, and what each of them is."""
-    model, worst, check = findings.model, worst_error(findings.model), cross_check_row(findings)
+    """Four figures to begin with, and what each of them is: how good, how proven, how many, of what."""
+    model, worst, proven = findings.model, worst_error(findings.model), tube_proven(findings)
     if model.level.has_torque_terms:
-        first = (kept(findings), f"kept of the exact model's {len(model.level.terms(model.form))}")
+        keeps = (kept(findings), f"kept of the exact model's {len(model.level.terms(model.form))}")
     else:
         dropped = dropped_parts(findings)
         gone = sum(map(len, dropped))
-        first = (
+        keeps = (
             f"{gone} / {findings.tables['parts'].sizes['part']}",
             f"parts dropped, {gone - len(dropped.costing)} without torque here",
         )
+    if proven is None:
+        bound = ("not proven", "no bound on the error is proven at this level")
+    else:
+        bound = (f"≤ {proven.size}", f"proven near the motion{_of(proven)}")
     return [
-        first,
-        (f"{model.operations_full.total} → {model.operations.total}", "operations per torque evaluation"),
-        (worst.size, f"largest error{worst.of and f', of the {worst.of}'} (joint {worst.joint})"),
+        (worst.size, f"largest error at the set points{_of(worst)}"),
+        bound,
         (
-            pretty(f"{number(check['largest_difference'])} {check['unit']}"),
-            pretty(f"difference from Pinocchio (round-off allows {number(check['round_off_bound'])})"),
+            f"{model.operations_full.total} → {model.operations.total}",
+            "operations, from the cheapest exact program known",
         ),
+        keeps,
     ]
+
+
+def _of(worst: WorstError) -> str:
+    return f"{worst.of and f', of the {worst.of}'} (joint {worst.joint})"
 
 
 def opening(findings: Findings) -> dict[str, Any]:
@@ -111,7 +130,7 @@ def opening(findings: Findings) -> dict[str, Any]:
 
 def cross_check_row(findings: Findings) -> Row:
     """Row of the cross-check that comes closest to what round-off explains."""
-    rows = rows_of(findings.tables["cross_check"], "quantity")
+    rows = rows_of(findings.tables["cross_check"], "comparison")
     # Without gravity its bound is zero, and so is the difference.
     return max(rows, key=lambda row: row["largest_difference"] / (row["round_off_bound"] or 1.0))
 
@@ -176,6 +195,67 @@ def bound_ratio(findings: Findings) -> float | None:
     rows = rows_of(findings.tables["beyond"], "joint")
     pairs = [(row["certified"], row["worst_found"]) for row in rows if row["certified"] is not None]
     return max((bound / found for bound, found in pairs if found > findings.round_off), default=None)
+
+
+def nothing_to_trade(findings: Findings) -> bool:
+    """Whether no budget of the trade-off gives a model of fewer operations than the exact torque."""
+    operations = findings.tables["trade_off"].operations.values
+    return bool((operations >= findings.model.operations_full.total).all())
+
+
+def tube_proven(findings: Findings) -> WorstError | None:
+    """Error that is proven near the motion, of the joint where it is worst; None where nothing is proven."""
+    bound = findings.tables["tube"].tube_certified
+    return None if bound.isnull().any() else worst_error(findings.model, bound.values)
+
+
+def margins_told(findings: Findings) -> str:
+    """How far from the motion that is, in words."""
+    return Margin.parse(findings.tables["tube"].attrs["margin"]).in_words(findings.arm)
+
+
+def tube_sentence(findings: Findings) -> str:
+    """Say what is proven of the model around this motion."""
+    worst, note = tube_proven(findings), str(findings.tables["tube"].attrs["note"])
+    if worst is None:
+        return note
+    return (
+        f"Proven: no state within {margins_told(findings)} of the motion, between its set points too, has a "
+        f"torque error above {worst.in_words}." + (f" {note}" if note else "")
+    )
+
+
+def unsymmetric(findings: Findings) -> list[tuple[int, int]]:
+    """Elements of D', row and column from 1, of which the model keeps other terms than of their mirror image.
+
+    Torques are simplified one by one at the level of torque terms; D' is the matrix of absolute rates.
+    """
+    model = findings.model
+    if not model.level.has_torque_terms or model.level.is_mechanical:
+        return []
+    kept = [
+        (term.row, term.rates[0].joint, term.monomial)
+        for term in model.torques
+        if term.quantity == "inertia" and term.row != term.rates[0].joint
+    ]
+    places = {(i, j) for i, j, monomial in kept if (j, i, monomial) not in set(kept)}
+    return sorted({(min(place) + 1, max(place) + 1) for place in places})
+
+
+def unsymmetric_told(findings: Findings) -> str:
+    """Say that D is not symmetric, and what to use where it must be; "" where it is."""
+    places = unsymmetric(findings)
+    if not places:
+        return ""
+    i, j = places[0]
+    count = len(places)
+    pairs = "one pair of mirror images" if count == 1 else f"{count} pairs of mirror images"
+    return (
+        f"Each torque is simplified by itself, so the model's D is not symmetric: it keeps different terms in "
+        f"{pairs}, first in D{joined((i - 1, j - 1))} and D{joined((j - 1, i - 1))}. To compute torques this "
+        "does no harm. Where D must be symmetric, as in simulation or in a controller that relies on "
+        "energy, use `--level energy`."
+    )
 
 
 def above_allowed(rows: list[Row], torque: str) -> list[int]:

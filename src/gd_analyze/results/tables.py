@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.certification import Certificate
+from gd_analyze.certification import Certificate, Margin, Tube
 from gd_analyze.formulas.plain import Plain
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.levels import ErrorTable, ExactDynamics, PayloadEffect, SimplifiedModel, losses, parts_of
 from gd_analyze.pinocchio_check import Residual
 from gd_analyze.robots import RobotArm
 from gd_analyze.round_off import ROUND_OFF_SHARE
-from gd_analyze.schema import table, unit_of
+from gd_analyze.schema import table
 from gd_analyze.search import TermRanking, TradeOffPoint, curves
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray
@@ -41,20 +41,17 @@ def trajectory_table(arm: RobotArm, trajectory: Trajectory) -> xr.Dataset:
 
 def cross_check_table(residuals: Sequence[Residual], arm: RobotArm) -> xr.Dataset:
     """Tabulate the differences from Pinocchio."""
-    turning = arm.is_revolute
-    inertias = dict.fromkeys(unit_of("inertia", one, other) for one in turning for other in turning)
-    units = {"inertia": " or ".join(inertias)}
-    efforts = " or ".join(dict.fromkeys(joint.effort_unit for joint in arm.joints))
     return table(
         "cross_check",
         {
             "largest_difference": [residual.largest for residual in residuals],
             "round_off_bound": [residual.bound for residual in residuals],
         },
-        turning,
+        arm.is_revolute,
         {
-            "quantity": [residual.quantity for residual in residuals],
-            "unit": ("quantity", [units.get(residual.quantity, efforts) for residual in residuals]),
+            "comparison": [f"{residual.quantity}, {residual.unit}" for residual in residuals],
+            "quantity": ("comparison", [residual.quantity for residual in residuals]),
+            "unit": ("comparison", [residual.unit for residual in residuals]),
         },
     )
 
@@ -156,6 +153,10 @@ def terms_table(ranking: TermRanking, arm: RobotArm, written_out: bool) -> xr.Da
         arm.is_revolute,
         {
             "rank": np.arange(1, len(terms) + 1),
+            "weight_unit": (
+                "rank",
+                np.array([term.term.weight_unit(arm.is_revolute) for term in terms], dtype=str),
+            ),
             "alone_unit": ("rank", _efforts(arm, [term.alone_joint for term in terms])),
         },
         attrs,
@@ -200,13 +201,12 @@ def beyond_table(
 ) -> xr.Dataset:
     """Tabulate what the model does away from the set points; what is not known is not a number."""
     unknown = np.full(model.arm.n_joints, np.nan)
-    peak = model.promise.errors.peak_torque
     certified = unknown if certificate is None else certificate.certified
     return table(
         "beyond",
         {
             "certified": certified,
-            "certified_share": np.divide(certified, peak, out=unknown.copy(), where=peak > 0.0),
+            "certified_share": _of_peak(certified, model),
             "worst_found": unknown if certificate is None else certificate.worst_found,
             "within_limits": unknown if within_limits is None else within_limits.largest,
             "within_limits_share": unknown if within_limits is None else within_limits.largest_share,
@@ -218,6 +218,43 @@ def beyond_table(
         {"joint_name": ("joint", [joint.name for joint in model.arm.joints])},
         {"states_drawn": states_drawn},
     )
+
+
+def tube_table(
+    model: SimplifiedModel, tube: Tube, certificate: Certificate | None, margin: Margin
+) -> xr.Dataset:
+    """Tabulate what is proven of a model around the motion; a number that is not known is not a number."""
+    unknown = np.full(tube.lower.shape[::2], np.nan)
+    certified, found, along = (
+        (unknown[0], unknown[0], unknown)
+        if certificate is None
+        else (certificate.certified, certificate.worst_found, certificate.along)
+    )
+    seconds = {"units": "s"}
+    return table(
+        "tube",
+        {
+            "tube_certified": certified,
+            "tube_certified_share": _of_peak(certified, model),
+            "tube_worst_found": found,
+            "tube_worst_found_share": _of_peak(found, model),
+            **{f"tube_margin_{name}": tube.margins[k] for k, name in enumerate(("q", "qd", "qdd"))},
+            "tube_along": along,
+        },
+        model.arm.is_revolute,
+        {
+            "joint_name": ("joint", [joint.name for joint in model.arm.joints]),
+            "segment_from": ("segment", tube.begin, seconds),
+            "segment_to": ("segment", tube.end, seconds),
+        },
+        {"margin": str(margin), "coarse": tube.coarse, "note": tube.note},
+    )
+
+
+def _of_peak(error: FloatArray, model: SimplifiedModel) -> FloatArray:
+    """Share of peak torque; not a number where no torque acts."""
+    peak = model.promise.errors.peak_torque
+    return np.divide(error, peak, out=np.full_like(error, np.nan), where=peak > 0.0)
 
 
 def _efforts(arm: RobotArm, joints: Sequence[int] | np.ndarray) -> np.ndarray:

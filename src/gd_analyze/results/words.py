@@ -20,6 +20,15 @@ SYMBOLS = {
 # What is kept of an element, or dominates it, where there is no room for words.
 LETTERS = {"translation": "T", "rotation": "R", "both": "T+R", "neither": "0", "gravity": "✓"}
 
+# What torque is made of, in the order it is stacked.
+CONTRIBUTIONS = {
+    "gravity": "gravity",
+    "translation": "inertia by translation",
+    "rotation": "inertia by rotation",
+    "velocity": "Coriolis and centrifugal",
+    "drives": "drives",
+}
+
 # Verdicts in the order they are told, and what they are called.
 VERDICTS = {
     "translation": "translation",

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.search.candidates import Candidates
+from gd_analyze.search.candidates import Candidates, Kept
 from gd_analyze.search.work import Work
 from gd_analyze.vectors import FloatArray
 
@@ -79,7 +79,12 @@ class Elimination:
 
 
 def eliminate(
-    candidates: Candidates, *, by_cost: bool = True, refit: bool = False, work: Work | None = None
+    candidates: Candidates,
+    *,
+    by_cost: bool = True,
+    refit: bool = False,
+    last: Kept | None = None,
+    work: Work | None = None,
 ) -> Elimination:
     """Order candidates for elimination.
 
@@ -91,6 +96,8 @@ def eliminate(
         Weigh the error against the operations saved; by error alone otherwise.
     refit
         Refit the coefficients of what remains after every step, or after some where they are many.
+    last
+        Those that go when all others have gone, shape (K,).
     work
         To note down what is done; it takes seconds at most, so that it is never cut short.
     """
@@ -105,8 +112,9 @@ def eliminate(
     scales = [scale]
     due = 0.0
     while kept.any():
+        may_go = kept & ~last if last is not None and (kept & ~last).any() else kept
         added = scale * (scale * np.diag(gram) - 2.0 * slope)
-        merit = np.where(kept, added / (np.maximum(savings.now, _LEAST_SAVING) if by_cost else 1.0), np.inf)
+        merit = np.where(may_go, added / (np.maximum(savings.now, _LEAST_SAVING) if by_cost else 1.0), np.inf)
         chosen = int(merit.argmin())
         kept[chosen] = False
         savings.drop(chosen)

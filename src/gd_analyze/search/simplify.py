@@ -229,7 +229,7 @@ def _searched(
         refitted=bool((scale[kept] != 1.0).any()),
         promise=replace(everything.promise, steps=steps, solved=solved, cut_short=work.was_short),
     )
-    model = _measured(exact, model)
+    model = measured(exact, model)
     if not (model.promise.errors.largest <= allowed).all():
         raise GdAnalyzeError(
             "the simplified model misses its budget",
@@ -266,10 +266,10 @@ def exactly(exact: ExactDynamics, level: Level, allowed: FloatArray, budget: str
             uncertainty=exact.uncertainty,
         ),
     )
-    return _measured(exact, model)
+    return measured(exact, model)
 
 
-def _measured(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
+def measured(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
     """State the errors that a model's own program makes."""
     errors = exact.errors_of(model.torque(*exact.states.arrays))
     return replace(model, promise=replace(model.promise, errors=errors))

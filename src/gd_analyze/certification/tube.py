@@ -1,0 +1,244 @@
+"""A tube of states: what is within margins of a motion, between its set points too."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.certification.box import Box
+from gd_analyze.certification.margin import Margin
+from gd_analyze.errors import TrajectoryError, UsageError
+from gd_analyze.formatting import named_joints
+from gd_analyze.given_numbers import LARGEST
+from gd_analyze.robots import RobotArm
+from gd_analyze.trajectories import Trajectory
+from gd_analyze.trajectories.between import Between
+from gd_analyze.vectors import FloatArray, chunks
+
+# Boxes at most, a second's work: a long recording has its set points in common boxes.
+MOST_PIECES = 2048
+# Pieces of one interval at most: more would only resolve an interval that the set points leave open.
+_MOST_OF_ONE = 32
+# Of a margin: differences this small count as rounding of the numbers in a file.
+_ROUNDING = 1e-3
+# What stands for a margin of zero where sizes are compared with margins: a share of the joint's largest.
+_LEAST_SHARE = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class Tube:
+    """A chain of boxes of states along a motion.
+
+    A state belongs to a box where each of its q, qd and qdd is within the margin of what the motion takes
+    between two instants, see `Between` for what that is between the set points. Where the motions that are
+    possible there differ by more than the margin, all that any of them takes from one set point to the next
+    belongs to every box in between.
+
+    Parameters
+    ----------
+    lower, upper
+        Limits of q, qd and qdd, SI, shape (pieces, 3, n).
+    begin, end
+        From when to when each box is about, s, shape (pieces,).
+    margins
+        Of q, qd and qdd, shape (3, n).
+    coarse
+        Between how many pairs of set points the motion is not told to within the margins.
+    note
+        A sentence about that, or "".
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    begin: FloatArray
+    end: FloatArray
+    margins: FloatArray
+    coarse: int = 0
+    note: str = ""
+
+    @property
+    def n_joints(self) -> int:
+        """Number of joints n."""
+        return int(self.lower.shape[2])
+
+    def __len__(self) -> int:
+        return len(self.lower)
+
+    @property
+    def enclosing(self) -> Box:
+        """The smallest box around all."""
+        largest = np.maximum(np.abs(self.lower), np.abs(self.upper)).max(axis=0)
+        return Box(self.lower[:, 0].min(axis=0), self.upper[:, 0].max(axis=0), largest[1], largest[2])
+
+    @classmethod
+    def along(
+        cls, arm: RobotArm, motion: Trajectory, margin: Margin | None = None, *, most: int = MOST_PIECES
+    ) -> Tube:
+        """Enclose a motion.
+
+        Parameters
+        ----------
+        arm, motion
+            Whose joints, and what they do.
+        margin
+            How far states may be from it.
+        most
+            Boxes at most; of a longer motion several intervals share one.
+
+        Raises
+        ------
+        UsageError
+            If the motion is of another number of joints.
+        TrajectoryError
+            If two set points are so close in time that no motion leads from one to the next.
+        """
+        if motion.n_joints != arm.n_joints:
+            raise UsageError(
+                f"the trajectory does not fit arm {arm.name}",
+                where=motion.name,
+                expected=f"{arm.n_joints} joints",
+                found=f"{motion.n_joints}",
+            )
+        margins = (margin or Margin()).of(arm, motion)
+        if motion.n_set_points == 1:
+            state = np.stack([motion.q, motion.qd, motion.qdd], axis=1)
+            return cls(state - margins, state + margins, motion.time, motion.time, margins)
+        path = _Path(motion, margins)
+        lower, upper, begin, end = path.boxes(most)
+        coarse = path.unsure.any(axis=(1, 2))
+        return cls(
+            lower - margins, upper + margins, begin, end, margins, int(coarse.sum()), path.note(motion)
+        )
+
+
+class _Path:
+    """What a motion takes between its set points, interval by interval.
+
+    `lower` and `upper` are the limits in every interval, `differences` how far the possible motions are
+    apart, `unsure` where that is more than the margin; shape (intervals, 3, n).
+    """
+
+    def __init__(self, motion: Trajectory, margins: FloatArray) -> None:
+        self.motion, self.margins = motion, margins
+        lower, upper, differences = [], [], []
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            for part in chunks(motion.n_set_points - 1):
+                between = self._between(part)
+                begin = np.zeros(len(between.coefficients))
+                low, high = between.ranges(begin, begin + 1.0)
+                lower.append(low)
+                upper.append(high)
+                differences.append(between.differences)
+        self.lower, self.upper = np.concatenate(lower), np.concatenate(upper)
+        self.differences = np.concatenate(differences)
+        self._require_possible()
+        # Round-off of numbers that are the same is no difference.
+        noise = 64 * np.finfo(float).eps * np.maximum(np.abs(self.lower), np.abs(self.upper))
+        self.unsure = self.differences > np.maximum(margins, noise)
+
+    def _between(self, chosen: slice | NDArray[np.intp]) -> Between:
+        return Between.of(self.motion, _ROUNDING * self.margins[:2], chosen)
+
+    def _require_possible(self) -> None:
+        with np.errstate(invalid="ignore"):
+            wrong = ~((np.abs(self.lower) <= LARGEST) & (np.abs(self.upper) <= LARGEST)).all(axis=(1, 2))
+        if wrong.any():
+            at = int(np.flatnonzero(wrong)[0])
+            time = self.motion.time
+            raise TrajectoryError(
+                "no possible motion leads from one set point to the next",
+                where=f"set points {at + 1} and {at + 2} of trajectory {self.motion.name}",
+                expected=f"rates and accelerations up to {LARGEST:g} in SI units",
+                found=f"{time[at + 1] - time[at]:.3g} s between them",
+                next_step="check that no two set points share almost the same instant",
+            )
+
+    def boxes(self, most: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Limits and instants of at most `most` boxes, as small as the margins where that is possible."""
+        scale = 2 * np.maximum(self.margins, _LEAST_SHARE * self._reach())
+        widths = np.where(self.unsure, 0.0, self.upper - self.lower)
+        sizes = np.divide(widths, scale, out=np.zeros_like(widths), where=scale > 0.0).max(axis=(1, 2))
+        size = 1.0
+        while True:
+            first, count = self._joined(size, scale)
+            parts = np.where(count == 1, np.clip(np.ceil(sizes[first] / size), 1, _MOST_OF_ONE), 1).astype(
+                int
+            )
+            if parts.sum() <= most or len(first) == 1:
+                return self._cut(first, count, np.minimum(parts, most))
+            size *= 1.5
+
+    def _reach(self) -> FloatArray:
+        """What positions range over, and the largest rates and accelerations, shape (3, n)."""
+        largest = np.maximum(np.abs(self.lower), np.abs(self.upper)).max(axis=0)
+        largest[0] = (self.upper[:, 0].max(axis=0) - self.lower[:, 0].min(axis=0)) / 2
+        return largest
+
+    def _joined(self, size: float, scale: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """First interval and number of intervals of every run that fits a box of `size` margins.
+
+        Neighbours are joined in pairs, the pairs in pairs, and so on.
+        """
+        first, count = np.arange(len(self.lower)), np.ones(len(self.lower), dtype=np.intp)
+        lower, upper = self.lower, self.upper
+        span = 1
+        while span < len(self.lower):
+            left = np.flatnonzero((first % (2 * span) == 0) & (count == span))
+            left = left[left + 1 < len(first)]
+            left = left[first[left + 1] == first[left] + span]
+            low, high = np.minimum(lower[left], lower[left + 1]), np.maximum(upper[left], upper[left + 1])
+            fits = (high - low <= size * scale).all(axis=(1, 2))
+            left = left[fits]
+            if not len(left):
+                break
+            lower, upper = lower.copy(), upper.copy()
+            lower[left], upper[left] = low[fits], high[fits]
+            count = count.copy()
+            count[left] += count[left + 1]
+            kept = np.ones(len(first), dtype=bool)
+            kept[left + 1] = False
+            first, count, lower, upper = first[kept], count[kept], lower[kept], upper[kept]
+            span *= 2
+        return first, count
+
+    def _cut(
+        self, first: NDArray[np.intp], count: NDArray[np.intp], parts: NDArray[np.intp]
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Limits and instants of runs of intervals, those of one interval cut into parts of equal length."""
+        runs = np.repeat(np.arange(len(first)), parts)
+        place = np.arange(len(runs)) - np.repeat(np.cumsum(parts) - parts, parts)
+        lower = np.minimum.reduceat(self.lower, first)[runs]
+        upper = np.maximum.reduceat(self.upper, first)[runs]
+        time = self.motion.time
+        width = (time[first + count] - time[first]) / parts
+        begin = time[first][runs] + place * width[runs]
+        cut = np.flatnonzero(parts[runs] > 1)
+        if cut.size:
+            among, each = place[cut], parts[runs[cut]]
+            intervals = first[runs[cut]]
+            low, high = self._between(intervals).ranges(among / each, (among + 1) / each)
+            unsure = self.unsure[intervals]
+            lower[cut] = np.where(unsure, lower[cut], low)
+            upper[cut] = np.where(unsure, upper[cut], high)
+        return lower, upper, begin, np.append(begin[1:], time[-1])
+
+    def note(self, motion: Trajectory) -> str:
+        """Say where the set points leave the motion open by more than the margins, or ""."""
+        if not self.unsure.any():
+            return ""
+        times = np.divide(
+            self.differences, self.margins, out=np.full_like(self.differences, np.inf), where=self.margins > 0
+        )
+        at, kind, joint = np.unravel_index(np.where(self.unsure, times, 0.0).argmax(), times.shape)
+        many, most = int(self.unsure.any(axis=(1, 2)).sum()), float(times[at, kind, joint])
+        joints = [int(j) + 1 for j in np.flatnonzero(self.unsure.any(axis=(0, 1)))]
+        what = ("position", "rate", "acceleration")[kind]
+        by = f"by {most:.2g} times its margin" if np.isfinite(most) else "though it has no margin"
+        return (
+            f"The set points are too far apart to tell the motion to within the margins in {many} of "
+            f"{len(self.unsure)} intervals ({named_joints(joints, motion.n_joints)}; most from "
+            f"{motion.time[at]:.4g} to {motion.time[at + 1]:.4g} s, where the {what} of joint {joint + 1} is "
+            f"open {by}): the tube is wider there."
+        )

@@ -1,0 +1,98 @@
+"""What the PDF says of every joint: torque, errors at the set points, near the motion and beyond it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from gd_analyze.formatting import amount, mass, number, pretty, rounded_up
+from gd_analyze.report.cells import formatted, in_fitting_units, share, torque
+from gd_analyze.report.motion import motion_unit
+from gd_analyze.results import Findings, summary
+from gd_analyze.results.rows import Row, joint_rows
+from gd_analyze.robots import Joint
+
+_ERRORS = ("allowed_error", "largest_error", "rms_error", "tube_certified", "tube_worst_found", "certified")
+_ERRORS += ("worst_found", "within_limits", "torque_per_kg", "uncertainty")
+_BOUNDS = ("tube_certified", "certified")
+# What a bar of the chart of errors shows of what the budget allows, at most.
+_LONGEST = 3.0
+
+
+def joints(findings: Findings) -> list[Row]:
+    """One row per joint: numbers in the unit that fits its peak torque, shares, and the lengths of bars."""
+    noise = findings.round_off
+    rows = [_bounds_rounded_up(row) for row in joint_rows(findings, "simplified_model", "tube", "beyond")]
+    fitting = in_fitting_units(rows, "effort_unit", "peak_torque", *_ERRORS)
+    shares = ("largest_share", "rms_share", "tube_certified_share", "certified_share", "within_limits_share")
+    written = formatted(
+        fitting,
+        "joint",
+        "joint_name",
+        "effort_unit",
+        **{name: torque(name, noise) for name in ("peak_torque", *_ERRORS)},
+        **{name: share(name, findings) for name in shares},
+        mass_within_budget=lambda row: any_or(row["mass_within_budget"]),
+    )
+    for joint, row, shown in zip(findings.arm.joints, rows, written, strict=True):
+        shown["margins"] = [_margin(row, joint, name) for name in ("q", "qd", "qdd")]
+        shown["sampled"], shown["bound"] = (_told(row, name) for name in ("largest_error", "tube_certified"))
+        shown["used"] = _used(row["largest_error"], row, noise)
+        shown["proven"] = None if row["tube_certified"] is None else _used(row["tube_certified"], row, noise)
+        shown["over"] = row["largest_error"] > max(row["allowed_error"], noise)
+    return written
+
+
+def _bounds_rounded_up(row: Row) -> Row:
+    """A bound is never shown smaller than it is."""
+    names = [name for bound in _BOUNDS for name in (bound, f"{bound}_share")]
+    up = {name: rounded_up(row[name], 2 if name.endswith("share") else 3) for name in names if row[name]}
+    return row | up
+
+
+def _told(row: Row, name: str) -> str:
+    """Write a torque with a unit of its own; nothing where nothing is known."""
+    return "" if row[name] is None else pretty(amount(row[name], row["effort_unit"]))
+
+
+def _used(error: float, row: Row, noise: float) -> float:
+    """Part of what the budget allows that an error takes; nothing where it is round-off."""
+    return min(error / row["allowed_error"], _LONGEST) if error > noise else 0.0
+
+
+def longest_bar(rows: list[Row]) -> float:
+    """Length of the chart of errors, in what the budget allows; `rows` are those of `joints`."""
+    return max([1.25, *(row["used"] for row in rows), *(row["proven"] or 0.0 for row in rows)])
+
+
+def _margin(row: Row, joint: Joint, name: str) -> str:
+    """How far from the motion is proven, with the unit that plots of the motion have."""
+    value = row[f"tube_margin_{name}"]
+    shown = math.degrees(value) if joint.kind == "revolute" else value
+    return f"{number(shown)} {pretty(motion_unit(joint, name))}"
+
+
+def any_or(kilograms: float) -> str:
+    """A mass, or that any will do."""
+    return mass(kilograms) if kilograms < float("inf") else "any"
+
+
+def beyond(findings: Findings) -> dict[str, Any]:
+    """Describe what the model does away from the set points; the joints' own numbers are among theirs."""
+    rows = joint_rows(findings, "simplified_model", "tube", "beyond")
+    ratio = summary.bound_ratio(findings)
+    payload = min(rows, key=lambda row: row["mass_within_budget"])
+    limited = payload["mass_within_budget"] != float("inf")
+    certified = [row for row in rows if row["certified"] is not None]
+    return {
+        "certified": bool(certified),
+        "within": sum(row["certified"] <= row["allowed_error"] for row in certified),
+        "within_tube": sum((row["tube_certified"] or 0.0) <= row["allowed_error"] for row in certified),
+        "tube": summary.tube_sentence(findings),
+        "margins": summary.margins_told(findings),
+        "ratio": "" if ratio is None else f"{ratio:.2f}",
+        "drawn": findings.tables["beyond"].attrs["states_drawn"],
+        "uncertain": rows[0]["uncertainty"] is not None,
+        "largest_mass": any_or(payload["mass_within_budget"]),
+        "limiting_joint": payload["joint"] if limited else None,
+    }

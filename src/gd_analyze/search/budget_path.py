@@ -1,0 +1,96 @@
+"""Models for smaller and larger budgets, each of which keeps part of what the one before it keeps.
+
+They lead through a model that is given: terms join it for a smaller budget and leave it for a larger one, so
+that every term has one budget at which it goes, and a reader can follow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gd_analyze.levels import Budget, ExactDynamics, SimplifiedModel
+from gd_analyze.levels.effort import QUICK
+from gd_analyze.levels.level import Terms
+from gd_analyze.search.candidates import SWEEP, Candidates, TooManyTermsError, candidates_of
+from gd_analyze.search.elimination import eliminate
+from gd_analyze.search.simplify import exactly, measured
+
+# From a tenth of the budget to ten times it, ten steps to each side.
+FACTORS = tuple(10.0 ** (step / 10) for step in range(-10, 11))
+
+
+def budget_path(
+    exact: ExactDynamics, budget: Budget, given: SimplifiedModel, factors: Sequence[float] = FACTORS
+) -> tuple[SimplifiedModel, ...]:
+    """Follow a model to smaller and to larger budgets.
+
+    Where the model was refitted, coefficients remain so from its own budget on, and are exact below.
+
+    Parameters
+    ----------
+    exact
+        Exact dynamics at the states it was made for.
+    budget, given
+        Its budget, and the model; the path leads through it at a factor of 1.
+    factors
+        Multiples of its budget, growing.
+
+    Returns
+    -------
+    tuple
+        One model per factor, within that budget: the exact one where none found on the way takes fewer
+        operations. None keeps a term that one before it does not keep, or takes more operations.
+    """
+    last = exactly(exact, given.level, given.promise.allowed, str(budget))
+    models = []
+    for factor, terms in zip(factors, _nested(exact, given, factors), strict=True):
+        allowed = factor * given.promise.allowed
+        if factor == 1.0:
+            last = given
+        elif terms.keys() != last.terms.keys():
+            program = given.level.write(given.form, terms, QUICK)
+            trial = measured(exact, replace(given, terms=terms, program=program))
+            # A model that undercuts the given one for a smaller budget is not on a way that leads through it.
+            least = given.operations.total if factor < 1.0 else 0
+            fewer = least <= trial.operations.total < last.operations.total
+            if fewer and (trial.promise.errors.largest <= allowed).all():
+                last = trial
+        promise = replace(last.promise, allowed=allowed, budget=str(budget.scaled(factor)))
+        models.append(replace(last, promise=promise))
+    return tuple(models)
+
+
+def _nested(exact: ExactDynamics, given: SimplifiedModel, factors: Sequence[float]) -> Iterator[Terms]:
+    """What is kept for each factor; at 1 what the model keeps."""
+    try:
+        swept = SWEEP * min(factors)
+        candidates = candidates_of(exact.thinned(), given.level, given.promise.allowed, swept)
+    except TooManyTermsError:
+        # Any model of so many terms takes more operations than the exact torque.
+        yield from (given.terms for _ in factors)
+        return
+    yield from _eliminated(candidates, given.terms, factors)
+
+
+def _eliminated(candidates: Candidates, given: Terms, factors: Sequence[float]) -> Iterator[Terms]:
+    """Let terms go in one order, the given model's last, whenever a budget allows."""
+    effects, swept = candidates.flat, candidates.swept
+    stays = np.array([term in given for term in candidates.terms])
+    fitted = np.array([given.get(term, weight) / weight for term, weight in candidates.terms.items()])
+    order = eliminate(candidates, last=stays).order
+    listed = {term: weight for term, weight in given.items() if term not in candidates.terms}
+    kept, scale = np.ones(len(effects), dtype=bool), np.ones(len(effects))
+    lost = np.zeros(effects.shape[1])
+    for factor in factors:
+        if factor >= 1.0 and scale is not fitted:
+            kept, scale = stays.copy(), fitted
+            lost = (1.0 - kept * scale) @ effects
+        for k in order:
+            if kept[k] and stays[k] == (factor > 1.0):
+                trial = lost + scale[k] * effects[k]
+                if np.abs(trial).max(initial=0.0) <= (factor - swept) / (1.0 - swept):
+                    kept[k], lost = False, trial
+        yield candidates.keep(kept, scale) | listed

@@ -1,0 +1,103 @@
+"""Torque by what makes it: the parts, and the piles that are drawn of them, sum to the torque."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import xarray as xr
+from hypothesis import given
+
+from gd_analyze.decomposition import decompose
+from gd_analyze.results import Findings
+from gd_analyze.results.contributions import Contributions, torque_by_cause
+from gd_analyze.results.words import CONTRIBUTIONS
+from gd_analyze.robots import RobotArm
+from gd_analyze.trajectories import Trajectory
+from gd_analyze.vectors import FloatArray
+from strategies import examples, motions
+
+EPS = np.finfo(float).eps
+
+
+def slack(dataset: xr.Dataset) -> FloatArray:
+    """What sums in another order may differ by: a rounding of their size for 2 n products and 6 sums."""
+    n = dataset.sizes["joint"]
+    terms = np.abs(dataset.inertia.values) * np.abs(dataset.qdd.values)[:, None, None, :]
+    size = terms.sum(axis=(1, 3)) + np.abs(dataset.coriolis_centrifugal.values).sum(axis=1)
+    size += np.abs(dataset.gravity_loading.values)
+    if "drive_torque" in dataset:
+        size += np.abs(dataset.drive_torque.values)
+    return (2 * n + 6) * EPS * size
+
+
+@examples(25)
+@given(motions())
+def test_parts_sum_to_the_torque(case: tuple[RobotArm, Trajectory]) -> None:
+    dataset = decompose(*case)
+    parts = torque_by_cause(dataset)
+    assert [*parts] == [name for name in CONTRIBUTIONS if name != "drives"]
+    assert (np.abs(sum(parts.values()) - dataset.torque.values) <= slack(dataset)).all()
+
+
+def test_drives_are_a_part_where_the_torque_has_them(puma: RobotArm, pick_and_place: Trajectory) -> None:
+    dataset = decompose(puma, pick_and_place, drives=True)
+    parts = torque_by_cause(dataset)
+    assert [*parts] == [*CONTRIBUTIONS]
+    np.testing.assert_array_equal(parts["drives"], puma.drive_inertia * pick_and_place.qdd)
+    assert (np.abs(sum(parts.values()) - dataset.torque.values) <= slack(dataset)).all()
+
+
+def test_inertia_by_translation_is_what_bodies_without_size_would_need(puma_findings: Findings) -> None:
+    """Point masses at the centres of mass have no inertia about them: all but rotation is theirs."""
+    arm = puma_findings.arm
+    points = dataclasses.replace(
+        arm, links=tuple(dataclasses.replace(link, inertia_com=np.zeros((3, 3))) for link in arm.links)
+    )
+    alone = torque_by_cause(decompose(points, puma_findings.trajectory))
+    whole = torque_by_cause(decompose(arm, puma_findings.trajectory))
+    # The same sums with zeros for what is gone, in other roundings: some hundred, of at most 42 N m.
+    np.testing.assert_allclose(alone["translation"], whole["translation"], atol=100 * EPS * 42)
+    assert not alone["rotation"].any()
+    assert whole["rotation"].any()
+
+
+def test_piles_end_where_the_torque_is(puma_findings: Findings) -> None:
+    parts = Contributions.of(puma_findings)
+    mixed = 0
+    for joint in range(6):
+        up, down = (parts.pile(joint, upward=upward) for upward in (True, False))
+        mixed += len(up.keys() & down.keys())
+        for pile, sign in ((up, 1.0), (down, -1.0)):
+            level = np.zeros(len(parts.time))
+            for inner, outer in pile.values():
+                np.testing.assert_array_equal(inner, level)
+                assert (sign * (outer - inner) >= 0.0).all()
+                level = outer
+        ends = [[*pile.values()][-1][1] if pile else np.zeros(len(parts.time)) for pile in (up, down)]
+        # Each pile sums five numbers no larger than its end: a rounding each, and those of the torque itself.
+        size = ends[0] - ends[1]
+        bound = (5 + 2 * 6 + 6) * EPS * size
+        assert (np.abs(ends[0] + ends[1] - parts.total[:, joint]) <= bound).all()
+        for name, part in parts.parts.items():
+            assert (name in up) == (part[:, joint] > 0.0).any()
+            assert (name in down) == (part[:, joint] < 0.0).any()
+    assert mixed > 0  # parts whose sign changes are in both
+
+
+def test_limits_are_those_the_arm_states(puma_findings: Findings, swing_findings: Findings) -> None:
+    limits = [drive.torque_limit for drive in puma_findings.arm.drives]
+    assert Contributions.of(puma_findings).limit.tolist() == limits
+    assert np.isnan(Contributions.of(swing_findings).limit).all()
+
+
+def test_drives_are_drawn_where_the_run_has_them(puma_findings: Findings, swing_findings: Findings) -> None:
+    assert "drives" in Contributions.of(puma_findings).parts
+    assert "drives" not in Contributions.of(swing_findings).parts
+
+
+def test_a_long_motion_is_split_where_it_is_drawn(swing_findings: Findings) -> None:
+    parts = Contributions.of(swing_findings)
+    points, _ = swing_findings.drawn
+    np.testing.assert_array_equal(parts.time, swing_findings.trajectory.time[points])
+    np.testing.assert_array_equal(parts.total, swing_findings.exact_torque[points])

@@ -1,0 +1,165 @@
+"""Every unit that a result states can be read by a parser, and is the right one, row by row."""
+
+from __future__ import annotations
+
+
+import numpy as np
+import pandas as pd
+import pint
+import pytest
+
+import gd_analyze as gd
+from gd_analyze.main_job import find
+from gd_analyze.main_job.folder import write_findings
+from gd_analyze.pinocchio_check import cross_check
+from gd_analyze.report.document import document
+from gd_analyze.results import load_findings
+from gd_analyze.schema import GROUPS
+
+UNITS = pint.UnitRegistry()
+
+
+def parsed(unit: str) -> pint.Unit:
+    return UNITS.parse_units(unit)
+
+
+@pytest.fixture(scope="module")
+def mixed_findings():
+    """The Stanford arm, whose third joint slides, with everything that can be asked for."""
+    arm = gd.load_arm("stanford")
+    start, goal = np.radians([0, -30, 0, 0, 20, 0]), np.radians([60, -45, 0, 30, 40, 50])
+    start[2], goal[2] = 0.4, 0.9
+    motion = gd.plan(arm, start, goal, schedule=gd.Schedule(3.0, "quintic", 9)).trajectory
+    return find(arm, motion, gd.Settings(drives=True, by_link=True, terms=True))
+
+
+@pytest.fixture(params=["revolute", "mixed"])
+def findings(request, puma_findings, mixed_findings):
+    return puma_findings if request.param == "revolute" else mixed_findings
+
+
+def units_of_rows(table, array) -> list[str]:
+    """All units that the numbers of a variable are in."""
+    if "units" in array.attrs:
+        assert "units_in" not in array.attrs
+        return [array.attrs["units"]]
+    units = table[array.attrs["units_in"]]
+    assert set(units.dims) <= set(array.dims)
+    unknown = units.broadcast_like(array).values == ""
+    assert np.isnan(array.values[unknown]).all()
+    return [unit for unit in np.unique(units.values).tolist() if unit]
+
+
+def test_every_number_has_a_unit_that_parses_and_every_variable_an_equation(findings):
+    for group, table in findings.tables.items():
+        assert set(table.data_vars) <= set(GROUPS[group])
+        for name, array in table.data_vars.items():
+            assert array.attrs["equation"], (group, name)
+            assert array.attrs["long_name"], (group, name)
+            if array.dtype.kind not in "fi":
+                assert not {"units", "units_in"} & array.attrs.keys(), (group, name)
+                continue
+            for unit in units_of_rows(table, array):
+                parsed(unit)
+        if "time" in table.coords:
+            assert table.time.attrs["units"] == "s"
+
+
+def test_units_that_are_the_same_everywhere_stand_at_the_variable(puma_findings, mixed_findings):
+    for group, kinds in (("decomposition", "position rate effort inertia coupling"), ("beyond", "effort")):
+        uniform, mixed = puma_findings.tables[group], mixed_findings.tables[group]
+        assert not [name for name in uniform.coords if str(name).endswith("_unit")]
+        assert {f"{kind}_unit" for kind in kinds.split()} <= set(mixed.coords)
+    assert puma_findings.decomposition.torque.attrs["units"] == "N m"
+    assert mixed_findings.decomposition.torque.attrs["units_in"] == "effort_unit"
+
+
+def test_units_of_a_mixed_arm_balance(mixed_findings):
+    """D qdd, h_ijk qd qd, h, c and tau of a row are all in the unit of the row, by a parser's arithmetic."""
+    table = mixed_findings.decomposition
+    efforts, rates, accelerations = (
+        [parsed(unit) for unit in table[f"{kind}_unit"].values] for kind in ("effort", "rate", "acceleration")
+    )
+    for i, effort in enumerate(efforts):
+        for j in range(6):
+            inertia = 1 * parsed(str(table.inertia_unit.values[i, j])) * accelerations[j]
+            assert (inertia / effort).check("[]")
+            for k in range(6):
+                coupling = 1 * parsed(str(table.coupling_unit.values[i, j, k])) * rates[j] * rates[k]
+                assert (coupling / effort).check("[]")
+    assert [str(unit) for unit in efforts] == ["meter * newton"] * 2 + ["newton"] + ["meter * newton"] * 3
+
+
+def test_no_force_is_said_to_be_a_torque(mixed_findings):
+    for group in ("simplified_model", "beyond", "decomposition"):
+        assert mixed_findings.tables[group].effort_unit.values.tolist() == ["N m"] * 2 + ["N"] + ["N m"] * 3
+    dominance = mixed_findings.dominance
+    for unit, torque, label, joint in zip(
+        dominance.unit.values,
+        dominance.torque_unit.values,
+        dominance.element.values,
+        dominance.torque_joint.values,
+        strict=True,
+    ):
+        slides = label[1:].count("3")
+        assert unit == (("kg m^2", "kg m", "kg")[slides] if label[0] == "D" else ("N m", "N")[slides])
+        assert torque == ("N" if joint == 3 else "N m")
+
+
+def test_a_weight_times_what_it_stands_with_is_a_torque(mixed_findings):
+    arm, table = mixed_findings.arm, mixed_findings.tables["terms"]
+    seen = set()
+    for term, unit in zip(mixed_findings.ranked_terms, table.weight_unit.values.tolist(), strict=True):
+        made = 1 * parsed(unit)
+        for rate in term.rates:
+            made *= parsed(f"{arm.joints[rate.joint].unit}/s^{rate.order}")
+        for factor in term.monomial:
+            made *= parsed("m") if factor.kind == "power" else 1
+        assert (made / parsed(arm.joints[term.row].effort_unit)).check("[]"), (term, unit)
+        seen.add(unit)
+    assert {"kg m^2", "kg m", "kg", "N m", "N"} <= seen
+
+
+def test_differences_from_pinocchio_are_told_apart_by_unit(mixed_findings, puma_findings):
+    table = mixed_findings.tables["cross_check"]
+    found = list(zip(table.quantity.values, table.unit.values, strict=True))
+    efforts = ["coriolis_centrifugal", "gravity_loading", "torque"]
+    assert found == [
+        *(("inertia", unit) for unit in ("kg m^2", "kg m", "kg")),
+        *((name, unit) for name in efforts for unit in ("N m", "N")),
+    ]
+    assert puma_findings.tables["cross_check"].unit.values.tolist() == ["kg m^2", "N m", "N m", "N m"]
+    assert mixed_findings.round_off == float(table.round_off_bound.sel(comparison="torque, N"))
+
+
+def test_a_difference_is_told_in_the_unit_of_the_entry(mixed_findings):
+    arm, dataset = mixed_findings.arm, mixed_findings.decomposition.load()
+    force = np.zeros_like(dataset.gravity_loading.values)
+    force[:, 2] = 1e-3
+    spoiled = dataset.assign(gravity_loading=dataset.gravity_loading + force)
+    with pytest.raises(gd.GdAnalyzeError, match="gravity_loading disagrees") as caught:
+        cross_check(arm, spoiled)
+    assert caught.value.details["found"] == "1.0e-03 N"
+
+
+def test_the_csv_says_the_units(findings, tmp_path):
+    write_findings(findings, tmp_path, ("csv",))
+    rows = pd.read_csv(tmp_path / "dominance.csv")
+    assert rows["unit"].tolist() == findings.dominance.unit.values.tolist()
+    assert rows["torque_unit"].tolist() == findings.dominance.torque_unit.values.tolist()
+
+
+def test_units_survive_the_file(findings, tmp_path):
+    write_findings(findings, tmp_path, ("h5",))
+    again = load_findings(tmp_path / "analysis.h5")
+    for group, table in findings.tables.items():
+        for name in (*table.data_vars, *table.coords):
+            before, after = table[name], again.tables[group][name]
+            assert after.attrs == before.attrs, (group, name)
+            if str(name).endswith("unit"):
+                assert after.values.tolist() == before.values.tolist()
+
+
+def test_reports_give_each_difference_with_its_unit(mixed_findings):
+    shown = document(mixed_findings)["cross_check"]
+    assert len(shown) == 9
