@@ -84,8 +84,8 @@ def _show(exact: gd.ExactDynamics, ranking: TermRanking, kept: str, shown: list[
     if shown:
         peak = "peak torque" + (f", {told}" if (told := drives_told(exact.arm, exact.form.drives)) else "")
         table(
-            f"Largest torque of each term alone and its share of that joint's {peak}; largest error without it "
-            "and all below",
+            f"Largest torque of each term alone and its share of that joint's {peak}; largest error without "
+            "it and all below",
             ["", "", "in", "term", "alone", "", "joint", "share", "without", "joint"],
             [
                 [

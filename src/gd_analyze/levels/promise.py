@@ -130,8 +130,12 @@ class Promise:
 
     def shares_of(self, error: FloatArray) -> FloatArray:
         """Any errors of the joints, N m, as such shares, shape (n,)."""
-        by_peak = self.asked.shares_of == "peak torque"
-        return share_of(error, self.errors.peak_torque if by_peak else self.allowed)
+        return share_of(error, self.whole)
+
+    @property
+    def whole(self) -> FloatArray:
+        """What they are shares of, N m, shape (n,)."""
+        return self.errors.peak_torque if self.asked.shares_of == "peak torque" else self.allowed
 
     @property
     def search(self) -> str:

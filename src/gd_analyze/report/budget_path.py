@@ -66,7 +66,8 @@ class BudgetPath:
             "place": [[place(share, *DECADES) for share in row] for row in ratio],
             "limit": [place(row["factor"], *DECADES) for row in self.rows],
             "allowed": allowed.tolist(),
-            "peak": model.promise.errors.peak_torque.tolist(),
+            "whole": model.promise.whole.tolist(),
+            "shares_of": model.promise.asked.shares_of,
             "unit": [joint.effort_unit for joint in findings.arm.joints],
         }
 

@@ -60,13 +60,15 @@ def trade_off_figure(findings: Findings) -> Canvas:
     """Operations against largest error, one line per level and refit, and the report's own model."""
     model, table = findings.model, findings.tables["trade_off"]
     errors, operations = 100 * table.largest_share.values, table.operations.values.astype(float)
-    own = (100 * float(model.promise.errors.largest_share.max(initial=0.0)), float(model.operations.total))
+    own = (100 * float(model.promise.shares.max(initial=0.0)), float(model.operations.total))
     exact = findings.model.operations_full.total
     across = _Axis.around([own[0], *errors.ravel()], _DECADES)
     upward = _Axis.around([own[1], *operations.ravel(), float(exact)])
     canvas = Canvas(WIDTH, HEIGHT)
     panel = Panel(34.0, 24.0, WIDTH - 34.0 - 96.0, HEIGHT - 24.0 - 16.0, (0.0, 1.0), (0.0, 1.0))
     _frame(canvas, panel, across, upward)
+    told = f"largest error along the trajectory, % of the {model.promise.asked.shares_of}"
+    canvas.text(panel.right, 4, told, 7.5, anchor="end")
     height = upward.place(exact)
     at = float(panel.upward(np.array(height)))
     canvas.line(np.array([[panel.left, at], [panel.right, at]]), "ink", 0.8, dashes=(1, 1.6))
@@ -98,7 +100,6 @@ def _frame(canvas: Canvas, panel: Panel, across: _Axis, upward: _Axis) -> None:
     for value, x in x_at.items():
         canvas.text(x, bottom - 9, tick_label(value), 6.5, colour="soft", anchor="middle")
     canvas.text(0, HEIGHT - 8, "operations (multiplications and additions)", 7.5)
-    canvas.text(right, 4, "largest error along the trajectory, % of peak torque", 7.5, anchor="end")
 
 
 def _name(canvas: Canvas, panel: Panel, names: list[tuple[float, str, str]]) -> None:

@@ -151,12 +151,14 @@ def _trade_off(findings: Findings) -> dict[str, Any]:
                 "budget": table.budget.values.tolist(),
             }
         )
-    shares, peaks = model.promise.errors.largest_share, model.promise.errors.peak_torque
+    shares, whole = model.promise.shares, model.promise.whole
     path = findings.tables["budgets"]
-    errors = np.divide(path.largest_error.values, peaks, out=np.zeros((path.sizes["factor"], len(peaks))), where=peaks > 0)
+    errors = path.largest_error.values
+    errors = np.divide(errors, whole, out=np.zeros_like(errors), where=whole > 0)
     return {
         "kind": "trade-off",
         "unit": "operations",
+        "shares_of": model.promise.asked.shares_of,
         "traces": traces,
         "exact": model.operations_full.total,
         "path": {"x": _rounded(100 * errors.max(axis=1)), "y": path.operations.values.tolist()},

@@ -97,5 +97,6 @@ def trade_off(findings: Findings) -> dict[str, Any]:
         ],
         "operations": model.operations.total,
         "exact": model.operations_full.total,
-        "error": percent(float(model.promise.errors.largest_share.max(initial=0.0))),
+        "error": percent(float(model.promise.shares.max(initial=0.0))),
+        "shares_of": model.promise.asked.shares_of,
     }

@@ -123,6 +123,7 @@ def opening(findings: Findings) -> dict[str, Any]:
         "title": title(findings),
         "subtitle": subtitle(findings),
         "headline": headline(findings),
+        "notice": findings.model.notice,
         "facts": facts(findings),
         "kept_terms": kept(findings),
     }

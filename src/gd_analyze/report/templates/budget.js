@@ -49,7 +49,7 @@ report.budget = (() => {
 
   function show(at) {
     const errors = budgets.largest_error[at];
-    const shares = errors.map((error, k) => (budgets.peak[k] > 0 ? error / budgets.peak[k] : 0));
+    const shares = errors.map((error, k) => (budgets.whole[k] > 0 ? error / budgets.whole[k] : 0));
     const worst = shares.indexOf(Math.max(...shares));
     element("budget-said").textContent = budgets.label[at];
     element("budget-count").textContent = budgets.operations[at];
@@ -67,7 +67,7 @@ report.budget = (() => {
     slider.setAttribute("aria-valuetext", budgets.label[at]);
     mark(at, 100 * shares[worst]);
     leave(at);
-    return `${budgets.operations[at]} operations, ${budgets.kept[at]} ${budgets.keeps}, largest error ${percent(shares[worst])} of peak at joint ${worst + 1}.`;
+    return `${budgets.operations[at]} operations, ${budgets.kept[at]} ${budgets.keeps}, largest error ${percent(shares[worst])} of the ${budgets.shares_of} at joint ${worst + 1}.`;
   }
 
   // In the trade-off, too, where one is drawn.

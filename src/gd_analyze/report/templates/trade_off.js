@@ -38,7 +38,7 @@ function tradeOff(spec, { width, height }) {
   for (const value of some(ticks(y, bottom - top), y)) {
     content += line(left, atY(value), right, atY(value), "grid") + text(left - 6, atY(value) + 3.5, value, 'text-anchor="end"');
   }
-  content += text(0, 10, "operations", 'class="unit"') + text(right, height - 5, "largest torque error, of peak", 'text-anchor="end"');
+  content += text(0, 10, "operations", 'class="unit"') + text(right, height - 5, `largest torque error, of the ${spec.shares_of}`, 'text-anchor="end"');
   content += line(left, atY(spec.exact), right, atY(spec.exact), "exact") + text(right, atY(spec.exact) - 4, `exact: ${spec.exact}`, 'text-anchor="end"');
   const tell = (trace, k) => `<b>${chart.safe(trace.label)}</b><br>budget ${chart.safe(trace.budget[k])}<br>error ${trace.x[k] === 0 ? "0" : trace.x[k] < 0.01 ? "below 0.01" : Number(trace.x[k].toPrecision(2))} %<br>${trace.y[k]} operations`;
   const MARK = {
