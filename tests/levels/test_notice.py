@@ -12,6 +12,7 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.drives import least_friction
+from gd_analyze.formatting import amount
 from gd_analyze.levels.notice import budget_notice
 from gd_analyze.search import How, simplify_exact
 
@@ -37,7 +38,7 @@ def test_a_budget_below_friction_is_noticed_with_both_numbers_and_the_flag(puma,
     assert (model.promise.allowed < friction).all()
     assert model.notice == (
         f"The budget lies below the friction at every joint (joint {joint + 1}: "
-        f"{model.promise.allowed[joint]:.3g} N m, friction {friction[joint]:.3g} N m); "
+        f"{amount(model.promise.allowed[joint], 'N m')}, friction {amount(friction[joint], 'N m')}); "
         '--budget "1% or 10% friction" takes that into account.'
     )
 

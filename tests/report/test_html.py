@@ -425,7 +425,7 @@ def test_angles_are_in_degrees_on_every_motion_plot(arms: dict[str, RobotArm]) -
         drawn = figures[f"{name}-revolute"]["traces"][0]["y"]
         exact = np.degrees(getattr(findings.trajectory, name)[:, 0])
         np.testing.assert_allclose(drawn, exact, rtol=10.0 ** (1 - DIGITS))
-    said = {text.get_text() for text in motion_figure(findings).texts}
+    said = {text.text for text in motion_figure(findings).texts}
     assert {"position q, deg or m", "rate q̇, deg/s or m/s", "acceleration q̈, deg/s² or m/s²"} <= said
 
 

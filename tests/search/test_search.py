@@ -136,7 +136,7 @@ def test_a_long_trajectory_is_held_at_every_state(puma, rng):
 )
 def test_a_search_ends_at_its_effort(puma, refit, effort):
     """The work done is what was granted and the step begun last, and what is given keeps the budget."""
-    exact = ExactDynamics.of(puma, states_in_box(puma, 200))
+    exact = ExactDynamics.of(puma, states_in_box(puma, 200), drives=False)
     how = How(ENERGY, refit, effort=effort, dearer=True)
     model = simplify_exact(exact, Budget.parse("1%"), how)
     assert model.promise.cut_short

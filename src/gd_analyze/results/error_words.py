@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from gd_analyze.formatting import at_most, number, rounded_up
+from gd_analyze.formatting import amount, at_most, rounded_up
 from gd_analyze.levels import SimplifiedModel
 from gd_analyze.results.words import drives_told
 from gd_analyze.states import in_words
@@ -72,11 +72,11 @@ def off_by(model: SimplifiedModel, bound: FloatArray | None = None) -> str:
         return at_most_so
     if wholes == {"peak"}:
         return f"{at_most_so} of its peak"
-    allowed = number(float(model.promise.allowed[worst.joint - 1]))
-    size, unit = torques[worst.joint - 1].split(" ", 1)
+    unit = model.arm.joints[worst.joint - 1].effort_unit
+    allowed = amount(float(model.promise.allowed[worst.joint - 1]), unit)
     return (
         f"{at_most_so} of what a budget of {model.promise.budget} allows it (joint {worst.joint}: "
-        f"{size} of {allowed} {unit})"
+        f"{torques[worst.joint - 1]} of {allowed})"
     )
 
 
@@ -109,4 +109,4 @@ def _torques(model: SimplifiedModel, bound: FloatArray | None) -> list[str]:
         sizes = [float(error) for error in model.promise.errors.largest]
     else:
         sizes = [rounded_up(float(error)) for error in bound]
-    return [f"{number(s)} {joint.effort_unit}" for s, joint in zip(sizes, model.arm.joints, strict=True)]
+    return [amount(s, joint.effort_unit) for s, joint in zip(sizes, model.arm.joints, strict=True)]
