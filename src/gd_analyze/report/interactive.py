@@ -153,7 +153,9 @@ def _trade_off(findings: Findings) -> dict[str, Any]:
         )
     shares, peaks = model.promise.errors.largest_share, model.promise.errors.peak_torque
     path = findings.tables["budgets"]
-    errors = np.divide(path.largest_error.values, peaks, out=np.zeros((path.sizes["factor"], len(peaks))), where=peaks > 0)
+    errors = np.divide(
+        path.largest_error.values, peaks, out=np.zeros((path.sizes["factor"], len(peaks))), where=peaks > 0
+    )
     return {
         "kind": "trade-off",
         "unit": "operations",
