@@ -1,4 +1,4 @@
-"""Equations that follow the budget: every term that some budget keeps, marked with the budgets that keep it."""
+"""Equations that follow the budget: every term that some budget keeps, and which budgets these are."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class Group:
     """Terms with the same rates: in brackets before these, or by themselves, with none `behind`."""
 
     terms: tuple[Summand, ...]
-    behind: Markup = Markup("")
-    negative: bool = False
+    behind: Markup
+    negative: bool
 
     @property
     def shown(self) -> list[Summand]:
@@ -75,7 +75,10 @@ def budget_equations(findings: Findings, path: BudgetPath) -> tuple[TorqueLines,
         for rank, term in enumerate(findings.ranked_terms, start=1)
         if rank in path.flags
     }
-    torques = {term: findings.ranked_terms[term] for term in flags} | model.torques
+    torques = {term: findings.ranked_terms[term] for term in flags} | dict(model.torques)
+    # What cancels in the exact torque is not ranked, but a model of energies may have it.
+    here = "".join("1" if k == path.asked else "0" for k in range(len(path.rows)))
+    flags |= {term: here for term in model.torques if term not in flags}
     out = []
     for joint, groups in enumerate(grouped(rates.n_joints, torques)):
         lines: dict[str, list[Group]] = {}

@@ -73,12 +73,13 @@ class BudgetPath:
 
 
 def budget_words(budget: str) -> str:
-    """Say of what a budget's percentages are.
+    """Say of what a budget's percentages are, numbers to three digits.
 
     Examples
     --------
     >>> budget_words("1% or 10% friction"), budget_words("0.5 N m")
     ('1 % of peak torque or 10 % of friction', '0.5 N m')
     """
-    told = re.sub(r"% (?=limit|friction|uncertainty)", " % of ", pretty(budget))
+    rounded = re.sub(r"\d+(\.\d+)?(e[+-]?\d+)?", lambda found: f"{float(found[0]):.3g}", budget)
+    told = re.sub(r"% (?=limit|friction|uncertainty)", " % of ", pretty(rounded))
     return re.sub(r"%(?=$|,| or)", " % of peak torque", told)

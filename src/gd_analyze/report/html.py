@@ -3,26 +3,21 @@
 from __future__ import annotations
 
 import json
-import math
-import re
-from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
 from gd_analyze import formatting
 from gd_analyze.elements import elements
 from gd_analyze.formulas.formula import Legend
 from gd_analyze.formulas.mathml import PageMathML
-from gd_analyze.formulas.parts import part_symbol
-from gd_analyze.formulas.writing import term_formula
 from gd_analyze.labels import inertia_label
 from gd_analyze.report.beyond_chart import beyond_chart, place
 from gd_analyze.report.budget_equations import budget_equations
-from gd_analyze.report.budget_path import DECADES, BudgetPath, budget_words
-from gd_analyze.report.colours import TEMPLATES, css_variables
+from gd_analyze.report.budget_path import DECADES, BudgetPath
 from gd_analyze.report.interactive import MOST_POINTS, NEAR, page_data
 from gd_analyze.report.numbering import numbering
+from gd_analyze.report.page_environment import environment, style, template_text
 from gd_analyze.report.stroboscope import stroboscope
 from gd_analyze.report.terms import (
     exact_elements,
@@ -33,10 +28,7 @@ from gd_analyze.report.terms import (
 )
 from gd_analyze.results import Findings, rows_of, summary
 from gd_analyze.results.rows import Row, dropped_parts, element_rows, joint_rows, trade_off_rows
-from gd_analyze.results.words import CONTRIBUTIONS, LETTERS, SYMBOLS, VERDICTS, kind_name, told
-
-if TYPE_CHECKING:
-    from jinja2 import Environment
+from gd_analyze.results.words import CONTRIBUTIONS, kind_name
 
 SCRIPTS = ("chart.js", "trade_off.js", "plots.js", "viewer.js", "budget.js", "table.js", "page.js", "fold.js")
 # What the appendices are called where there is little room.
@@ -90,7 +82,12 @@ def render_html(findings: Findings) -> str:
 
 def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
     """Rows, sentences and figures of the page."""
-    arm, model, tables, count = findings.arm, findings.model, findings.tables, findings.trajectory.n_set_points
+    arm, model, tables, count = (
+        findings.arm,
+        findings.model,
+        findings.tables,
+        findings.trajectory.n_set_points,
+    )
     rows, trade_off = element_rows(findings), tables["trade_off"]
     joints = joint_rows(findings, "simplified_model", "beyond", "tube")
     ranked = {row["element"]: row for row in rows}
@@ -166,64 +163,8 @@ def _mathematics(findings: Findings, path: BudgetPath) -> dict[str, Any]:
     }
 
 
-@cache
-def environment() -> Environment:
-    """Jinja with the reports' templates, filters and words."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.globals |= {"letters": LETTERS, "symbols": SYMBOLS, "verdicts": VERDICTS}
-    environment.filters |= {
-        "number": lambda value: formatting.markup(formatting.number(float(value))),
-        "percent": lambda share: formatting.markup(formatting.percent(float(share))),
-        "typeset": formatting.markup,
-        "powers": formatting.markup_of_powers,
-        "unit": formatting.pretty,
-        "told": told,
-        "symbol": _symbol,
-        "cell": _cell,
-        "formula": term_formula,
-        "left": lambda formula: Markup(_MATHS.left(formula)),
-        "pieces": lambda formula: [*map(Markup, _MATHS.elements(formula))],
-        "amount": lambda value, unit: formatting.markup(formatting.pretty(formatting.amount(float(value), unit))),
-        "error_place": lambda row: _place(row["largest_error"], row["allowed_error"]),
-        "proven_place": lambda row: _place(row.get("tube_certified"), row["allowed_error"]),
-        "series": _series,
-        "budget_words": budget_words,
-        "codes": lambda words: Markup(re.sub("`(.+?)`", r"<code>\1</code>", str(escape(words)))),
-        "digits": lambda value: formatting.markup(f"{float(value):.6g}"),
-        "joints": formatting.named_joints,
-        "mass": lambda kilograms: formatting.markup(formatting.mass(float(kilograms))),
-        "degrees": lambda angle: formatting.markup(f"{math.degrees(float(angle)):.4g}"),
-    }
-    return environment
-
-
-def _symbol(label: str) -> Markup:
-    """Formula for an element's label or a part's, such as "D12 translation"."""
-    return Markup(f"<math>{_MATHS.symbol(part_symbol(*label.split()))}</math>")
-
-
-def _cell(label: str, kept: str) -> Markup:
-    """Entry of the matrix D."""
-    return Markup("<mn>0</mn>" if kept == "neither" else _MATHS.symbol(part_symbol(label, kept)))
-
-
 def _legend(legend: Legend) -> list[Markup]:
     return [*map(Markup, _MATHS.legend(legend))]
-
-
-def _place(error: float | None, allowed: float) -> float | None:
-    """Place of an error on the axis that budgets move along; at its end where nothing is allowed."""
-    if error is None:
-        return None
-    return place(error / allowed if allowed > 0.0 else float(error > 0.0), *DECADES)
 
 
 def _limits(findings: Findings) -> dict[str, Any]:
@@ -241,22 +182,7 @@ def _limits(findings: Findings) -> dict[str, Any]:
     }
 
 
-def _series(k: int) -> str:
-    """Style of the curve of the k-th of several joints: colour, and dashes after every sixth."""
-    return f"--series:var(--series-{k % 6 + 1});--dashes:{('none', '6 3', '2 2', '7 3 2 3')[k // 6 % 4]}"
-
-
 def _json(values: dict[str, Any]) -> Markup:
     """JSON that cannot end the script element it stands in."""
     text = json.dumps(values, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     return Markup(text.replace("<", "\\u003c"))
-
-
-def style(*names: str) -> Markup:
-    """Style sheets among the templates, behind the colours they name."""
-    return Markup(css_variables() + "".join(map(template_text, names)))
-
-
-def template_text(name: str) -> str:
-    """Text of a file among the templates."""
-    return (TEMPLATES / name).read_text(encoding="utf-8")

@@ -151,14 +151,10 @@ def _trade_off(findings: Findings) -> dict[str, Any]:
                 "budget": table.budget.values.tolist(),
             }
         )
-<<<<<<< HEAD
     shares, whole = model.promise.shares, model.promise.whole
     path = findings.tables["budgets"]
     errors = path.largest_error.values
     errors = np.divide(errors, whole, out=np.zeros_like(errors), where=whole > 0)
-=======
-    shares = model.promise.shares
->>>>>>> f-budget
     return {
         "kind": "trade-off",
         "unit": "operations",

@@ -65,18 +65,20 @@ report.budget = (() => {
     document.body.classList.toggle("other-budget", at !== asked);
     element("budget-reset").disabled = at === asked;
     slider.setAttribute("aria-valuetext", budgets.label[at]);
-    mark(at, 100 * shares[worst]);
+    mark();
     leave(at);
     return `${budgets.operations[at]} operations, ${budgets.kept[at]} ${budgets.keeps}, largest error ${percent(shares[worst])} of the ${budgets.shares_of} at joint ${worst + 1}.`;
   }
 
   // In the trade-off, too, where one is drawn.
-  function mark(at, error) {
-    const div = document.querySelector('.plot[data-figure="trade-off"]');
-    if (!div || !report.plots.get(div).box) return;
-    const plot = report.plots.get(div), dot = div.querySelector(".at-budget");
-    dot.innerHTML = at === asked ? "" : `<circle cx="${chart.px(plot.box.atX(error))}" cy="${chart.px(plot.box.atY(budgets.operations[at]))}" r="7"/>`;
+  const tradeOff = document.querySelector('.plot[data-figure="trade-off"]');
+  function mark() {
+    const plot = report.plots.get(tradeOff), at = Number(slider.value);
+    if (!plot || !plot.box) return;
+    const error = 100 * Math.max(...budgets.largest_error[at].map((one, k) => (budgets.peak[k] > 0 ? one / budgets.peak[k] : 0)));
+    tradeOff.querySelector(".at-budget").innerHTML = at === asked ? "" : `<circle cx="${chart.px(plot.box.atX(error))}" cy="${chart.px(plot.box.atY(budgets.operations[at]))}" r="6"/>`;
   }
+  if (tradeOff) tradeOff.addEventListener("drawn", mark);
 
   let saying = 0;
   function change() {

@@ -29,13 +29,16 @@ const chart = (() => {
     return `${number(value / factor, 3)} ${shown}`;
   }
 
+  // Round numbers between two, about so many, but three where there is any choice.
   function ticks(low, high, most) {
     if (!(high > low)) return [low];
-    const rough = (high - low) / Math.max(most, 1);
-    const decade = 10 ** Math.floor(Math.log10(rough));
-    const step = decade * [1, 2, 5, 10].find((lead) => lead * decade >= rough * (1 - 1e-9));
-    const out = [];
-    for (let k = Math.ceil(low / step - 1e-9); k * step <= high * (1 + 1e-12) + step * 1e-9; k += 1) out.push(Number((k * step).toPrecision(12)));
+    const rough = (high - low) / Math.max(most, 1), decade = 10 ** Math.floor(Math.log10(rough));
+    const steps = [0.2, 0.5, 1, 2, 5, 10].map((lead) => lead * decade);
+    let out = [];
+    for (let k = steps.findIndex((step) => step >= rough * (1 - 1e-9)); k >= 0 && out.length < 3; k -= 1) {
+      out = [];
+      for (let m = Math.ceil(low / steps[k] - 1e-9); m * steps[k] <= high + steps[k] * 1e-9; m += 1) out.push(Number((m * steps[k]).toPrecision(12)));
+    }
     return out;
   }
 

@@ -30,15 +30,18 @@
     root.dataset.theme = (root.dataset.theme || (dark.matches ? "dark" : "light")) === "dark" ? "light" : "dark";
   });
 
-  // A table wider than its room can be scrolled with the keyboard.
-  const cue = new ResizeObserver((entries) => {
-    for (const { target } of entries) {
-      const wide = target.scrollWidth > target.clientWidth + 1;
-      target.classList.toggle("wide", wide);
-      if (wide) target.tabIndex = 0; else target.removeAttribute("tabindex");
-    }
-  });
-  for (const box of all(".scroll, .triangle-scroll")) cue.observe(box);
+  // A table wider than its room says where there is more of it, and can be scrolled with the keyboard.
+  function hint(box) {
+    const hidden = box.scrollWidth - box.clientWidth;
+    box.classList.toggle("more-left", box.scrollLeft > 1);
+    box.classList.toggle("more-right", hidden - box.scrollLeft > 1);
+    if (hidden > 1) box.tabIndex = 0; else box.removeAttribute("tabindex");
+  }
+  const rooms = new ResizeObserver((entries) => { for (const { target } of entries) hint(target); });
+  for (const box of all(".scroll, .triangle-scroll")) {
+    rooms.observe(box);
+    box.addEventListener("scroll", () => hint(box), { passive: true });
+  }
 
   const lens = document.getElementById("lens");
   function enlarge(panel) {

@@ -48,6 +48,7 @@ const report = (() => {
     const made = spec.kind === "trade-off" ? tradeOff(spec, how) : chart[spec.kind === "pile" ? "pile" : "curves"](spec, data.axes[spec.axis][state.x], how);
     div.innerHTML = made.content;
     Object.assign(plot, made, { width, height, drawn: `${width}×${height}` });
+    div.dispatchEvent(new Event("drawn"));
   }
 
   const observer = new ResizeObserver((entries) => {

@@ -57,6 +57,6 @@ function tradeOff(spec, { width, height }) {
   const star = { ...spec.model, x: [spec.model.x], y: [spec.model.y], budget: [spec.model.budget] };
   const [cx, cy] = [atX(spec.model.x), atY(spec.model.y)];
   points.push({ x: cx, y: cy, words: tell(star, 0) });
-  content += `<g class="star">${MARK.star(cx, cy)}</g><g class="at-budget" hidden></g>`;
+  content += `<g class="star">${MARK.star(cx, cy)}</g><g class="at-budget"></g>`;
   return { content: chart.svg(width, height, content), box: { atX, atY }, points };
 }

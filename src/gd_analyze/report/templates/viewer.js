@@ -19,7 +19,7 @@ report.viewer = (() => {
   const normal = flat === null ? 2 : flat;
   const [one, two] = [0, 1, 2].filter((k) => k !== normal);
   const reach = Math.max(high[one] - low[one], high[two] - low[two], 1e-3);
-  const [, step] = chart.ticks(0, reach, 5);
+  const [from, to] = chart.ticks(0, reach, 5), step = to - from;
   const first = low.map((value) => Math.floor(value / step + 1e-6) * step), end = high.map((value) => Math.max(Math.ceil(value / step - 1e-6), 1) * step);
   const on = (a, b) => { const point = [0, 0, 0]; point[one] = a; point[two] = b; point[normal] = low[normal]; return point; };
   const grid = [];
@@ -34,9 +34,9 @@ report.viewer = (() => {
     const flatly = (p) => [dot(p, right), -dot(p, up)];
     const seen = [...every, ...grid.flat()].map(flatly);
     const [x, y] = [0, 1].map((k) => [Math.min(...seen.map((p) => p[k])), Math.max(...seen.map((p) => p[k]))]);
-    const room = [width - 44, height - 40];
+    const room = [width - 56, height - 58];
     const scale = Math.min(room[0] / Math.max(x[1] - x[0], 1e-6), room[1] / Math.max(y[1] - y[0], 1e-6));
-    place = (p) => { const [u, v] = flatly(p); return [width / 2 + scale * (u - (x[0] + x[1]) / 2), height / 2 + 4 + scale * (v - (y[0] + y[1]) / 2)]; };
+    place = (p) => { const [u, v] = flatly(p); return [width / 2 + scale * (u - (x[0] + x[1]) / 2), height / 2 + scale * (v - (y[0] + y[1]) / 2)]; };
   }
 
   // Thick at the base, thin at the hand.
