@@ -190,7 +190,7 @@ def test_states_that_do_not_fit_are_refused(puma, q, qd, qdd, culprit):
 def test_states_that_no_arm_has_are_refused(puma, culprit, value):
     given = {name: np.zeros((3, 6)) for name in ("q", "qd", "qdd")}
     given[culprit][1, 2] = value
-    with pytest.raises(TrajectoryError, match=f"{culprit} is not possible"):
+    with pytest.raises(TrajectoryError, match=f"{culprit} is (not finite|too large)"):
         decompose_states(puma, States(**given))
 
 

@@ -100,7 +100,9 @@ def test_budgets_in_torque_are_answered_in_torque(puma, pick_and_place):
     largest = findings.model.promise.errors.largest.max()
     assert f"o joint's torque is off by more than {largest:.3g} N m along" in summary.headline(findings)
     joint = findings.model.promise.errors.largest.argmax() + 1
-    assert (f"{largest:.3g} N m", f"largest error at the set points (joint {joint})") in summary.facts(findings)
+    assert (f"{largest:.3g} N m", f"largest error at the set points (joint {joint})") in summary.facts(
+        findings
+    )
     assert findings.tables["trade_off"].attrs["shares_of"] == "allowed error"
     asked = findings.tables["trade_off"].largest_share.sel(factor=1.0).values
     assert (asked <= 1.0).all()

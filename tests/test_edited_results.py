@@ -142,6 +142,14 @@ EDITS: dict[str, tuple[Edit, str]] = {
         "torque of decomposition holds what is no finite number, or too large",
     ),
     "a certificate of one joint": (entry("beyond/certified", np.nan), "certified of beyond is known where"),
+    "a tube of one joint": (
+        entry("tube/tube_certified", np.nan),
+        "tube_certified of tube is known where",
+    ),
+    "a piece that is worse than the tube": (
+        entry("tube/tube_along", 9.9, (0, 0)),
+        "tube_certified of tube is not the largest of tube_along",
+    ),
     "errors of no states": (attribute("beyond", "states_drawn", 0), "within_limits of beyond is known where"),
     "a loss that is not known": (
         lambda file: file["parts/torque_peak"].write_direct(np.full(12, np.nan)),

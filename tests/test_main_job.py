@@ -201,6 +201,8 @@ def test_an_arm_of_many_terms_stays_with_elements(puma, rng) -> None:
     assert findings.ranked_terms == {}
     assert set(findings.tables["trade_off"].level.values) == {"element"}
     assert np.isnan(findings.tables["beyond"].certified).all()
+    assert findings.tables["tube"].tube_along.isnull().all()
+    assert findings.tables["tube"].attrs["note"].startswith("Not certified: ")
 
 
 @pytest.mark.parametrize("level", ["element", "term", "energy"])
@@ -212,7 +214,8 @@ def test_the_level_asked_for(puma, pick_and_place, level) -> None:
     assert model.saves != elements_only
     assert elements_only == (model.level is ELEMENT)
     assert findings.is_written_out
-    assert np.isnan(findings.tables["beyond"].certified).all() == elements_only
+    assert findings.tables["beyond"].certified.notnull().all()
+    assert findings.tables["tube"].tube_certified.notnull().all()
     assert (model.promise.errors.largest <= model.promise.allowed).all()
     again = gd.evaluate(model, pick_and_place).errors
     assert again.largest == pytest.approx(model.promise.errors.largest)

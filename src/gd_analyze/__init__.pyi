@@ -1,4 +1,6 @@
 from gd_analyze.certification import Box as Box
+from gd_analyze.certification import Margin as Margin
+from gd_analyze.certification import Tube as Tube
 from gd_analyze.certification import certify as certify
 from gd_analyze.certification import certify_positive_definite as certify_positive_definite
 from gd_analyze.certification import simplify_certified as simplify_certified
@@ -23,6 +25,7 @@ from gd_analyze.main_job import Settings as Settings
 from gd_analyze.main_job import analyze as analyze
 from gd_analyze.main_job import find as find
 from gd_analyze.pinocchio_check import cross_check as cross_check
+from gd_analyze.results import Findings as Findings
 from gd_analyze.results import load_findings as load_findings
 from gd_analyze.results import load_results as load_results
 from gd_analyze.results import save_results as save_results

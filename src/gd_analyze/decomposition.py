@@ -8,16 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.errors import TrajectoryError
 from gd_analyze.formulations import composite_moments as composite
 from gd_analyze.formulations import generalized_dalembert as dalembert
-from gd_analyze.given_numbers import LARGEST, are_possible
 from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import RobotArm, arm_of, fingerprint
 from gd_analyze.round_off import round_off_of
 from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
 from gd_analyze.states import States, states_of
+from gd_analyze.states import require_joints as require_states_fit
 from gd_analyze.trajectories import Trajectory, trajectory_of
 from gd_analyze.trajectories.checks import require_joints
 from gd_analyze.vectors import Array, FloatArray, chunks
@@ -153,11 +152,12 @@ def decompose_states(
     Raises
     ------
     TrajectoryError
-        If q, qd and qdd are not all of one shape (..., n), or a number is not finite or too large.
+        If the states are of another number of joints.
     ArmError
         If drives are asked for and the arm describes none.
     """
-    leading, drives = _leading(arm, states), arm.counts_drives(drives)
+    require_states_fit(arm, states)
+    leading, drives = states.q.shape[:-1], arm.counts_drives(drives)
     q, qd, qdd = states.last
     n, count = q.shape
     names = ["inertia", "coriolis_centrifugal", "centrifugal", "coriolis", "gravity_loading", "torque"]
@@ -190,36 +190,15 @@ def torque_of(
 
     Parameters and what is raised are those of `decompose_states`.
     """
-    leading = _leading(arm, states)
-    q, qd, qdd = (np.reshape(x, (-1, arm.n_joints)) for x in states.arrays)
-    flat = States(q, qd, qdd)
+    require_states_fit(arm, states)
+    leading = states.q.shape[:-1]
+    flat = states.in_a_row
     out = np.empty((len(flat), arm.n_joints))
     for chunk in chunks(len(flat)):
         out[chunk] = decompose_states(arm, flat.at(chunk), coupling=False, drives=drives)["torque"]
         if progress is not None:
             progress(chunk.stop - chunk.start)
     return out.reshape(*leading, arm.n_joints)
-
-
-def _leading(arm: RobotArm, states: States) -> tuple[int, ...]:
-    """Shape of the states, before the axis of the joints."""
-    leading = np.shape(states.q)[:-1]
-    for name, array in zip(("q", "qd", "qdd"), states.arrays, strict=True):
-        if np.shape(array) != (*leading, arm.n_joints):
-            raise TrajectoryError(
-                f"{name} does not fit arm {arm.name}",
-                where=name,
-                expected=str((*leading, arm.n_joints)) if leading else f"(..., {arm.n_joints})",
-                found=str(np.shape(array)),
-            )
-        if not are_possible(array):
-            raise TrajectoryError(
-                f"{name} is not possible",
-                where=name,
-                expected=f"finite numbers up to {LARGEST:g}",
-                found=str(np.abs(array).max()),
-            )
-    return leading
 
 
 def _keep_freed_memory() -> None:

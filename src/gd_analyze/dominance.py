@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.elements import Element, elements
+from gd_analyze.errors import UsageError
+from gd_analyze.given_numbers import array_of
 from gd_analyze.resources import data_folder
 from gd_analyze.round_off import peak_magnitude, round_off_of
 from gd_analyze.schema import GROUPS, table, unit_of
@@ -60,13 +62,27 @@ def rank(
         peak), `torque_peak` (N m at joint `torque_joint`), `torque_share` (of that joint's peak torque),
         `dominant` ("translation", "rotation", "both"; "neither" for an element
         that is zero) and `verdict` (the same, or "negligible").
+
+    Raises
+    ------
+    UsageError
+        If the budget is neither a share nor one torque per joint.
     """
     n = dataset.sizes["joint"]
     torque = dataset.torque.values
     # Datasets of before this was stored: of theirs only the share of the largest torque tells.
     explained = float(dataset.attrs.get("torque_round_off", 0.0))
     peak_torque, round_off = peak_magnitude(torque, explained), round_off_of(torque, explained)
-    allowed = budget * peak_torque if np.ndim(budget) == 0 else np.asarray(budget, dtype=float)
+    given = array_of(budget, "budget", UsageError)
+    if given.shape not in ((), (n,)) or not (given >= 0.0).all():
+        raise UsageError(
+            "this is no budget",
+            where="budget",
+            expected=f"a share of 0 or more, or {n} torques",
+            found=str(given.tolist()),
+            next_step="budgets in words, such as 1%, are for `simplify` and `analyze`",
+        )
+    allowed = given * peak_torque if given.ndim == 0 else given
     floor = allowed / (n + 2)
     count = dataset.sizes["time"]
     extremes, largest = _extremes(dataset)

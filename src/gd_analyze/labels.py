@@ -52,3 +52,8 @@ def parted(index: str, n_joints: int, lengths: Container[int]) -> tuple[int, ...
 def inertia_label(i: int, j: int) -> str:
     """Label of an element of the symmetric matrix D; joints count from 0."""
     return f"D{joined(sorted((i, j)))}"
+
+
+def joint_name(number: int, name: str) -> str:
+    """A joint's number, and its name where that says more."""
+    return name if name == str(number) else f"{number} {name}"

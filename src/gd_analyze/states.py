@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gd_analyze.errors import UsageError
-from gd_analyze.given_numbers import LARGEST, are_possible
+from gd_analyze.errors import TrajectoryError, UsageError
+from gd_analyze.given_numbers import array_of, require_possible
 from gd_analyze.robots import RobotArm, arm_of
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import Array, FloatArray, set_points_last
+from gd_analyze.visible import in_python
 
 # What is assumed of an arm that states no limits, where that is asked for: a full turn or half a metre, and
 # brisk but ordinary rates.
@@ -33,12 +34,33 @@ class States:
     described
         Where they come from, in plain values: "trajectory", "trajectory_fingerprint" and "set_points", or
         "box", "states" and "seed".
+
+    Raises
+    ------
+    TrajectoryError
+        If the three are not of one shape (..., n), or something is no number, not finite or too large.
     """
 
     q: FloatArray
     qd: FloatArray
     qdd: FloatArray
     described: Mapping[str, str | int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("q", "qd", "qdd"):
+            array = array_of(getattr(self, name), name, TrajectoryError)
+            object.__setattr__(self, name, array)
+            if not array.ndim or not array.shape[-1] or array.shape != self.q.shape:
+                raise TrajectoryError(
+                    f"{name} of states has the wrong shape",
+                    where=name,
+                    expected="shape (..., n)" if name == "q" else f"shape {self.q.shape}, as q has",
+                    found=f"shape {array.shape}",
+                )
+            require_possible(array, name, TrajectoryError)
+
+    def __repr__(self) -> str:
+        return f"States({in_words(self.described) if self.described else np.shape(self.q)})"
 
     def __len__(self) -> int:
         return len(self.q)
@@ -53,6 +75,12 @@ class States:
         """q, qd and qdd with the states last, shape (n, N): how the formulations take them."""
         q, qd, qdd = (set_points_last(np.asarray(x, dtype=float)) for x in self.arrays)
         return q, qd, qdd
+
+    @property
+    def in_a_row(self) -> States:
+        """The same ones, shape (N, n)."""
+        q, qd, qdd = (x.reshape(-1, self.q.shape[-1]) for x in self.arrays)
+        return States(q, qd, qdd, self.described)
 
     @property
     def in_words(self) -> str:
@@ -96,6 +124,38 @@ def states_of(trajectory: Trajectory) -> States:
     )
 
 
+def states_for(arm: RobotArm, states: States) -> States:
+    """Take states of an arm in a row, shape (N, n); TrajectoryError where there are none, or of another's."""
+    require_joints(arm, states)
+    if not states.q.size:
+        raise TrajectoryError("there are no states", where="states", expected="at least one", found="none")
+    if states.q.ndim == 2:
+        return states
+    return states.in_a_row
+
+
+def require_dataset(given: object) -> None:
+    """Raise a TrajectoryError where what is given for states is none of the kinds there are."""
+    if not hasattr(given, "data_vars"):
+        raise TrajectoryError(
+            "these are no states",
+            where="states",
+            expected="a trajectory, its shipped name or its path, States, or what `decompose` gave",
+            found=in_python(given),
+        )
+
+
+def require_joints(arm: RobotArm, states: States) -> None:
+    """Raise a TrajectoryError where states are of another number of joints."""
+    if states.q.shape[-1] != arm.n_joints:
+        raise TrajectoryError(
+            f"the states do not fit arm {arm.name}",
+            where="q",
+            expected=f"shape (..., {arm.n_joints})",
+            found=f"shape {states.q.shape}",
+        )
+
+
 def states_in_box(
     arm: RobotArm | str | Path, count: int = 4000, seed: int = 0, *, assumed: bool = False
 ) -> States:
@@ -116,6 +176,10 @@ def states_in_box(
         If the arm lacks a limit and none shall be assumed.
     """
     arm = arm_of(arm)
+    if not isinstance(count, int | np.integer) or count < 1:
+        raise UsageError(
+            "this is no number of states", where="count", expected="1 or more", found=in_python(count)
+        )
     lower, upper, rate, acceleration = (
         arm.limits(what) for what in ("lower", "upper", "rate_limit", "acceleration_limit")
     )
@@ -153,10 +217,7 @@ def checked_states(arm: RobotArm, **given: ArrayLike) -> tuple[tuple[int, ...], 
     """
     arrays: list[FloatArray] = []
     for name, values in given.items():
-        try:
-            array = np.asarray(values, dtype=float)
-        except (TypeError, ValueError) as error:
-            raise UsageError(f"{name} is not numbers", where=name, found=str(error)) from None
+        array = array_of(values, name, UsageError)
         first = arrays[0].shape if arrays else (*array.shape[:-1], arm.n_joints)
         if array.shape != first:
             leading = "".join(f"{size}, " for size in first[:-1]) if arrays else "..., "
@@ -166,13 +227,6 @@ def checked_states(arm: RobotArm, **given: ArrayLike) -> tuple[tuple[int, ...], 
                 expected=f"shape ({leading}{arm.n_joints})",
                 found=str(array.shape),
             )
-        if not are_possible(array):
-            wrong = ~(np.abs(array) <= LARGEST)
-            raise UsageError(
-                f"{name} is {'too large' if np.isfinite(array).all() else 'not finite'}",
-                where=f"{name}{list(map(int, np.argwhere(wrong)[0]))}",
-                expected=f"finite numbers up to {LARGEST:g}",
-                found=str(array[wrong][0]),
-            )
+        require_possible(array, name, UsageError)
         arrays.append(array)
     return arrays[0].shape[:-1], arrays

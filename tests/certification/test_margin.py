@@ -51,7 +51,7 @@ def test_rates_and_accelerations_have_shares_of_their_largest() -> None:
     still, one = np.zeros((3, 6)), np.ones((3, 6))
     rates, accelerations = one * [0, 1, -2, 3, 4, 5], -2 * one * [0, 1, -2, 3, 4, 5]
     motion = Trajectory(np.arange(3.0), still, rates, accelerations)
-    position, rate, acceleration = Margin().of(arm, motion)
+    position, rate, acceleration = Margin().along(arm, motion)
     np.testing.assert_allclose(position, np.radians([1, 1, np.degrees(1e-3), 1, 1, 1]))
     np.testing.assert_allclose(rate, 0.02 * np.abs(rates[0]))
     np.testing.assert_allclose(acceleration, 0.05 * np.abs(accelerations[0]))

@@ -191,6 +191,10 @@ CASES = (
     words("short duration", PLAN.replace("duration 2", "duration 1e-300"), "where: duration", "1e-06 s to"),
     words("a huge knot", PLAN.replace("60,-45", "60,1e300"), "where: --to"),
     words("an underscore in a knot", PLAN.replace("60,-45", "60,4_5"), "where: --to, value 2", "'4_5'"),
+    words("margin without a kind", "two_link x.csv --margin 2%", "--margin, entry 1", "qd=2%", "found: '2%'"),
+    words("negative margin", "two_link x.csv --margin 1deg,-1mm", "--margin, entry 2", "found: '-1mm'"),
+    words("two margins", "two_link x.csv --margin qd=1%,qd=2%", "--margin, entry 2", "given twice"),
+    words("huge margin", "two_link x.csv --margin 1e308rad", "Margin, turning", "up to 1e+12"),
     words("huge budget", "two_link x.csv --budget 1e308", "--budget, entry 1", "up to 1e+12"),
     words("huge payload", "rank two_link x.csv --payload 1e300,0,0,0", "mass of link payload is too large"),
     words(

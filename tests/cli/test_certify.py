@@ -51,15 +51,66 @@ def test_a_term_level_model_has_no_symmetric_inertia_to_speak_of(run, here):
     assert "positive definite" not in run("certify", "term.json").out
 
 
-def test_along_a_trajectory_the_box_is_its_extremes(run, model):
-    document = run("certify", model, "--along", "two-link-swing", "--json").json
-    whole = run("certify", model, "--json").json
-    assert document["from"] == "the extremes of two-link-swing"
+@pytest.fixture
+def dropped(run, here):
+    """A model that leaves something out, so that its bound is more than round-off."""
+    assert run("simplify", "puma560", "pick-and-place", "--effort", "0.1", "-o", "puma.json").code == 0
+    return here / "puma.json"
+
+
+ALONG = ("--along", "pick-and-place")
+
+
+def test_along_a_trajectory_the_tube_is_certified_and_the_box_of_its_extremes(run, dropped):
+    document, whole = (run("certify", dropped, *words, "--json").json for words in (ALONG, ()))
+    assert document["from"] == "1 degree, 2 % of peak rate and 5 % of peak acceleration of pick-and-place"
+    assert whole["tube"] is None
     for inner, outer in zip(document["joints"], whole["joints"], strict=True):
-        assert inner["certified"] <= outer["certified"]
-    assert document["box"]["lower"] >= whole["box"]["lower"]
-    said = " ".join(run("certify", model, "--along", "two-link-swing").out.split())
-    assert "no state within the extremes of two-link-swing" in said
+        assert 0.0 < inner["largest_error"] <= inner["certified"]
+        assert inner["certified"] < inner["certified_between_extremes"] < outer["certified"]
+        assert 1.0 <= inner["ratio"] <= 1.1
+    for name, sign in (("lower", 1), ("upper", -1)):
+        inside, limits = np.array(document["box"][name]), np.array(whole["box"][name])
+        assert (sign * inside >= sign * limits).all()
+    pieces = document["tube"]["pieces"]
+    assert (pieces[0]["begin"], pieces[-1]["end"]) == (0.0, 2.4)
+    for joint in range(6):
+        largest = max(piece["certified"][joint] for piece in pieces)
+        assert largest == document["joints"][joint]["certified"]
+
+
+def test_it_says_what_is_proven_of_the_motion_on_80_columns(run, dropped):
+    for words in ((), ALONG):
+        result = run("certify", dropped, *words)
+        assert (result.code, result.err) == (0, "")
+        assert max(map(len, result.out.splitlines())) <= 80
+    said = " ".join(result.out.split())
+    assert "of pick-and-place, between its set points too, has a torque error above" in said
+    assert "Extremes: certified of every combination of what lies between the motion's." in said
+    assert said.count("too far apart to tell the motion to within the margins in 2 of 30 intervals") == 1
+
+
+def test_larger_margins_have_larger_bounds(run, dropped):
+    usual, large = (
+        run("certify", dropped, *ALONG, *margin, "--json").json
+        for margin in ((), ("--margin", "5deg,qd=10%"))
+    )
+    for inner, outer in zip(usual["joints"], large["joints"], strict=True):
+        assert inner["certified"] < outer["certified"]
+        assert inner["certified_between_extremes"] == outer["certified_between_extremes"]
+    assert large["tube"]["margins"]["q"] == pytest.approx([np.radians(5.0)] * 6)
+    assert large["tube"]["margins"]["qdd"] == usual["tube"]["margins"]["qdd"]
+
+
+def test_a_trajectory_sampled_coarsely_is_told(run, model, here):
+    rows = ["time,q1,q2,qd1,qd2,qdd1,qdd2"]
+    rows += [f"{t},{0.5 * t * t},0,{t},0,{1 if t < 2 else -3},0" for t in (0.0, 1.0, 2.0)]
+    (here / "coarse.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    document = run("certify", model, "--along", "coarse.csv", "--json").json
+    assert document["tube"]["coarse"] == 2
+    said = " ".join(run("certify", model, "--along", "coarse.csv").out.split())
+    assert said.count("The set points are too far apart to tell the motion") == 1
+    assert "2 of 2 intervals" in said
 
 
 def test_the_verdict_counts_the_joints_that_are_proven(run, model):
@@ -93,13 +144,11 @@ def test_a_bound_is_never_shown_smaller_than_it_is(digits):
         assert float(f"{shown:.{digits}g}") == shown
 
 
-def test_an_element_level_model_is_refused(run, here):
-    assert run("simplify", "two_link", "--level", "element", "-o", "element.json", "--quiet").code == 0
-    result = run("certify", "element.json")
-    assert result.code == 2
-    assert "has no harmonic terms" in result.err
-    assert "gd-analyze simplify" in result.err
-    assert "Traceback" not in result.err
+def test_an_element_level_model_is_certified_too(run, here):
+    words = ("simplify", "two_link", "two-link-swing", "--level", "element", "-o", "element.json", "--quiet")
+    assert run(*words).code == 0
+    for joint in run("certify", "element.json", "--along", "two-link-swing", "--json").json["joints"]:
+        assert joint["largest_error"] <= joint["certified"] <= joint["allowed_error"]
 
 
 def test_a_missing_model_is_refused(run):
@@ -110,7 +159,13 @@ def test_a_missing_model_is_refused(run):
 
 @pytest.mark.parametrize(
     ("words", "named"),
-    [(("--effort", "0"), "--effort"), (("--along", "pick-and-place"), "pick-and-place")],
+    [
+        (("--effort", "0"), "--effort"),
+        (("--along", "pick-and-place"), "pick-and-place"),
+        (("--margin", "1deg"), "--along"),
+        (("--along", "two-link-swing", "--margin", "much"), "--margin, entry 1"),
+        (("--along", "two-link-swing", "--margin", "1deg,2deg"), "twice"),
+    ],
 )
 def test_bad_options_are_refused(run, model, words, named):
     result = run("certify", model, *words)

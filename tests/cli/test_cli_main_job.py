@@ -42,6 +42,12 @@ def test_everything_is_written_and_said_alike(run, here):
         assert row["worst_found"] <= row["certified"]
         # The flange alone does not feel a point mass on its axis.
         assert row["mass_within_budget"] is None or row["mass_within_budget"] >= 0
+    tube = told["tube"]
+    assert (tube["margin"], tube["coarse"]) == ("1deg,1mm,qd=2%,qdd=5%", 2)
+    assert "too far apart" in tube["note"]
+    for row, promised in zip(tube["joints"], told["joints"], strict=True):
+        assert promised["largest_error"] <= row["tube_certified"]
+        assert row["tube_certified"] <= 1.1 * row["tube_worst_found"]
     asked = [point for point in told["trade_off"] if point["budget"] == "1%"]
     assert {(point["level"], point["refit"]) for point in asked} == {
         ("element", False), ("term", False), ("term", True), ("energy", False), ("energy", True),

@@ -118,13 +118,18 @@ REFUSED = {
         "expected: level term or energy",
     ),
     "unknown level": (("simplify", "two_link", "two-link-swing", "--level", "atom"), "--level"),
-    "certified parts": (
-        ("simplify", "two_link", "two-link-swing", "--certified", "--level", "element"),
-        "--certified goes with",
-    ),
     "certified and refitted": (
         ("simplify", "two_link", "two-link-swing", "--certified", "--refit"),
-        "--certified goes with",
+        "--certified goes without",
+    ),
+    "margin of nothing certified": (
+        ("simplify", "two_link", "two-link-swing", "--margin", "1deg"),
+        "--margin goes with --certified",
+    ),
+    "margin of no motion": (("simplify", "two_link", "--certified", "--margin", "1deg"), "and a trajectory"),
+    "margin": (
+        ("simplify", "two_link", "two-link-swing", "--certified", "--margin", "1%"),
+        "--margin, entry 1",
     ),
     "fewer than no operations": (("simplify", "two_link", "two-link-swing", "--operations", "-3"), "-3"),
     "budget": (("simplify", "two_link", "two-link-swing", "--budget", "much"), "--budget"),
@@ -196,6 +201,21 @@ def test_a_certified_budget(run):
     assert [row["certified"] for row in shown["joints"]] == [row["certified"] for row in told["joints"]]
 
 
+@pytest.mark.parametrize("level", ["term", "energy", "element"])
+def test_a_certified_budget_along_a_trajectory_holds_in_the_whole_tube(run, level):
+    words = ("simplify", "two_link", "two-link-swing", "--certified", "--budget", "5%", "--level", level)
+    result = run(*words, "-o", "proven.json")
+    assert (result.code, result.err) == (0, "")
+    said = " ".join(result.out.split())
+    assert "of two-link-swing, between its set points too, has an error above" in said
+    told = run(*words, "--json").json
+    assert told["certified_within"].endswith("of two-link-swing")
+    shown = run("certify", "proven.json", "--along", "two-link-swing", "--json").json
+    for row, joint in zip(told["joints"], shown["joints"], strict=True):
+        assert row["largest_error"] <= row["certified"] <= row["allowed_error"]
+        assert row["certified"] == joint["certified"]
+
+
 def test_the_exact_torque_has_one_count(run, here):
     full = run(*SWING, "--json").json["operations_full"]
     by_elements = run("simplify", "two_link", "two-link-swing", "--level", "element", "--json").json
@@ -249,7 +269,7 @@ def test_a_budget_that_is_the_larger_of_several(run, here):
     assert max(map(len, shown.out.splitlines())) <= 80
     assert "PUMA 560, drives included: " in said
     assert re.search(r"largest error \d+ % of the allowed error \(joint \d\)", said)
-    assert "Torque error, N m, and its share of the allowed error" in said
+    assert "and its share of the allowed error" in said
     assert "friction at" not in said
 
 

@@ -86,7 +86,7 @@ def test_a_decomposition_of_another_arm_is_refused(model, carrying, pick_and_pla
 
 
 def test_states_of_another_arm_are_refused(model, swing):
-    for given in (swing, States(np.zeros((2, 6)), np.zeros((2, 6)), np.zeros((3, 6)))):
+    for given in (swing, States(*np.zeros((3, 2, 5)))):
         with pytest.raises(TrajectoryError):
             evaluate(model, given)
 

@@ -196,7 +196,7 @@ def test_bad_input(puma, two_link):
     with pytest.raises(UsageError, match="qd is not finite") as caught:
         joint_accelerations(puma, q, np.array([0, 0, np.nan, 0, 0, 0]), q)
     assert caught.value.details["where"] == "qd[2]"
-    with pytest.raises(UsageError, match="torque is not numbers"):
+    with pytest.raises(UsageError, match="torque is not made of numbers"):
         joint_accelerations(puma, q, q, ["a"] * 6)
     for asked in (Drivetrain(inertia=True), Drivetrain(friction=True)):
         with pytest.raises(ArmError, match="describes no drives"):

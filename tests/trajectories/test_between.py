@@ -1,4 +1,4 @@
-"""Between two set points: every motion that is looked at is the one it is said to be, and lies in its range."""
+"""Between two set points: the motions looked at are what they are said to be, and lie in their range."""
 
 from __future__ import annotations
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.errors import UsageError
+from gd_analyze.given_numbers import array_of
 from gd_analyze.robots import RobotArm
 from gd_analyze.vectors import FloatArray
 
@@ -22,6 +23,8 @@ class Box:
         Positions lie between them, rad (m), shape (n,).
     rate, acceleration
         Largest magnitudes, per s and s^2, shape (n,).
+    where
+        What they are, in words.
 
     Raises
     ------
@@ -33,11 +36,12 @@ class Box:
     upper: FloatArray
     rate: FloatArray
     acceleration: FloatArray
+    where: str = "the box"
 
     def __post_init__(self) -> None:
-        shape = np.shape(self.lower)
+        shape = array_of(self.lower, "lower", UsageError).shape
         for what in ("lower", "upper", "rate", "acceleration"):
-            array = np.array(getattr(self, what), dtype=float)
+            array = array_of(getattr(self, what), what, UsageError).copy()
             if array.ndim != 1 or array.shape != shape or not array.size:
                 raise UsageError(
                     "a box needs one limit of each kind per joint",
@@ -99,7 +103,8 @@ class Box:
                 expected="range, rate and acceleration limits of every joint",
                 next_step="add them to the arm file, or give the box",
             )
-        return cls(*limits)
+        lower, upper, rate, acceleration = limits
+        return cls(lower, upper, rate, acceleration, "the arm's limits")
 
     @classmethod
     def around(cls, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> Box:
@@ -118,7 +123,8 @@ class Box:
         UsageError
             If shapes disagree, there is no state or a number is not finite.
         """
-        arrays = [np.asarray(x, dtype=float) for x in (q, qd, qdd)]
+        given = {"q": q, "qd": qd, "qdd": qdd}
+        arrays = [array_of(values, name, UsageError) for name, values in given.items()]
         if arrays[0].ndim != 2 or 0 in arrays[0].shape or any(a.shape != arrays[0].shape for a in arrays):
             raise UsageError(
                 "a box is drawn around at least one state",

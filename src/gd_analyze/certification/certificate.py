@@ -27,12 +27,15 @@ from gd_analyze.certification.grid import shared_out
 from gd_analyze.certification.harmonics_slack import harmonics_slack
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
+from gd_analyze.formatting import number, rounded_up
 from gd_analyze.harmonics import Harmonics, Waves, harmonics_of
 from gd_analyze.harmonics.expansion import Expansion, expanded
 from gd_analyze.harmonics.torque_rows import exact_row
 from gd_analyze.levels import SimplifiedModel
 from gd_analyze.robots import RobotArm
+from gd_analyze.shown import html_of
 from gd_analyze.vectors import FloatArray
+from gd_analyze.visible import in_python
 
 # Positions per joint: about 22 per angle for an arm like the PUMA 560, whose error knows four of its angles.
 EFFORT = 250_000
@@ -40,6 +43,8 @@ EFFORT = 250_000
 _GROUPS = 3
 # Grid positions from which the search for the worst state climbs.
 _STARTS = 8
+# Positions that cost as much as the bound in one small box of a tube, and what is worth another look.
+_PER_BOX, _LOOSE = 20, 1.1
 # Positions whose rates are looked at together, so that all choices fit the cache: first, and then closely.
 _BATCH, _CLOSELY = 512, 32
 
@@ -75,6 +80,31 @@ class Certificate:
         """The box; of a tube the smallest one around it."""
         return self.region.enclosing if isinstance(self.region, Tube) else self.region
 
+    def __repr__(self) -> str:
+        return f"Certificate({len(self.certified)} joints, certified {_told(self.certified)} N m)"
+
+    def _repr_html_(self) -> str:
+        """Bounds and what was found, for a notebook."""
+        found = zip(self.certified, self.worst_found, self.ratio, strict=True)
+        rows = [
+            [str(i), number(rounded_up(float(bound))), number(float(error)), f"{ratio:.3g}"]
+            for i, (bound, error, ratio) in enumerate(found, start=1)
+        ]
+        what = "a tube around a motion" if isinstance(self.region, Tube) else "a box of states"
+        headings = ["joint", "no error above", "worst found", "ratio"]
+        return html_of(f"Torque error within {what}", headings, rows, "In N m; in N where a joint slides.")
+
+    @property
+    def where(self) -> str:
+        """Say which states it is about, as in "no state within the arm's limits has .."."""
+        between = ", between its set points too," if isinstance(self.region, Tube) else ""
+        return f"{self.region.where}{between}"
+
+    @property
+    def note(self) -> str:
+        """What is to be known of them, in a sentence, or ""."""
+        return self.region.note if isinstance(self.region, Tube) else ""
+
     @property
     def ratio(self) -> FloatArray:
         """Certified over worst found, at least 1; infinite where only round-off is left."""
@@ -84,6 +114,10 @@ class Certificate:
     def within(self, allowed: FloatArray) -> FloatArray:
         """Whether each joint is proven to stay within an allowed error (n,) over the whole region."""
         return np.asarray(self.certified <= allowed)
+
+
+def _told(values: FloatArray) -> str:
+    return ", ".join(number(rounded_up(float(value))) for value in values)
 
 
 def certify(
@@ -105,8 +139,8 @@ def certify(
         The states; the arm's own limits by default.
     effort
         Of a box: most positions per joint at which the error is evaluated (of each of at most 3 groups of
-        waves). Of a tube: most small boxes per joint in which it is bounded, each piece of the tube being one
-        to begin with. More bring the bound closer to the truth, and any number gives a proven bound.
+        waves). Of a tube: a twentieth as many small boxes, which cost as much, each piece of the tube being
+        one to begin with. More bring the bound closer to the truth; it is proven with any number.
     harmonics
         The arm's exact dynamics where they are at hand.
 
@@ -133,7 +167,7 @@ def certify(
     found = []
     for i, (row, rounding) in enumerate(zip(runs.rows, roundings, strict=True)):
         field = ErrorField.of(exact_row(harmonics, inertia, i), row, float(rounding), box)
-        found.append(_bounded_in(field, box, effort) if tube is None else bound_along(field, tube, effort))
+        found.append(_bounded_in(field, tube or box, box, effort))
     rows, errors, *states = (np.array(values) for values in zip(*found, strict=True))
     bounds = rows.T + harmonics_slack(harmonics, box)
     along = np.where(bounds <= 0.0, 0.0, np.nextafter(bounds, np.inf))
@@ -148,6 +182,10 @@ def expansion_of(model: SimplifiedModel) -> Expansion:
 
 def box_of(given: Box | None, arm: RobotArm, effort: int = 1) -> Box:
     """Box given, or the arm's own; a UsageError where it is of another arm or the effort is none."""
+    if given is not None and not isinstance(given, Box):
+        raise UsageError(
+            "this is no region of states", where="region", expected="a Box or a Tube", found=in_python(given)
+        )
     box = given or Box.of(arm)
     if box.n_joints != arm.n_joints:
         raise UsageError(
@@ -163,10 +201,17 @@ def box_of(given: Box | None, arm: RobotArm, effort: int = 1) -> Box:
     return box
 
 
-def _bounded_in(field: ErrorField, box: Box, effort: int) -> Bounded:
-    """One joint's error in a box."""
-    bound, starts = _bounded(field, box, effort)
-    return Bounded(np.array([bound]), *field.worst(box, starts))
+def _bounded_in(field: ErrorField, region: Box | Tube, box: Box, effort: int) -> Bounded:
+    """One joint's error in a box, or in a tube in that box."""
+    if isinstance(region, Box):
+        bound, starts = _bounded(field, box, effort)
+        return Bounded(np.array([bound]), *field.worst(box, starts))
+    along = bound_along(field, region, effort // _PER_BOX)
+    known = along.found + field.rest + field.round_off
+    if along.bounds.max() <= _LOOSE * known:
+        return along
+    # Of wide boxes, between set points far apart, a grid over all of them may tell more.
+    return along._replace(bounds=np.minimum(along.bounds, _bounded(field, box, effort)[0]))
 
 
 def _bounded(field: ErrorField, box: Box, effort: int) -> tuple[float, FloatArray]:

@@ -1,12 +1,14 @@
-"""The largest torque of an arm within a box: what errors there are a share of."""
+"""The largest torque of an arm within a box or a tube: what errors there are a share of."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from gd_analyze.certification.along import bound_along
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import box_of
 from gd_analyze.certification.error_field import ErrorField
+from gd_analyze.certification.tube import Tube
 from gd_analyze.harmonics import Harmonics, Waves, harmonics_of
 from gd_analyze.harmonics.torque_rows import exact_row, rate_factors
 from gd_analyze.levels import SimplifiedModel
@@ -17,24 +19,24 @@ _DRAWN, _STARTS = 512, 4
 
 
 def largest_torque(
-    model: SimplifiedModel, box: Box | None = None, *, harmonics: Harmonics | None = None
+    model: SimplifiedModel, region: Box | Tube | None = None, *, harmonics: Harmonics | None = None
 ) -> FloatArray:
-    """Largest exact torque of every joint that a search finds in a box, N m (N), shape (n,).
+    """Largest exact torque of every joint that a search finds among some states, N m (N), shape (n,).
 
     There may be larger ones: a share of it is rather too large than too small. It follows from the arm and
-    the box alone, not from anything that the model states.
+    these states alone, not from anything that the model states.
 
     Parameters
     ----------
     model
         Whose arm it is, and whether drives act.
-    box
+    region
         The states; the arm's own limits by default.
     harmonics
         The arm's exact dynamics where they are at hand.
     """
     arm = model.arm
-    box = box_of(box, arm)
+    box = box_of(region.enclosing if isinstance(region, Tube) else region, arm)
     harmonics = harmonics or harmonics_of(arm)
     inertia = harmonics.whole_inertia(arm.drive_inertia if model.drives else None)
     nothing = Waves.constant(harmonics.potential.sliding, 0.0)[[0] * len(rate_factors(arm.n_joints))]
@@ -42,7 +44,9 @@ def largest_torque(
     out = np.zeros(arm.n_joints)
     for i in range(arm.n_joints):
         field = ErrorField.of(exact_row(harmonics, inertia, i), nothing, 0.0, box)
-        if len(field.waves):
+        if isinstance(region, Tube):
+            out[i] = bound_along(field, region, 0).found
+        elif len(field.waves):
             order = np.argsort(-field.motion.reached(field.waves(drawn)), kind="stable")
             out[i] = field.worst(box, drawn[:, order[:_STARTS]])[0]
     return out

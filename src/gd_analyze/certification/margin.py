@@ -62,6 +62,11 @@ class Margin:
                 )
 
     @classmethod
+    def of(cls, given: Margin | str | None) -> Margin:
+        """Take a margin, its text, or the default."""
+        return cls.parse(given) if isinstance(given, str) else given or cls()
+
+    @classmethod
     def parse(cls, text: str) -> Margin:
         """Read "1deg,1mm,qd=2%,qdd=5%", or some of these: what is not named is as by default.
 
@@ -125,7 +130,7 @@ class Margin:
         rate, acceleration = 100 * self.rate, 100 * self.acceleration
         return f"{positions}, {rate:.6g} % of peak rate and {acceleration:.6g} % of peak acceleration"
 
-    def of(self, arm: RobotArm, motion: Trajectory) -> FloatArray:
+    def along(self, arm: RobotArm, motion: Trajectory) -> FloatArray:
         """Margins of q, qd and qdd of every joint along a motion, SI, shape (3, n)."""
         position = np.where(np.array(arm.is_revolute), self.turning, self.sliding)
         peaks = [np.abs(values).max(axis=0) for values in (motion.qd, motion.qdd)]

@@ -44,6 +44,8 @@ class Tube:
         From when to when each box is about, s, shape (pieces,).
     margins
         Of q, qd and qdd, shape (3, n).
+    where
+        What it is around, in words.
     coarse
         Between how many pairs of set points the motion is not told to within the margins.
     note
@@ -55,6 +57,7 @@ class Tube:
     begin: FloatArray
     end: FloatArray
     margins: FloatArray
+    where: str
     coarse: int = 0
     note: str = ""
 
@@ -74,7 +77,7 @@ class Tube:
 
     @classmethod
     def along(
-        cls, arm: RobotArm, motion: Trajectory, margin: Margin | None = None, *, most: int = MOST_PIECES
+        cls, arm: RobotArm, motion: Trajectory, margin: Margin | str | None = None, *, most: int = MOST_PIECES
     ) -> Tube:
         """Enclose a motion.
 
@@ -83,7 +86,7 @@ class Tube:
         arm, motion
             Whose joints, and what they do.
         margin
-            How far states may be from it.
+            How far states may be from it, or its text, see `Margin.parse`.
         most
             Boxes at most; of a longer motion several intervals share one.
 
@@ -101,15 +104,24 @@ class Tube:
                 expected=f"{arm.n_joints} joints",
                 found=f"{motion.n_joints}",
             )
-        margins = (margin or Margin()).of(arm, motion)
+        around = Margin.of(margin)
+        margins = around.along(arm, motion)
+        where = f"{around.in_words(arm)} of {motion.name}"
         if motion.n_set_points == 1:
             state = np.stack([motion.q, motion.qd, motion.qdd], axis=1)
-            return cls(state - margins, state + margins, motion.time, motion.time, margins)
+            return cls(state - margins, state + margins, motion.time, motion.time, margins, where)
         path = _Path(motion, margins)
         lower, upper, begin, end = path.boxes(most)
         coarse = path.unsure.any(axis=(1, 2))
         return cls(
-            lower - margins, upper + margins, begin, end, margins, int(coarse.sum()), path.note(motion)
+            lower - margins,
+            upper + margins,
+            begin,
+            end,
+            margins,
+            where,
+            int(coarse.sum()),
+            path.note(motion),
         )
 
 

@@ -13,6 +13,7 @@ from gd_analyze.cli.levels import budget_option, level_option, simplify_options
 from gd_analyze.cli.options import (
     command_line,
     formats_option,
+    margin_option,
     out_option,
     overwrite_option,
     robot_argument,
@@ -51,6 +52,7 @@ class MainJob(click.Command):
 @simplify_options
 @drives_option
 @payload_option
+@margin_option("How far states may be from the motion for which the model's errors are proven")
 @click.option(
     "--no-coupling", is_flag=True, help="Leave h_ijk out of analysis.h5: 2 n^3 numbers per set point."
 )

@@ -1,4 +1,4 @@
-"""`gd-analyze certify`: a bound on a model's torque error that no state of a box exceeds."""
+"""`gd-analyze certify`: a bound on a model's torque error that no state exceeds."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli.options import FILE, TRAJECTORY
+from gd_analyze.cli.options import FILE, TRAJECTORY, margin_option
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.terminal import line, sentence
 from gd_analyze.formatting import number, rounded_up
@@ -22,41 +22,46 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class _Shown:
-    """A model, what is proven of it, where, and the largest exact torque found there, N m (N), shape (n,).
+    """A model, what is proven of it, and the largest exact torque found there, N m (N), shape (n,).
 
-    `definiteness` is None where D need not be symmetric.
+    `extremes` is the bound between the extremes of a trajectory, None without one; `definiteness` is None
+    where D need not be symmetric.
     """
 
     model: gd.SimplifiedModel
     certificate: Certificate
+    extremes: Certificate | None
     definiteness: Definiteness | None
-    where: str
     largest: FloatArray
 
 
-@click.command(short_help="Bound a model's torque error over all states of a box.")
+@click.command(short_help="Bound a model's torque error along a motion or over a box.")
 @click.argument("model", type=FILE, help="A model.json that `simplify` wrote.")
 @click.option(
     "--along",
     type=TRAJECTORY,
     metavar="TRAJECTORY",
-    help="Take the box between the extremes of a trajectory: a CSV file, a shipped name, or - for standard "
-    "input. Without it, the arm's ranges and its rate and acceleration limits.",
+    help="Take all states within --margin of a motion: a CSV file, a shipped name, or - for standard input. "
+    "Without it, all within the arm's ranges and its rate and acceleration limits.",
 )
+@margin_option("With --along: how far states may be from the motion")
 @click.option(
     "--effort",
     type=click.IntRange(min=1),
     default=250_000,
     show_default=True,
-    help="Positions per joint at which the error is evaluated, and D at a thirtieth as many. More bring the "
-    "bounds closer to the truth; they are proven with any number.",
+    help="Positions per joint at which the error is evaluated; along a motion a twentieth as many small "
+    "boxes, and D at a thirtieth as many positions. More bring the bounds closer to the truth; they are "
+    "proven with any number.",
 )
 @reporting
-def certify(model: Path, along: str | None, effort: int, output: Output) -> None:
-    r"""Bound the torque error of a simplified model over a whole box of states.
+def certify(model: Path, along: str | None, margin: str | None, effort: int, output: Output) -> None:
+    r"""Bound the torque error of a simplified model along a motion, or over all that the arm can do.
 
-    No state of the box has a larger error than the certified one; the largest error that a search found
-    stands beside it, and the truth lies between. What is bounded is the error of the program in the file.
+    Along a motion: no state within the margins of it, between its set points too, has a larger error than the
+    certified one; beside it stands what is certified of any combination of what lies between the motion's
+    extremes. Otherwise: no state within the arm's limits has. The largest error that a search found stands
+    beside the bound, and the truth lies between. What is bounded is the error of the program in the file.
     Shares are of the torque at the states that the model was made for. Allowed and sampled errors are
     measured again where those are at hand: drawn ones, a shipped trajectory's, or those of --along. Otherwise
     they are shown as the file states them. Of a model of level energy also the smallest eigenvalue of D is
@@ -65,35 +70,46 @@ def certify(model: Path, along: str | None, effort: int, output: Output) -> None
     \b
     Examples:
       gd-analyze certify model.json
-      gd-analyze certify model.json --along pick-and-place --effort 1000000
+      gd-analyze certify model.json --along pick-and-place
+      gd-analyze certify model.json --along my.csv --margin 0.5deg,qd=1%
     """
+    if margin is not None and along is None:
+        raise click.UsageError("--margin goes with --along")
     with output.working() as stage:
         stage("reading")
-        from gd_analyze.certification import certificate as bounds
-        from gd_analyze.certification import largest_torque, positive_definite
         from gd_analyze.levels.statements import measured_at
 
+        around = gd.Margin.of(margin)
         loaded = gd.load_model(model)
-        if along is None:
-            box, where = gd.Box.of(loaded.arm), "the arm's limits"
-        else:
-            motion = gd.read_trajectory(along, loaded.arm)
-            box, where = gd.Box.around(motion.q, motion.qd, motion.qdd), f"the extremes of {motion.name}"
-            if loaded.promise.made_for.get("trajectory_fingerprint") == motion.fingerprint:
-                loaded = measured_at(loaded, gd.states_of(motion))
+        motion = None if along is None else gd.read_trajectory(along, loaded.arm)
+        if motion and loaded.promise.made_for.get("trajectory_fingerprint") == motion.fingerprint:
+            loaded = measured_at(loaded, gd.states_of(motion))
         stage("certifying")
-        harmonics = gd.harmonics_of(loaded.arm)
-        of_inertia = max(1, effort * positive_definite.EFFORT // bounds.EFFORT)
-        shown = _Shown(
-            loaded,
-            gd.certify(loaded, box, effort=effort, harmonics=harmonics),
-            gd.certify_positive_definite(loaded, box, effort=of_inertia)
-            if loaded.level.is_mechanical
-            else None,
-            where,
-            largest_torque(loaded, box, harmonics=harmonics),
-        )
+        shown = _certified(loaded, motion, around, effort)
     output.give(lambda: _document(shown) | {"effort": effort}, lambda: _show(shown))
+
+
+def _certified(
+    model: gd.SimplifiedModel, motion: gd.Trajectory | None, margin: gd.Margin, effort: int
+) -> _Shown:
+    from gd_analyze.certification import certificate as bounds
+    from gd_analyze.certification import largest_torque, positive_definite
+
+    harmonics = gd.harmonics_of(model.arm)
+    extremes, region = (
+        None,
+        gd.Box.of(model.arm) if motion is None else gd.Tube.along(model.arm, motion, margin),
+    )
+    certificate = gd.certify(model, region, effort=effort, harmonics=harmonics)
+    if motion is not None:
+        between = gd.Box.around(motion.q, motion.qd, motion.qdd)
+        extremes = gd.certify(model, between, effort=effort, harmonics=harmonics)
+    definiteness = None
+    if model.level.is_mechanical:
+        of_inertia = max(1, effort * positive_definite.EFFORT // bounds.EFFORT)
+        definiteness = gd.certify_positive_definite(model, certificate.box, effort=of_inertia)
+    largest = largest_torque(model, region, harmonics=harmonics)
+    return _Shown(model, certificate, extremes, definiteness, largest)
 
 
 def _document(shown: _Shown) -> dict[str, object]:
@@ -101,7 +117,7 @@ def _document(shown: _Shown) -> dict[str, object]:
     from gd_analyze.levels.promise import share_of
 
     model, certificate, definiteness = shown.model, shown.certificate, shown.definiteness
-    promise, box = model.promise, certificate.box
+    promise, box = model.promise, (shown.extremes or certificate).box
     states = zip(*(values.tolist() for values in certificate.worst_states), strict=True)
     columns: dict[str, object] = {
         "allowed_error": promise.allowed,
@@ -116,14 +132,17 @@ def _document(shown: _Shown) -> dict[str, object]:
         "within_allowed": certificate.within(promise.allowed),
         "ratio": certificate.ratio,
     }
+    if shown.extremes is not None:
+        columns["certified_between_extremes"] = shown.extremes.certified
     return {
         "arm": model.arm.name,
         "level": model.level.name,
         "budget": promise.budget,
         "allowed_and_largest_error": "measured" if promise.measured else "stated by the file",
-        "from": shown.where,
+        "from": certificate.region.where,
         "box": {name: getattr(box, name).tolist() for name in ("lower", "upper", "rate", "acceleration")},
         "joints": joint_rows(model.arm, columns),
+        "tube": _tube(certificate),
         "positive_definite": definiteness
         and {
             "proven": definiteness.is_proven,
@@ -135,9 +154,21 @@ def _document(shown: _Shown) -> dict[str, object]:
     }
 
 
-def _show(shown: _Shown) -> None:
-    import numpy as np
+def _tube(certificate: Certificate) -> dict[str, object] | None:
+    """The pieces of the motion as JSON; None where there is none."""
+    tube, along = certificate.region, certificate.along
+    if not isinstance(tube, gd.Tube) or along is None:
+        return None
+    pieces = zip(tube.begin.tolist(), tube.end.tolist(), along.tolist(), strict=True)
+    return {
+        "margins": dict(zip(("q", "qd", "qdd"), tube.margins.tolist(), strict=True)),
+        "coarse": tube.coarse,
+        "note": tube.note,
+        "pieces": [dict(zip(("begin", "end", "certified"), piece, strict=True)) for piece in pieces],
+    }
 
+
+def _show(shown: _Shown) -> None:
     from gd_analyze.cli.joint_table import arm_in_words, joint_table, numbers
     from gd_analyze.levels.promise import share_of
     from gd_analyze.results.summary import measure_told, worst_error
@@ -153,35 +184,42 @@ def _show(shown: _Shown) -> None:
     elif worst.of:
         told += f" of the {measure_told(model) if worst.of == 'peak torque' else worst.of}"
     sentence(
-        f"{arm_in_words(arm, model.drives)}: no state within {shown.where} has a torque error above {told} "
-        f"(joint {worst.joint}).",
+        f"{arm_in_words(arm, model.drives)}: no state within {certificate.where} has a torque error above "
+        f"{told} (joint {worst.joint}).",
         bold=True,
     )
     within = certificate.within(promise.allowed)
+    # Both at once would be wider than a terminal; how far what was found lies below is said in words.
+    extremes = [("extremes", _rounded_up(shown.extremes))] if shown.extremes else []
     joint_table(
         "Torque error, {units}" + ("" if promise.measured else "; sampled and allowed as the file states"),
         arm,
         [
             ("sampled", promise.errors.largest),
-            ("found", certificate.worst_found),
-            ("certified", np.array([rounded_up(float(bound)) for bound in certificate.certified])),
+            *([] if extremes else [("found", certificate.worst_found)]),
+            ("certified", _rounded_up(certificate)),
+            *extremes,
             ("allowed", promise.allowed),
             ("× allowed", numbers(map(rounded_up, share_of(certificate.certified, promise.allowed)))),
             ("within", ["proven" if x else "no" for x in within]),
         ],
     )
     line()
-    ratio = certificate.ratio[certificate.worst_found > 0.0]
+    ratio, there = certificate.ratio[certificate.worst_found > 0.0], _there(certificate)
     sentence(
-        "Sampled: over the states the model was made for. Found: by a search over the whole box. Certified: "
-        "no state of the box exceeds it"
+        "Sampled: over the states the model was made for. "
+        + ("" if extremes else "Found: by a search over the whole box. ")
+        + f"Certified: no state {there} exceeds it"
         + (f"; at most {rounded_up(float(ratio.max())):.2f} times what was found. " if ratio.size else ". ")
-        + _verdict(int(within.sum()), len(within), promise)
+        + ("Extremes: certified of every combination of what lies between the motion's. " if extremes else "")
+        + _verdict(int(within.sum()), len(within), promise, there)
     )
+    if certificate.note:
+        sentence(certificate.note)
     if not promise.measured:
         sentence(_stated(promise))
     if shown.definiteness is not None:
-        sentence(_definite(shown.definiteness, all(arm.is_revolute)))
+        sentence(_definite(shown.definiteness, all(arm.is_revolute), certificate.along is not None))
 
 
 def _stated(promise: Promise) -> str:
@@ -194,21 +232,32 @@ def _stated(promise: Promise) -> str:
     )
 
 
-def _verdict(proven: int, joints: int, promise: Promise) -> str:
+def _rounded_up(certificate: Certificate) -> FloatArray:
+    import numpy as np
+
+    return np.array([rounded_up(float(bound)) for bound in certificate.certified])
+
+
+def _there(certificate: Certificate) -> str:
+    return "of the box" if certificate.along is None else "within the margins of the motion"
+
+
+def _verdict(proven: int, joints: int, promise: Promise, there: str) -> str:
     budget = f"{'' if promise.measured else 'stated '}budget of {promise.budget}"
     if proven == joints:
-        return f"Every joint stays within the {budget} everywhere in the box."
-    return f"{proven} of {joints} joints are proven to stay within the {budget} everywhere in the box."
+        return f"Every joint stays within the {budget} at every state {there}."
+    return f"{proven} of {joints} joints are proven to stay within the {budget} at every state {there}."
 
 
-def _definite(definiteness: Definiteness, all_turning: bool) -> str:
-    unit = " kg m^2" if all_turning else ""
+def _definite(definiteness: Definiteness, all_turning: bool, along: bool) -> str:
+    unit, around = " kg m^2" if all_turning else "", " around the motion" if along else ""
     bound, found = (
         f"{value:.4g}{unit}" for value in (-rounded_up(-definiteness.proven, 4), definiteness.smallest_found)
     )
     place = ", ".join(f"{q:.4g}" for q in definiteness.position)
     if definiteness.is_proven:
-        return f"D is positive definite everywhere in the box: no eigenvalue below {bound}, {found} found."
+        everywhere = f"everywhere in the box{around}"
+        return f"D is positive definite {everywhere}: no eigenvalue below {bound}, {found} found."
     if definiteness.is_singular:
         return (
             f"D is singular at q = ({place}): an eigenvalue of zero, up to round-off, was found, so some "

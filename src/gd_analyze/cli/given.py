@@ -50,16 +50,18 @@ class Given:
 
     def exact(self) -> gd.ExactDynamics:
         """Read or draw them; warns where no joint needs torque."""
+        return self.exact_along()[0]
+
+    def exact_along(self) -> tuple[gd.ExactDynamics, gd.Trajectory | None]:
+        """Read or draw them, and the motion they are of, if any."""
         from gd_analyze.levels import warn_without_torque
 
         arm = load_arm_carrying(self.robot, self.payload)
-        if self.trajectory is None:
-            states = gd.states_in_box(arm, self.states, self.seed)
-        else:
-            states = gd.states_of(gd.read_trajectory(self.trajectory, arm))
+        motion = None if self.trajectory is None else gd.read_trajectory(self.trajectory, arm)
+        states = gd.states_in_box(arm, self.states, self.seed) if motion is None else gd.states_of(motion)
         exact = gd.ExactDynamics.of(arm, states, self.drives)
         warn_without_torque(exact)
-        return exact
+        return exact, motion
 
 
 def given_dynamics(function: Callable[..., None]) -> Callable[..., None]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from gd_analyze.cli.terminal import table
 from gd_analyze.formatting import fitting, number, percent
+from gd_analyze.labels import joint_name
 from gd_analyze.levels.promise import share_of
 from gd_analyze.results.words import drives_told
 
@@ -67,11 +68,6 @@ def arm_in_words(arm: RobotArm, drives: bool | None = None) -> str:
     """The arm's title, or its name where it has none; where told, whether its drives act."""
     told = "" if drives is None else drives_told(arm, drives)
     return f"{arm.title or arm.name}{told and f', {told}'}"
-
-
-def joint_name(number: int, name: str) -> str:
-    """A joint's number, and its name where that says more."""
-    return name if name == str(number) else f"{number} {name}"
 
 
 def numbers(values: Iterable[float]) -> list[str]:

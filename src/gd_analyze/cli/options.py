@@ -173,6 +173,16 @@ def formats_option(names: tuple[str, ...]) -> Callable[[F], F]:
     )
 
 
+def margin_option(told: str) -> Callable[[F], F]:
+    """--margin; None where it is not given."""
+    return click.option(
+        "--margin",
+        metavar="LIST",
+        help=f"{told}: 1deg or 1mm of position (for joints that turn or slide), qd=2% of each joint's peak "
+        "rate, qdd=5% of its peak acceleration; those not named stay.  [default: 1deg,1mm,qd=2%,qdd=5%]",
+    )
+
+
 def trajectory_argument(without: str | None = None) -> Callable[[F], F]:
     """TRAJECTORY, which may be left out where `without` says what happens then."""
     told = "CSV file, name of a shipped trajectory, or - for standard input."

@@ -158,7 +158,7 @@ def _document(made: Plan) -> dict[str, Any]:
 
 def _show(made: Plan) -> None:
     """Extremes of the motion beside the limits, angles in degrees as they were typed."""
-    from gd_analyze.cli.joint_table import joint_name
+    from gd_analyze.labels import joint_name
 
     rows = []
     for row in made.limits.rows:

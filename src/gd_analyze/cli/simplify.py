@@ -10,7 +10,7 @@ import click
 import gd_analyze as gd
 from gd_analyze.cli.given import Given, given_dynamics
 from gd_analyze.cli.levels import budget_option, level_option, simplify_options
-from gd_analyze.cli.options import command_line, digits_option, out_option
+from gd_analyze.cli.options import command_line, digits_option, margin_option, out_option
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.outputs import require_outputs
 from gd_analyze.cli.terminal import WIDTH, line, lines, sentence
@@ -36,9 +36,10 @@ if TYPE_CHECKING:
 @click.option(
     "--certified",
     is_flag=True,
-    help="Make the budget hold, proven, for every state within the arm's limits (between the extremes of the "
-    "trajectory, where one is given), not only for the states the model is made for.",
+    help="Make the budget hold, proven, for every state within the arm's limits; where a trajectory is "
+    "given, for every state within --margin of the motion, between its set points too.",
 )
+@margin_option("With --certified and a trajectory: how far states may be from the motion")
 @digits_option("Significant digits of the equations printed; files keep all.")
 @out_option("Write the model into this JSON file.")
 @reporting
@@ -50,6 +51,7 @@ def simplify(
     operations: int | None,
     effort: float,
     certified: bool,
+    margin: str | None,
     digits: int,
     out: Path | None,
     output: Output,
@@ -75,20 +77,21 @@ def simplify(
         from gd_analyze.search import How, simplify_exact
 
         how = How(gd.LEVELS[level], refit, operations, effort=effort)
-        if certified and (not how.level.has_torque_terms or refit or operations is not None):
-            raise click.UsageError(
-                "--certified goes with --level term or energy, and without --refit and --operations"
-            )
+        if certified and (refit or operations is not None):
+            raise click.UsageError("--certified goes without --refit and --operations")
+        if margin is not None and not (certified and given.trajectory):
+            raise click.UsageError("--margin goes with --certified and a trajectory")
+        around = gd.Margin.of(margin)  # one that is not understood shall fail before any computing
         allowed = gd.Budget.parse(budget)
         start = time.perf_counter()
-        exact = given.exact()
+        exact, motion = given.exact_along()
         source = provenance(command_line())
         certificate = None
         if certified:
             stage("searching and certifying")
-            box = gd.Box.of(exact.arm) if given.trajectory is None else gd.Box.around(*exact.states.arrays)
+            region = gd.Box.of(exact.arm) if motion is None else gd.Tube.along(exact.arm, motion, around)
             model, certificate = gd.simplify_certified(
-                exact, allowed, box, level=how.level, provenance=source, progress=stage.advance
+                exact, allowed, region, level=how.level, provenance=source, progress=stage.advance
             )
         else:
             stage("searching")
@@ -111,6 +114,7 @@ def _document(model: gd.SimplifiedModel, certificate: Certificate | None, digits
 
     promise = model.promise
     columns = promise_values(promise) | {"certified": None if certificate is None else certificate.certified}
+    where = {} if certificate is None else {"certified_within": certificate.region.where}
     document: dict[str, Any] = {
         "arm": model.arm.name,
         "level": model.level.name,
@@ -126,7 +130,7 @@ def _document(model: gd.SimplifiedModel, certificate: Certificate | None, digits
         "saves": model.saves,
         "notice": model.notice,
         "joints": joint_rows(model.arm, columns),
-    }
+    } | where
     if not model.level.has_torque_terms:
         return document | {"kept": _labels(model), "dropped": _labels(model, dropped=True)}
     plain = Plain(digits)
@@ -153,8 +157,11 @@ def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: f
     promise, arm = model.promise, model.arm
     full, left = model.operations_full, model.operations
     if model.saves:
-        answer = (
-            f"{left.total} instead of {full.total} operations, largest error {worst_error(model).in_words}"
+        proven = certificate and worst_error(model, certificate.certified)
+        answer = f"{left.total} instead of {full.total} operations, " + (
+            f"no error above {proven.in_words}, proven"
+            if proven
+            else f"largest error {worst_error(model).in_words}"
         )
         sentence(f"{arm_in_words(arm, model.drives)}: {answer}", bold=True)
     else:
@@ -174,12 +181,14 @@ def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: f
         sentence(model.notice)
         line()
     if certificate is not None:
-        where = "the arm's limits" if "box" in promise.made_for else "the extremes of the trajectory"
         bounds = ", ".join(
             amount(rounded_up(float(bound)), joint.effort_unit)
             for bound, joint in zip(certificate.certified, model.arm.joints, strict=True)
         )
-        sentence(f"Certified: no state within {where} has an error above {bounds} at the joints.")
+        sentence(
+            f"Certified: no state within {certificate.where} has an error above {bounds} at the joints. "
+            f"{certificate.note}"
+        )
         line()
     if not model.level.has_torque_terms:
         for heading, dropped in (("Kept", False), ("Dropped", True)):

@@ -57,6 +57,9 @@ class Harmonics:
     cut: tuple[float, float]
     left_out: float
 
+    def __repr__(self) -> str:
+        return f"Harmonics({self.arm!r})"
+
     @property
     def noise(self) -> tuple[float, float]:
         """Largest coefficient of a product of sines and cosines that round-off can feign, like `cut`.

@@ -9,11 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gd_analyze.errors import ModelError
+from gd_analyze.formatting import amount, percent
+from gd_analyze.labels import joint_name
 from gd_analyze.levels.exact import ExactDynamics
 from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.levels.promise import ErrorTable
 from gd_analyze.robots import RobotArm, fingerprint
-from gd_analyze.states import States
+from gd_analyze.shown import html_of
+from gd_analyze.states import States, require_dataset
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray
 
@@ -28,6 +31,27 @@ class Evaluation:
     dynamics: ExactDynamics
     torque: FloatArray
     errors: ErrorTable
+
+    def __repr__(self) -> str:
+        worst = self.errors.worst
+        error = f"{percent(float(self.errors.largest_share[worst]))} of peak torque (joint {worst + 1})"
+        return f"Evaluation({self.dynamics.states!r}, largest error {error})"
+
+    def _repr_html_(self) -> str:
+        """The errors, for a notebook."""
+        errors, joints = self.errors, self.dynamics.arm.joints
+        rows = [
+            [
+                joint_name(i + 1, joint.name),
+                amount(float(errors.peak_torque[i]), joint.effort_unit),
+                amount(float(errors.largest[i]), joint.effort_unit),
+                percent(float(errors.largest_share[i])),
+                amount(float(errors.rms[i]), joint.effort_unit),
+            ]
+            for i, joint in enumerate(joints)
+        ]
+        headings = ["joint", "peak torque", "largest error", "of peak", "RMS error"]
+        return html_of(f"{self.dynamics.arm.name}: {self.dynamics.states.in_words}", headings, rows)
 
     def within(self, allowed: FloatArray) -> FloatArray:
         """Whether each joint's largest error is within `allowed` (n,)."""
@@ -84,6 +108,7 @@ def evaluate(
 
 
 def _require_same(model: SimplifiedModel, arm: RobotArm, dataset: xr.Dataset) -> None:
+    require_dataset(dataset)
     stated = {"arm_fingerprint": fingerprint(arm), "drives": int(model.drives)}
     for name, value in stated.items():
         if dataset.attrs[name] != value:

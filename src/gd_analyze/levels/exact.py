@@ -28,7 +28,7 @@ from gd_analyze.operations.rewriting import rewritten
 from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import RobotArm, arm_of
 from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude, round_off_of
-from gd_analyze.states import States, states_of
+from gd_analyze.states import States, require_dataset, states_for, states_of
 from gd_analyze.trajectories import Trajectory, trajectory_of
 from gd_analyze.vectors import FloatArray
 
@@ -54,6 +54,9 @@ class ExactForm:
 
     arm: RobotArm
     drives: bool = False
+
+    def __repr__(self) -> str:
+        return f"ExactForm({self.arm!r}, drives={self.drives})"
 
     @property
     def drive_inertia(self) -> FloatArray | None:
@@ -110,6 +113,9 @@ class ExactDynamics:
     states: States
     decomposed: Mapping[Any, Any] | None = None
 
+    def __repr__(self) -> str:
+        return f"ExactDynamics({self.form!r}, {self.states!r})"
+
     @classmethod
     def of(
         cls,
@@ -124,9 +130,10 @@ class ExactDynamics:
         """
         arm = arm_of(arm)
         if isinstance(given, States):
-            return cls(ExactForm(arm, arm.counts_drives(drives)), given)
+            return cls(ExactForm(arm, arm.counts_drives(drives)), states_for(arm, given))
         if isinstance(given, Trajectory | str | Path):
             return cls(ExactForm(arm, arm.counts_drives(drives)), states_of(trajectory_of(given, arm)))
+        require_dataset(given)
         described = {
             "trajectory": given.attrs["trajectory"],
             "trajectory_fingerprint": given.attrs["trajectory_fingerprint"],

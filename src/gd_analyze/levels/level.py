@@ -1,7 +1,7 @@
 """What a level of simplification is: how far the dynamics are cut up before something is left out.
 
 A level says by itself what may be dropped, what each candidate makes of torque and costs, how a program is
-written from what is kept, how that is stored and shown, and whether it can be refitted and certified. Search,
+written from what is kept, how that is stored and shown, and whether it can be refitted. Search,
 models, certificates and reports ask the level and know none by name. A level whose models are no list of
 terms, but programs that were pruned, keeps no terms and gives its program as it is.
 """
@@ -66,8 +66,7 @@ class Level(ABC):
     keeps
         What its models keep, in the plural.
     has_torque_terms
-        Whether its models are sums of harmonic terms: their coefficients can be refitted, and their error be
-        certified.
+        Whether its models are sums of harmonic terms, whose coefficients can be refitted.
     is_mechanical
         Whether its models are mechanical systems, with a symmetric D.
     is_priced_exactly
@@ -82,6 +81,9 @@ class Level(ABC):
     is_mechanical: ClassVar[bool] = False
     is_priced_exactly: ClassVar[bool] = False
     entries: ClassVar[TypeAdapter[Any]]
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}()"
 
     def __str__(self) -> str:
         return self.name

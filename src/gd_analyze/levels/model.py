@@ -9,8 +9,12 @@ from functools import cached_property
 import numpy as np
 
 from gd_analyze.errors import ModelError
+from gd_analyze.formatting import amount, percent
 from gd_analyze.formulas.formula import Formula, Legend
+from gd_analyze.formulas.plain import Plain
+from gd_analyze.given_numbers import array_of, require_possible
 from gd_analyze.harmonics.terms import Torques
+from gd_analyze.labels import joint_name
 from gd_analyze.levels.exact import ExactForm
 from gd_analyze.levels.level import Level, Terms
 from gd_analyze.levels.notice import budget_notice
@@ -18,7 +22,11 @@ from gd_analyze.levels.promise import Promise
 from gd_analyze.operations import OperationCount, Program
 from gd_analyze.operations.derivative import derivative
 from gd_analyze.robots import RobotArm
+from gd_analyze.shown import html_of
 from gd_analyze.vectors import FloatArray, set_points_last
+
+# Terms up to which equations are shown in a notebook.
+_MOST_SHOWN = 500
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -53,6 +61,41 @@ class SimplifiedModel:
     operations_full: OperationCount
     promise: Promise
     provenance: Mapping[str, str] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return f"SimplifiedModel({self.arm.name!r}, level {self.level.name}, {self._told})"
+
+    @property
+    def _told(self) -> str:
+        """Operations and error in a few words."""
+        promise = self.promise
+        joint = int(promise.shares.argmax())
+        return (
+            f"{self.operations.total} of {self.operations_full.total} operations, largest error "
+            f"{percent(float(promise.shares[joint]))} of the {promise.asked.shares_of} (joint {joint + 1})"
+        )
+
+    def _repr_html_(self) -> str:
+        """What it promises and its equations, for a notebook."""
+        errors = self.promise.errors
+        columns = np.array([errors.peak_torque, self.promise.allowed, errors.largest, errors.rms])
+        rows = [
+            [joint_name(i, joint.name), *(amount(value, joint.effort_unit) for value in values)]
+            for i, (joint, values) in enumerate(
+                zip(self.arm.joints, columns.T.tolist(), strict=True), start=1
+            )
+        ]
+        printer = Plain()
+        formulas = self.formulas if len(self.terms) <= _MOST_SHOWN else ()
+        lines = [printer.wrapped(formula, 100) for formula in formulas]
+        legend = ", ".join(printer.legend(self.legend)) if formulas else ""
+        return html_of(
+            f"{self.arm.title or self.arm.name}: {len(self.terms)} {self.level.keeps}",
+            ["joint", "peak torque", "allowed error", "largest error", "RMS error"],
+            rows,
+            f"{self._told[0].upper()}{self._told[1:]}; budget {self.promise.budget}.",
+            "\n".join([*lines, *filter(None, [legend])]),
+        )
 
     @property
     def arm(self) -> RobotArm:
@@ -110,7 +153,8 @@ class SimplifiedModel:
         Raises
         ------
         ModelError
-            If a last axis is not n long.
+            If a last axis is not n long, leading axes do not go together, or something is no number, not
+            finite or too large.
         """
         return self._evaluated(self.program, q, qd, qdd)
 
@@ -148,16 +192,29 @@ class SimplifiedModel:
 
     def _evaluated(self, program: Program, *states: FloatArray) -> FloatArray:
         n = self.arm.n_joints
-        arrays = np.broadcast_arrays(*(np.asarray(x, dtype=float) for x in states))
-        leading = arrays[0].shape[:-1]
-        inputs: dict[str, FloatArray] = {}
-        for name, array in zip(("q", "qd", "qdd"), arrays, strict=False):
+        names = ("q", "qd", "qdd")[: len(states)]
+        arrays = [array_of(values, name, ModelError) for name, values in zip(names, states, strict=True)]
+        for name, array in zip(names, arrays, strict=True):
             if array.shape[-1:] != (n,):
                 raise ModelError(
                     f"{name} does not fit the model of {self.arm.name}",
+                    where=name,
                     expected=f"shape (..., {n})",
                     found=str(array.shape),
                 )
+            require_possible(array, name, ModelError)
+        try:
+            arrays = list(np.broadcast_arrays(*arrays))
+        except ValueError:
+            raise ModelError(
+                f"{' and '.join(names)} are not of as many states",
+                where=", ".join(names),
+                expected="leading axes that are alike, or of length 1",
+                found=", ".join(f"shape {array.shape}" for array in arrays),
+            ) from None
+        leading = arrays[0].shape[:-1]
+        inputs: dict[str, FloatArray] = {}
+        for name, array in zip(names, arrays, strict=True):
             inputs |= {f"{name}{i + 1}": row for i, row in enumerate(set_points_last(array))}
         values = program.run(inputs)
         return np.ascontiguousarray(values.T).reshape(*leading, n)

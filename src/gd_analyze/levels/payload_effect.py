@@ -10,7 +10,7 @@ from gd_analyze.formulations.regressor import regressor
 from gd_analyze.levels.exact import ExactDynamics
 from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.round_off import ROUND_OFF_SHARE
-from gd_analyze.states import States
+from gd_analyze.states import States, states_for
 from gd_analyze.vectors import FloatArray, chunks
 
 
@@ -55,6 +55,7 @@ def payload_effect(model: SimplifiedModel, states: States) -> PayloadEffect:
     states
         The states in question; the result says nothing of others.
     """
+    states = states_for(model.arm, states)
     exact = ExactDynamics(model.form, states)
     error = model.torque(*states.arrays) - exact.torque
     # One column of the regressor, N m, shape (N, n).

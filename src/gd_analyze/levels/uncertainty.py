@@ -7,7 +7,7 @@ import numpy as np
 from gd_analyze.formulations.regressor import inertial_parameters, regressor
 from gd_analyze.robots import Link, RobotArm
 from gd_analyze.robots.inertia import of_point_mass
-from gd_analyze.states import States
+from gd_analyze.states import States, states_for
 from gd_analyze.vectors import FloatArray, chunks
 
 
@@ -44,7 +44,7 @@ def torque_uncertainty(arm: RobotArm, states: States, drives: bool | None = None
     of_drives = [drive.inertia_uncertainty for drive in arm.drives if arm.counts_drives(drives)]
     if all(change is None for change in changes) and all(u is None for u in of_drives):
         return None
-    q, qd, qdd = states.last
+    q, qd, qdd = states_for(arm, states).last
     squares = np.zeros(q.shape)
     for chunk in chunks(q.shape[1]):
         per_unit = regressor(arm, q[:, chunk], qd[:, chunk], qdd[:, chunk])

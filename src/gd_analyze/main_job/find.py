@@ -49,8 +49,8 @@ _MOST_JOINTS = 8
 # Multiples of the budget that the report's curve shows, and states drawn to try a model beyond its own.
 _FACTORS = (0.5, 1.0, 2.0, 5.0)
 _DRAWN = 1000
-# Of the certificate: close to the truth in a box as small as a trajectory's.
-_EFFORT = 5_000
+# Of certificates: close to the truth in a box as small as a trajectory's, and along a motion that is told.
+_EFFORT, _EFFORT_OF_TUBE = 5_000, 100_000
 
 
 def find(
@@ -137,7 +137,7 @@ def find(
             "trade_off": tables.trade_off_table(points, arm, how.asked.shares_of),
             "budgets": budgets_table(budget_path(exact, how.asked, model), FACTORS, ranking),
             "beyond": _beyond(exact, model, ranking, many),
-            "tube": _tube(exact, model, trajectory, how.margin, many),
+            "tube": _tube(exact, model, trajectory, Margin.of(how.margin), many),
         },
         model=model,
         element_model=elements,
@@ -206,12 +206,12 @@ def _tube(
             why = "has more equations than are written out here; `gd-analyze certify` takes its time"
             tube = replace(tube, note=f"Not certified: {arm.name} {why}.")
         else:
-            certificate = certify(model, tube, effort=_EFFORT, harmonics=exact.form.harmonics)
+            certificate = certify(model, tube, effort=_EFFORT_OF_TUBE, harmonics=exact.form.harmonics)
     except TrajectoryError as error:
         # What is said of the set points themselves is as true as before.
         unknown = np.full((1, 3, arm.n_joints), np.nan)
-        tube = Tube(unknown, unknown, motion.time[:1], motion.time[-1:], margin.of(arm, motion))
-        tube = replace(tube, note=f"Not certified: {error.what} ({error.details['where']}).")
+        margins, note = margin.along(arm, motion), f"Not certified: {error.what} ({error.details['where']})."
+        tube = Tube(unknown, unknown, motion.time[:1], motion.time[-1:], margins, motion.name, 0, note)
     return tables.tube_table(model, tube, certificate, margin)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from typing import Any, Protocol
 
 from gd_analyze.certification import Margin
@@ -29,14 +29,15 @@ class Settings:
     drives
         Include drive inertia as a separate contribution; by default where the arm describes drives.
     margin
-        How far states may be from the motion for which the model's errors are bounded.
+        How far states may be from the motion for which the model's errors are bounded, or its text such as
+        "1deg,1mm,qd=2%,qdd=5%", which is the default.
     coupling, by_link, terms
         What else to keep of the decomposition, see `decompose`.
 
     Raises
     ------
     UsageError
-        If there is no such level, or the budget is not understood.
+        If there is no such level, or budget or margin are not understood.
     """
 
     budget: Budget | str | None = None
@@ -44,13 +45,14 @@ class Settings:
     refit: bool = False
     operations: int | None = None
     drives: bool | None = None
-    margin: Margin = field(default_factory=Margin)
+    margin: Margin | str | None = None
     coupling: bool = True
     by_link: bool = False
     terms: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "budget", Budget.of(self.budget))
+        object.__setattr__(self, "margin", Margin.of(self.margin))
         if self.level is not None:
             object.__setattr__(self, "level", level_named(self.level))
 
@@ -75,7 +77,7 @@ class Settings:
 
 
 def settings_of(settings: Settings | None, options: dict[str, Any]) -> Settings:
-    """Take settings as users of the library give them: as a value, or field by field, a margin as text too.
+    """Take settings as users of the library give them: as a value, or field by field.
 
     Raises
     ------
@@ -94,8 +96,7 @@ def settings_of(settings: Settings | None, options: dict[str, Any]) -> Settings:
             expected=", ".join(names) if unknown else "an object, or its fields one by one",
             next_step=f"did you mean {near[0]!r}?" if near else None,
         )
-    margin = options.get("margin")
-    return Settings(**options | ({"margin": Margin.parse(margin)} if isinstance(margin, str) else {}))
+    return Settings(**options)
 
 
 def _word(name: str, value: Any) -> str:

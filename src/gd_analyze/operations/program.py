@@ -60,6 +60,9 @@ class Program:
     steps: tuple[Expression, ...]
     outputs: tuple[Any, ...]
 
+    def __repr__(self) -> str:
+        return f"Program({len(self.outputs)} outputs, {self.count})"
+
     @classmethod
     def of(cls, trace: Trace, outputs: Sequence[Any]) -> Program:
         """Keep what the outputs need; the rest of the trace is dead."""

@@ -11,7 +11,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -22,6 +22,7 @@ from gd_analyze.vectors import FloatArray
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
     from matplotlib.font_manager import FontProperties
 
 Anchor = Literal["start", "middle", "end"]
@@ -68,6 +69,14 @@ class Text:
     look: dict[str, Any]
 
 
+class Frame(NamedTuple):
+    """Where a panel is, pt: left, bottom, width and height; and the range of the numbers in it."""
+
+    box: tuple[float, float, float, float]
+    x: tuple[float, float]
+    y: tuple[float, float]
+
+
 @dataclass(frozen=True)
 class Canvas:
     """An empty drawing of some width and height, pt."""
@@ -76,6 +85,7 @@ class Canvas:
     height: float
     shapes: list[Shape] = field(default_factory=list)
     texts: list[Text] = field(default_factory=list)
+    frames: list[Frame] = field(default_factory=list)
 
     def line(
         self,
@@ -150,11 +160,12 @@ class Canvas:
         """Write on a baseline; `look` is matplotlib's, such as weight="bold"."""
         self.texts.append(Text(x, y, text, size, colour, anchor, look))
 
-    def axes(self) -> Axes:
-        """Give it as matplotlib Axes, which fill a figure of their own and whose data coordinates are pt."""
+    def axes(self, figure: Figure | None = None) -> Axes:
+        """Give it as matplotlib Axes with pt as data coordinates; they fill a figure, by default their own."""
         from matplotlib.figure import Figure
 
-        figure = Figure(figsize=(self.width / 72, self.height / 72), dpi=72)
+        if figure is None:
+            figure = Figure(figsize=(self.width / 72, self.height / 72), dpi=72)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, self.width), ylim=(0.0, self.height))
         axes.set_axis_off()
         for shape in sorted(self.shapes, key=lambda shape: shape.order):

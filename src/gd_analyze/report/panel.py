@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gd_analyze.formatting import prefixed, pretty
-from gd_analyze.report.canvas import Canvas
+from gd_analyze.report.canvas import Canvas, Frame
 from gd_analyze.report.thinning import thinned
 from gd_analyze.vectors import FloatArray
 
@@ -102,6 +102,7 @@ def add_frame(
     size: float = 6,
 ) -> None:
     """Draw baseline, zero line, ticks and the labels of the axes named; those of y in units of the scale."""
+    canvas.frames.append(Frame((panel.left, panel.bottom, panel.width, panel.height), panel.x, panel.y))
     left, right, bottom = panel.left, panel.right, panel.bottom
     x_at, y_at = panel.across(np.array(x_ticks)).tolist(), panel.upward(np.array(y_ticks)).tolist()
     canvas.segments([(left, y, right, y) for y in y_at], "line", 0.5)

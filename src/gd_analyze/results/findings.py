@@ -10,15 +10,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.formatting import amount, rounded_up
 from gd_analyze.harmonics.terms import Torques
+from gd_analyze.labels import joint_name
 from gd_analyze.levels import SimplifiedModel
 from gd_analyze.results.drawn import drawn
+from gd_analyze.results.error_words import nothing_gained, off_by
 from gd_analyze.robots import RobotArm
+from gd_analyze.shown import html_of
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from gd_analyze.report.plots import Plots
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +59,41 @@ class Findings:
     ranked_terms: Torques
     warnings: tuple[str, ...]
     provenance: Mapping[str, str]
+
+    def __repr__(self) -> str:
+        return f"Findings({self.arm!r}, {self.trajectory!r}, {self.model!r})"
+
+    def _repr_html_(self) -> str:
+        """What the model promises, and what is proven around the motion, for a notebook."""
+        model, tube = self.model, self.tables["tube"]
+        errors = model.promise.errors
+        columns = [errors.peak_torque, model.promise.allowed, errors.largest]
+        headings = ["joint", "peak torque", "allowed error", "largest error"]
+        proven = tube.tube_certified.values
+        if np.isfinite(proven).all():
+            headings.append("proven around the motion")
+            columns.append(np.array([rounded_up(float(bound)) for bound in proven]))
+        rows = [
+            [joint_name(i, joint.name), *(amount(value, joint.effort_unit) for value in values)]
+            for i, (joint, values) in enumerate(
+                zip(self.arm.joints, np.array(columns).T.tolist(), strict=True), start=1
+            )
+        ]
+        gained = f"{model.operations.total} operations, the exact torque {model.operations_full.total}: "
+        told = nothing_gained(model) or f"{gained}{off_by(model)}."
+        return html_of(
+            f"{self.arm.title or self.arm.name} along {self.trajectory.name}",
+            headings,
+            rows,
+            " ".join([told, *(f"Warning: {warning}." for warning in self.warnings)]),
+        )
+
+    @property
+    def plot(self) -> Plots:
+        """The report's figures as matplotlib Axes: `plot.torque()`, `plot.errors()`, and more."""
+        from gd_analyze.report.plots import Plots
+
+        return Plots(self)
 
     @property
     def decomposition(self) -> xr.Dataset:

@@ -64,11 +64,6 @@ def dropped_parts(findings: Findings) -> DroppedParts:
     )
 
 
-def tube_rows(findings: Findings) -> list[Row]:
-    """One row per joint: what is proven around the motion, and the largest error at its set points."""
-    return joint_rows(findings, "simplified_model", "tube")
-
-
 def trade_off_rows(findings: Findings) -> list[Row]:
     """One row per budget, its operations and shares in the order of the kinds."""
     table = findings.tables["trade_off"]

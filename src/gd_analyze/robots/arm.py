@@ -17,9 +17,12 @@ from typing import Literal
 import numpy as np
 
 from gd_analyze.errors import ArmError
+from gd_analyze.formatting import amount, pretty
+from gd_analyze.labels import joint_name
 from gd_analyze.robots.constants import keep
 from gd_analyze.robots.names import require_name, require_sentences
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link
+from gd_analyze.shown import html_of
 from gd_analyze.vectors import FloatArray
 
 
@@ -80,6 +83,24 @@ class RobotArm:
                     found=f"link {index + 1}",
                     next_step="state the full inertia: every other link turns about several axes",
                 )
+
+    def __repr__(self) -> str:
+        return f"RobotArm({self.name!r}, {self.n_joints} joints{', drives' if self.drives else ''})"
+
+    def _repr_html_(self) -> str:
+        """Its joints, links and drives, for a notebook."""
+        headings = ["joint", "kind", "range", "rate limit", "mass of link"]
+        rows = [
+            [joint_name(i, joint.name), joint.kind, *joint.limits_told, amount(link.mass, "kg")]
+            for i, (joint, link) in enumerate(zip(self.joints, self.links, strict=True), start=1)
+        ]
+        if self.drives:
+            headings.append("drive at the joint")
+            units = ("kg m^2" if turns else "kg" for turns in self.is_revolute)
+            for row, drive, unit in zip(rows, self.drives, units, strict=True):
+                row.append(pretty(amount(drive.inertia, unit)))
+        g = ", ".join(f"{x:g}" for x in self.gravity)
+        return html_of(self.title or self.name, headings, rows, f"{self!r}; gravity ({g}) m/s^2")
 
     @property
     def n_joints(self) -> int:

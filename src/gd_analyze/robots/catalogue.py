@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from contextlib import suppress
+from os import PathLike
 from pathlib import Path
 
 from gd_analyze.errors import ArmError
@@ -24,18 +25,9 @@ def arm_of(given: RobotArm | str | Path) -> RobotArm:
     Raises
     ------
     ArmError
-        As `load_arm`, or if it is none of these.
+        As `load_arm`.
     """
-    if isinstance(given, RobotArm):
-        return given
-    if isinstance(given, str | Path):
-        return load_arm(given)
-    raise ArmError(
-        "this is no arm",
-        where="arm",
-        expected="a RobotArm, the name of a built-in one, or the path of an arm's TOML file",
-        found=in_python(given),
-    )
+    return given if isinstance(given, RobotArm) else load_arm(given)
 
 
 def load_arm(name_or_path: str | Path) -> RobotArm:
@@ -61,6 +53,13 @@ def load_arm(name_or_path: str | Path) -> RobotArm:
     >>> load_arm("puma560").n_joints
     6
     """
+    if not isinstance(name_or_path, str | PathLike):
+        raise ArmError(
+            "this is no arm",
+            where="arm",
+            expected="the name of a built-in one, or the path of an arm's TOML file",
+            found=in_python(name_or_path),
+        )
     builtin = builtin_arms()
     given = str(name_or_path)
     if given in builtin:

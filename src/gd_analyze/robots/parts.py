@@ -120,6 +120,17 @@ class Joint:
         return "rad" if self.kind == "revolute" else "m"
 
     @property
+    def limits_told(self) -> tuple[str, str]:
+        """Range, in degrees where it turns, and rate limit with units; a dash where unknown."""
+        turns = self.kind == "revolute"
+        ends = [end for end in (self.lower, self.upper) if end is not None and math.isfinite(end)]
+        scale, unit = (180 / math.pi, "°") if turns else (1.0, "m")
+        within = " .. ".join(f"{scale * end:.4g}" for end in ends)
+        rate = self.rate_limit
+        is_known = rate is not None and math.isfinite(rate)
+        return f"{within} {unit}" if len(ends) == 2 else "–", f"{rate:.4g} {self.unit}/s" if is_known else "–"
+
+    @property
     def effort_unit(self) -> str:
         """Unit of the generalized torque: N m or N."""
         return "N m" if self.kind == "revolute" else "N"

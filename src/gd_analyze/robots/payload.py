@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, UsageError
-from gd_analyze.given_numbers import number_in
+from gd_analyze.given_numbers import array_of, number_in
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.inertia import of_point_mass, symmetric_tensor
 from gd_analyze.robots.parts import Link
@@ -87,7 +87,7 @@ def with_payload(
     >>> with_payload(load_arm("puma560"), 1.5, [0.0, 0.0, 0.1]).mass[-1].item()
     1.59
     """
-    payload = Payload(mass, np.asarray(position, dtype=float), _tensor(inertia))
+    payload = Payload(mass, array_of(position, "the position of the payload", ArmError), _tensor(inertia))
     if payload.mass > heaviest_carried(arm.reach):
         warnings.warn(
             f"a payload of {payload.mass:g} kg is more than an arm that reaches {arm.reach:.3g} m carries; "
@@ -172,7 +172,7 @@ def parse_payload(line: str) -> Payload:
 def _tensor(inertia: ArrayLike | None) -> FloatArray:
     if inertia is None:
         return np.zeros((3, 3))
-    given = np.asarray(inertia, dtype=float)
+    given = array_of(inertia, "the inertia of the payload", ArmError)
     if given.shape in ((3,), (6,)):
         return symmetric_tensor(*given)
     if given.shape == (3, 3):

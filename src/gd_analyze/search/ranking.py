@@ -7,11 +7,17 @@ from typing import Any
 
 import numpy as np
 
+from gd_analyze.formatting import percent
+from gd_analyze.formulas.plain import Plain
+from gd_analyze.formulas.writing import term_formula
 from gd_analyze.levels import TERM, Budget, ExactDynamics, Level
 from gd_analyze.search.candidates import candidates_of
 from gd_analyze.search.elimination import eliminate
+from gd_analyze.shown import html_of
 from gd_analyze.vectors import FloatArray
 
+# Terms shown in a notebook.
+_MOST_SHOWN = 12
 _WHOLE = Budget.parse("100%")
 
 
@@ -67,6 +73,29 @@ class TermRanking:
     not_worth_keeping: int = 0
     unlisted: int = 0
     unlisted_share: float = 0.0
+
+    def __repr__(self) -> str:
+        return f"TermRanking({len(self.terms)} of {self.total} terms)"
+
+    def _repr_html_(self) -> str:
+        """The first, for a notebook."""
+        plain, rows = Plain(), []
+        for ranked in self.terms[:_MOST_SHOWN]:
+            formula = term_formula(ranked.term, ranked.weight)
+            rows.append(
+                [
+                    str(ranked.rank),
+                    plain.symbol(formula.left),
+                    plain.right(formula),
+                    percent(ranked.alone_share),
+                    str(ranked.alone_joint),
+                    percent(ranked.without_share),
+                    str(ranked.without_joint),
+                ]
+            )
+        headings = ["", "in", "term", "alone, of peak torque", "joint", "without it and all below", "joint"]
+        more = self.total - len(rows)
+        return html_of("Terms by what they do to torque", headings, rows, f"{more} more." if more else "")
 
     @property
     def total(self) -> int:

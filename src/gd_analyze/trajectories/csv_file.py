@@ -6,6 +6,7 @@ import difflib
 import re
 import sys
 from collections.abc import Iterable, Sequence
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -40,18 +41,9 @@ def trajectory_of(given: Trajectory | str | Path, arm: RobotArm) -> Trajectory:
     Raises
     ------
     TrajectoryError
-        As `read_trajectory`, or if it is none of these.
+        As `read_trajectory`.
     """
-    if isinstance(given, Trajectory):
-        return given
-    if isinstance(given, str | Path):
-        return read_trajectory(given, arm)
-    raise TrajectoryError(
-        "this is no trajectory",
-        where="trajectory",
-        expected="a Trajectory, the name of a shipped one, or the path of a CSV file",
-        found=in_python(given),
-    )
+    return given if isinstance(given, Trajectory) else read_trajectory(given, arm)
 
 
 def read_trajectory(path_or_name: str | Path, arm: RobotArm) -> Trajectory:
@@ -85,6 +77,13 @@ def read_trajectory(path_or_name: str | Path, arm: RobotArm) -> Trajectory:
     >>> read_trajectory("pick-and-place", load_arm("puma560")).n_set_points
     31
     """
+    if not isinstance(path_or_name, str | PathLike):
+        raise TrajectoryError(
+            "this is no trajectory",
+            where="trajectory",
+            expected="the name of a shipped one, or the path of a CSV file",
+            found=in_python(path_or_name),
+        )
     path, name, source, data = _fetch(path_or_name)
     lines = _decode(data, path).replace("\r\n", "\n").replace("\r", "\n").split("\n")
     numbers = [i for i, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.given_numbers import LARGEST, are_possible
+from gd_analyze.given_numbers import LARGEST, are_possible, array_of
 from gd_analyze.robots import RobotArm
 from gd_analyze.trajectories.limits import ROUNDING, angle, joint_label
 from gd_analyze.vectors import FloatArray
@@ -43,8 +43,8 @@ def checked_knots(arm: RobotArm, start: ArrayLike, via: Sequence[ArrayLike], goa
 def _knot(arm: RobotArm, label: str, values: ArrayLike) -> FloatArray:
     """Joint variables of a knot, the arm's number of them, finite and within the position limits."""
     try:
-        knot = np.array(values, dtype=float)
-    except (TypeError, ValueError):
+        knot = array_of(values, label, TrajectoryError)
+    except TrajectoryError:
         raise wrong_argument(
             f"{label} is not a list of numbers", label, "numbers", repr(values)[:80]
         ) from None

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
-from gd_analyze.given_numbers import LARGEST
+from gd_analyze.given_numbers import LARGEST, array_of
 from gd_analyze.robots import RobotArm
 from gd_analyze.trajectories.knots import checked_knots, knot_times, wrong_argument
 from gd_analyze.trajectories.limits import ROUNDING, LimitReport, limit_report
@@ -69,12 +69,13 @@ class Schedule:
                 repr(self.profile),
                 f"did you mean {near[0]!r}?" if near else "choose one of these",
             )
-        if not _SHORTEST <= self.duration <= LARGEST:
+        duration = array_of(self.duration, "duration", TrajectoryError)
+        if duration.ndim or not _SHORTEST <= duration <= LARGEST:
             raise wrong_argument(
                 "no motion has this duration",
                 "duration",
                 f"{_SHORTEST:g} s to {LARGEST:g} s",
-                f"{self.duration:g} s",
+                f"shape {duration.shape}" if duration.ndim else f"{duration:g} s",
             )
         if not 2 <= self.n_set_points <= MOST_SET_POINTS:
             raise wrong_argument(

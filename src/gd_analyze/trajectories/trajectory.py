@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.given_numbers import LARGEST, are_possible
+from gd_analyze.formatting import number
+from gd_analyze.given_numbers import LARGEST, are_possible, array_of
+from gd_analyze.shown import html_of
 from gd_analyze.vectors import FloatArray
 
 
@@ -44,20 +46,25 @@ class Trajectory:
     rates_from: str = "given"
 
     def __post_init__(self) -> None:
-        shape = np.shape(self.q)
+        shape = array_of(self.q, "q", TrajectoryError).shape
         if len(shape) != 2 or shape[0] < 1:
             raise TrajectoryError(
                 "a trajectory needs at least one set point", expected="q of shape (N, n)", found=str(shape)
             )
         for what, wanted in (("time", shape[:1]), ("q", shape), ("qd", shape), ("qdd", shape)):
-            array = np.array(getattr(self, what), dtype=float)
+            array = array_of(getattr(self, what), what, TrajectoryError).copy()
             if array.shape != wanted:
                 raise TrajectoryError(
                     f"{what} has the wrong shape", expected=str(wanted), found=str(array.shape)
                 )
             if not np.isfinite(array).all():
                 row = int(np.argwhere(~np.isfinite(array))[0][0])
-                raise TrajectoryError(f"{what} is not finite at set point {row + 1}")
+                raise TrajectoryError(
+                    f"{what} is not finite at set point {row + 1}",
+                    where=f"trajectory {self.name}",
+                    expected="finite numbers",
+                    found=str(array[row].tolist()),
+                )
             if not are_possible(array):
                 row = int(np.argwhere(np.abs(array) > LARGEST)[0][0])
                 raise TrajectoryError(
@@ -77,6 +84,18 @@ class Trajectory:
                 expected=f"more than {self.time[row]:g} s",
                 found=f"{self.time[row + 1]:g} s",
             )
+
+    def __repr__(self) -> str:
+        size = f"{self.n_joints} joints, {self.n_set_points} set points"
+        return f"Trajectory({self.name!r}, {size}, {self.time[0]:g} to {self.time[-1]:g} s)"
+
+    def _repr_html_(self) -> str:
+        """Where it goes and how fast, for a notebook; whether joints turn, an arm would know."""
+        largest = [np.abs(x).max(axis=0) for x in (self.qd, self.qdd)]
+        columns = np.column_stack([self.q[0], self.q[-1], *largest])
+        rows = [[str(i), *map(number, row)] for i, row in enumerate(columns.tolist(), start=1)]
+        headings = ["joint", "start", "end", "largest rate", "largest acceleration"]
+        return html_of(repr(self), headings, rows, "In rad and s; in m where a joint slides.")
 
     @property
     def n_set_points(self) -> int:

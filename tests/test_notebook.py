@@ -1,0 +1,196 @@
+"""What a person at a notebook types: names of arms and motions, options by name; and how values show."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gd_analyze as gd
+from gd_analyze.errors import ArmError, OutputError, TrajectoryError, UsageError
+from gd_analyze.main_job import Settings
+from gd_analyze.robots import builtin_arms
+from gd_analyze.trajectories import shipped_trajectories
+
+ROBOT, MOTION = "two_link", "two-link-swing"
+
+
+def test_the_main_job_by_names_and_options(puma, pick_and_place):
+    found = gd.analyze("puma560", "pick-and-place", budget="2%", drives=False)
+    same = gd.find(puma, pick_and_place, Settings(budget=gd.Budget.parse("2%"), drives=False))
+    assert found.provenance["run"] == same.provenance["run"]
+    assert found.model.promise.budget == "2%"
+    assert not found.model.drives
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        (ROBOT, MOTION),
+        (builtin_arms()[ROBOT], shipped_trajectories()[MOTION]),
+        (str(builtin_arms()[ROBOT]), str(shipped_trajectories()[MOTION])),
+    ],
+    ids=["names", "paths", "paths as text"],
+)
+def test_names_and_paths_will_do_wherever_an_arm_or_a_motion_is_asked_for(two_link, swing, words):
+    arm, motion = words
+    model, by_value = gd.simplify(arm, motion, "5%"), gd.simplify(two_link, swing, "5%")
+    assert model.torques == by_value.torques
+    expected = gd.evaluate(by_value, swing).errors.largest
+    np.testing.assert_array_equal(gd.evaluate(model, motion).errors.largest, expected)
+    np.testing.assert_array_equal(gd.decompose(arm, motion).torque, gd.decompose(two_link, swing).torque)
+    assert gd.equations(arm) == gd.equations(two_link)
+    assert gd.harmonics_of(arm).inertia.keys() == gd.harmonics_of(two_link).inertia.keys()
+    np.testing.assert_array_equal(gd.states_in_box(arm, 3).q, gd.states_in_box(two_link, 3).q)
+    exact = gd.ExactDynamics.of(arm, motion)
+    np.testing.assert_array_equal(exact.peak_torque, gd.ExactDynamics.of(two_link, swing).peak_torque)
+
+
+def test_a_folder_is_written_where_one_is_named(tmp_path):
+    folder = tmp_path / "results"
+    found = gd.analyze(ROBOT, MOTION, folder, formats=("json", "csv"), budget="5%")
+    assert sorted(path.name for path in folder.iterdir()) == ["dominance.csv", "model.json"]
+    assert gd.load_model(folder / "model.json").torques == found.model.torques
+    gd.analyze(ROBOT, MOTION, folder, formats=("json", "csv"), budget="5%")
+    with pytest.raises(OutputError, match="another run"):
+        gd.analyze(ROBOT, MOTION, folder, formats=("json",))
+    gd.analyze(ROBOT, MOTION, folder, formats=("json",), overwrite=True)
+    assert [path.name for path in folder.iterdir()] == ["model.json"]
+
+
+def test_what_is_no_arm_no_motion_and_no_option():
+    with pytest.raises(ArmError, match="there is no arm 'puma'"):
+        gd.analyze("puma", MOTION)
+    with pytest.raises(TrajectoryError, match="there is no trajectory"):
+        gd.analyze(ROBOT, "swing")
+    with pytest.raises(UsageError, match="there is no option 'bugdet'") as caught:
+        gd.analyze(ROBOT, MOTION, bugdet="1%")
+    assert caught.value.details["next"] == "did you mean 'budget'?"
+    with pytest.raises(UsageError, match="settings are given twice"):
+        gd.analyze(ROBOT, MOTION, None, Settings(), budget="1%")
+    with pytest.raises(UsageError, match="this is no budget"):
+        gd.analyze(ROBOT, MOTION, budget=0.01)
+
+
+def test_a_margin_in_words():
+    wide, usual = (gd.analyze(ROBOT, MOTION, **options) for options in ({"margin": "5deg"}, {}))
+    bounds = [found.tables["tube"].tube_certified.values for found in (wide, usual)]
+    assert (bounds[0] > bounds[1]).any()
+
+
+@pytest.fixture(scope="module")
+def shown(puma, pick_and_place, puma_findings) -> dict[str, object]:
+    exact = gd.ExactDynamics.of(puma, pick_and_place)
+    return {
+        "arm": puma,
+        "trajectory": pick_and_place,
+        "findings": puma_findings,
+        "model": puma_findings.model,
+        "evaluation": gd.evaluate(puma_findings.model, pick_and_place),
+        "ranking": gd.rank_terms(exact),
+        "certificate": gd.certify(puma_findings.model, gd.Box.around(*exact.states.arrays), effort=500),
+        "exact dynamics": exact,
+        "states": exact.states,
+        "harmonics": gd.harmonics_of(puma),
+        "program": puma_findings.model.program,
+    }
+
+
+HTML = ("arm", "trajectory", "findings", "model", "evaluation", "ranking", "certificate")
+
+
+@pytest.mark.parametrize("name", [*HTML, "exact dynamics", "states", "harmonics", "program"])
+def test_a_value_is_one_line(shown, name):
+    text = repr(shown[name])
+    assert text.startswith(type(shown[name]).__name__)
+    assert len(text) < 300
+    assert "\n" not in text
+
+
+class Page(HTMLParser):
+    """Tags that are open, and what is read of cells."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.cells: list[int] = []
+        self.text = ""
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        self.open.append(tag)
+        if tag == "tr":
+            self.cells.append(0)
+        if tag in ("td", "th"):
+            self.cells[-1] += 1
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text += data
+
+
+@pytest.mark.parametrize("name", HTML)
+def test_a_value_is_a_small_table(shown, name):
+    html = shown[name]._repr_html_()
+    page = Page(html)
+    assert page.open == []
+    assert len(set(page.cells)) == 1, "as many cells in every row"
+    assert len(page.cells) >= 7
+    assert len(html) < 6000
+
+
+def test_the_ranking_of_elements_shows_as_xarray_does(puma_findings):
+    """It is a Dataset, whose own views are short."""
+    assert len(repr(puma_findings.dominance)) < 4000
+    assert puma_findings.dominance._repr_html_()
+
+
+def test_the_tables_say_what_there_is(shown):
+    puma = Page(shown["arm"]._repr_html_()).text
+    assert "Unimation PUMA 560" in puma
+    assert "-160 .. 160 °" in puma
+    assert "17.4 kg" in puma
+    assert "4.71 kg m²" in puma
+    model = Page(shown["model"]._repr_html_()).text
+    assert f"{shown['model'].operations.total} of {shown['model'].operations_full.total} operations" in model
+    assert "tau6 = " in model
+    assert "C23 = cos(q2 + q3)" in model
+    ranking = shown["ranking"]
+    assert f"{ranking.total - 12} more." in Page(ranking._repr_html_()).text
+    findings = Page(shown["findings"]._repr_html_()).text
+    assert "no joint's torque is off by more than" in findings
+    assert "proven around the motion" in findings
+
+
+def test_forces_are_told_in_newtons():
+    arm = gd.load_arm("stanford")
+    model = gd.simplify(arm, gd.states_in_box(arm, 50), "5%", drives=False)
+    rows = re.findall(r"<tr><td[^>]*>(\d) .*?</tr>", model._repr_html_())
+    assert rows == ["1", "2", "3", "4", "5", "6"]
+    (slide,) = re.findall(r"<tr><td[^>]*>3 boom</td>.*?</tr>", model._repr_html_())
+    assert re.search(r"\d m?N<", slide)
+    assert "N m" not in slide
+
+
+def test_names_of_others_are_escaped(two_link, swing):
+    script = "<script>alert(1)</script>"
+    joints = (dataclasses.replace(two_link.joints[0], name=script), two_link.joints[1])
+    arm = dataclasses.replace(two_link, name=script, title=f"{script} & co", joints=joints)
+    motion = dataclasses.replace(swing, name=script)
+    findings = gd.find(arm, motion)
+    values = (arm, motion, findings, findings.model, gd.evaluate(findings.model, motion))
+    for value in values:
+        html = value._repr_html_()
+        assert "<script" not in html
+        assert "&lt;script&gt;" in html
+
+
+def test_the_package_says_that_it_is_typed():
+    assert (Path(gd.__file__).parent / "py.typed").is_file()
