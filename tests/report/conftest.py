@@ -1,11 +1,16 @@
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+from browser import Tab, opened, started
+from page_reader import Page
 from report_arms import ONE_JOINT, SLIDING
 
 from gd_analyze.main_job import Origin, find
+from gd_analyze.report.html import render_html
 from gd_analyze.results import Findings
 from gd_analyze.robots import RobotArm, load_arm, read_arm
 from gd_analyze.trajectories import read_trajectory
@@ -18,6 +23,16 @@ def puma_findings() -> Findings:
 
 
 @pytest.fixture(scope="session")
+def source(puma_findings: Findings) -> str:
+    return render_html(puma_findings)
+
+
+@pytest.fixture(scope="session")
+def page(source: str) -> Page:
+    return Page(source)
+
+
+@pytest.fixture(scope="session")
 def arms(tmp_path_factory: pytest.TempPathFactory) -> dict[str, RobotArm]:
     folder: Path = tmp_path_factory.mktemp("arms")
     out = {}
@@ -26,3 +41,25 @@ def arms(tmp_path_factory: pytest.TempPathFactory) -> dict[str, RobotArm]:
         path.write_text(text, encoding="utf-8")
         out[name] = read_arm(path)
     return out
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Any]:
+    with started() as running:
+        yield running
+
+
+@pytest.fixture(scope="session")
+def file(source: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path: Path = tmp_path_factory.mktemp("page") / "report.html"
+    path.write_text(source, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def tab(browser: Any, file: Path) -> Iterator[Tab]:
+    """The page with all folds open, shared by the tests of a file, which leave it as they found it."""
+    with opened(browser, file) as tab:
+        tab.unfold()
+        yield tab
+        assert not [line for line in tab.said if line.startswith(("error", "warning"))]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
 import gd_analyze as gd
@@ -33,3 +35,10 @@ def test_the_trade_off_is_in_the_terms_of_the_budget(puma_findings, in_torque):
         assert drawn["model"]["x"] == pytest.approx(own, rel=1e-3)
         assert document(findings)["trade_off"]["shares_of"] == told
         assert f"in percent of the {told}, by budget" in render_html(findings)
+
+
+def test_the_errors_to_drag_are_shares_of_the_same(in_torque):
+    page = render_html(in_torque)
+    assert '"shares_of":"allowed error"' in page.replace('": ', '":')
+    assert json.dumps(in_torque.model.promise.allowed.tolist()[0]) in page
+    assert "largest error,<br>of allowed error" in page

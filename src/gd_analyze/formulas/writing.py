@@ -50,16 +50,27 @@ def torque_formulas(rates: AbsoluteRates, torques: Torques) -> tuple[Formula, ..
 
     Within each the largest come first; terms with the same rates stand in brackets before them.
     """
-    rows: list[dict[tuple[Rate, ...], list[Product]]] = [defaultdict(list) for _ in range(rates.n_joints)]
-    for term, weight in sorted(torques.items(), key=lambda item: (falling(item[1]), item[0])):
-        rows[term.row][term.rates].append(Product(weight, powers(term.monomial)))
     out = []
-    for joint, row in enumerate(rows):
-        pieces = [Piece(one(_torque(joint + 1)), "carried")] if rates.carries_next(joint) else []
-        for before in sorted(row, key=lambda before: _ORDER.index(quantity_of(before))):
-            pieces += bracketed(quantity_of(before), tuple(row[before]), _rates(before))
-        out.append(Formula(_torque(joint), tuple(pieces) or NOTHING))
+    for joint, groups in enumerate(grouped(rates.n_joints, torques)):
+        pieces = [carried(joint)] if rates.carries_next(joint) else []
+        for before, terms in groups:
+            products = tuple(Product(torques[term], powers(term.monomial)) for term in terms)
+            pieces += bracketed(quantity_of(before), products, rate_powers(before))
+        out.append(Formula(torque_symbol(joint), tuple(pieces) or NOTHING))
     return tuple(out)
+
+
+def grouped(n_joints: int, torques: Torques) -> list[list[tuple[tuple[Rate, ...], list[TorqueTerm]]]]:
+    """Terms with the same rates, by the joint they act on, in the order they are written."""
+    rows: list[dict[tuple[Rate, ...], list[TorqueTerm]]] = [defaultdict(list) for _ in range(n_joints)]
+    for term in sorted(torques, key=lambda term: (falling(torques[term]), term)):
+        rows[term.row][term.rates].append(term)
+    return [sorted(row.items(), key=lambda item: _ORDER.index(quantity_of(item[0]))) for row in rows]
+
+
+def carried(joint: int) -> Piece:
+    """Torque of the next joint, which one with a parallel axis carries."""
+    return Piece(one(torque_symbol(joint + 1)), "carried")
 
 
 def energy_formulas(energies: Energies) -> tuple[Formula, ...]:
@@ -78,7 +89,7 @@ def term_formula(term: TorqueTerm | EnergyTerm, weight: float) -> Formula:
     """Formula of a single term; the left-hand side says where it stands."""
     product = Product(weight, powers(term.monomial))
     if isinstance(term, TorqueTerm):
-        return Formula(_torque(term.row), bracketed(term.quantity, (product,), _rates(term.rates)))
+        return Formula(torque_symbol(term.row), bracketed(term.quantity, (product,), rate_powers(term.rates)))
     if term.is_potential:
         return Formula(Symbol("U"), (Piece(product, "gravity_loading"),))
     return Formula(Symbol("D'", joined((term.i, term.j))), (Piece(product, "inertia"),))
@@ -117,9 +128,11 @@ def _base(factor: Factor) -> Symbol | Function:
     return abbreviation(factor) if factor.is_plain else written_out(factor)
 
 
-def _torque(joint: int) -> Symbol:
+def torque_symbol(joint: int) -> Symbol:
+    """Symbol of a joint's torque, joints from 0."""
     return Symbol("tau", joined((joint,)))
 
 
-def _rates(rates: tuple[Rate, ...]) -> tuple[Power, ...]:
+def rate_powers(rates: tuple[Rate, ...]) -> tuple[Power, ...]:
+    """Powers of rates that a term is multiplied with."""
     return tuple(Power(rate_symbol(rate), len([*same])) for rate, same in groupby(rates))

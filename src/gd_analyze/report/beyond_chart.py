@@ -31,16 +31,17 @@ def beyond_chart(rows: list[Row]) -> dict[str, Any]:
     low = max(min([math.floor(d) for d in decades] + [-1]), _LOWEST)
     high = min(max([math.ceil(d) for d in decades] + [1]), _HIGHEST)
 
-    def place(ratio: float | None) -> float | None:
-        return None if ratio is None else _placed(ratio, low, high)
+    def mark(ratio: float | None) -> float | None:
+        return None if ratio is None else place(ratio, low, high)
 
     return {
-        "marks": [{name: place(ratio) for name, ratio in row.items()} for row in ratios],
-        "ticks": [(_placed(10.0**d, low, high), f"{10.0**d:g}×") for d in range(low, high + 1)],
-        "budget": _placed(1.0, low, high),
+        "marks": [{name: mark(ratio) for name, ratio in row.items()} for row in ratios],
+        "ticks": [(place(10.0**d, low, high), f"{10.0**d:g}×") for d in range(low, high + 1)],
+        "budget": place(1.0, low, high),
     }
 
 
-def _placed(ratio: float, low: int, high: int) -> float:
+def place(ratio: float, low: int, high: int) -> float:
+    """Place of a ratio on a logarithmic axis between two decades, in percent from its left."""
     decade = math.log10(ratio) if ratio > 0.0 else low
     return round(100 * (min(max(decade, low), high) - low) / (high - low), 2)

@@ -19,7 +19,7 @@ from gd_analyze.formulations.methods import METHODS
 from gd_analyze.report.colours import TEMPLATES
 from gd_analyze.report.comparison_chart import PAPER, SCREEN, Palette, growth_chart
 from gd_analyze.report.comparison_document import comparison_document, provenance_rows
-from gd_analyze.report.html import environment, style
+from gd_analyze.report.page_environment import environment, style
 from gd_analyze.report.pdf import typeset
 from gd_analyze.robots import RobotArm
 from gd_analyze.run import mark_of, require_one_run

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import json
-import math
-from functools import cache
-from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from markupsafe import Markup
 
 from gd_analyze import formatting
 from gd_analyze.elements import elements
-from gd_analyze.formulas.formula import Formula, Legend
+from gd_analyze.formulas.formula import Legend
 from gd_analyze.formulas.mathml import PageMathML
-from gd_analyze.formulas.parts import part_symbol
-from gd_analyze.formulas.writing import term_formula
 from gd_analyze.labels import inertia_label
-from gd_analyze.report.beyond_chart import beyond_chart
-from gd_analyze.report.colours import TEMPLATES, css_variables
-from gd_analyze.report.interactive import MOST_POINTS, page_data
+from gd_analyze.report.beyond_chart import beyond_chart, place
+from gd_analyze.report.budget_equations import budget_equations
+from gd_analyze.report.budget_path import DECADES, BudgetPath
+from gd_analyze.report.interactive import MOST_POINTS, NEAR, page_data
+from gd_analyze.report.numbering import numbering
+from gd_analyze.report.page_environment import environment, style, template_text
 from gd_analyze.report.stroboscope import stroboscope
 from gd_analyze.report.terms import (
     exact_elements,
@@ -30,12 +28,21 @@ from gd_analyze.report.terms import (
 )
 from gd_analyze.results import Findings, rows_of, summary
 from gd_analyze.results.rows import Row, dropped_parts, element_rows, joint_rows, trade_off_rows
-from gd_analyze.results.words import LETTERS, SYMBOLS, VERDICTS, kind_name, told
+from gd_analyze.results.words import CONTRIBUTIONS, kind_name
 
-if TYPE_CHECKING:
-    from jinja2 import Environment
-
-SCRIPTS = ("trade_off.js", "plots.js", "viewer.js", "table.js", "page.js")
+SCRIPTS = ("chart.js", "trade_off.js", "plots.js", "viewer.js", "budget.js", "table.js", "page.js", "fold.js")
+# What the appendices are called where there is little room.
+SHORT_TITLES = {
+    "motion": "Motion",
+    "effects": "Effects",
+    "ranking": "Elements",
+    "terms": "Terms",
+    "model": "Savings",
+    "beyond": "Beyond",
+    "elements": "By hand",
+    "equations": "Equations",
+    "data": "Data",
+}
 # Rows of the ranking of single terms.
 TERMS_SHOWN = 40
 _MATHS = PageMathML()
@@ -52,7 +59,7 @@ def render_html(findings: Findings) -> str:
     Returns
     -------
     str
-        A complete document; styles, scripts, Plotly and data are inside it.
+        A complete document; styles, scripts and data are inside it.
 
     Examples
     --------
@@ -62,27 +69,33 @@ def render_html(findings: Findings) -> str:
     >>> page.startswith("<!doctype html>")
     True
     """
-    shown = _content(findings) | _mathematics(findings)
-    plotly = files("plotly").joinpath("package_data", "plotly.min.js")
+    path, data = BudgetPath.of(findings), page_data(findings)
+    shown = _content(findings, path) | _mathematics(findings, path) | numbering(findings)
     frame = {
-        "data": _json(page_data(findings)),
-        "plotly": Markup(plotly.read_text(encoding="utf-8")),
+        "data": _json(data | {"budgets": path.data(findings)}),
+        "trade_off_legend": data["figures"].get("trade-off", {}).get("traces", ()),
         "style": style("report.css"),
         "scripts": Markup("\n".join(template_text(name) for name in SCRIPTS)),
     }
     return environment().get_template("report.html.j2").render(shown | frame)
 
 
-def _content(findings: Findings) -> dict[str, Any]:
+def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
     """Rows, sentences and figures of the page."""
-    arm, tables, count = findings.arm, findings.tables, findings.trajectory.n_set_points
-    rows, joints = element_rows(findings), joint_rows(findings, "simplified_model", "beyond")
+    arm, model, tables, count = (
+        findings.arm,
+        findings.model,
+        findings.tables,
+        findings.trajectory.n_set_points,
+    )
+    rows, trade_off = element_rows(findings), tables["trade_off"]
+    joints = joint_rows(findings, "simplified_model", "beyond", "tube")
     ranked = {row["element"]: row for row in rows}
     return {
         **summary.opening(findings),
         "findings": findings,
         "arm": arm,
-        "model": findings.model,
+        "model": model,
         "elements_only": findings.element_model,
         "steps": summary.search_steps(findings),
         "kinds": list(dict.fromkeys(joint.kind for joint in arm.joints)),
@@ -100,9 +113,18 @@ def _content(findings: Findings) -> dict[str, Any]:
         "not_worth_keeping": summary.not_worth_keeping(findings),
         "trade_off": trade_off_rows(findings),
         "trade_off_kinds": [
-            kind_name(kind["level"], kind["refit"]).capitalize()
-            for kind in rows_of(tables["trade_off"], "kind")
+            kind_name(kind["level"], kind["refit"]).capitalize() for kind in rows_of(trade_off, "kind")
         ],
+        "path": path,
+        "tube": tables["tube"],
+        "unsymmetric": summary.unsymmetric_told(findings),
+        "budget_place": place(1.0, *DECADES),
+        "contributions": {
+            name: words for name, words in CONTRIBUTIONS.items() if name != "drives" or model.drives
+        },
+        **_limits(findings),
+        "short_titles": SHORT_TITLES,
+        "proven": any(row.get("tube_certified") is not None for row in joints),
         "drawn": tables["beyond"].attrs["states_drawn"],
         "beyond_chart": beyond_chart(joints),
         "smallest_payload": min(joints, key=lambda row: row["mass_within_budget"]),
@@ -125,12 +147,12 @@ def _panels(ranked: dict[str, Row], n_joints: int) -> dict[str, list[Row]]:
     return grouped
 
 
-def _mathematics(findings: Findings) -> dict[str, Any]:
+def _mathematics(findings: Findings, path: BudgetPath) -> dict[str, Any]:
     """Formulas of the model, of the parts that the element level keeps and of the exact elements."""
     n, model, form = findings.arm.n_joints, findings.model, findings.model.form
     has_terms = model.level.has_torque_terms
     return {
-        "torque_formulas": model.formulas if has_terms else (),
+        "torque_lines": budget_equations(findings, path) if has_terms else (),
         "torque_legend": _legend(torque_names(findings)),
         "tallies": tallies(form.torques, model.torques, n) if has_terms else (),
         "kept_torques": model.torques if has_terms else {},
@@ -141,69 +163,26 @@ def _mathematics(findings: Findings) -> dict[str, Any]:
     }
 
 
-@cache
-def environment() -> Environment:
-    """Jinja with the reports' templates, filters and words."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.globals |= {"letters": LETTERS, "symbols": SYMBOLS, "verdicts": VERDICTS}
-    environment.filters |= {
-        "number": lambda value: formatting.markup(formatting.number(float(value))),
-        "percent": lambda share: formatting.markup(formatting.percent(float(share))),
-        "typeset": formatting.markup,
-        "powers": formatting.markup_of_powers,
-        "unit": formatting.pretty,
-        "told": told,
-        "symbol": _symbol,
-        "cell": _cell,
-        "formula": term_formula,
-        "left": lambda formula: Markup(_MATHS.left(formula)),
-        "pieces": lambda formula: [*map(Markup, _MATHS.elements(formula))],
-        "by_quantity": _by_quantity,
-        "digits": lambda value: formatting.markup(f"{float(value):.6g}"),
-        "joints": formatting.named_joints,
-        "mass": lambda kilograms: formatting.markup(formatting.mass(float(kilograms))),
-        "degrees": lambda angle: formatting.markup(f"{math.degrees(float(angle)):.4g}"),
-    }
-    return environment
-
-
-def _symbol(label: str) -> Markup:
-    """Formula for an element's label or a part's, such as "D12 translation"."""
-    return Markup(f"<math>{_MATHS.symbol(part_symbol(*label.split()))}</math>")
-
-
-def _cell(label: str, kept: str) -> Markup:
-    """Entry of the matrix D."""
-    return Markup("<mn>0</mn>" if kept == "neither" else _MATHS.symbol(part_symbol(label, kept)))
-
-
 def _legend(legend: Legend) -> list[Markup]:
     return [*map(Markup, _MATHS.legend(legend))]
 
 
-def _by_quantity(formula: Formula) -> list[tuple[str, list[Markup]]]:
-    return [(quantity, [*map(Markup, pieces)]) for quantity, pieces in _MATHS.by_quantity(formula)]
+def _limits(findings: Findings) -> dict[str, Any]:
+    """Torque limits in words, where there are any, and whether one is so near a torque that it is drawn."""
+    peaks = findings.model.promise.errors.peak_torque
+    pairs = [
+        (drive.torque_limit, peak, joint.effort_unit)
+        for drive, peak, joint in zip(findings.arm.drives, peaks, findings.arm.joints, strict=False)
+        if drive.torque_limit is not None
+    ]
+    return {
+        "has_limits": bool(pairs),
+        "limit_is_near": any(limit < NEAR * peak for limit, peak, _ in pairs),
+        "limits": ", ".join(formatting.amount(limit, unit) for limit, _, unit in pairs),
+    }
 
 
 def _json(values: dict[str, Any]) -> Markup:
     """JSON that cannot end the script element it stands in."""
     text = json.dumps(values, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     return Markup(text.replace("<", "\\u003c"))
-
-
-def style(*names: str) -> Markup:
-    """Style sheets among the templates, behind the colours they name."""
-    return Markup(css_variables() + "".join(map(template_text, names)))
-
-
-def template_text(name: str) -> str:
-    """Text of a file among the templates."""
-    return (TEMPLATES / name).read_text(encoding="utf-8")

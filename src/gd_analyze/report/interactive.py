@@ -1,4 +1,4 @@
-"""What the page draws: every figure as plain values that the page's script turns into Plotly calls.
+"""What the page draws: every figure as plain values that the page's script turns into lines and areas.
 
 A figure names what its curves are (their role), never how they look: colours follow the page's theme, and
 the abscissa, the scale and the curves shown follow its switches.
@@ -17,15 +17,20 @@ from gd_analyze.report.colours import OF_LEVEL
 from gd_analyze.report.element_curves import element_curves, rank_of
 from gd_analyze.report.motion import motion_curve, motion_unit, skeleton
 from gd_analyze.report.thinning import evenly, thinned
-from gd_analyze.results import Findings
-from gd_analyze.results.words import kind_name
+from gd_analyze.report.views import flat_normal, upright_frame
+from gd_analyze.results import Findings, summary
+from gd_analyze.results.contributions import Contributions
+from gd_analyze.results.words import CONTRIBUTIONS, kind_name
 from gd_analyze.vectors import Array, FloatArray
 
 # A panel is some hundred pixels wide, so more points than this cannot be told apart.
 MOST_POINTS = 1500
 MOST_FRAMES = 240
+MOST_PATH = 600
 # Six digits are more than a reading of a curve can use, and round-off on a constant does not show as a curve.
 DIGITS = 6
+# A torque limit is drawn where it lies below so many times the peak; farther out it would flatten the curves.
+NEAR = 1.6
 # Torques this far below the largest are what is left of sums that cancel.
 ROUND_OFF = 1e-14
 
@@ -44,7 +49,10 @@ def page_data(findings: Findings) -> dict[str, Any]:
     _add_elements(drawing, findings)
     _add_motion(drawing, findings)
     _add_torques(drawing, findings)
-    figures = {**drawing.figures, "trade-off": _trade_off(findings)}
+    _add_piles(drawing, findings)
+    figures = drawing.figures
+    if not summary.nothing_to_trade(findings):
+        figures["trade-off"] = _trade_off(findings)
     return {"axes": drawing.axes, "figures": figures, "viewer": _viewer(findings)}
 
 
@@ -74,7 +82,7 @@ class _Drawing:
         traces = []
         for role, curve in zip(curves, values, strict=True):
             kind, _, label = role.partition(": ")
-            traces.append({"role": kind, "label": as_text(label or kind), "y": _rounded(curve[chosen])})
+            traces.append({"role": kind, "label": label or kind, "y": _rounded(curve[chosen])})
         self.figures[identifier] = {"axis": axis, "unit": pretty(unit), "traces": traces, **more}
 
 
@@ -108,6 +116,23 @@ def _add_torques(drawing: _Drawing, findings: Findings) -> None:
         drawing.add(f"error-{i + 1}", joint.effort_unit, {"error": error}, band=band, zero=True)
 
 
+def _add_piles(drawing: _Drawing, findings: Findings) -> None:
+    """Torque by what makes it, a panel per joint."""
+    made = Contributions.of(findings)
+    for i, joint in enumerate(findings.arm.joints):
+        curves = {f"{name}: {CONTRIBUTIONS[name]}": part[:, i] for name, part in made.parts.items()}
+        near = made.limit[i] < NEAR * np.abs(made.total[:, i]).max(initial=0.0)
+        drawing.add(
+            f"pile-{i + 1}",
+            joint.effort_unit,
+            curves | {"total: torque": made.total[:, i]},
+            findings.drawn[0],
+            kind="pile",
+            limit=float(made.limit[i]) if near else None,
+            zero=True,
+        )
+
+
 def _trade_off(findings: Findings) -> dict[str, Any]:
     """Operations against error in percent: a curve for every kind, this report's model, the exact one."""
     model, table = findings.model, findings.tables["trade_off"]
@@ -126,13 +151,17 @@ def _trade_off(findings: Findings) -> dict[str, Any]:
                 "budget": table.budget.values.tolist(),
             }
         )
-    shares = model.promise.shares
+    shares, whole = model.promise.shares, model.promise.whole
+    path = findings.tables["budgets"]
+    errors = path.largest_error.values
+    errors = np.divide(errors, whole, out=np.zeros_like(errors), where=whole > 0)
     return {
         "kind": "trade-off",
         "unit": "operations",
         "shares_of": model.promise.asked.shares_of,
         "traces": traces,
         "exact": model.operations_full.total,
+        "path": {"x": _rounded(100 * errors.max(axis=1)), "y": path.operations.values.tolist()},
         "model": {
             "label": f"this report: {kind_name(model.level.name, model.refitted)}",
             # A joint that needs no torque at all has no peak to take a share of.
@@ -144,54 +173,28 @@ def _trade_off(findings: Findings) -> dict[str, Any]:
 
 
 def _viewer(findings: Findings) -> dict[str, Any]:
-    """Skeleton of the arm at evenly spaced set points, the hand's path, and a floor below."""
+    """Skeleton of the arm at evenly spaced set points and the hand's path, in axes whose third points up."""
     arm = findings.arm
     count = findings.trajectory.n_set_points
     frames = evenly(count, MOST_FRAMES)
     q, torque = findings.trajectory.q, findings.exact_torque
     torque = np.where(np.abs(torque) > ROUND_OFF * np.abs(torque).max(), torque, 0.0)
-    posed, whole = skeleton(arm, q[frames]), skeleton(arm, q[evenly(count, MOST_POINTS)])
-    every = np.concatenate([whole, posed]).reshape(-1, 3)
-    low, high = every.min(axis=0), every.max(axis=0)
-    reach = float(max((high - low).max(), 1e-3))
-    up = int(np.abs(arm.gravity).argmax()) if arm.gravity.any() else 2
-    sign = -1.0 if arm.gravity[up] > 0 else 1.0
-    # A flat arm still needs some depth to be looked at, and a base that stands on the floor some height.
-    middle, half = (low + high) / 2, np.maximum(high - low, 0.5 * reach) / 2 + 0.08 * reach
-    floor = middle[up] - sign * half[up]
-    # The view's third axis points up; a cyclic change of axes keeps the arm right-handed.
-    axes = [(up + 1) % 3, (up + 2) % 3, up]
-    box = np.stack([middle - half, middle + half], axis=1)[axes]
-    if sign < 0:
-        box[1:] = box[1:, ::-1]
-    flat = bool(((high - low) < 0.05 * reach)[axes[:2]].any())
+    frame = upright_frame(arm)
+    posed = skeleton(arm, q[frames]) @ frame.T
+    path = skeleton(arm, q[evenly(count, MOST_PATH)])[:, -1] @ frame.T
     return {
         "at": (frames + 1).tolist(),
         "time": _rounded(findings.trajectory.time[frames]),
-        "points": np.round(posed[..., axes], 5).tolist(),
-        "path": np.round(whole[:, -1].T[axes], 5).tolist(),
+        "points": np.round(posed, 4).tolist(),
+        "path": np.round(path, 4).tolist(),
+        "axes": np.round(frame.T, 5).tolist(),
+        "flat": flat_normal(np.concatenate([posed.reshape(-1, 3), path])),
         "q": [_rounded(row) for row in q[frames]],
         "torque": [_rounded(row) for row in torque[frames]],
         "joints": [
-            {"name": as_text(joint.name), "kind": joint.kind, "effort": joint.effort_unit}
-            for joint in arm.joints
+            {"name": joint.name, "kind": joint.kind, "effort": joint.effort_unit} for joint in arm.joints
         ],
-        "axes": ["xyz"[axis] for axis in axes],
-        "floor": float(floor),
-        "range": np.round(box, 5).tolist(),
-        "flat": flat,
     }
-
-
-def as_text(name: str) -> str:
-    """Write a name so that Plotly, which takes tags such as links in any of its texts, shows it as it is.
-
-    Examples
-    --------
-    >>> as_text("<b>R&D</b>")
-    '&lt;b>R&amp;D&lt;/b>'
-    """
-    return name.replace("&", "&amp;").replace("<", "&lt;")
 
 
 def _rounded(values: Array) -> list[float]:

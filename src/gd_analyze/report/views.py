@@ -50,3 +50,9 @@ def plain_views(frame: FloatArray, points: FloatArray) -> tuple[View, ...]:
     pairs = [pair for pair in combinations(range(3), 2) if min(across[list(pair)]) > flat] or [(0, 2)]
     pairs.sort(key=lambda pair: -across[pair[0]] * across[pair[1]])
     return tuple(View(names[pair], frame[pair[0]], frame[pair[1]]) for pair in pairs[:2])
+
+
+def flat_normal(points: FloatArray) -> int | None:
+    """Axis, of those of `upright_frame`, that an arm never moves along; None for one that fills space."""
+    across = np.ptp(points.reshape(-1, 3), axis=0)
+    return int(across.argmin()) if across.min() <= 1e-6 * across.max() else None

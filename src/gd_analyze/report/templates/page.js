@@ -1,37 +1,47 @@
 "use strict";
-// Switches, theme, the enlarged element and printing.
+// Switches, theme, and the enlarged element.
 (() => {
   const root = document.documentElement;
   const all = (selector) => [...document.querySelectorAll(selector)];
   const press = (button, on) => button.setAttribute("aria-pressed", String(on));
 
-  for (const button of all("[data-role]")) {
+  for (const button of all("button[data-role]")) {
     button.addEventListener("click", () => {
       const { role } = button.dataset;
       const hide = !report.state.hidden.has(role);
       if (hide) report.state.hidden.add(role); else report.state.hidden.delete(role);
       press(button, !hide);
-      report.refresh();
+      report.drawAll();
     });
   }
   for (const [key, set] of [["x", (value) => { report.state.x = value; }], ["shared", (value) => { report.state.shared = value !== ""; }]]) {
-    const buttons = all(`[data-${key}]`);
+    const buttons = all(`button[data-${key}]`);
     for (const button of buttons) {
       button.addEventListener("click", () => {
         set(button.dataset[key]);
         for (const other of buttons) press(other, other === button);
-        report.refresh();
+        report.drawAll();
       });
     }
   }
 
   const dark = matchMedia("(prefers-color-scheme: dark)");
-  const theme = () => root.dataset.theme || (dark.matches ? "dark" : "light");
   document.getElementById("theme").addEventListener("click", () => {
-    root.dataset.theme = theme() === "dark" ? "light" : "dark";
-    report.refresh();
+    root.dataset.theme = (root.dataset.theme || (dark.matches ? "dark" : "light")) === "dark" ? "light" : "dark";
   });
-  dark.addEventListener("change", () => report.refresh());
+
+  // A table wider than its room says where there is more of it, and can be scrolled with the keyboard.
+  function hint(box) {
+    const hidden = box.scrollWidth - box.clientWidth;
+    box.classList.toggle("more-left", box.scrollLeft > 1);
+    box.classList.toggle("more-right", hidden - box.scrollLeft > 1);
+    if (hidden > 1) box.tabIndex = 0; else box.removeAttribute("tabindex");
+  }
+  const rooms = new ResizeObserver((entries) => { for (const { target } of entries) hint(target); });
+  for (const box of all(".scroll, .triangle-scroll")) {
+    rooms.observe(box);
+    box.addEventListener("scroll", () => hint(box), { passive: true });
+  }
 
   const lens = document.getElementById("lens");
   function enlarge(panel) {
@@ -50,19 +60,4 @@
     });
   }
   enlarge(document.querySelector(`.panel[data-element="${lens.dataset.element}"]`));
-
-  let before = "";
-  addEventListener("beforeprint", () => {
-    before = root.dataset.theme || "";
-    root.dataset.theme = "light";
-    root.classList.add("printing");
-    for (const plot of report.plots.values()) plot.dirty = true;
-    report.drawAll();
-    for (const div of report.plots.keys()) Plotly.relayout(div, { width: div.clientWidth, height: div.clientHeight });
-  });
-  addEventListener("afterprint", () => {
-    root.classList.remove("printing");
-    if (before) root.dataset.theme = before; else delete root.dataset.theme;
-    report.refresh();
-  });
 })();

@@ -1,184 +1,158 @@
 "use strict";
-// Draws the figures of the data block with Plotly: late, when they come into view, and again when a switch
-// or the theme changes what they show.
+// Keeps the figures of the data block drawn: each when it is first given room, before it is seen, and again
+// when its room or a switch changes.
 const report = (() => {
-  const data = JSON.parse(document.getElementById("data").textContent);
-  const state = { x: "point", shared: false, hidden: new Set(["centrifugal", "coriolis"]) };
+  const data = JSON.parse(document.getElementById("report-data").textContent);
+  const state = { x: "time", shared: false, hidden: new Set(["centrifugal", "coriolis"]) };
   const plots = new Map();
-  const themed = [];
-  // A finger scrolls the page over a figure; a mouse may drag out a part of it.
-  const pointer = matchMedia("(pointer: fine)");
-  const probe = document.body.appendChild(document.createElement("i"));
-  probe.hidden = true;
-
-  function color(name) {
-    probe.style.color = `var(--${name})`;
-    return getComputedStyle(probe).color;
-  }
-
-  const dashes = ["solid", "dash", "dot", "dashdot"];
-  const roles = {
-    combined: { width: 4.5, dash: "solid" },
-    translation: { width: 2, dash: "solid" },
-    rotation: { width: 2, dash: "dash" },
-    centrifugal: { width: 2, dash: "dot" },
-    coriolis: { width: 2, dash: "dashdot" },
-    exact: { width: 4.5, dash: "solid", color: "combined" },
-    simplified: { width: 1.8, dash: "solid", color: "accent" },
-    error: { width: 1.8, dash: "solid", color: "accent" },
-  };
-  function style(role) {
-    const joint = /^joint-(\d+)$/.exec(role);
-    if (!joint) return { ...roles[role], color: color(roles[role].color || role) };
-    const k = Number(joint[1]) - 1;
-    return { width: 1.8, dash: dashes[Math.floor(k / 6) % 4], color: color(`series-${(k % 6) + 1}`) };
-  }
+  const tip = document.body.appendChild(document.createElement("div"));
+  tip.className = "tip";
+  tip.hidden = true;
 
   const visible = (spec) => spec.traces.filter((trace) => !state.hidden.has(trace.role));
 
   function extent(specs) {
     const zero = specs.every((spec) => spec.zero);
     let low = zero ? 0 : Infinity, high = zero ? 0 : -Infinity;
+    const reach = (value) => { low = Math.min(low, value); high = Math.max(high, value); };
     for (const spec of specs) {
-      if (spec.band) { low = Math.min(low, -spec.band); high = Math.max(high, spec.band); }
-      for (const trace of visible(spec)) for (const y of trace.y) { if (y < low) low = y; if (y > high) high = y; }
+      if (spec.band) { reach(-spec.band); reach(spec.band); }
+      if (spec.kind === "pile") {
+        const parts = spec.traces.filter((trace) => trace.role !== "total");
+        spec.traces[0].y.forEach((_, k) => {
+          for (const clip of [Math.max, Math.min]) reach(parts.reduce((sum, trace) => sum + clip(trace.y[k], 0), 0));
+        });
+        // Of the two limits, the one that the torque comes near.
+        if (spec.limit) reach(high > -low ? spec.limit : -spec.limit);
+      } else for (const trace of visible(spec)) trace.y.forEach(reach);
     }
     if (!(low < high)) {
       const size = low === high && Math.abs(low);
       return size ? [low - 0.05 * size, high + 0.05 * size] : [-1, 1];
     }
-    const margin = 0.07 * (high - low);
-    return [low - margin, high + margin];
+    const margin = 0.06 * (high - low);
+    return [low - (zero && low === 0 ? 0 : margin), high + margin];
   }
 
-  function verticalRange(spec) {
+  function range(spec) {
     if (!state.shared || !spec.scale) return extent([spec]);
     return extent(Object.values(data.figures).filter((other) => other.scale === spec.scale));
   }
 
-  // What figures of all kinds have in common.
-  function look() {
-    return {
-      axis: { gridcolor: color("grid"), zerolinecolor: color("line"), linecolor: color("line"), tickcolor: color("line"), automargin: false, exponentformat: "power" },
-      layout: { autosize: true, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
-        font: { family: getComputedStyle(document.body).fontFamily, size: 11, color: color("soft") },
-        hoverlabel: { bgcolor: color("paper"), bordercolor: color("line"), font: { color: color("ink"), size: 12 } } },
-      config: { displayModeBar: false, displaylogo: false, responsive: true, scrollZoom: false, doubleClick: "reset" },
-    };
-  }
-
-  function build(spec, size) {
-    return spec.kind === "trade-off" ? tradeOff(spec, { color, look: look(), mouse: pointer.matches }) : curves(spec, size);
-  }
-
-  function curves(spec, size) {
-    const axis = data.axes[spec.axis];
-    const x = axis[state.x];
-    const few = x.length === 1;
-    const large = size !== "small";
-    const range = verticalRange(spec);
-    const traces = spec.traces.map((trace) => {
-      const { width, dash, color: stroke } = style(trace.role);
-      return {
-        type: "scatter", mode: few ? "markers" : "lines", x, y: trace.y, name: trace.label, meta: trace.role,
-        visible: !state.hidden.has(trace.role), line: { width: large ? width + 0.3 : width, dash, color: stroke },
-        marker: { color: stroke, size: width + 4 }, hoverinfo: large ? "all" : "none",
-        hovertemplate: large ? `%{y:.4~g} ${spec.unit}` : undefined,
-      };
-    });
-    const ink = color("soft");
-    const common = look();
-    const line = { ...common.axis, fixedrange: !large, tickfont: { size: large ? 11 : 10 } };
-    const pad = few ? 0.5 : 0;
-    const flat = range[0] === -1 && range[1] === 1 && visible(spec).every((trace) => trace.y.every((y) => y === 0));
-    const layout = {
-      ...common.layout, showlegend: size === "medium" && spec.traces.length > 1, hovermode: large ? "x unified" : "x", dragmode: large && pointer.matches ? "zoom" : false,
-      margin: { l: 46, r: 8, t: large ? 18 : 12, b: large ? 38 : 20 },
-      legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom", font: { size: 10 } },
-      xaxis: { ...line, range: [x[0] - pad, x[x.length - 1] + pad], nticks: large ? 8 : x[x.length - 1] > 999 ? 3 : 4, exponentformat: "none", separatethousands: true, showgrid: false, showspikes: true, spikemode: "across",
-        spikethickness: 1, spikedash: "solid", spikecolor: ink, spikesnap: "hovered data",
-        title: large ? { text: state.x === "time" ? "time, s" : "set point", standoff: 6 } : undefined, hoverformat: ".4~g" },
-      yaxis: { ...line, range, nticks: large ? 6 : document.documentElement.classList.contains("printing") ? 3 : 4, zeroline: true, tickvals: flat ? [0] : undefined,
-        title: large ? { text: spec.unit, standoff: 4 } : undefined },
-      shapes: spec.band ? [{ type: "rect", layer: "below", xref: "paper", x0: 0, x1: 1, y0: -spec.band, y1: spec.band,
-        fillcolor: color("accent-wash"), line: { width: 0 } }] : [],
-    };
-    // Powers of ten at the ticks need room.
-    const wide = Math.max(-range[0], range[1]) < 2e-3;
-    layout.margin.l += (large ? 12 : 0) + (wide ? 12 : 0);
-    if (layout.showlegend) layout.margin.t = 34;
-    return [traces, layout, common.config];
-  }
-
-  const raised = (digits) => [...digits].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c])).join("");
-  function short(value) {
-    const [digits, power] = String(Number(value.toPrecision(4))).split("e");
-    const size = Math.abs(value);
-    if (power === undefined && (size === 0 || size >= 1e-3)) return digits.replace("-", "−");
-    const [lead, exponent] = value.toExponential(2).split("e");
-    return `${lead}×10${raised(exponent.replace("+", ""))}`.replace(/^-/, "−");
-  }
-  function readout(div, index) {
-    const figure = div.closest(".panel");
-    const line = figure && figure.querySelector(".readout");
-    if (!line) return;
-    const spec = data.figures[div.dataset.figure];
-    const axis = data.axes[spec.axis];
-    const marks = { translation: ["T", "t"], rotation: ["R", "r"], combined: ["=", ""], centrifugal: ["cf", ""], coriolis: ["Co", ""] };
-    const order = Object.keys(marks);
-    const values = spec.traces.filter((t) => !["centrifugal", "coriolis"].includes(t.role) || !state.hidden.has(t.role))
-      .sort((a, b) => order.indexOf(a.role) - order.indexOf(b.role));
-    line.replaceChildren(`#${axis.point[index]}, ${short(axis.time[index])} s: `);
-    for (const trace of values) {
-      const [mark, kind] = marks[trace.role];
-      const value = document.createElement("b");
-      value.className = kind;
-      value.textContent = `${values.length > 1 ? mark + " " : ""}${short(trace.y[index])}`;
-      line.append(value, " ");
-    }
-    line.append(spec.unit);
-  }
-
   function draw(div) {
-    const plot = plots.get(div);
-    const spec = data.figures[div.dataset.figure];
-    const first = !plot.drawn;
-    const done = Plotly.react(div, ...build(spec, div.dataset.size));
-    plot.dirty = false;
-    plot.drawn = true;
-    if (first && div.dataset.size === "small") {
-      div.on("plotly_hover", (event) => readout(div, event.points[0].pointIndex));
-    }
-    return done;
+    const width = div.clientWidth, height = div.clientHeight;
+    if (!width || !height) return;
+    const plot = plots.get(div), spec = data.figures[div.dataset.figure];
+    const names = state.x === "time" ? { unit: "s" } : { whole: true };
+    const how = { width, height, range: spec.traces && spec.kind !== "trade-off" && range(spec), hidden: state.hidden, names, window: plot.window };
+    const made = spec.kind === "trade-off" ? tradeOff(spec, how) : chart[spec.kind === "pile" ? "pile" : "curves"](spec, data.axes[spec.axis][state.x], how);
+    div.innerHTML = made.content;
+    Object.assign(plot, made, { width, height, drawn: `${width}×${height}` });
+    div.dispatchEvent(new Event("drawn"));
   }
 
-  const observer = new IntersectionObserver((entries) => {
-    for (const entry of entries) {
-      const plot = plots.get(entry.target);
-      plot.near = entry.isIntersecting;
-      if (plot.near && plot.dirty) draw(entry.target);
-    }
-  }, { rootMargin: "400px" });
-
-  function refresh() {
-    for (const [div, plot] of plots) {
-      plot.dirty = true;
-      if (plot.near) draw(div);
-    }
-    for (const action of themed) action();
-  }
-
-  const drawAll = () => Promise.all([...plots].filter(([, plot]) => plot.dirty).map(([div]) => draw(div)));
-
+  const observer = new ResizeObserver((entries) => {
+    for (const { target } of entries) if (plots.get(target).drawn !== `${target.clientWidth}×${target.clientHeight}`) draw(target);
+  });
   for (const div of document.querySelectorAll(".plot")) {
-    plots.set(div, { dirty: true, drawn: false, near: false });
+    plots.set(div, { drawn: "" });
     observer.observe(div);
   }
+  const drawAll = () => { for (const div of plots.keys()) draw(div); };
   function show(div, figure) {
     div.dataset.figure = figure;
-    const plot = plots.get(div);
-    plot.dirty = true;
-    if (plot.near || plot.drawn) draw(div);
+    plots.get(div).window = null;
+    draw(div);
   }
-  return { data, state, color, plots, refresh, drawAll, show, themed, short };
+
+  const MARKS = { translation: "T", rotation: "R", combined: "=", centrifugal: "cf", coriolis: "Co" };
+  // What the curves are worth at one set point: a line across the figure, and values below or beside it.
+  function point(div, index, event) {
+    const plot = plots.get(div), spec = data.figures[div.dataset.figure], axis = data.axes[spec.axis];
+    plot.index = index;
+    const at = plot.box.atX(axis[state.x][index]);
+    let cursor = div.querySelector(".cursor");
+    if (!cursor) {
+      cursor = document.createElementNS("http://www.w3.org/2000/svg", "g");
+      cursor.setAttribute("class", "cursor");
+      div.querySelector("svg").append(cursor);
+    }
+    const shown = visible(spec);
+    cursor.innerHTML = chart.line(at, plot.box.top, at, plot.box.bottom, "edge") + (spec.kind === "pile" ? [] : shown).map((trace) => `<circle class="dot ${trace.role}" cx="${chart.px(at)}" cy="${chart.px(plot.box.atY(trace.y[index]))}" r="3"/>`).join("");
+    const head = `#${axis.point[index]}, ${chart.number(axis.time[index])} s`;
+    const readout = div.dataset.size !== "medium" && div.closest("figure").querySelector(".readout");
+    if (readout) {
+      readout.innerHTML = `${head}: ${shown.map((trace) => `<b class="${trace.role}">${shown.length > 1 ? `${MARKS[trace.role]} ` : ""}${chart.number(trace.y[index])}</b>`).join(" ")} ${chart.safe(spec.unit)}`;
+    } else {
+      const rows = shown.filter((trace) => trace.y[index] !== 0 || shown.length < 3);
+      tell(event, `<b>${head}</b>${rows.map((trace) => `<br><i class="key-of ${trace.role}"></i>${chart.safe(trace.label)}: ${chart.quantity(trace.y[index], spec.unit)}`).join("")}`);
+    }
+  }
+  function tell(event, words) {
+    tip.innerHTML = words;
+    tip.hidden = false;
+    const box = tip.getBoundingClientRect();
+    tip.style.left = `${Math.max(4, Math.min(event.clientX + 14, document.documentElement.clientWidth - box.width - 4))}px`;
+    tip.style.top = `${event.clientY + 18 + box.height > innerHeight ? event.clientY - box.height - 12 : event.clientY + 18}px`;
+  }
+  function leave(div) {
+    tip.hidden = true;
+    const cursor = div.querySelector(".cursor");
+    if (cursor) cursor.remove();
+  }
+  function nearest(plot, xs, x) {
+    let best = plot.from;
+    for (let k = plot.from; k <= plot.to; k += 1) if (Math.abs(plot.box.atX(xs[k]) - x) < Math.abs(plot.box.atX(xs[best]) - x)) best = k;
+    return best;
+  }
+
+  for (const [div, plot] of plots) {
+    const place = (event) => {
+      const box = div.getBoundingClientRect();
+      return [((event.clientX - box.left) * plot.width) / box.width, ((event.clientY - box.top) * plot.height) / box.height];
+    };
+    const find = (event) => nearest(plot, data.axes[data.figures[div.dataset.figure].axis][state.x], place(event)[0]);
+    div.addEventListener("pointermove", (event) => {
+      if (!plot.box) return;
+      if (plot.points) {
+        const [x, y] = place(event);
+        const near = plot.points.reduce((a, b) => (Math.hypot(a.x - x, a.y - y) < Math.hypot(b.x - x, b.y - y) ? a : b));
+        if (Math.hypot(near.x - x, near.y - y) < 28) tell(event, near.words); else tip.hidden = true;
+      } else point(div, find(event), event);
+    });
+    div.addEventListener("pointerleave", () => leave(div));
+    if (div.dataset.size !== "large") continue;
+    // The enlarged figure can be dragged over to zoom, and read with the arrow keys.
+    let begin = null;
+    div.addEventListener("pointerdown", (event) => { begin = event.pointerType === "mouse" ? find(event) : null; });
+    div.addEventListener("pointerup", (event) => {
+      const end = begin === null ? null : find(event);
+      if (end !== null && Math.abs(end - begin) > 1) { plot.window = [Math.min(begin, end), Math.max(begin, end)]; draw(div); }
+      begin = null;
+    });
+    div.addEventListener("dblclick", () => { plot.window = null; draw(div); });
+    div.addEventListener("keydown", (event) => {
+      const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+      if (event.key === "Escape") { plot.window = null; draw(div); }
+      if (!step || !plot.box) return;
+      event.preventDefault();
+      const index = plot.index === undefined ? plot.from : plot.index + step;
+      point(div, Math.max(plot.from, Math.min(plot.to, index)), event);
+    });
+  }
+
+  // A line at one set point across all torques, which follows the arm.
+  function mark(index, shown) {
+    for (const [div, plot] of plots) {
+      const spec = data.figures[div.dataset.figure];
+      if (spec.kind !== "pile" || !plot.box) continue;
+      const { point: points, [state.x]: xs } = data.axes[spec.axis];
+      const near = points.findIndex((number) => number >= index + 1);
+      const old = div.querySelector(".now");
+      if (old) old.remove();
+      const at = plot.box.atX(xs[near < 0 ? xs.length - 1 : near]);
+      if (shown) div.querySelector("svg").insertAdjacentHTML("beforeend", chart.line(at, plot.box.top, at, plot.box.bottom, "now"));
+    }
+  }
+  return { data, state, plots, draw, drawAll, show, mark };
 })();

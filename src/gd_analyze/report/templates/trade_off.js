@@ -1,54 +1,62 @@
 "use strict";
-// Operations against error, both on logarithmic scales: one curve for every way to simplify.
-function tradeOff(spec, { color, look, mouse }) {
+// Operations against error, both on logarithmic scales: a curve for every way to simplify, and this report's model.
+function tradeOff(spec, { width, height }) {
   // On a logarithmic scale no error (or one that is next to nothing) and no operations stand at its end.
   const nothing = 1e-3;
   const end = (values, from) => {
     const placed = values.filter((value) => value >= from);
     return placed.length ? Math.min(...placed) / 2 : from;
   };
-  const every = (key) => [...spec.traces.flatMap((trace) => trace[key]), spec.model[key]];
-  const lowX = end(every("x"), nothing);
-  const lowY = end([...every("y"), spec.exact], 1);
-  const tell = (x, y, budget) => `budget ${budget}<br>error ${x === 0 ? "0" : x < 0.01 ? "below 0.01" : Number(x.toPrecision(2))} %<br>${y} operations`;
-  const onAxes = (points) => ({ x: points.x.map((x) => (x < nothing ? lowX : x)), y: points.y.map((y) => y || lowY) });
-  const traces = spec.traces.map((trace) => {
-    const { colour: stroke, mark: symbol, refit } = trace;
-    return {
-      type: "scatter", mode: "lines+markers", ...onAxes(trace), name: trace.label, meta: trace.role,
-      line: { color: color(stroke), width: 2, dash: refit ? "dot" : "solid" },
-      marker: { color: refit ? color("paper") : color(stroke), size: 7, symbol, line: { color: color(stroke), width: 1.5 } },
-      text: trace.x.map((x, k) => tell(x, trace.y[k], trace.budget[k])), hovertemplate: "<b>%{fullData.name}</b><br>%{text}<extra></extra>",
-    };
-  });
-  const { model } = spec;
-  traces.push({
-    type: "scatter", mode: "markers", ...onAxes({ x: [model.x], y: [model.y] }), name: model.label, meta: "model",
-    marker: { color: color("accent"), size: 17, symbol: "star", line: { color: color("paper"), width: 1.5 } },
-    text: [tell(model.x, model.y, model.budget)], hovertemplate: "<b>%{fullData.name}</b><br>%{text}<extra></extra>",
-  });
-  const xs = traces.flatMap((trace) => trace.x), ys = [...traces.flatMap((trace) => trace.y), spec.exact];
-  const range = (values, below, above) => [Math.log10(Math.min(...values)) - below, Math.log10(Math.max(...values)) + above];
-  // Plotly would label 1, 2 and 5 of a decade, or whole decades where a small screen has room for no more.
-  const ticks = (values, low, endLabel, unit) => {
-    const top = Math.max(...values) * 2;
-    const found = [];
-    for (let decade = -3; decade < 7; decade += 1) {
-      for (const lead of innerWidth < 640 && top / low > 100 ? [1] : [1, 2, 5]) found.push(Number(`${lead}e${decade}`));
+  const every = (key) => [...spec.traces.flatMap((trace) => trace[key]), ...spec.path[key], spec.model[key]];
+  const lowX = end(every("x"), nothing), lowY = end([...every("y"), spec.exact], 1);
+  const onX = (x) => Math.log10(x < nothing ? lowX : x), onY = (y) => Math.log10(y || lowY);
+  const span = (values, place, margin) => {
+    const placed = values.map(place);
+    return [Math.min(...placed) - margin, Math.max(...placed) + margin];
+  };
+  const x = span(every("x"), onX, 0.1), y = span([...every("y"), spec.exact], onY, 0.06);
+  const left = 46, right = width - 8, top = 18, bottom = height - 34;
+  const atX = (value) => left + ((onX(value) - x[0]) / (x[1] - x[0])) * (right - left);
+  const atY = (value) => bottom - ((onY(value) - y[0]) / (y[1] - y[0])) * (bottom - top);
+  const leads = (low, high, room) => (room / (high - low) > 150 ? [1, 2, 5] : room / (high - low) > 70 ? [1, 3] : [1]);
+  const ticks = ([low, high], room) => {
+    const out = [];
+    for (let decade = Math.floor(low); decade <= high; decade += 1) {
+      for (const lead of leads(low, high, room)) if (Math.log10(lead) + decade >= low && Math.log10(lead) + decade <= high) out.push(Number(`${lead}e${decade}`));
     }
-    const ended = values.includes(low);
-    const shown = found.filter((value) => value <= top && (ended ? value > 1.4 * low : value >= low / 2));
-    return { tickvals: ended ? [low, ...shown] : shown, ticktext: [...(ended ? [endLabel] : []), ...shown.map((value) => `${value}${unit}`)] };
+    return out;
   };
-  const axis = { ...look.axis, type: "log", tickangle: 0, fixedrange: !mouse };
-  const layout = {
-    ...look.layout, showlegend: true, hovermode: "closest", dragmode: mouse ? "zoom" : false, margin: { l: 58, r: 12, t: 12, b: 92 },
-    legend: { orientation: "h", x: 0, y: -0.2, yanchor: "top", font: { size: 12 } },
-    xaxis: { ...axis, range: range(xs, 0.12, 0.12), ...ticks(xs, lowX, "≈ 0", " %"), title: { text: `largest torque error, of the ${spec.shares_of}`, standoff: 8 } },
-    yaxis: { ...axis, range: range(ys, 0.12, 0.14), ...ticks(ys, lowY, "0", ""), title: { text: "multiplications + additions", standoff: 6 } },
-    shapes: [{ type: "line", xref: "paper", x0: 0, x1: 1, y0: spec.exact || lowY, y1: spec.exact || lowY, line: { color: color("soft"), width: 1.2, dash: "dot" } }],
-    annotations: [{ xref: "paper", x: 1, xanchor: "right", y: Math.log10(spec.exact || lowY), yanchor: "bottom", showarrow: false,
-      text: `exact: ${spec.exact}`, font: { size: 11, color: color("soft") } }],
+  const { line, text, px } = chart;
+  // Too narrow a span for 1, 2 and 5 has round numbers at equal distances.
+  const some = (values, [low, high]) => (values.length > 2 ? values : chart.ticks(10 ** low, 10 ** high, 4));
+  let content = "";
+  const ended = every("x").some((value) => value < nothing);
+  for (const value of ticks(x, right - left).filter((tick) => !ended || tick > 1.6 * lowX)) {
+    content += line(atX(value), top, atX(value), bottom, "grid") + text(atX(value), bottom + 14, `${chart.number(value)} %`, 'text-anchor="middle"');
+  }
+  if (ended) content += text(atX(0), bottom + 14, "≈ 0", 'text-anchor="middle"');
+  for (const value of some(ticks(y, bottom - top), y)) {
+    content += line(left, atY(value), right, atY(value), "grid") + text(left - 6, atY(value) + 3.5, value, 'text-anchor="end"');
+  }
+  content += text(0, 10, "operations", 'class="unit"') + text(right, height - 5, `largest torque error, of the ${spec.shares_of}`, 'text-anchor="end"');
+  content += line(left, atY(spec.exact), right, atY(spec.exact), "exact") + text(right, atY(spec.exact) - 4, `exact: ${spec.exact}`, 'text-anchor="end"');
+  const tell = (trace, k) => `<b>${chart.safe(trace.label)}</b><br>budget ${chart.safe(trace.budget[k])}<br>error ${trace.x[k] === 0 ? "0" : trace.x[k] < 0.01 ? "below 0.01" : Number(trace.x[k].toPrecision(2))} %<br>${trace.y[k]} operations`;
+  const MARK = {
+    circle: (cx, cy) => `<circle cx="${px(cx)}" cy="${px(cy)}" r="3.6"/>`,
+    square: (cx, cy) => `<rect x="${px(cx - 3.3)}" y="${px(cy - 3.3)}" width="6.6" height="6.6"/>`,
+    diamond: (cx, cy) => `<path d="M${px(cx)},${px(cy - 4.6)}l4.6,4.6l-4.6,4.6l-4.6,-4.6Z"/>`,
+    star: (cx, cy) => `<path d="${chart.path([...Array(10).keys()].map((k) => { const r = k % 2 ? 4.2 : 10, a = (k * Math.PI) / 5; return [cx + r * Math.sin(a), cy - r * Math.cos(a)]; }))}Z"/>`,
   };
-  return [traces, layout, look.config];
+  const points = [];
+  for (const trace of spec.traces) {
+    const placed = trace.x.map((value, k) => [atX(value), atY(trace.y[k])]);
+    placed.forEach(([cx, cy], k) => points.push({ x: cx, y: cy, words: tell(trace, k) }));
+    content += `<g class="kind${trace.refit ? " refit" : ""}" style="--kind:var(--${trace.colour})"><path class="curve" d="${chart.path(placed)}"/>${placed.map((at) => MARK[trace.mark](...at)).join("")}</g>`;
+  }
+  content += `<path class="path" d="${chart.path(spec.path.x.map((value, k) => [atX(value), atY(spec.path.y[k])]))}"/>`;
+  const star = { ...spec.model, x: [spec.model.x], y: [spec.model.y], budget: [spec.model.budget] };
+  const [cx, cy] = [atX(spec.model.x), atY(spec.model.y)];
+  points.push({ x: cx, y: cy, words: tell(star, 0) });
+  content += `<g class="star">${MARK.star(cx, cy)}</g><g class="at-budget"></g>`;
+  return { content: chart.svg(width, height, content), box: { atX, atY }, points };
 }

@@ -1,0 +1,76 @@
+"""Contrast, names and keyboard in a real browser, by axe-core's rules for WCAG 2.2 A and AA."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import pytest
+from browser import NARROW, WIDE, Tab, opened
+
+from gd_analyze.comparison import compare
+from gd_analyze.report.comparison_files import render_comparison_html
+from gd_analyze.robots import load_arm
+
+RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
+
+
+def violations(tab: Tab) -> list[str]:
+    """What breaks a rule, and the first element that does."""
+    pytest.importorskip("axe_playwright_python", reason="axe-core is not installed")
+    # Evaluated, not inserted: the page's policy lets no script from elsewhere in.
+    tab.run(files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8"))
+    found = tab.run("(rules) => axe.run(document, { runOnly: rules, resultTypes: ['violations'] })", RULES)
+    return [f"{one['id']}: {one['nodes'][0]['html']}" for one in found["violations"]]
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [WIDE, NARROW])
+def test_no_rule_is_broken(browser: Any, file: Path, width: int, scheme: str) -> None:
+    with opened(browser, file, width, color_scheme=scheme, reduced_motion="reduce") as tab:
+        assert violations(tab) == []
+        tab.drag_budget(20)
+        tab.unfold()
+        assert violations(tab) == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_no_rule_is_broken_by_a_comparison(browser: Any, tmp_path: Path, scheme: str) -> None:
+    path = tmp_path / "comparison.html"
+    path.write_text(render_comparison_html(compare(load_arm("two_link"))), encoding="utf-8")
+    with opened(browser, path, color_scheme=scheme) as tab:
+        tab.unfold()
+        assert violations(tab) == []
+
+
+def test_the_keyboard_goes_through_the_answer_in_the_order_it_is_read(browser: Any, file: Path) -> None:
+    with opened(browser, file) as tab:
+        tab.page.keyboard.press("Tab")
+        assert tab.run("document.activeElement.className") == "skip"
+        assert tab.page.locator(".skip").bounding_box()["x"] >= 0
+        seen = []
+        for _ in range(40):
+            tab.page.keyboard.press("Tab")
+            seen.append(tab.run("document.activeElement.id || document.activeElement.tagName"))
+            outline = tab.run("getComputedStyle(document.activeElement).outlineStyle")
+            assert outline != "none", f"no sign of the focus on {seen[-1]}"
+            if seen[-1] == "open-all":
+                break
+        wanted = ["theme", "play", "frame", "speed", "turn", "budget-slider", "open-all"]
+        assert [name for name in seen if name in wanted] == wanted
+
+
+def test_folds_open_with_the_keyboard(browser: Any, file: Path) -> None:
+    with opened(browser, file) as tab:
+        tab.page.focus("#motion > summary")
+        tab.page.keyboard.press("Enter")
+        tab.until("document.getElementById('motion').open")
+
+
+def test_the_page_takes_the_systems_theme(browser: Any, file: Path) -> None:
+    colours = []
+    for scheme in ("light", "dark"):
+        with opened(browser, file, color_scheme=scheme) as tab:
+            colours.append(tab.run("getComputedStyle(document.body).backgroundColor"))
+    assert colours[0] != colours[1]

@@ -1,0 +1,108 @@
+"""The budget in a real browser: dragged and pressed, equations and errors follow."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from browser import NARROW, Tab, opened
+
+from gd_analyze.results import Findings
+from gd_analyze.results.rows import budget_rows
+
+WIDTHS = "[...document.querySelectorAll('.log .fill')].map((bar) => bar.clientWidth)"
+SHOWN = "[...document.querySelectorAll('span.term')].filter((term) => term.offsetWidth).length"
+
+
+@pytest.fixture(scope="module")
+def tab(browser: Any, file: Path) -> Iterator[Tab]:
+    with opened(browser, file, reduced_motion="reduce") as tab:
+        yield tab
+        assert not tab.said
+
+
+def test_equations_count_and_errors_follow(tab: Tab, puma_findings: Findings) -> None:
+    rows = budget_rows(puma_findings)
+    widths = []
+    for place, row in enumerate(rows):
+        tab.drag_budget(place)
+        assert tab.page.inner_text("#budget-count") == str(row["operations"])
+        assert tab.page.inner_text("#budget-kept") == str(len(row["kept"]))
+        assert tab.run(SHOWN) == len(row["kept"])
+        widths.append(tab.run(WIDTHS))
+    # Errors grow with the budget, those of single joints not at every step.
+    assert all(last >= first for first, last in zip(widths[0], widths[-1], strict=True))
+    tab.click("#budget-reset")
+
+
+def test_at_the_budget_asked_for_the_page_is_as_without_scripts(browser: Any, file: Path, tab: Tab) -> None:
+    text = "document.querySelector('.torques').innerText.replace(/\\s+/g, ' ')"
+    tab.drag_budget(20)
+    tab.drag_budget(0)
+    tab.click("#budget-reset")
+    with opened(browser, file, java_script_enabled=False) as still:
+        torques = still.page.inner_text(".torques")
+        assert " ".join(torques.split()) == " ".join(tab.run(text).split())
+        assert "With scripts on, a slider changes the budget" in still.page.inner_text("#budget")
+        assert not still.page.is_visible("#budget-slider")
+        assert still.page.is_visible("svg.stroboscope")
+
+
+def test_signs_and_brackets_stay_right(tab: Tab) -> None:
+    """No line begins with a plus, and no bracket holds a single term, unless a sign needs it."""
+    for place in range(0, 21, 4):
+        tab.drag_budget(place)
+        wrong = tab.run(
+            "[...document.querySelectorAll('.torque > div')].filter((torque) => {"
+            " const words = torque.innerText.replace(/[Dhc\\s\\u2061]/g, '');"
+            " const broken = words.includes('(+') || words.includes('()');"
+            " return broken || words.startsWith('+') || words === ''; }).length"
+        )
+        assert wrong == 0
+    tab.click("#budget-reset")
+
+
+def test_terms_fade_before_they_go(browser: Any, file: Path) -> None:
+    with opened(browser, file, reduced_motion="no-preference") as tab:
+        before = tab.run(SHOWN)
+        tab.drag_budget(20)
+        assert tab.run(SHOWN) == before
+        assert tab.run("document.querySelectorAll('.term.leaving').length") > 0
+        tab.until(f"{SHOWN} < {before}")
+
+
+def test_arrow_keys_move_it_and_it_tells_where_it_is(tab: Tab) -> None:
+    tab.page.focus("#budget-slider")
+    before = tab.page.inner_text("#budget-status")
+    tab.page.keyboard.press("ArrowRight")
+    assert tab.run("document.getElementById('budget-slider').value") == "11"
+    told = tab.run("document.getElementById('budget-slider').getAttribute('aria-valuetext')")
+    assert told == tab.page.inner_text("#budget-said") == "1.26 % of peak torque"
+    # Said once the hand rests, not at every step.
+    assert tab.page.inner_text("#budget-status") == before
+    tab.until("document.getElementById('budget-status').textContent.includes('operations')")
+    tab.page.keyboard.press("Home")
+    assert tab.run("document.getElementById('budget-slider').value") == "0"
+    tab.click("#budget-reset")
+    assert tab.run("document.getElementById('budget-slider').value") == "10"
+    assert tab.run("document.activeElement.id") == "budget-slider"
+
+
+def test_what_is_proven_is_so_at_the_budget_of_the_report_only(tab: Tab) -> None:
+    assert tab.page.is_visible(".proven-mark >> nth=0")
+    tab.drag_budget(12)
+    assert not tab.page.is_visible(".proven-mark >> nth=0")
+    assert "not proven" in tab.page.inner_text("#budget-about")
+    assert tab.run("document.querySelector('.at-budget').childElementCount") == 1
+    tab.click("#budget-reset")
+    assert tab.run("document.querySelector('.at-budget').childElementCount") == 0
+
+
+def test_it_stays_in_sight_over_the_equations(browser: Any, file: Path) -> None:
+    with opened(browser, file, NARROW) as tab:
+        tab.run("document.querySelector('.bars tbody tr:last-child').scrollIntoView({ block: 'center' })")
+        tab.frame()
+        box = tab.page.locator("#budget-slider").bounding_box()
+        assert 0 <= box["y"] <= 200
