@@ -44,7 +44,8 @@ def swing(two_link: RobotArm) -> Trajectory:
 
 @pytest.fixture(scope="session")
 def pick_and_place_dataset(puma: RobotArm, pick_and_place: Trajectory) -> xr.Dataset:
-    return decompose(puma, pick_and_place)
+    """The links' own, without drives."""
+    return decompose(puma, pick_and_place, drives=False)
 
 
 @pytest.fixture(scope="session")

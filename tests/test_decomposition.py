@@ -26,7 +26,7 @@ EPS = float(np.finfo(float).eps)
 def test_parts_sum_to_what_pinocchio_finds_on_every_shipped_trajectory(name):
     arm = load_arm("two_link" if name.startswith("two-link") else "puma560")
     trajectory = read_trajectory(name, arm)
-    dataset = decompose(arm, trajectory)
+    dataset = decompose(arm, trajectory, drives=False)
     theirs = pinocchio_dynamics(arm, trajectory.q, trajectory.qd, trajectory.qdd)
     bounds = round_off_bounds(arm, trajectory.q, trajectory.qd, trajectory.qdd)
     ours = {
@@ -71,13 +71,14 @@ def test_everything_adds_up(case):
 
 
 def test_drive_torque_is_a_separate_contribution(puma, pick_and_place, pick_and_place_dataset):
-    driven = decompose(puma, pick_and_place, drives=True)
+    driven = decompose(puma, pick_and_place)
     np.testing.assert_array_equal(driven.drive_torque, puma.drive_inertia * pick_and_place.qdd)
     np.testing.assert_array_equal(driven.inertia, pick_and_place_dataset.inertia)
     added = driven.torque - driven.drive_torque - pick_and_place_dataset.torque
     # One addition and its undoing: a rounding of the sum, one of the difference.
     assert float(np.abs(added).max()) <= 2 * EPS * float(np.abs(driven.torque).max())
     assert driven.attrs["drives"] == 1
+    assert driven.identical(decompose(puma, pick_and_place, drives=True))
     assert pick_and_place_dataset.attrs["drives"] == 0
 
 

@@ -45,9 +45,8 @@ def test_exactly_the_chosen_files(two_link, swing, tmp_path, formats):
 
 
 def test_the_files_hold_what_was_found(puma, pick_and_place, tmp_path):
-    findings = analyze(
-        puma, pick_and_place, tmp_path, formats=DATA_FORMATS, origin=Origin("gd-analyze puma560 x.csv")
-    )
+    findings = find(puma, pick_and_place, origin=Origin("gd-analyze puma560 x.csv"))
+    write_findings(findings, tmp_path, DATA_FORMATS)
     tree = gd.load_results(tmp_path / "analysis.h5")
     np.testing.assert_array_equal(tree["decomposition/torque"], findings.decomposition.torque)
     assert tree.attrs["command"] == "gd-analyze puma560 x.csv"
@@ -74,11 +73,29 @@ def test_the_ranking_as_csv_is_the_dataset(puma_findings, tmp_path):
             assert found.tolist() == array.values.tolist()
 
 
-def test_default_folder(two_link, swing, tmp_path, monkeypatch):
+def test_nothing_is_written_without_a_folder(two_link, swing, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    analyze(two_link, swing, formats=("csv",))
-    assert names_in(tmp_path / "reports") == ["two_link-two-link-swing"]
-    assert default_folder(two_link, swing).name == "two_link-two-link-swing"
+    findings = analyze(two_link, swing)
+    assert findings.model.operations.total > 0
+    assert names_in(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("options", "name"),
+    [
+        ({}, "two_link-two-link-swing"),
+        ({"budget": gd.Budget.parse("1%")}, "two_link-two-link-swing"),
+        ({"budget": gd.Budget.parse("0.5%")}, "two_link-two-link-swing-budget-0.5pct"),
+        ({"budget": gd.Budget.parse("0.5")}, "two_link-two-link-swing-budget-0.5_N_m"),
+        ({"budget": gd.Budget.parse("1%,0.2")}, "two_link-two-link-swing-budget-1pct_0.2_N_m"),
+        (
+            {"level": "energy", "refit": True, "coupling": False, "operations": 90},
+            "two_link-two-link-swing-level-energy-refit-operations-90-no-coupling",
+        ),
+    ],
+)
+def test_the_default_folder_says_the_options(two_link, swing, options, name):
+    assert default_folder(two_link, swing, Settings(**options)).name == name
 
 
 @pytest.mark.usefixtures("nothing_computed")
@@ -101,8 +118,8 @@ def test_a_folder_without_permission_is_found_out_first(two_link, swing, tmp_pat
 
 
 def test_a_folder_that_can_be_made_is_fine(tmp_path):
-    require_folder(tmp_path / "a" / "b", FILES)
-    require_folder(tmp_path, FILES)
+    assert require_folder(tmp_path / "a" / "b", FILES, "") == ()
+    assert require_folder(tmp_path, FILES, "") == ()
     assert names_in(tmp_path) == []
 
 
@@ -211,7 +228,7 @@ def test_one_number_of_terms(puma, pick_and_place) -> None:
     total = findings.tables["terms"].attrs["total"]
     assert total > findings.tables["terms"].sizes["rank"]
     assert total == len(findings.model.form.torques)
-    assert summary.facts(findings)[0][1].endswith(f" {total}")
+    assert summary.facts(findings)[3][1].endswith(f" {total}")
     shown = document(findings)
     assert shown["terms"]["total"] == total
     assert sum(cell["of"] for row in shown["harmonic"]["kept"] for cell in row) == total

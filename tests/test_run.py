@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.main_job.folder import FILES, write_findings
+from gd_analyze.errors import GdAnalyzeWarning, OutputError
+from gd_analyze.main_job.folder import FILES, require_folder, write_findings
 from gd_analyze.main_job.how import Origin, Settings
 from gd_analyze.results import load_findings, load_results, save_results
 from gd_analyze.run import marks_in
@@ -92,8 +92,8 @@ def test_inputs_and_options_make_another_mark(two_link, swing, swing_findings):
     ]
     marks.append(mark(swing_findings))
     assert len(set(marks)) == len(marks)
-    # The first part is of the names alone.
-    assert len({found.split("-")[1] for found in marks}) == 2
+    # The first part is of what was asked for: names and options.
+    assert len({found.split("-")[1] for found in marks}) == len(settings) + 2
 
 
 def test_a_sound_folder_is_read_without_a_word(folder):
@@ -134,19 +134,49 @@ def test_results_of_other_names_are_no_set(folder, two_link, swing, other_budget
     assert told(load_findings, folder / "before.h5") == ""
 
 
-def test_what_remains_of_another_run_is_told(folder, swing_findings, other_budget):
-    said = told(write_findings, other_budget, folder, QUICK)
-    assert f"the folder {folder} now holds files of different runs: report.html, report.pdf are not" in said
-    assert "another arm or motion" not in said
-    assert told(write_findings, swing_findings, folder, QUICK) == ""
+def claimed(folder, findings, formats=FILES, *, overwrite=False):
+    return require_folder(folder, formats, mark(findings), overwrite=overwrite)
 
 
-def test_replacing_the_results_of_another_arm_is_told(folder, puma_findings):
-    said = told(write_findings, puma_findings, folder, QUICK)
-    assert (
-        "held results of another arm or motion, now replaced: analysis.h5, model.json, dominance.csv" in said
-    )
-    assert "report.html, report.pdf are not" in said
+def test_the_same_run_again_replaces_the_files(folder, swing_findings):
+    assert claimed(folder, swing_findings) == ()
+    assert claimed(folder, swing_findings, QUICK) == ()
+
+
+@pytest.mark.parametrize("formats", [FILES, QUICK, ("csv",)])
+def test_another_run_is_not_replaced(folder, other_budget, puma_findings, formats):
+    for findings in (other_budget, puma_findings):
+        with pytest.raises(OutputError, match="holds files of another run") as caught:
+            claimed(folder, findings, formats)
+        assert caught.value.details["found"] == ", ".join(FILES.values())
+        assert "--overwrite" in caught.value.details["next"]
+
+
+def test_overwriting_leaves_files_of_one_run(folder, other_budget):
+    strangers = claimed(folder, other_budget, QUICK, overwrite=True)
+    assert [path.name for path in strangers] == ["report.html", "report.pdf"]
+    write_findings(other_budget, folder, QUICK, strangers)
+    assert sorted(path.name for path in folder.iterdir()) == sorted(FILES[name] for name in QUICK)
+    assert told(load_findings, folder / "analysis.h5") == ""
+
+
+def test_what_was_asked_for_again_replaces_what_it_gave_before(folder, two_link, swing):
+    """Numbers in the arm's file were mended, and the same command is given again."""
+    mended = gd.find(dataclasses.replace(two_link, gravity=two_link.gravity * 1.001), swing)
+    assert claimed(folder, mended) == ()
+    with pytest.raises(OutputError, match="would hold files of two runs") as caught:
+        claimed(folder, mended, QUICK)
+    assert caught.value.details["found"] == "report.html, report.pdf"
+    assert len(claimed(folder, mended, QUICK, overwrite=True)) == 2
+
+
+@pytest.mark.parametrize("name", sorted(FILES.values()))
+def test_a_file_of_no_run_is_not_replaced(tmp_path, swing_findings, name):
+    """A report of one's own may be called report.pdf."""
+    (tmp_path / name).write_bytes(b"mine")
+    with pytest.raises(OutputError, match="another run") as caught:
+        claimed(tmp_path, swing_findings)
+    assert caught.value.details["found"] == name
 
 
 def test_a_mixture_is_mended_from_the_analysis(folder, other_budget):

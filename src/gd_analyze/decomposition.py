@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,11 +14,11 @@ from gd_analyze.formulations import generalized_dalembert as dalembert
 from gd_analyze.given_numbers import LARGEST, are_possible
 from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.pinocchio_check import round_off_bounds
-from gd_analyze.robots import RobotArm, fingerprint
+from gd_analyze.robots import RobotArm, arm_of, fingerprint
 from gd_analyze.round_off import round_off_of
 from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
 from gd_analyze.states import States, states_of
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.trajectories import Trajectory, trajectory_of
 from gd_analyze.trajectories.checks import require_joints
 from gd_analyze.vectors import Array, FloatArray, chunks
 
@@ -28,8 +29,8 @@ EFFECTS = dalembert.EFFECTS
 
 
 def decompose(
-    arm: RobotArm,
-    trajectory: Trajectory,
+    arm: RobotArm | str | Path,
+    trajectory: Trajectory | str | Path,
     *,
     coupling: bool = True,
     by_link: bool = False,
@@ -42,7 +43,7 @@ def decompose(
     Parameters
     ----------
     arm, trajectory
-        The arm and its motion.
+        The arm and its motion; or a shipped name, or the path of a file.
     coupling
         Keep h_ijk: 2 n^3 numbers per set point.
     by_link
@@ -76,6 +77,8 @@ def decompose(
     >>> dataset.inertia.dims
     ('time', 'effect', 'joint', 'joint_j')
     """
+    arm = arm_of(arm)
+    trajectory = trajectory_of(trajectory, arm)
     require_joints(trajectory, arm)
     arrays = decompose_states(
         arm,

@@ -17,12 +17,14 @@ def number(value: float) -> str:
 
     Examples
     --------
-    >>> number(41.0), number(2.1e-14)
-    ('41', '2.10e-14')
+    >>> number(41.0), number(12345.0), number(2.1e-14)
+    ('41', '12300', '2.10e-14')
     """
     if value == 0.0:
         return "0"
-    return f"{value:.2e}" if abs(value) < 1e-3 or abs(value) >= 1e5 else f"{value:.3g}"
+    if abs(value) < 1e-3 or abs(value) >= 1e5:
+        return f"{value:.2e}"
+    return f"{float(f'{value:.3g}'):g}"
 
 
 def figures(value: float) -> str:
@@ -31,8 +33,10 @@ def figures(value: float) -> str:
         return "∞"
     if value == 0.0:
         return "0"
-    digits = f"{value:.2e}" if abs(value) < 1e-3 or abs(value) >= 1e5 else f"{value:#.3g}"
-    return pretty(digits.removesuffix("."))
+    if abs(value) < 1e-3 or abs(value) >= 1e5:
+        return pretty(f"{value:.2e}")
+    rounded = float(f"{value:.3g}")
+    return f"{rounded:.0f}" if abs(rounded) >= 1e3 else f"{rounded:#.3g}".removesuffix(".")
 
 
 def given(value: float | None) -> str:
@@ -75,6 +79,24 @@ def prefixed(largest: float, unit: str) -> tuple[float, str]:
     if (power >= 0 and weighed) or grams not in _PREFIXES:
         return 1.0, unit
     return 10.0**power, _PREFIXES[grams] + (unit[1:] if weighed else unit)
+
+
+def fitting(values: Iterable[float], unit: str) -> tuple[float, str]:
+    """Unit with the prefix in which all values of a row are told, as `prefixed` gives it.
+
+    That of the largest, or the next smaller one where another would need a power of ten in it.
+
+    Examples
+    --------
+    >>> fitting([0.423, 0.00423, 0.000222], "N m"), fitting([13.9, 0.138], "N m")
+    ((0.001, 'mN m'), (1.0, 'N m'))
+    """
+    sizes = [abs(value) for value in values if value and math.isfinite(value)]
+    largest = max(sizes, default=0.0)
+    factor, shown = prefixed(largest, unit)
+    # Far less than the largest may need a power of ten, lest the largest does.
+    least = min((size for size in sizes if size >= 1e-6 * largest), default=largest)
+    return prefixed(5e-3 * factor, unit) if 0 < least < 1e-3 * factor else (factor, shown)
 
 
 def amount(value: float, unit: str) -> str:

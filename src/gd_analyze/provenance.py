@@ -27,7 +27,7 @@ def provenance(command: str) -> dict[str, str]:
 
 
 def provenance_of_run(
-    command: str, names: Sequence[str], everything: Any, *, repeats: bool
+    command: str, asked: Sequence[Any], everything: Any, *, repeats: bool
 ) -> dict[str, str]:
     """Describe a run that writes several files, and mark it: the mark is the entry "run".
 
@@ -35,11 +35,11 @@ def provenance_of_run(
     ----------
     command
         What the user typed.
-    names, everything
+    asked, everything
         As for `gd_analyze.run.mark_of`; versions are added.
     repeats
         Whether the same inputs give the same results, and so the same mark whenever it is run.
     """
     source = provenance(command)
     lasting = {key: value for key, value in source.items() if not repeats or key not in _PASSING}
-    return source | {"run": mark_of(names, [everything, lasting])}
+    return source | {"run": mark_of(asked, [everything, lasting])}

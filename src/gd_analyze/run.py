@@ -1,4 +1,4 @@
-"""The mark of a run, which each of its files carries, so that files of different runs are told apart."""
+"""The mark of a run, which each of its files carries: by it a folder of results holds one run alone."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import hashlib
 import json
 import re
 import warnings
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.errors import GdAnalyzeWarning, Location, OutputError
 
 RESULT_FILES = {
     "h5": "analysis.h5",
@@ -29,19 +29,20 @@ _LENGTH = _OF_WHAT + 1 + 16
 _BLOCK = 1 << 20
 
 
-def mark_of(names: Sequence[str], everything: Any) -> str:
+def mark_of(asked: Sequence[Any], everything: Any = None) -> str:
     """Mark a run; the same arguments give the same mark.
 
     Parameters
     ----------
-    names
-        Of the arm and the motion: the mark's first part.
+    asked
+        What the run was asked for, as JSON values: names of the arm and the motion, options. The mark's first
+        part.
     everything
-        What the results depend on and state, as JSON values: inputs, options, versions.
+        What the results depend on and state besides: inputs, versions.
     """
     first, second = (
         hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
-        for value in (list(names), [list(names), everything])
+        for value in (list(asked), [list(asked), everything])
     )
     return f"{_PREFIX}{first[:8]}-{second[:16]}"
 
@@ -89,43 +90,62 @@ def warn_of_others(path: Path, mark: str) -> None:
         )
 
 
-def warn_of_what_was_there(
-    folder: Path, before: Mapping[str, set[str]], written: Collection[str], mark: str
-) -> None:
-    """Warn after a folder was written to that held files of another run.
+def require_one_run(
+    folder: Path, files: Collection[str], written: Collection[str], mark: str, *, overwrite: bool = False
+) -> tuple[Path, ...]:
+    """Check that a folder will hold files of one run, before anything is computed or written.
+
+    What was asked for once may be asked for again, and replaces what it gave before. Anything else that the
+    set's names stand for stays, unless it shall be overwritten.
 
     Parameters
     ----------
     folder
-        Where it was written.
-    before
-        The names of a set of files, and the marks that were in each.
+        Where to write.
+    files
+        The names of a set of files.
     written
-        The names of those that were replaced.
+        Those of them that the run at hand will write.
     mark
-        Of the run that wrote.
+        Its mark; of a run that no other repeats, one of which only the first part counts.
+    overwrite
+        Replace whatever is there.
 
-    Warns
-    -----
-    GdAnalyzeWarning
-        If files not written now are of another run, or those replaced were of another arm or motion.
+    Returns
+    -------
+    tuple of Path
+        What does not belong to the run, to be removed when its files are written.
+
+    Raises
+    ------
+    OutputError
+        If the folder holds files of a run that was asked for something else, or of none, or if it would then
+        hold files of two runs.
     """
-    remaining = others(folder, [name for name in before if name not in written], mark)
-    if remaining:
-        them = "it" if len(remaining) == 1 else "them"
-        _warn(
-            f"the folder {folder} now holds files of different runs: {_are_not(remaining)} of the run that "
-            f"wrote {', '.join(written)}; remove {them}, or write every format"
+    there = {name: marks_in(folder / name) for name in files if (folder / name).is_file()}
+    strangers = [name for name, marks in there.items() if not _same_asked(marks, mark)]
+    left = [name for name, marks in there.items() if name not in written and mark not in marks]
+    if not overwrite and strangers:
+        raise OutputError(
+            f"the folder {folder} holds files of another run",
+            where=Location(folder),
+            expected="none, or those of a run of the same arm, motion and options",
+            found=", ".join(strangers),
+            next_step="choose another folder with --out, or replace the other run with --overwrite",
         )
-    replaced = [name for name in written if before[name] and not _same_names(before[name], mark)]
-    if replaced:
-        _warn(
-            f"the folder {folder} held results of another arm or motion, now replaced: {', '.join(replaced)}"
+    if not overwrite and left:
+        raise OutputError(
+            f"the folder {folder} would hold files of two runs",
+            where=Location(folder),
+            expected=f"none but {', '.join(written)}, or those of a run of just the same inputs",
+            found=", ".join(left),
+            next_step="write every format, choose another folder with --out, or remove them with --overwrite",
         )
+    return tuple(folder / name for name in left)
 
 
-def _same_names(marks: Collection[str], mark: str) -> bool:
-    """Whether a file is of a run on an arm and a motion of the same names."""
+def _same_asked(marks: Collection[str], mark: str) -> bool:
+    """Whether a file is of a run that was asked for the same."""
     return any(found[:_OF_WHAT] == mark[:_OF_WHAT] for found in marks)
 
 

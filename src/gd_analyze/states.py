@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from gd_analyze.errors import UsageError
 from gd_analyze.given_numbers import LARGEST, are_possible
-from gd_analyze.robots import RobotArm
+from gd_analyze.robots import RobotArm, arm_of
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import Array, FloatArray, set_points_last
 
@@ -95,13 +96,15 @@ def states_of(trajectory: Trajectory) -> States:
     )
 
 
-def states_in_box(arm: RobotArm, count: int = 4000, seed: int = 0, *, assumed: bool = False) -> States:
+def states_in_box(
+    arm: RobotArm | str | Path, count: int = 4000, seed: int = 0, *, assumed: bool = False
+) -> States:
     """Draw states evenly from the arm's ranges and its rate and acceleration limits.
 
     Parameters
     ----------
     arm
-        The arm.
+        The arm, or the name of a built-in one, or the path of its file.
     count, seed
         How many; the same seed draws the same.
     assumed
@@ -112,6 +115,7 @@ def states_in_box(arm: RobotArm, count: int = 4000, seed: int = 0, *, assumed: b
     UsageError
         If the arm lacks a limit and none shall be assumed.
     """
+    arm = arm_of(arm)
     lower, upper, rate, acceleration = (
         arm.limits(what) for what in ("lower", "upper", "rate_limit", "acceleration_limit")
     )

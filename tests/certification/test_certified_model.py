@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
+from budgets import of_shares
 from gd_analyze.certification import Box, simplify_certified
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.errors import UsageError
@@ -41,7 +42,7 @@ def test_no_state_of_the_box_breaks_the_budget(case, share, level, seed):
     states = States(drawn.q, drawn.qd, drawn.qdd, {"box": "drawn", "states": 15, "seed": 0})
     box = Box.around(*states.arrays)
     exact = ExactDynamics.of(arm, states)
-    budget = Budget((share,), (True,))
+    budget = of_shares(share)
     model, certificate = simplify_certified(exact, budget, box, level=level)
     allowed = exact.allowed(budget)
     assert (certificate.certified <= allowed).all()
@@ -73,4 +74,4 @@ def test_a_budget_below_what_a_bound_can_resolve(two_link, swing):
     """No budget at all cannot be proven: the identification's noise is in every bound."""
     exact = ExactDynamics.of(two_link, swing)
     with pytest.raises(UsageError, match="not even the exact model"):
-        simplify_certified(exact, Budget((0.0,), (True,)), Box.around(*exact.states.arrays))
+        simplify_certified(exact, of_shares(0.0), Box.around(*exact.states.arrays))

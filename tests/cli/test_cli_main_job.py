@@ -79,9 +79,30 @@ def test_the_terminal_shows_the_answer_within_80_columns(run, here):
     assert max(map(len, lines)) <= 80
     assert all(line == line.rstrip() for line in lines)
     assert "\x1b" not in result.out
-    assert lines[0] == "Unimation PUMA 560 along pick-and-place, 31 set points"
+    assert lines[0] == "Unimation PUMA 560 along pick-and-place, 31 set points, drives included"
     assert lines[-1] == "wrote       reports/puma560-pick-and-place/dominance.csv"
     assert "The founding text's verdicts agree with ours" in result.out
+
+
+def test_the_terminal_says_how_good_how_proven_how_many_and_whether_drives_act(run, here):
+    result = run("puma560", "pick-and-place", "--format", "csv")
+    words = " ".join(result.out.split())
+    headline, _, rest = words.partition("Largest torque error")
+    for said in ("drives included", "operations", "cheapest exact program known", "near it", "proven"):
+        assert said in headline, said
+    heads = next(line for line in result.out.splitlines() if line.startswith("joint "))
+    assert " ".join(heads.split()) == "joint peak torque allowed sampled share proven share unit"
+    assert "Proven: no state within" in rest
+    # Where D is not symmetric that is said, and what to use where it must be.
+    assert ("D is not symmetric" in rest) == ("`--level energy`" in rest) is True
+
+
+def test_small_torques_stand_in_small_units(run, here):
+    result = run("puma560", "pick-and-place", "--no-drives", "--format", "csv")
+    flange = next(line for line in result.out.splitlines() if line.startswith("6 flange"))
+    assert flange.endswith("µN m")
+    errors = result.out.partition("Largest torque error")[2].partition("Ranking")[0]
+    assert "e-0" not in errors
 
 
 @pytest.mark.parametrize("formats", [("csv",), ("json",), ("h5", "json"), ("html",), ("pdf",)])
@@ -114,7 +135,8 @@ def test_top_chooses_the_rows_of_the_ranking(run, motion):
 
 def test_what_is_stored_follows_the_options(run, motion, here):
     def stored(*options: str) -> set[str]:
-        assert run("two_link", motion, "--format", "h5", "--out", "x", "--quiet", *options).code == 0
+        words = ("--format", "h5", "--out", "x", "--overwrite", "--quiet", *options)
+        assert run("two_link", motion, *words).code == 0
         return set(gd.load_results("x/analysis.h5")["decomposition"].data_vars)
 
     assert "coupling" in stored()
@@ -164,7 +186,7 @@ def test_an_arm_of_ones_own_with_a_joint_that_slides(run, here):
     (here / "lift.csv").write_text("time,q1,q2\n" + rows)
     result = run("slider.toml", "lift.csv", "--format", "csv")
     assert result.code == 0, result.err
-    assert "N m or N and share of peak torque" in " ".join(result.out.split())
+    assert "in the unit of each row, and its share of peak torque" in " ".join(result.out.split())
     assert [
         row["effort_unit"]
         for row in run("slider.toml", "lift.csv", "--format", "csv", "--json").json["joints"]

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -12,7 +13,7 @@ def test_files_and_tables(run, here, motion):
     result = run("compare", "two_link", motion)
     assert (result.code, result.err) == (0, "")
     assert max(map(len, result.out.splitlines())) <= 80
-    folder = here / "reports" / "compare-two_link"
+    folder = here / "reports" / f"compare-two_link-{Path(motion).stem}"
     assert {path.name for path in folder.iterdir()} == {
         "comparison.html",
         "comparison.pdf",
@@ -25,6 +26,11 @@ def test_files_and_tables(run, here, motion):
     assert told["agrees"]
     assert told["provenance"]["command"].startswith("gd-analyze compare two_link")
     assert "All formulations agree" in result.out
+    words = ("compare", "two_link", "--format", "json", "--out", str(folder))
+    assert "holds files of another run" in run(*words).err
+    assert "would hold files of two runs" in run(*words[:2], motion, *words[2:]).err
+    assert run(*words, "--overwrite").code == 0
+    assert [path.name for path in folder.iterdir()] == ["comparison.json"]
 
 
 def test_as_json_at_random_states_with_a_payload(run, here):

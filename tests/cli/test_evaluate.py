@@ -60,7 +60,7 @@ def test_with_a_payload_along_a_trajectory(run, model, swing, here):
     assert [row["peak_torque"] for row in told["joints"]] == here_.peak_torque.tolist()
     assert [row["largest_error_without_payload"] for row in told["joints"]] == without.largest.tolist()
     assert told["held_against"] == {
-        "arm": "two_link+0.5kg",
+        "arm": "two_link+0.5kg,0.01,0,0,0.001,0.001,0.001",
         "drives": False,
         "payload": {
             "mass": 0.5,

@@ -146,7 +146,7 @@ def file_size_limited(size: int) -> Iterator[None]:
 
 @pytest.mark.parametrize("formats", FILES)
 def test_a_disk_that_fills_up(run, motion, here, formats):
-    words = ("two_link", motion, "--out", "r", "--format", formats, "--budget")
+    words = ("two_link", motion, "--out", "r", "--overwrite", "--format", formats, "--budget")
     assert run(*words, "5%").code == 0
     name = FILES[formats]
     before = (here / "r" / name).read_bytes()
@@ -172,7 +172,7 @@ def test_a_disk_that_fills_up_does_not_crash_on_leaving(process, motion, here):
 
 def test_a_full_disk_leaves_all_as_it_was(run, motion, here, monkeypatch):
     """The last file to be made fails, and none of the others is replaced."""
-    words = ("two_link", motion, "--out", "r", "--budget")
+    words = ("two_link", motion, "--out", "r", "--overwrite", "--budget")
     assert run(*words, "5%").code == 0
     before = {path.name: path.read_bytes() for path in (here / "r").iterdir()}
     write_bytes = Path.write_bytes
@@ -189,16 +189,66 @@ def test_a_full_disk_leaves_all_as_it_was(run, motion, here, monkeypatch):
     assert {path.name: path.read_bytes() for path in (here / "r").iterdir()} == before
 
 
-def test_files_of_another_run_are_told(run, motion, here):
+def test_a_folder_is_of_one_run(run, motion, here):
     words = ("two_link", motion, "--out", "r", "--format")
     assert run(*words, "h5,json,csv").err == ""
-    result = run(*words, "csv", "--budget", "5%", "--json")
-    assert result.code == 0
-    assert "analysis.h5, model.json are not of the run that wrote dominance.csv" in result.err
-    assert any("different runs" in warning for warning in result.json["warnings"])
+    files = {path.name: path.read_bytes() for path in (here / "r").iterdir()}
+    assert run(*words, "csv").err == "", "the same run"
+    for others in ((*words, "csv", "--budget", "5%"), ("puma560", "pick-and-place", "--out", "r")):
+        refused = run(*others)
+        assert (refused.code, refused.out) == (2, "")
+        assert refused.err.startswith("error: the folder r holds files of another run\n")
+        assert "found: analysis.h5, model.json, dominance.csv\n" in refused.err
+        assert "--overwrite" in refused.err
+        assert {path.name: path.read_bytes() for path in (here / "r").iterdir()} == files
+    done = run(*words, "csv", "--budget", "5%", "--overwrite")
+    assert (done.code, done.err) == (0, "")
+    assert [path.name for path in (here / "r").iterdir()] == ["dominance.csv"]
+
+
+def test_an_arm_of_the_same_name_replaces_what_it_gave_before(run, motion, here):
+    """The loop of who writes an arm's file: edit, run, edit, run."""
+    text = run("arms", "two_link", "--toml").out
+    for mass in ("1.0", "1.5"):
+        (here / "mine.toml").write_text(text.replace("mass = 1.0", f"mass = {mass}"))
+        done = run("mine.toml", motion, "--out", "r", "--format", "json,csv")
+        assert (done.code, done.err) == (0, "")
+    assert gd.load_model("r/model.json").arm.mass.tolist() == [2.0, 1.5]
+    refused = run(*("mine.toml", motion, "--out", "r", "--format", "csv"))
+    assert refused.code == 0, "nothing changed since"
+    (here / "mine.toml").write_text(text)
+    refused = run(*("mine.toml", motion, "--out", "r", "--format", "csv"))
+    assert refused.code == 2
+    assert "error: the folder r would hold files of two runs" in refused.err
+    assert "found: model.json" in refused.err
+
+
+def test_options_stand_in_the_default_folder(run, motion, here):
+    assert run("two_link", motion, "--format", "csv").code == 0
+    assert run("two_link", motion, "--format", "csv", "--budget", "0.5%", "--refit").code == 0
+    folders = sorted(path.name for path in (here / "reports").iterdir())
+    name = f"two_link-{Path(motion).stem}"
+    assert folders == [name, f"{name}-budget-0.5pct-refit"]
+
+
+def test_reports_go_beside_their_analysis_or_to_a_folder_of_their_own(run, motion, here):
+    assert run("two_link", motion, "--out", "r", "--format", "h5,csv").code == 0
+    assert run("two_link", motion, "--out", "other", "--format", "csv", "--refit").code == 0
+    assert run("report", "r/analysis.h5", "--format", "csv").code == 0
+    words = ("report", "r/analysis.h5", "--format", "csv", "--out", "other")
+    assert "holds files of another run" in run(*words).err
+    assert run(*words, "--overwrite").code == 0
+    assert (here / "other" / "dominance.csv").read_bytes() == (here / "r" / "dominance.csv").read_bytes()
+    (here / "r" / "analysis.h5").rename(here / "other" / "before.h5")
+    assert run("two_link", motion, "--out", "other", "--format", "h5,csv", "--refit", "--overwrite").code == 0
+    assert "another run" in run("report", "other/before.h5", "--format", "csv").err
+
+
+def test_what_is_mixed_by_hand_is_told(run, motion, here):
+    for folder, budget in (("r", "1%"), ("other", "5%")):
+        words = ("two_link", motion, "--out", folder, "--format", "h5,json,csv", "--budget", budget)
+        assert run(*words).err == ""
+    (here / "other" / "dominance.csv").replace(here / "r" / "dominance.csv")
     assert "dominance.csv is not of the run of model.json" in run("evaluate", "r/model.json").err
     assert "dominance.csv is not of the run of analysis.h5" in run("report", "r/analysis.h5").err
     assert run("evaluate", "r/model.json").err == ""
-    told = run("puma560", "pick-and-place", "--out", "r", "--format", "h5,json,csv,html,pdf").err
-    assert "held results of another arm or motion, now replaced" in told
-    assert "different runs" not in told

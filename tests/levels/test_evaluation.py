@@ -18,7 +18,7 @@ from made_models import exact_model
 
 @pytest.fixture(scope="module")
 def model(puma):
-    return exact_model(puma)
+    return exact_model(puma, drives=False)
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +29,7 @@ def carrying(puma):
 def test_drawn_states(model, puma):
     states = states_in_box(puma, 50)
     found = evaluate(model, states)
-    expected = decompose_states(puma, states, coupling=False)["torque"]
+    expected = decompose_states(puma, states, coupling=False, drives=False)["torque"]
     np.testing.assert_array_equal(found.dynamics.torque, expected)
     np.testing.assert_array_equal(found.torque, model.torque(*states.arrays))
     # Identification is exact to a few hundred roundings of the largest torque.
@@ -50,10 +50,12 @@ def test_a_trajectory_its_set_points_and_its_decomposition_are_the_same(
 def test_another_arms_torque_counts(model, carrying, pick_and_place):
     found = evaluate(model, pick_and_place, carrying)
     own = evaluate(model, pick_and_place)
-    np.testing.assert_array_equal(found.dynamics.torque, decompose(carrying, pick_and_place).torque)
+    np.testing.assert_array_equal(
+        found.dynamics.torque, decompose(carrying, pick_and_place, drives=False).torque
+    )
     np.testing.assert_array_equal(found.torque, own.torque)
     assert found.errors.largest_share.max() > 0.1
-    again = evaluate(model, decompose(carrying, pick_and_place, coupling=False), carrying)
+    again = evaluate(model, decompose(carrying, pick_and_place, coupling=False, drives=False), carrying)
     np.testing.assert_array_equal(again.errors.largest, found.errors.largest)
 
 
@@ -78,9 +80,9 @@ def test_a_decomposition_of_another_arm_is_refused(model, carrying, pick_and_pla
         evaluate(model, pick_and_place_dataset, carrying)
     assert caught.value.details["where"] == "arm_fingerprint"
     with pytest.raises(ModelError, match="another arm"):
-        evaluate(model, decompose(carrying, pick_and_place, coupling=False))
+        evaluate(model, decompose(carrying, pick_and_place, coupling=False, drives=False))
     with pytest.raises(ModelError, match="differs from the model in its drives"):
-        evaluate(model, decompose(model.arm, pick_and_place, coupling=False, drives=True))
+        evaluate(model, decompose(model.arm, pick_and_place, coupling=False))
 
 
 def test_states_of_another_arm_are_refused(model, swing):

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
+from budgets import of_shares
 from gd_analyze.certification import Box, simplify_certified
 from gd_analyze.comparison import count_cost
 from gd_analyze.decomposition import decompose_states
@@ -122,7 +123,7 @@ def test_axes_that_are_antiparallel_turn_the_other_way(two_link, rng):
 def test_no_model_costs_more_than_exact(case, level, share):
     arm, states = case
     exact = ExactDynamics(ExactForm(arm), states)
-    model = simplify_exact(exact, Budget((share,), (True,)), How(level, thorough=level is ELEMENT))
+    model = simplify_exact(exact, of_shares(share), How(level, thorough=level is ELEMENT))
     assert model.operations.total <= model.operations_full.total == exact.form.operations.total
     if not model.saves:
         assert model.operations == model.operations_full

@@ -112,7 +112,7 @@ def test_the_file_says_what_it_is(two_link, tmp_path, level, entry):
     assert document["version"] == 2
     assert document["level"] == level.name
     assert document["errors"][0].keys() == {
-        "joint", "unit", "peak_torque", "allowed_error", "largest_error", "rms_error",
+        "joint", "unit", "peak_torque", "allowed_error", "largest_error", "rms_error", "uncertainty",
     }  # fmt: skip
     assert document["errors_are"] == "sampled at the states of made_for"
     assert all(one.keys() == entry for one in document["terms"])

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.formulations import newton_euler_link
+from gd_analyze.levels import torque_uncertainty
 from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import Drive, Joint, Link, LinkUncertainty, Placement, RobotArm, with_payload
-from gd_analyze.levels import torque_uncertainty
 from gd_analyze.states import States, states_in_box, states_of
 from gd_analyze.vectors import CHUNK, FloatArray
 from strategies import arms_with_states, examples
@@ -185,15 +185,15 @@ def test_drives_count_where_they_are_part_of_the_torque(puma):
         puma, links=tuple(dataclasses.replace(link, uncertainty=None) for link in puma.links)
     )
     states = states_in_box(puma, 20)
-    assert torque_uncertainty(silent, states) is None
-    of_drives = torque_uncertainty(silent, states, drives=True)
+    assert torque_uncertainty(silent, states, drives=False) is None
+    of_drives = torque_uncertainty(silent, states)
     expected = np.abs(states.qdd) * [drive.inertia_uncertainty for drive in puma.drives]
     # A product, its square and the root.
     np.testing.assert_allclose(of_drives, expected, rtol=4 * EPS)
-    of_links = torque_uncertainty(puma, states)
+    of_links = torque_uncertainty(puma, states, drives=False)
     # Variances add up; a handful of roundings each.
     np.testing.assert_allclose(
-        torque_uncertainty(puma, states, drives=True) ** 2, of_drives**2 + of_links**2, rtol=16 * EPS
+        torque_uncertainty(puma, states) ** 2, of_drives**2 + of_links**2, rtol=16 * EPS
     )
 
 
@@ -205,7 +205,7 @@ def test_nothing_stated_is_not_zero_stated(two_link, swing):
     assert not torque_uncertainty(known, states).any()
     assert torque_uncertainty(known, states).shape == swing.q.shape
     known = dataclasses.replace(two_link, drives=(Drive(1.0, 0.0), Drive(1.0)))
-    assert torque_uncertainty(known, states) is None
+    assert torque_uncertainty(known, states, drives=False) is None
     assert not torque_uncertainty(known, states, drives=True).any()
 
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from functools import partial
 
@@ -10,7 +11,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from report_cases import made_findings, resting_findings
 
-from gd_analyze.report.canvas import SCREEN, Canvas
+from gd_analyze.report.canvas import Canvas
+from gd_analyze.report.colours import COLOURS, ON_PAPER
 from gd_analyze.report.figure_arm import arm_figure, equal_panel, views_figure
 from gd_analyze.report.figure_elements import inertia_figure, vector_figure
 from gd_analyze.report.figure_trade_off import trade_off_figure
@@ -227,33 +229,43 @@ def test_one_set_point_is_drawn_as_a_dot() -> None:
     figure = coriolis_figure(made_findings(["revolute"] * 2, set_points=1))
     marked = [shape for shape in figure.shapes if shape.label]
     assert len(marked) == 2 * 3
-    assert all(shape.path.count("a") == 2 for shape in marked)  # two arcs make a circle
+    assert {shape.kind for shape in marked} == {"marks"}
 
 
-def test_signs_of_markup_are_text(puma_findings: Findings) -> None:
+def test_signs_of_markup_are_text() -> None:
     canvas = Canvas(10.0, 10.0)
-    canvas.text(1.0, 1.0, "a < b & c")
-    assert ">a &lt; b &amp; c</text>" in canvas.svg()
-    assert 'aria-label="&quot;x&quot; &lt; y"' in canvas.svg('"x" < y')
+    canvas.text(1.0, 1.0, "a < b & c $d$")
+    assert ">a &lt; b &amp; c $d$</text>" in canvas.svg()
+    assert "aria-label='\"x\" &lt; y'" in canvas.svg('"x" < y')
 
 
 def test_a_drawing_of_the_page_follows_its_theme() -> None:
-    paper, screen = Canvas(10.0, 10.0), Canvas(10.0, 10.0, SCREEN)
-    for canvas in (paper, screen):
-        canvas.line(np.array([[0.0, 0.0], [1.0, 2.0]]), "translation")
-    assert "stroke:#0072b2" in paper.svg()
-    assert "stroke:var(--translation)" in screen.svg()
-    assert 'd="M0.00 10.00L1.00 8.00"' in paper.svg()  # SVG counts downward
-
-
-@pytest.mark.parametrize("shape", ["circle", "square", "diamond", "star"])
-def test_marks_lie_around_their_place(shape: str) -> None:
     canvas = Canvas(10.0, 10.0)
-    canvas.mark(np.array([[4.0, 7.0]]), "ink", 2.0, shape=shape)
-    corners = canvas.shapes[0].path[1:].removesuffix("z").split("a")[0].split("L")
-    for x, y in (map(float, corner.split()) for corner in corners):
-        # No farther than a square's corner: half its size times the square root of 2; digits are written.
-        assert np.hypot(x - 4.0, y - 3.0) <= np.sqrt(2) + 0.01
+    canvas.line(np.array([[0.0, 0.0], [1.0, 2.0]]), "accent")
+    canvas.text(1.0, 1.0, "a")
+    paper, screen = canvas.svg(), canvas.svg(themed=True)
+    assert f"stroke: {ON_PAPER['accent'].lower()}" in paper
+    assert "stroke: var(--accent)" in screen
+    assert "M 0 10 \nL 1 8 \n" in paper  # SVG counts downward
+    assert "Libertinus" in paper
+    assert "Libertinus" not in screen
+    assert not set(re.findall(r' id="[^"]*"', screen))
+
+
+def test_a_colour_of_light_paper_stands_for_one_of_dark() -> None:
+    """So that drawings of the page can be told apart by their colours on light paper."""
+    assert len({light for light, _ in COLOURS.values()}) == len({tuple(pair) for pair in COLOURS.values()})
+
+
+def test_a_drawing_fills_axes_of_its_size() -> None:
+    canvas = Canvas(72.0, 36.0)
+    canvas.mark(np.array([[4.0, 7.0]]), "ink", 2.0, label="here")
+    axes = canvas.axes()
+    figure = axes.get_figure()
+    assert figure is not None
+    assert figure.get_size_inches().tolist() == [1.0, 0.5]
+    (mark,) = [line for line in axes.lines if line.get_label() == "here"]
+    np.testing.assert_allclose(axes.transData.transform(mark.get_xydata()), [[4.0, 7.0]], rtol=1e-12)
 
 
 def test_planar_arm_is_drawn_head_on(two_link: RobotArm, swing_findings: Findings) -> None:

@@ -309,6 +309,41 @@ def test_impossible_names(name):
         load_arm(name)
 
 
+@pytest.mark.parametrize(
+    ("before", "after", "key", "likely"),
+    [
+        ("mass = 2.0", "mas = 2.0", "links[1].mas", "mass"),
+        ("com = [0.0, 0.0, 0.1]", "comm = [0.0, 0.0, 0.1]", "links[1].comm", "com"),
+        ("mass = 2.0", "mass = 2.0\nas_mesured = true", "links[1].as_mesured", "as_measured"),
+        ("rate_limit = 2.0", "rate_limits = 2.0", "joints[1].rate_limits", "rate_limit"),
+        ("alpha_deg = -90.0", "alfa_deg = -90.0", "joints[1].alfa_deg", "alpha_deg"),
+        ("mass = 2.0", "mass_mm = 2.0", "links[1].mass_mm", "mass"),
+        ("inertia = 0.25", "inertias = 0.25", "drives[2].inertias", "inertia"),
+        ("xx = 0.02, yy", "ixx = 0.02, yy", "links[1].inertia.ixx", "xx"),
+        ('name = "mine"', 'nam = "mine"', "nam", "name"),
+    ],
+)
+def test_a_misspelt_key_is_named_with_the_likely_one(file, before, after, key, likely):
+    """Where it stands for one that is then missing, too."""
+    text = ARM.replace(before, after, 1)
+    with pytest.raises(ArmError) as caught:
+        read_arm(file(text))
+    error = caught.value
+    assert error.what == f"the arm file does not fit the schema: {key}"
+    line = line_of(text, after.splitlines()[-1].split(",")[0])
+    assert error.details["where"].endswith(f"mine.toml, line {line}")
+    assert error.details["next"].startswith(f"did you mean {likely}?")
+    assert likely.removesuffix("_deg") in error.details["expected"].removeprefix(
+        "a key of the schema: "
+    ).split(", ")
+
+
+def test_misspelt_tables(file):
+    with pytest.raises(ArmError, match="schema: link\n") as caught:
+        read_arm(file(ARM.replace("[[links]]", "[[link]]")))
+    assert "did you mean links?" in caught.value.details["next"]
+
+
 SLIGHTLY_OFF = ARM.replace("zz = 0.01 }", "zz = 0.042 }")  # 0.042 > 0.02 + 0.02 by 5 %
 
 

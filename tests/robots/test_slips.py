@@ -225,3 +225,31 @@ def test_an_arm_file_has_a_largest_size(tmp_path: Path) -> None:
     with pytest.raises(ArmError, match="the arm file is too large") as caught:
         load_arm(path)
     assert "expected: up to 1 MB" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("com = [-0.5, 0.0, 0.0]", "com = [-500.0, 0.0, 0.0]"),
+        ("mass = 1.0", "mass = 1000000.0"),
+        ("zz = 0.083", "zz = 0.085"),
+    ],
+)
+@pytest.mark.parametrize("payload", [None, 0.01])
+def test_a_slip_is_told_once_and_with_one_number(tmp_path, before, after, payload):
+    """By reading, by what is made of the arm, and by the main job: the same sentences."""
+    import gd_analyze as gd
+
+    text = builtin_arms()["two_link"].read_text(encoding="utf-8")
+    assert before in text
+    path = tmp_path / "own.toml"
+    path.write_text(text.replace(before, after), encoding="utf-8")
+    with pytest.warns(GdAnalyzeWarning) as told:
+        arm = load_arm(path)
+    stated = [str(warning.message) for warning in told]
+    assert len(set(stated)) == len(stated)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        arm = arm if payload is None else with_payload(arm, payload, [0.01, 0.0, 0.0])
+        findings = gd.find(arm, "two-link-swing")
+    assert list(findings.warnings) == stated

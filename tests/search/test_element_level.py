@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from budgets import of_shares, of_torque
 from gd_analyze.decomposition import decompose
 from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.levels import ELEMENT, Budget, ExactDynamics, ExactForm, Part, evaluate, losses, parts_of
@@ -27,8 +28,8 @@ from made_models import by_elements
 from strategies import arms_with_states, examples, motions, random_states, two_link_of
 
 budgets = st.one_of(
-    st.floats(0, 1.2).map(lambda share: Budget((share,), (True,))),
-    st.floats(0, 50).map(lambda amount: Budget((amount,), (False,))),
+    st.floats(0, 1.2).map(of_shares),
+    st.floats(0, 50).map(of_torque),
 )
 
 
@@ -48,7 +49,7 @@ def test_the_promise_holds_and_is_the_torque_of_what_was_dropped(case, budget):
     least = ROUND_OFF_SHARE * peak.max()
     assert (
         model.promise.errors.largest
-        <= np.maximum(budget.allowed(peak_magnitude(dataset.torque.values)), least)
+        <= np.maximum(budget.allowed(Yardsticks(arm, peak_magnitude(dataset.torque.values))), least)
     ).all()
     assert (model.promise.errors.largest <= model.promise.allowed).all()
     parts = dropped_by(model)
@@ -110,14 +111,14 @@ def test_no_cheaper_model_of_any_two_joint_arm_exists(case, share, drives):
     arm = dataclasses.replace(arm, drives=(Drive(0.3), Drive(0.2)))
     motion = Trajectory(np.arange(8.0), states.q, states.qd, states.qdd)
     dataset = decompose(arm, motion, drives=drives)
-    model = by_elements(arm, dataset, Budget((share,), (True,)))
+    model = by_elements(arm, dataset, of_shares(share))
     assert cost_of(arm, model.terms, drives) == cheapest_by_trying_all(
         arm, dataset, model.promise.allowed, drives
     )
 
 
 def test_budget_zero_drops_what_is_zero_only(puma, pick_and_place_dataset):
-    model = by_elements(puma, pick_and_place_dataset, Budget((0.0,), (True,)))
+    model = by_elements(puma, pick_and_place_dataset, of_shares(0.0))
     assert not model.promise.errors.largest.any()
     gone = dropped_by(model)
     lost = np.abs(torque_by_part(pick_and_place_dataset, pick_and_place_dataset.qdd.values, gone)).max()
@@ -128,7 +129,7 @@ def test_budget_zero_drops_what_is_zero_only(puma, pick_and_place_dataset):
 
 
 def test_a_huge_budget_drops_everything(puma, pick_and_place, pick_and_place_dataset):
-    model = by_elements(puma, pick_and_place_dataset, Budget((1e6,), (False,)))
+    model = by_elements(puma, pick_and_place_dataset, of_torque(1e6))
     assert model.terms == {}
     assert model.operations.total == 0
     assert not model.torque(pick_and_place.q, pick_and_place.qd, pick_and_place.qdd).any()
@@ -149,7 +150,7 @@ def test_budget_of_each_joint(puma, pick_and_place_dataset):
 
 def test_a_larger_budget_never_costs_more(puma, pick_and_place_dataset):
     counts = [
-        by_elements(puma, pick_and_place_dataset, Budget((share,), (True,))).operations
+        by_elements(puma, pick_and_place_dataset, of_shares(share)).operations
         for share in (0.0, 0.001, 0.01, 0.05, 0.2)
     ]
     totals = [count.total + count.sines_cosines for count in counts]
@@ -162,7 +163,7 @@ def test_long_trajectories_hold_every_set_point(two_link):
     motion = motion_of(two_link, 5000, 2)
     dataset = decompose(two_link, motion)
     for share in (0.02, 0.2):
-        model = by_elements(two_link, dataset, Budget((share,), (True,)))
+        model = by_elements(two_link, dataset, of_shares(share))
         error = np.abs(model.torque(motion.q, motion.qd, motion.qdd) - dataset.torque.values).max(axis=0)
         assert (error <= share * np.abs(dataset.torque.values).max(axis=0)).all()
         assert cost_of(two_link, model.terms) == cheapest_by_trying_all(
@@ -172,7 +173,7 @@ def test_long_trajectories_hold_every_set_point(two_link):
 
 def test_drives_stay(puma, pick_and_place):
     dataset = decompose(puma, pick_and_place, drives=True)
-    model = by_elements(puma, dataset, Budget((1e6,), (False,)))
+    model = by_elements(puma, dataset, of_torque(1e6))
     assert model.drives
     torque = model.torque(pick_and_place.q, pick_and_place.qd, pick_and_place.qdd)
     np.testing.assert_array_equal(torque, puma.drive_inertia * pick_and_place.qdd)

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from budgets import of_shares
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.levels import ENERGY, Budget, ExactDynamics, ExactForm
@@ -63,10 +64,10 @@ def test_puma_at_the_energy_level(puma, puma_energy, refit):
 def test_the_budget_promised_is_the_error_measured(case, shares, refit):
     arm, states = case
     assume(len(shares) in (1, arm.n_joints))
-    budget = Budget(tuple(shares), (True,) * len(shares))
+    budget = of_shares(*shares)
     model = simplify(arm, states, budget, level="energy", refit=refit)
     exact = decompose_states(arm, states, coupling=False)["torque"]
-    assert_promise_holds(model, states, budget.allowed(np.abs(exact).max(axis=0)))
+    assert_promise_holds(model, states, budget.allowed(Yardsticks(arm, np.abs(exact).max(axis=0))))
     assert model.terms.keys() <= ENERGY.terms(ExactForm(arm)).keys()
 
 
@@ -74,10 +75,10 @@ def test_the_budget_promised_is_the_error_measured(case, shares, refit):
 @given(arms_with_states(max_joints=2, count=20, massive=True), st.floats(0.01, 0.4))
 def test_so_it_is_at_the_term_level(case, share):
     arm, states = case
-    budget = Budget((share,), (True,))
+    budget = of_shares(share)
     model = simplify(arm, states, budget)
     exact = decompose_states(arm, states, coupling=False)["torque"]
-    assert_promise_holds(model, states, budget.allowed(np.abs(exact).max(axis=0)))
+    assert_promise_holds(model, states, budget.allowed(Yardsticks(arm, np.abs(exact).max(axis=0))))
     assert model.terms == model.torques
 
 

@@ -7,6 +7,7 @@ import pytest
 from cases import candidate_sets, cheapest, cost_of, largest_error
 from hypothesis import given
 
+from budgets import of_shares
 from gd_analyze.comparison.generic_chain import generic_chain
 from gd_analyze.errors import UsageError
 from gd_analyze.levels import ENERGY, TERM, Budget, ExactDynamics, ExactForm
@@ -103,14 +104,14 @@ def test_as_many_operations_as_asked_for(in_box, asked):
     if asked == 40:
         # The budget found cannot be much smaller: four fifths of it take more.
         share = model.promise.allowed[0] / in_box.peak_torque[0]
-        tighter = simplify_exact(in_box, Budget((0.7 * share,), (True,)), How(ENERGY))
+        tighter = simplify_exact(in_box, of_shares(0.7 * share), How(ENERGY))
         assert tighter.operations.total > asked
 
 
 def test_a_scaled_budget_is_scaled_for_every_joint(in_box):
     budget = Budget.parse("1%,2%,1%,0.5,1%,1%")
     model = simplify_exact(in_box, budget, How(ENERGY, operations=60, thorough=False))
-    ratio = model.promise.allowed / budget.allowed(in_box.peak_torque)
+    ratio = model.promise.allowed / in_box.allowed(budget)
     # Products in double precision.
     assert np.ptp(ratio) <= 1e-14 * ratio[0]
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from gd_analyze.levels import ELEMENT, ENERGY, LEVELS, TERM, Budget, ExactDynamics
+from budgets import of_shares
+from gd_analyze.levels import ELEMENT, ENERGY, LEVELS, TERM, ExactDynamics
 from gd_analyze.search import curves, simplify_exact, trade_off
 from gd_analyze.search.trade_off import FACTORS, KINDS
 
@@ -21,7 +22,7 @@ def test_every_point_is_within_its_budget(swinging, thorough):
     assert sum(told) == len(points) == len(KINDS) * len(FACTORS)
     for point in points:
         assert point.error_share <= 0.01 * point.factor * (1 + 1e-9)
-        assert point.budget == str(Budget((0.01 * point.factor,), (True,)))
+        assert point.budget == str(of_shares(0.01 * point.factor))
         assert point.operations.total <= swinging.form.operations.total
     by_kind = curves(points)
     assert tuple(by_kind) == KINDS
@@ -33,7 +34,7 @@ def test_every_point_is_within_its_budget(swinging, thorough):
 
 def test_a_thorough_point_is_the_model_that_simplify_makes(swinging):
     [point] = trade_off(swinging, factors=(5.0,), kinds=((TERM, False),))
-    model = simplify_exact(swinging, Budget((0.05,), (True,)))
+    model = simplify_exact(swinging, of_shares(0.05))
     assert point.operations == model.operations
     assert point.error_share == model.promise.errors.largest_share.max()
 

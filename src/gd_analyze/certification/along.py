@@ -19,15 +19,17 @@ _CLOSE = 1.01
 _AT_A_TIME = 256
 
 
-class Along(NamedTuple):
-    """One joint's error along a tube: bound of every piece (pieces,), largest error found, its state."""
+class Bounded(NamedTuple):
+    """One joint: bounds of pieces of its states (pieces,), largest error found, and its state (n,)."""
 
     bounds: FloatArray
     found: float
-    state: tuple[FloatArray, FloatArray, FloatArray]
+    q: FloatArray
+    qd: FloatArray
+    qdd: FloatArray
 
 
-def bound_along(field: ErrorField, tube: Tube, effort: int) -> Along:
+def bound_along(field: ErrorField, tube: Tube, effort: int) -> Bounded:
     """Bound one joint's error in every piece of a tube.
 
     Parameters
@@ -45,6 +47,7 @@ def bound_along(field: ErrorField, tube: Tube, effort: int) -> Along:
     limits = np.where(limits > 0.0, limits, 1.0)
     form = TaylorForm(field)
     lower, upper = ((x / limits).reshape(len(tube), -1).T for x in (tube.lower, tube.upper))
+    # Rounding of middles and halves is that of the places of nodes, which the field's round-off has in it.
     boxes = _Boxes.of(form, (lower + upper) / 2, (upper - lower) / 2, np.arange(len(tube)))
     worst = boxes.worst
     spent = len(tube)
@@ -62,7 +65,7 @@ def bound_along(field: ErrorField, tube: Tube, effort: int) -> Along:
     np.maximum.at(bounds, boxes.pieces, boxes.bounds)
     state = worst.state.reshape(3, -1) * limits
     q, qd, qdd = np.clip(state, tube.lower[worst.piece], tube.upper[worst.piece])
-    return Along(bounds, worst.found, (q, qd, qdd))
+    return Bounded(bounds, worst.found, q, qd, qdd)
 
 
 class _Worst(NamedTuple):

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.certification.along import bound_along
+from gd_analyze.certification.along import Bounded, bound_along
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.error_field import ErrorField
 from gd_analyze.certification.grid import shared_out
@@ -125,7 +125,7 @@ def certify(
     """
     arm = model.arm
     tube = region if isinstance(region, Tube) else None
-    box = box_of(tube.enclosing if tube is not None else region, arm, effort)
+    box = box_of(region.enclosing if isinstance(region, Tube) else region, arm, effort)
     harmonics = harmonics or harmonics_of(arm)
     inertia = harmonics.whole_inertia(arm.drive_inertia if model.drives else None)
     runs = expansion_of(model)
@@ -133,19 +133,12 @@ def certify(
     found = []
     for i, (row, rounding) in enumerate(zip(runs.rows, roundings, strict=True)):
         field = ErrorField.of(exact_row(harmonics, inertia, i), row, float(rounding), box)
-        if tube is not None:
-            along = bound_along(field, tube, effort)
-            found.append((along.bounds, along.found, *along.state))
-        else:
-            bound, starts = _bounded(field, box, effort)
-            found.append((bound, *field.worst(box, starts)))
-    bounds, errors, *states = (np.array(values) for values in zip(*found, strict=True))
-    bounds = bounds.T + harmonics_slack(harmonics, box)
-    certified = np.where(bounds <= 0.0, 0.0, np.nextafter(bounds, np.inf))
+        found.append(_bounded_in(field, box, effort) if tube is None else bound_along(field, tube, effort))
+    rows, errors, *states = (np.array(values) for values in zip(*found, strict=True))
+    bounds = rows.T + harmonics_slack(harmonics, box)
+    along = np.where(bounds <= 0.0, 0.0, np.nextafter(bounds, np.inf))
     worst = (states[0], states[1], states[2])
-    if tube is not None:
-        return Certificate(tube, certified.max(axis=0), errors, worst, certified)
-    return Certificate(box, certified, errors, worst)
+    return Certificate(region or box, along.max(axis=0), errors, worst, None if tube is None else along)
 
 
 def expansion_of(model: SimplifiedModel) -> Expansion:
@@ -168,6 +161,12 @@ def box_of(given: Box | None, arm: RobotArm, effort: int = 1) -> Box:
             "there is nothing to bound the error by", where="effort", expected="at least 1", found=str(effort)
         )
     return box
+
+
+def _bounded_in(field: ErrorField, box: Box, effort: int) -> Bounded:
+    """One joint's error in a box."""
+    bound, starts = _bounded(field, box, effort)
+    return Bounded(np.array([bound]), *field.worst(box, starts))
 
 
 def _bounded(field: ErrorField, box: Box, effort: int) -> tuple[float, FloatArray]:

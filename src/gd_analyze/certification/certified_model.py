@@ -1,6 +1,6 @@
-"""Models whose budget holds for every state of a box, not only for those it was made for.
+"""Models whose budget holds for every state of a box or a tube, not only for those it was made for.
 
-A model is made for some states and certified over the box. Where the bound is beyond the budget, the worst
+A model is made for some states and certified over the region. Where the bound is beyond the budget, the worst
 state found joins the states, so that the next model knows of it, and the budget of that joint shrinks a
 little. A few rounds suffice, as the bound is close to the worst state.
 """
@@ -14,6 +14,7 @@ import numpy as np
 
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import Certificate, certify
+from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
 from gd_analyze.levels import TERM, Budget, ExactDynamics, Level, SimplifiedModel
 from gd_analyze.levels.effort import THOROUGH
@@ -31,13 +32,13 @@ _EFFORT = 0.25
 def simplify_certified(
     exact: ExactDynamics,
     budget: Budget | str,
-    box: Box,
+    region: Box | Tube,
     *,
     level: Level = TERM,
     provenance: Mapping[str, str] | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> tuple[SimplifiedModel, Certificate]:
-    """Leave out what a budget allows at every state of a box.
+    """Leave out what a budget allows at every state of a box, or of a tube around a motion.
 
     Parameters
     ----------
@@ -45,7 +46,7 @@ def simplify_certified(
         Exact dynamics at the states to begin with; a share in the budget is of their peak torque.
     budget
         Allowed torque error per joint.
-    box
+    region
         The states for which it holds.
     level, provenance
         As for `simplify`. There is no refit: coefficients fitted to some states err by the whole budget at
@@ -70,13 +71,13 @@ def simplify_certified(
     for turn in range(_ROUNDS):
         within = Budget.of_torques(share * allowed)
         model = simplify_exact(known, within, how, provenance=provenance)
-        certificate = certify(model, box, harmonics=exact.form.harmonics)
+        certificate = certify(model, region, harmonics=exact.form.harmonics)
         if progress is not None:
             progress(1)
         if (certificate.certified <= allowed).all():
             # Written anew it is another program, and that one runs.
             model = _finished(model, exact, allowed, stated)
-            certificate = certify(model, box, harmonics=exact.form.harmonics)
+            certificate = certify(model, region, harmonics=exact.form.harmonics)
         beyond = certificate.certified > allowed
         if not beyond.any():
             if model.saves:
@@ -86,15 +87,15 @@ def simplify_certified(
         needed = 0.98 * allowed / np.where(beyond, certificate.certified, allowed)
         share = np.where(beyond, np.minimum(share, _SLIGHTLY) if turn < _PATIENT else share * needed, share)
     everything = replace(exactly(exact, level, allowed, stated), provenance=dict(provenance or {}))
-    certificate = certify(everything, box, harmonics=exact.form.harmonics)
+    certificate = certify(everything, region, harmonics=exact.form.harmonics)
     if (certificate.certified <= allowed).all():
         return everything, certificate
     raise UsageError(
         "not even the exact model can be certified within that budget",
         where="budget",
-        expected=f"errors of at most {', '.join(f'{x:.3g}' for x in allowed)} over the whole box",
+        expected=f"errors of at most {', '.join(f'{x:.3g}' for x in allowed)} over all the states",
         found=f"round-off bounded by {', '.join(f'{x:.3g}' for x in certificate.certified)}",
-        next_step="allow a larger error, or a smaller box",
+        next_step="allow a larger error, or fewer states: a smaller box, or smaller margins",
     )
 
 

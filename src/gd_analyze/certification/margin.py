@@ -101,8 +101,8 @@ class Margin:
     def __str__(self) -> str:
         """As `parse` reads it."""
         return (
-            f"{math.degrees(self.turning):.6g}deg,{1e3 * self.sliding:.6g}mm,"
-            f"qd={100 * self.rate:.6g}%,qdd={100 * self.acceleration:.6g}%"
+            f"{math.degrees(self.turning):.12g}deg,{1e3 * self.sliding:.12g}mm,"
+            f"qd={100 * self.rate:.12g}%,qdd={100 * self.acceleration:.12g}%"
         )
 
     def in_words(self, arm: RobotArm) -> str:

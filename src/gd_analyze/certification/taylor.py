@@ -25,6 +25,8 @@ from gd_analyze.vectors import FloatArray
 # Numbers of one wave in all boxes looked at together: they fit the cache.
 _AT_ONCE = 1 << 16
 _EPS = float(np.finfo(float).eps)
+# What all roundings of a sum amount to: some ten million, more than there are numbers in any.
+_ROUNDINGS = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +117,7 @@ class TaylorForm:
         bound = np.maximum(up, down) + second.sum(axis=0) / 2 + above
         # Derivatives times half widths are no larger than the orders they belong to, of which those up to
         # the second are less than four times 1 + D^3 / 6: so are their roundings.
-        bound += 4.0 * (self.field.round_off + 64 * _EPS * above)
+        bound += 4.0 * self.field.round_off + _ROUNDINGS * above
         bound = np.minimum(bound, whole) * (1.0 + 64 * _EPS) + self.field.rest + self.field.round_off
         turned = half[: self.n] * np.array(self.field.waves.degrees)[:, None]
         second[: self.n] += above * turned / np.maximum(turned.sum(axis=0), np.finfo(float).tiny)
@@ -144,8 +146,9 @@ class TaylorForm:
             curves[n:, k] = curves[k, n:]
         real, imag = self._real.T @ factors, self._imag.T @ factors
         cosine, sine = basis()
-        k, j = self._pairs
-        curves[k, j] = -(self._turns[:, k] * self._turns[:, j]).T @ (real * cosine - imag * sine)
+        one, other = self._pairs
+        by = self._turns[:, one] * self._turns[:, other]
+        curves[one, other] = -by.T @ (real * cosine - imag * sine)
         for k in set(self._used) & set(self._sliding):
             for j in self._used:
                 cosine, sine = basis(k, j)

@@ -14,6 +14,7 @@ from gd_analyze.cli.options import (
     command_line,
     formats_option,
     out_option,
+    overwrite_option,
     robot_argument,
     top_option,
     trajectory_argument,
@@ -42,7 +43,8 @@ class MainJob(click.Command):
 @click.command(cls=MainJob, hidden=True)
 @robot_argument
 @trajectory_argument()
-@out_option("Folder for the results.  [default: reports/ROBOT-TRAJECTORY]")
+@out_option("Folder for the results.  [default: reports/ROBOT-TRAJECTORY[-OPTIONS]]")
+@overwrite_option
 @formats_option(FORMATS)
 @budget_option()
 @level_option(None, "term; element for an arm of more than 2000 terms")
@@ -60,6 +62,7 @@ def analyze(
     robot: str,
     trajectory: str,
     out: Path | None,
+    overwrite: bool,
     formats: tuple[str, ...],
     budget: str,
     payload: str | None,
@@ -74,14 +77,19 @@ def analyze(
     with output.working() as stage:
         stage("reading")
         from gd_analyze.main_job import Origin
-        from gd_analyze.main_job.folder import FILES, default_folder
+        from gd_analyze.main_job.find import source_of
+        from gd_analyze.main_job.folder import FILES, default_folder, require_folder, write_findings
 
         how = gd.Settings(budget=gd.Budget.parse(budget), coupling=not no_coupling, **settings)
         arm = load_arm_carrying(robot, payload)
         motion = gd.read_trajectory(trajectory, arm)
-        folder = default_folder(arm, motion) if out is None else out
+        folder = default_folder(arm, motion, how) if out is None else out
         require_outputs(*(folder / FILES[name] for name in formats))
+        mark = source_of(arm, motion, how)["run"]
+        strangers = require_folder(folder, formats, mark, overwrite=overwrite)
         origin = Origin(command_line(), tuple(output.warnings))
-        findings = gd.analyze(arm, motion, folder, how, formats=formats, origin=origin, progress=stage)
+        findings = gd.find(arm, motion, how, origin=origin, progress=stage)
+        stage(f"writing {', '.join(formats)}")
+        write_findings(findings, folder, formats, strangers)
         output.warnings.extend(warning for warning in findings.warnings if warning not in output.warnings)
     print_findings(findings, folder, formats, output, top)

@@ -136,6 +136,8 @@ def _document(shown: _Shown) -> dict[str, object]:
 
 
 def _show(shown: _Shown) -> None:
+    import numpy as np
+
     from gd_analyze.cli.joint_table import arm_in_words, joint_table, numbers
     from gd_analyze.levels.promise import share_of
     from gd_analyze.results.summary import measure_told, worst_error
@@ -154,10 +156,10 @@ def _show(shown: _Shown) -> None:
         "Torque error, {units}" + ("" if promise.measured else "; sampled and allowed as the file states"),
         arm,
         [
-            ("sampled", numbers(promise.errors.largest)),
-            ("found", numbers(certificate.worst_found)),
-            ("certified", numbers(rounded_up(float(bound)) for bound in certificate.certified)),
-            ("allowed", numbers(promise.allowed)),
+            ("sampled", promise.errors.largest),
+            ("found", certificate.worst_found),
+            ("certified", np.array([rounded_up(float(bound)) for bound in certificate.certified])),
+            ("allowed", promise.allowed),
             ("× allowed", numbers(map(rounded_up, share_of(certificate.certified, promise.allowed)))),
             ("within", ["proven" if x else "no" for x in within]),
         ],

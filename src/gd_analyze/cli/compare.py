@@ -13,6 +13,7 @@ from gd_analyze.cli.options import (
     command_line,
     formats_option,
     out_option,
+    overwrite_option,
     robot_argument,
     trajectory_argument,
 )
@@ -33,7 +34,8 @@ FORMATS = ("html", "pdf", "json")
 @click.option(
     "--symbolic", is_flag=True, help="Only print FGL87's two-link arm in symbols, by every formulation."
 )
-@out_option("Folder for the results.  [default: reports/compare-ROBOT]")
+@out_option("Folder for the results.  [default: reports/compare-ROBOT[-TRAJECTORY]]")
+@overwrite_option
 @formats_option(FORMATS)
 @reporting
 def compare(
@@ -42,6 +44,7 @@ def compare(
     payload: str | None,
     symbolic: bool,
     out: Path | None,
+    overwrite: bool,
     formats: tuple[str, ...],
     output: Output,
 ) -> None:
@@ -63,22 +66,28 @@ def compare(
     with output.working() as stage:
         stage("reading")
         from gd_analyze.comparison import compare as compare_formulations
-        from gd_analyze.comparison.compare import STEPS
+        from gd_analyze.comparison.compare import STEPS, names_of
         from gd_analyze.report.comparison_document import comparison_document
-        from gd_analyze.report.comparison_files import FILES, default_folder, write_comparison
+        from gd_analyze.report.comparison_files import (
+            FILES,
+            default_folder,
+            require_folder,
+            write_comparison,
+        )
 
         arm = load_arm_carrying(robot, payload)
         motion = None if trajectory is None else gd.read_trajectory(trajectory, arm)
-        folder = default_folder(arm.name) if out is None else out
+        folder = default_folder(arm, motion) if out is None else out
         files = [folder / FILES[name] for name in formats]
         require_outputs(*files)
+        strangers = require_folder(folder, formats, names_of(arm, motion), overwrite=overwrite)
         stage("comparing, timing, counting", STEPS)
         comparison = compare_formulations(
             arm, motion, command=command_line(), warned=output.warnings, progress=stage.advance
         )
         output.warnings.extend(warning for warning in comparison.warnings if warning not in output.warnings)
         stage(f"writing {', '.join(formats)}")
-        write_comparison(comparison, folder, formats)
+        write_comparison(comparison, folder, formats, strangers)
     document = comparison_document(comparison)
     output.give(lambda: document | {"files": [str(path) for path in files]}, lambda: _show(document, files))
 

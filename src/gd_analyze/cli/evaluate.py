@@ -140,7 +140,7 @@ def _document(trial: _Trial) -> dict[str, Any]:
 
 
 def _show(trial: _Trial) -> None:
-    from gd_analyze.cli.joint_table import arm_in_words, joint_table, numbers, times
+    from gd_analyze.cli.joint_table import arm_in_words, joint_table, times
     from gd_analyze.results.summary import measure_told
 
     model, exact = trial.model, trial.evaluation.dynamics
@@ -162,9 +162,9 @@ def _show(trial: _Trial) -> None:
         f"Torque error, {{units}}, and as a multiple of the allowed one: here, and {heading}",
         exact.arm,
         [
-            ("peak here", numbers(errors.peak_torque)),
-            ("largest", numbers(errors.largest)),
-            ("allowed", numbers(allowed)),
+            ("peak here", errors.peak_torque),
+            ("largest", errors.largest),
+            ("allowed", allowed),
             ("× allowed", times(errors.largest, allowed)),
             (heading, times(beside.largest, allowed)),
             ("within", ["yes" if holds else "no" for holds in trial.evaluation.within(allowed)]),

@@ -58,6 +58,7 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
         "terms": rows_of(tables["terms"], "rank"),
         "terms_total": tables["terms"].attrs["total"],
         "terms_not_worth_keeping": summary.not_worth_keeping(findings),
+        "trade_off_shares_of": tables["trade_off"].attrs["shares_of"],
         "trade_off": rows_of(tables["trade_off"], "kind", "factor"),
         "budgets": budget_rows(findings),
         "beyond": joint_rows(findings, "beyond"),
@@ -75,32 +76,26 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
 
 
 def _show(findings: Findings, files: list[Path], top: int) -> None:
-    from gd_analyze.cli.joint_table import promise_table
-    from gd_analyze.formatting import at_most, number
+    from gd_analyze.formatting import number
     from gd_analyze.results import summary
-    from gd_analyze.results.rows import joint_rows
 
     sentence(f"{summary.title(findings)} {summary.subtitle(findings)}", bold=True)
     sentence(summary.headline(findings))
-    promise = findings.model.promise
-    promise_table(promise, findings.arm, f" of the simplified model (budget {promise.budget})")
+    _show_errors(findings)
     if findings.model.notice:
         line()
         sentence(findings.model.notice)
     if top:
         _show_ranking(findings, top)
     line()
-    certified = [row for row in joint_rows(findings, "beyond") if row["certified_share"] is not None]
-    if certified:
-        worst = max(certified, key=lambda row: row["certified_share"])
-        sentence(
-            "Certified: no state between the extremes of this trajectory errs by more than "
-            f"{at_most(worst['certified_share'])} of a joint's peak torque (joint {worst['joint']})."
-        )
+    _show_bounds(findings)
+    if unsymmetric := summary.unsymmetric_told(findings):
+        sentence(unsymmetric)
     if (text := summary.text_comparison(findings)) is not None:
         sentence(
             f"The founding text's verdicts agree with ours on {text['agreed']} of {text['given']} elements."
         )
+    line()
     line(f"operations  {findings.model.operations_full}")
     if findings.model.saves:
         line(f"         -> {findings.model.operations}")
@@ -114,6 +109,49 @@ def _show(findings: Findings, files: list[Path], top: int) -> None:
         line(f"wrote       {path}")
 
 
+def _show_errors(findings: Findings) -> None:
+    """Print what every joint's torque is off by: sampled at the set points, and proven near the motion."""
+    import numpy as np
+
+    from gd_analyze.cli.joint_table import joint_table, percents
+    from gd_analyze.formatting import rounded_up
+    from gd_analyze.levels.promise import share_of
+
+    model = findings.model
+    promise, by_peak = model.promise, model.promise.asked.wholes == {"peak"}
+    whole = promise.errors.peak_torque if by_peak else promise.allowed
+    columns: list[Any] = [
+        ("peak torque", promise.errors.peak_torque),
+        ("allowed", promise.allowed),
+        ("sampled", promise.errors.largest),
+        ("share", percents(share_of(promise.errors.largest, whole))),
+    ]
+    bound = findings.tables["tube"].tube_certified.values
+    if np.isfinite(bound).all():
+        # A bound is never shown smaller than it is.
+        columns.append(("proven", np.array([rounded_up(float(x)) for x in bound])))
+        columns.append(("share", percents(rounded_up(float(x), 2) for x in share_of(bound, whole))))
+    joint_table(
+        f"Largest torque error (budget {promise.budget}), {{units}}, and its share of "
+        + ("peak torque" if by_peak else "the allowed error"),
+        findings.arm,
+        columns,
+    )
+
+
+def _show_bounds(findings: Findings) -> None:
+    """Say what is proven near the motion, and what between its extremes."""
+    from gd_analyze.results import summary
+
+    sentence(summary.tube_sentence(findings))
+    bound = findings.tables["beyond"].certified
+    if bound.notnull().all():
+        worst = summary.worst_error(findings.model, bound.values)
+        sentence(
+            f"Between the extremes of this trajectory, in any combination, the bound is {worst.in_words}."
+        )
+
+
 def _by_level(findings: Findings) -> str:
     """Operations of every level under the budget asked for, and in brackets those of its refitted model."""
     asked = findings.tables["trade_off"].sel(factor=1.0)
@@ -125,30 +163,34 @@ def _by_level(findings: Findings) -> str:
 
 
 def _show_ranking(findings: Findings, top: int) -> None:
-    from gd_analyze.formatting import number, percent
+    from gd_analyze.formatting import amount, fitting, number, percent, pretty
     from gd_analyze.results.rows import element_rows
     from gd_analyze.results.words import LETTERS, VERDICTS, told
 
     rows = element_rows(findings)
     with_text = any(row["text_verdict"] for row in rows)
     shown = rows[:top]
-    table(
-        f"Ranking by torque, {len(shown)} of {len(rows)} elements: largest part by effect (D in kg m², h and "
-        "c in N m), largest torque, its joint and its share of that joint's peak torque",
-        ["", "tran", "rot", "torque", "joint", "share", "verdict", "kept", *(["FGL87"] if with_text else [])],
-        [
+    cells = []
+    for row in shown:
+        parts = [row["part_peak_translation"], row["part_peak_rotation"]]
+        factor, unit = fitting(parts, row["unit"])
+        cells.append(
             [
                 row["element"],
-                number(row["part_peak_translation"]),
-                number(row["part_peak_rotation"]),
-                number(row["torque_peak"]),
+                *(number(part / factor) for part in parts),
+                pretty(unit),
+                amount(row["torque_peak"], row["torque_unit"]),
                 str(row["torque_joint"]),
                 percent(row["torque_share"]),
                 VERDICTS[told(row)],
                 LETTERS[told(row, "kept")],
                 *([LETTERS.get(row["text_verdict"], "")] if with_text else []),
             ]
-            for row in shown
-        ],
-        "lrrrrrlll",
+        )
+    table(
+        f"Ranking by torque, {len(shown)} of {len(rows)} elements: largest part by effect, largest torque, "
+        "its joint and its share of that joint's peak torque",
+        ["", "tran", "rot", "", "torque", "joint", "share", "verdict", "kept"] + ["FGL87"] * with_text,
+        cells,
+        "lrrlrrrlll",
     )

@@ -82,11 +82,14 @@ def load_arm_carrying(robot: str, payload: str | None) -> gd.RobotArm:
 
 
 def carrying(arm: gd.RobotArm, body: Payload) -> gd.RobotArm:
-    """Put a payload into an arm's hand; its name and title say so."""
+    """Put a payload into an arm's hand; its name and title say so, the name with all that is not zero."""
     from gd_analyze.robots import with_payload
 
+    rest = [f",{x:g}" for x in (*body.position, *body.inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]])]
+    while rest and rest[-1] == ",0":
+        rest.pop()
     return dataclasses.replace(
         with_payload(arm, body.mass, body.position, body.inertia),
-        name=f"{arm.name}+{body.mass:g}kg",
+        name=f"{arm.name}+{body.mass:g}kg{''.join(rest)}",
         title=f"{arm.title or arm.name} carrying {body.mass:g} kg",
     )

@@ -6,8 +6,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from gd_analyze.cli.terminal import table
-from gd_analyze.formatting import number, percent
+from gd_analyze.formatting import fitting, number, percent
 from gd_analyze.levels.promise import share_of
 from gd_analyze.results.words import drives_told
 
@@ -17,32 +19,48 @@ if TYPE_CHECKING:
     from gd_analyze.robots import RobotArm
     from gd_analyze.vectors import FloatArray
 
-Column = tuple[str, Sequence[str]]
+# Heading, and torques, N m (N), shape (n,), or cells of text.
+Column = tuple[str, "FloatArray | Sequence[str]"]
 
 
 def joint_table(title: str, arm: RobotArm, columns: Sequence[Column]) -> None:
-    """Print columns of torques or forces, their unit in the title, and beside each row where units differ.
+    """Print columns of torques or forces, each row in a unit that fits it.
 
     Parameters
     ----------
     title
-        What is shown; "{units}" in it stands for the units.
+        What is shown; "{units}" in it stands for the unit, which stands beside each row where they differ.
     arm
         Whose joints they are.
     columns
-        Heading and one cell per joint; cells of words stand on the left, all others on the right.
+        Heading and one torque or cell per joint; cells of words stand on the left, all others on the right.
     """
-    units = [joint.effort_unit for joint in arm.joints]
+    torques = [values for _, values in columns if not _are_cells(values)]
+    scales = [
+        fitting((float(values[i]) for values in torques), joint.effort_unit)
+        for i, joint in enumerate(arm.joints)
+    ]
+    factors, units = [factor for factor, _ in scales], [unit for _, unit in scales]
     names = [joint_name(i, joint.name) for i, joint in enumerate(arm.joints, start=1)]
-    shown: list[Column] = [("joint", names), *columns]
-    if len(set(units)) > 1:
+    shown = [("joint", names)]
+    for heading, values in columns:
+        cells = values if _are_cells(values) else numbers(np.asarray(values, dtype=float) / factors)
+        shown.append((heading, [*map(str, cells)]))
+    one = len(set(units)) == 1
+    if not one:
         shown.append(("unit", units))
     table(
-        title.format(units=" or ".join(sorted(set(units), reverse=True))),
+        title.format(units=units[0] if one else "in the unit of each row"),
         [heading for heading, _ in shown],
         list(zip(*(cells for _, cells in shown), strict=True)),
-        "".join("l" if heading == "joint" or cells[0].isalpha() else "r" for heading, cells in shown),
+        "".join(
+            "l" if heading in ("joint", "unit") or cells[0].isalpha() else "r" for heading, cells in shown
+        ),
     )
+
+
+def _are_cells(values: FloatArray | Sequence[str]) -> bool:
+    return isinstance(values[0], str)
 
 
 def arm_in_words(arm: RobotArm, drives: bool | None = None) -> str:
@@ -78,19 +96,17 @@ def counts(operations: OperationCount) -> dict[str, int]:
 
 def promise_table(promise: Promise, arm: RobotArm, about: str = "") -> None:
     """Print the errors a model states beside the allowed ones; shares are of what the budget is one of."""
-    errors, by_peak = promise.errors, promise.asked.wholes == {"peak"}
-    whole = errors.peak_torque if by_peak else promise.allowed
+    errors = promise.errors
     joint_table(
-        f"Torque error{about}, {{units}}, and its share of "
-        + ("peak torque" if by_peak else "the allowed error"),
+        f"Torque error{about}, {{units}}, and its share of the {promise.asked.shares_of}",
         arm,
         [
-            ("peak torque", numbers(errors.peak_torque)),
-            ("allowed", numbers(promise.allowed)),
-            ("largest", numbers(errors.largest)),
-            ("share", percents(share_of(errors.largest, whole))),
-            ("RMS", numbers(errors.rms)),
-            ("share", percents(share_of(errors.rms, whole))),
+            ("peak torque", errors.peak_torque),
+            ("allowed", promise.allowed),
+            ("largest", errors.largest),
+            ("share", percents(promise.shares)),
+            ("RMS", errors.rms),
+            ("share", percents(promise.shares_of(errors.rms))),
         ],
     )
 

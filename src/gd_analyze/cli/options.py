@@ -153,6 +153,13 @@ def out_option(told: str) -> Callable[[F], F]:
     return click.option("-o", "--out", type=Output(), help=told)
 
 
+overwrite_option = click.option(
+    "--overwrite",
+    is_flag=True,
+    help="Replace a run of another arm, motion or other options that the folder holds.",
+)
+
+
 def formats_option(names: tuple[str, ...]) -> Callable[[F], F]:
     """--format, some of the files that a verb can write; all by default."""
     return click.option(

@@ -144,7 +144,8 @@ def _labels(model: gd.SimplifiedModel, dropped: bool = False) -> list[str]:
 
 
 def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: float, digits: int) -> None:
-    from gd_analyze.cli.joint_table import arm_in_words, numbers, promise_table
+    from gd_analyze.cli.joint_table import arm_in_words, promise_table
+    from gd_analyze.formatting import amount, rounded_up
     from gd_analyze.formulas.plain import Plain
     from gd_analyze.results.summary import nothing_gained, worst_error
     from gd_analyze.states import in_words
@@ -174,7 +175,10 @@ def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: f
         line()
     if certificate is not None:
         where = "the arm's limits" if "box" in promise.made_for else "the extremes of the trajectory"
-        bounds = ", ".join(numbers(certificate.certified))
+        bounds = ", ".join(
+            amount(rounded_up(float(bound)), joint.effort_unit)
+            for bound, joint in zip(certificate.certified, model.arm.joints, strict=True)
+        )
         sentence(f"Certified: no state within {where} has an error above {bounds} at the joints.")
         line()
     if not model.level.has_torque_terms:

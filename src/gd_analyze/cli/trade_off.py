@@ -51,6 +51,7 @@ def trade_off(given: Given, budget: str, quick: bool, output: Output) -> None:
             "drives": exact.form.drives,
             "states": dict(exact.states.described),
             "budget": str(allowed),
+            "shares_of": allowed.shares_of,
             "operations_full": counts(exact.form.operations),
             "saves": any(point.operations.total < exact.form.operations.total for point in points),
             "points": [

@@ -98,9 +98,8 @@ def compare(
     TrajectoryError
         If the trajectory is of another number of joints.
     """
-    names = (arm.name, "" if trajectory is None else trajectory.name)
     # Two runs measure other times.
-    source = provenance_of_run(command, names, describe_in_full(arm), repeats=False)
+    source = provenance_of_run(command, names_of(arm, trajectory), describe_in_full(arm), repeats=False)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         warn_of_slips(arm, stacklevel=2)
@@ -124,6 +123,11 @@ def compare(
         warnings=tuple(dict.fromkeys([*warned, *(str(item.message) for item in caught)])),
         provenance=source,
     )
+
+
+def names_of(arm: RobotArm, trajectory: Trajectory | None) -> tuple[str, str]:
+    """Name arm and motion: what a comparison was asked for; "" without a motion."""
+    return arm.name, "" if trajectory is None else trajectory.name
 
 
 def _compared(arm: RobotArm, trajectory: Trajectory | None) -> tuple[States, str]:

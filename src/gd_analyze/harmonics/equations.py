@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from gd_analyze.errors import UsageError
 from gd_analyze.formulations.generalized_dalembert import EFFECTS
@@ -14,7 +15,7 @@ from gd_analyze.harmonics.terms import Monomial
 from gd_analyze.harmonics.transform import Harmonics, christoffel, harmonics_of
 from gd_analyze.harmonics.waves import DEGREE, Waves
 from gd_analyze.labels import joined, parted
-from gd_analyze.robots import RobotArm
+from gd_analyze.robots import RobotArm, arm_of
 from gd_analyze.round_off import falling
 from gd_analyze.schema import unit_of
 from gd_analyze.vectors import FloatArray
@@ -68,14 +69,15 @@ class Equation:
 
 
 def equations(
-    dynamics: Harmonics | RobotArm, elements: Sequence[str] = (), *, min_share: float = 0.0
+    dynamics: Harmonics | RobotArm | str | Path, elements: Sequence[str] = (), *, min_share: float = 0.0
 ) -> tuple[Equation, ...]:
     """Write elements of D, h and c out.
 
     Parameters
     ----------
     dynamics
-        An arm, or its exact dynamics where they are at hand.
+        An arm, the name of a built-in one or the path of its file; or its exact dynamics where they are at
+        hand.
     elements
         Labels: "D12", "h112", "c2"; "h1" for all h_1jk (j <= k) that are not zero; "D", "h", "c" for all of
         a kind that are not zero. All of them by default. Commas part indices of two digits: "D1,10".
@@ -106,9 +108,10 @@ def equations(
     """
     if isinstance(elements, str):
         elements = (elements,)
-    n = (dynamics if isinstance(dynamics, RobotArm) else dynamics.arm).n_joints
+    arm = dynamics.arm if isinstance(dynamics, Harmonics) else arm_of(dynamics)
+    n = arm.n_joints
     wanted = [pair for label in elements or ("D", "h", "c") for pair in _resolve(label, n)]
-    harmonics = harmonics_of(dynamics) if isinstance(dynamics, RobotArm) else dynamics
+    harmonics = dynamics if isinstance(dynamics, Harmonics) else harmonics_of(arm)
     made = ((_equation(harmonics, kind, indices, min_share), named) for kind, indices, named in wanted)
     return tuple(equation for equation, named in made if equation.terms or named)
 

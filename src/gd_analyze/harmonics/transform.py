@@ -16,6 +16,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from gd_analyze.formulations import composite_moments as composite
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.waves import DEGREE, Waves
 from gd_analyze.kinematics import solve_kinematics
-from gd_analyze.robots import RobotArm
+from gd_analyze.robots import RobotArm, arm_of
 from gd_analyze.vectors import Array, FloatArray, chunks
 
 # Largest table of D on a grid. Ten general turning joints take 3.1 GB and 100 s, eleven 19 GB.
@@ -121,13 +122,13 @@ def slopes_of(inertia: Mapping[tuple[int, int], Waves], i: int, j: int, k: int) 
     return [sign * inertia[min(a, b), max(a, b)].derivative(by) for sign, a, b, by in slopes]
 
 
-def harmonics_of(arm: RobotArm) -> Harmonics:
+def harmonics_of(arm: RobotArm | str | Path) -> Harmonics:
     """Read the exact form of D by effect and of the potential energy off the numbers.
 
     Parameters
     ----------
     arm
-        Any serial arm.
+        Any serial arm, or the name of a built-in one, or the path of its file.
 
     Returns
     -------
@@ -145,6 +146,7 @@ def harmonics_of(arm: RobotArm) -> Harmonics:
     >>> len(harmonics_of(load_arm("two_link")).inertia[0, 0])
     2
     """
+    arm = arm_of(arm)
     _require_affordable(arm)
     cut = _cut(arm)
     inertia: dict[tuple[int, int, int], Waves] = {}

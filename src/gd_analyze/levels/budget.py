@@ -13,6 +13,7 @@ from gd_analyze.errors import UsageError
 from gd_analyze.given_numbers import LARGEST, UNSIGNED
 from gd_analyze.levels.yardsticks import Yardsticks
 from gd_analyze.vectors import FloatArray
+from gd_analyze.visible import in_python
 
 # What an amount may be a share of, and how amounts are written.
 _WHOLES = ("peak", "limit", "friction", "uncertainty")
@@ -132,7 +133,16 @@ class Budget:
         """Take a budget as users of the library give it: itself, its text, or None for the usual 1 %."""
         if given is None:
             return cls()
-        return cls.parse(given) if isinstance(given, str) else given
+        if isinstance(given, str):
+            return cls.parse(given)
+        if isinstance(given, cls):
+            return given
+        raise UsageError(
+            "this is no budget",
+            where="budget",
+            expected='a Budget, or its text: "1%" of peak torque, "0.5" N m, or "1% or 10% friction"',
+            found=in_python(given),
+        )
 
     @classmethod
     def of_torques(cls, amounts: Iterable[float]) -> Self:
@@ -143,6 +153,11 @@ class Budget:
     def wholes(self) -> frozenset[str]:
         """What its amounts are shares of; "torque" among them for N m."""
         return frozenset(allowance.of for entry in self.entries for allowance in entry)
+
+    @property
+    def shares_of(self) -> str:
+        """What errors under it are told as shares of: "peak torque" where it is one, or "allowed error"."""
+        return "peak torque" if self.wholes == {"peak"} else "allowed error"
 
     def of_joints(self, count: int) -> Sequence[tuple[Allowance, ...]]:
         """One entry per joint.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,7 +35,9 @@ class Evaluation:
 
 
 def evaluate(
-    model: SimplifiedModel, given: States | Trajectory | xr.Dataset, arm: RobotArm | None = None
+    model: SimplifiedModel,
+    given: States | Trajectory | xr.Dataset | str | Path,
+    arm: RobotArm | None = None,
 ) -> Evaluation:
     """Evaluate a model and measure its torque error.
 
@@ -43,8 +46,8 @@ def evaluate(
     model
         The simplified model.
     given
-        Any trajectory of the model's arm, its decomposition where it is at hand, or states that need not
-        belong to any motion, such as those of `gd_analyze.states.states_in_box`.
+        Any trajectory of the model's arm, or its shipped name or path; its decomposition where it is at hand;
+        or states that need not belong to any motion, such as those of `gd_analyze.states.states_in_box`.
     arm
         Another arm whose exact torque counts, such as the model's own carrying a payload; the model's own
         by default. Its drives count where they are part of the model.
@@ -72,7 +75,7 @@ def evaluate(
             expected=f"{model.arm.n_joints} joints, as {model.arm.name} has",
             found=f"{held.n_joints} joints",
         )
-    if not isinstance(given, States | Trajectory):
+    if not isinstance(given, States | Trajectory | str | Path):
         _require_same(model, held, given)
     exact = ExactDynamics.of(held, given, model.drives)
     _ = exact.torque  # first: it says best what is wrong with states of another arm

@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,10 +26,10 @@ from gd_analyze.levels.yardsticks import Yardsticks
 from gd_analyze.operations import OperationCount, Program, Trace
 from gd_analyze.operations.rewriting import rewritten
 from gd_analyze.pinocchio_check import round_off_bounds
-from gd_analyze.robots import RobotArm
+from gd_analyze.robots import RobotArm, arm_of
 from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude, round_off_of
 from gd_analyze.states import States, states_of
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.trajectories import Trajectory, trajectory_of
 from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
@@ -111,16 +112,21 @@ class ExactDynamics:
 
     @classmethod
     def of(
-        cls, arm: RobotArm, given: States | Trajectory | xr.Dataset, drives: bool | None = None
+        cls,
+        arm: RobotArm | str | Path,
+        given: States | Trajectory | xr.Dataset | str | Path,
+        drives: bool | None = None,
     ) -> ExactDynamics:
         """Take states, a trajectory's set points, or a decomposition.
 
-        Drives act where asked for; by default where the decomposition, or else the arm, has them.
+        Drives act where asked for; by default where the decomposition, or else the arm, has them. Arm and
+        trajectory may be shipped names, or paths of files.
         """
+        arm = arm_of(arm)
         if isinstance(given, States):
             return cls(ExactForm(arm, arm.counts_drives(drives)), given)
-        if isinstance(given, Trajectory):
-            return cls(ExactForm(arm, arm.counts_drives(drives)), states_of(given))
+        if isinstance(given, Trajectory | str | Path):
+            return cls(ExactForm(arm, arm.counts_drives(drives)), states_of(trajectory_of(given, arm)))
         described = {
             "trajectory": given.attrs["trajectory"],
             "trajectory_fingerprint": given.attrs["trajectory_fingerprint"],

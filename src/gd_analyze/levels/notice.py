@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.formatting import named_joints, number
+from gd_analyze.formatting import amount, named_joints
 from gd_analyze.levels.budget import Allowance, Budget
 from gd_analyze.levels.promise import Promise
 from gd_analyze.levels.yardsticks import Yardsticks
@@ -39,7 +39,7 @@ def budget_notice(arm: RobotArm, promise: Promise) -> str:
         unit = arm.joints[joint].effort_unit
         clauses.append(
             f"below the {name} at {named_joints((1 + np.flatnonzero(below)).tolist(), arm.n_joints)} (joint "
-            f"{joint + 1}: {number(promise.allowed[joint])} {unit}, {name} {number(level[joint])} {unit})"
+            f"{joint + 1}: {amount(promise.allowed[joint], unit)}, {name} {amount(level[joint], unit)})"
         )
         # Where all joints state it, one entry for all of them is easier to write.
         wider = is_open if np.isfinite(level).all() else below

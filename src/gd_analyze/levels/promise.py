@@ -124,6 +124,16 @@ class Promise:
         return Budget.parse(self.budget.removesuffix(CERTIFIED))
 
     @property
+    def shares(self) -> FloatArray:
+        """Largest errors as shares of what the budget is a share of, see `Budget.shares_of`, shape (n,)."""
+        return self.shares_of(self.errors.largest)
+
+    def shares_of(self, error: FloatArray) -> FloatArray:
+        """Any errors of the joints, N m, as such shares, shape (n,)."""
+        by_peak = self.asked.shares_of == "peak torque"
+        return share_of(error, self.errors.peak_torque if by_peak else self.allowed)
+
+    @property
     def search(self) -> str:
         """The steps in words."""
         said = [f"{step.words} {step.operations}" for step in self.steps]

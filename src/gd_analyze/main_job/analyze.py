@@ -4,39 +4,41 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from pathlib import Path
+from typing import Any
 
 from gd_analyze.errors import UsageError
-from gd_analyze.files import require_formats
-from gd_analyze.main_job.find import find
-from gd_analyze.main_job.folder import FILES, default_folder, require_folder, write_findings
-from gd_analyze.main_job.how import Origin, Progress, Settings
+from gd_analyze.main_job.find import find, source_of
+from gd_analyze.main_job.folder import FILES, require_folder, write_findings
+from gd_analyze.main_job.how import Settings, settings_of
 from gd_analyze.results.findings import Findings
-from gd_analyze.robots import RobotArm
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.robots import RobotArm, arm_of
+from gd_analyze.trajectories import Trajectory, trajectory_of
 
 
 def analyze(
-    arm: RobotArm,
-    trajectory: Trajectory,
+    arm: RobotArm | str | Path,
+    trajectory: Trajectory | str | Path,
     out: str | Path | None = None,
     settings: Settings | None = None,
     *,
     formats: Collection[str] = tuple(FILES),
-    origin: Origin | None = None,
-    progress: Progress | None = None,
+    overwrite: bool = False,
+    **options: Any,
 ) -> Findings:
-    """Do the main job: find everything and write it down.
+    """Do the main job: find everything, and write it down where a folder is named.
 
     Parameters
     ----------
     arm, trajectory
-        What to analyse.
+        What to analyse; or a shipped name, or the path of a file.
     out
-        Folder for the results; `reports/<arm>-<trajectory>` by default.
-    settings, origin, progress
-        As for `find`.
+        Folder for the results; nothing is written without one.
+    settings, options
+        How, see `Settings`: an object, or its fields one by one, such as ``budget="0.5%"``.
     formats
         Which files to write, of `gd_analyze.main_job.folder.FILES`.
+    overwrite
+        Replace a run of another arm, motion or other options that the folder holds.
 
     Returns
     -------
@@ -45,20 +47,30 @@ def analyze(
 
     Raises
     ------
+    UsageError
+        If there is no such option or format, or settings and options are both given.
     OutputError
-        If the folder cannot be written to; nothing is computed or written then.
+        If the folder cannot be written to, or holds another run; nothing is computed or written then.
     StorageError
         If the machine fails while the files are written, e.g. a full disk; those of before stay.
     GdAnalyzeError
         As for `find`.
+
+    Examples
+    --------
+    >>> import gd_analyze as gd
+    >>> findings = gd.analyze("puma560", "pick-and-place", budget="5%")
+    >>> findings.model.operations.total < findings.model.operations_full.total
+    True
     """
+    how = settings_of(settings, options)
+    if out is None:
+        return find(arm, trajectory, how)
     if out == "":
         raise UsageError("the name of the folder is empty", where="out", next_step="name a folder, or none")
-    folder = default_folder(arm, trajectory) if out is None else Path(out)
-    require_formats(formats, FILES)
-    require_folder(folder, formats)
-    findings = find(arm, trajectory, settings, origin=origin, progress=progress)
-    if progress is not None:
-        progress(f"writing {', '.join(formats)}")
-    write_findings(findings, folder, formats)
+    folder, arm = Path(out), arm_of(arm)
+    motion = trajectory_of(trajectory, arm)
+    strangers = require_folder(folder, formats, source_of(arm, motion, how)["run"], overwrite=overwrite)
+    findings = find(arm, motion, how)
+    write_findings(findings, folder, formats, strangers)
     return findings

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,13 +30,13 @@ from gd_analyze.provenance import provenance_of_run
 from gd_analyze.results import tables
 from gd_analyze.results.budgets_table import budgets_table
 from gd_analyze.results.findings import Findings
-from gd_analyze.robots import RobotArm, describe_in_full, warn_of_slips
+from gd_analyze.robots import RobotArm, arm_of, describe_in_full, warn_of_slips
 from gd_analyze.search import How, TermRanking, rank_terms, simplify_exact, trade_off
 from gd_analyze.search.budget_path import FACTORS, budget_path
 from gd_analyze.search.simplify import no_dearer
 from gd_analyze.search.trade_off import KINDS
 from gd_analyze.states import states_in_box
-from gd_analyze.trajectories import Trajectory, check_against_arm
+from gd_analyze.trajectories import Trajectory, check_against_arm, trajectory_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,8 +54,8 @@ _EFFORT = 5_000
 
 
 def find(
-    arm: RobotArm,
-    trajectory: Trajectory,
+    arm: RobotArm | str | Path,
+    trajectory: Trajectory | str | Path,
     settings: Settings | None = None,
     *,
     origin: Origin | None = None,
@@ -65,7 +66,7 @@ def find(
     Parameters
     ----------
     arm, trajectory
-        What to analyse.
+        What to analyse; or a shipped name, or the path of a file.
     settings
         How; see `Settings` for what is done by default.
     origin
@@ -84,11 +85,12 @@ def find(
     GdAnalyzeError
         If the input does not fit together, or a result disagrees with Pinocchio.
     """
-    how = settings or Settings()
+    arm, how = arm_of(arm), settings or Settings()
+    trajectory = trajectory_of(trajectory, arm)
     none = np.zeros(arm.n_joints)
     _ = how.asked.allowed(Yardsticks(arm, none, none))  # what does not fit shall fail before any computing
     before, stage = origin or Origin(), progress or Silent()
-    source = _source(arm, trajectory, how, before.command)
+    source = source_of(arm, trajectory, how, before.command)
     stage("decomposing", trajectory.n_set_points)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GdAnalyzeWarning)
@@ -132,7 +134,7 @@ def find(
             "simplified_model": tables.model_table(model, dataset, model.torque(*exact.states.arrays)),
             "parts": tables.parts_table(elements, exact, dominance),
             "terms": tables.terms_table(ranking, arm, not many),
-            "trade_off": tables.trade_off_table(points, arm),
+            "trade_off": tables.trade_off_table(points, arm, how.asked.shares_of),
             "budgets": budgets_table(budget_path(exact, how.asked, model), FACTORS, ranking),
             "beyond": _beyond(exact, model, ranking, many),
             "tube": _tube(exact, model, trajectory, how.margin, many),
@@ -145,11 +147,11 @@ def find(
     )
 
 
-def _source(arm: RobotArm, trajectory: Trajectory, how: Settings, command: str) -> dict[str, str]:
+def source_of(arm: RobotArm, trajectory: Trajectory, how: Settings, command: str = "") -> dict[str, str]:
     """Where the results come from; what they depend on, and what of the motion they state, marks the run."""
-    motion = [trajectory.fingerprint, trajectory.name, trajectory.origin, trajectory.rates_from]
-    everything = [describe_in_full(arm), motion, how.described()]
-    return provenance_of_run(command, (arm.name, trajectory.name), everything, repeats=True)
+    asked = [arm.name, trajectory.name, how.described()]
+    motion = [trajectory.fingerprint, trajectory.origin, trajectory.rates_from]
+    return provenance_of_run(command, asked, [describe_in_full(arm), motion], repeats=True)
 
 
 def _level(exact: ExactDynamics, how: Settings) -> tuple[Level, bool]:

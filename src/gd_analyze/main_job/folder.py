@@ -6,31 +6,28 @@ from collections.abc import Collection
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
-from gd_analyze.files import replacing_together, require_writable
+from gd_analyze.files import replacing_together, require_formats, require_writable
 from gd_analyze.levels.model_file import model_text
+from gd_analyze.main_job.how import Settings
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import frame_of
 from gd_analyze.results.store import write_results
 from gd_analyze.robots import RobotArm
-from gd_analyze.run import RESULT_FILES, marks_in, warn_of_what_was_there
+from gd_analyze.run import RESULT_FILES, require_one_run
 from gd_analyze.trajectories import Trajectory
 
 FILES = RESULT_FILES
 
 
-def write_findings(findings: Findings, folder: Path, formats: Collection[str]) -> None:
+def write_findings(
+    findings: Findings, folder: Path, formats: Collection[str], strangers: Collection[Path] = ()
+) -> None:
     """Write the chosen files, all together when the last is made: one that fails leaves no file behind.
 
     The PDF is typeset beside the others, as that leaves the interpreter free. The first to be put in place is
-    that which the others can be made from.
-
-    Warns
-    -----
-    GdAnalyzeWarning
-        If files of another run remain in the folder, or those of another arm or motion were replaced.
+    that which the others can be made from; files of another run, see `require_folder`, are removed then.
     """
     chosen = [name for name in FILES if name in formats]
-    before = {name: marks_in(folder / name) for name in FILES.values()}
     paths = [folder / FILES[name] for name in chosen]
     with ThreadPoolExecutor(max_workers=1) as beside, replacing_together(paths) as temporaries:
         places = dict(zip(chosen, temporaries, strict=True))
@@ -51,9 +48,8 @@ def write_findings(findings: Findings, folder: Path, formats: Collection[str]) -
             write_results(findings, places["h5"])
         if pdf is not None:
             places["pdf"].write_bytes(pdf.result())
-    mark = findings.provenance.get("run", "")
-    if chosen:
-        warn_of_what_was_there(folder, before, [path.name for path in paths], mark)
+    for path in strangers:
+        path.unlink(missing_ok=True)
 
 
 def _ranking_csv(findings: Findings) -> str:
@@ -64,12 +60,25 @@ def _ranking_csv(findings: Findings) -> str:
     return ranking.to_csv(index=False, lineterminator="\n")
 
 
-def default_folder(arm: RobotArm, trajectory: Trajectory) -> Path:
-    """Folder the results go to when none is named."""
-    return Path("reports") / f"{arm.name}-{trajectory.name}"
+def default_folder(arm: RobotArm, trajectory: Trajectory, settings: Settings) -> Path:
+    """Folder the results go to when none is named; options that are not the usual ones are in its name."""
+    return Path("reports") / "-".join([arm.name, trajectory.name, *settings.unusual()])
 
 
-def require_folder(folder: Path, formats: Collection[str]) -> None:
-    """Fail early, before any computing, when the files of these formats could not be written."""
-    for name in formats:
-        require_writable(folder / FILES[name])
+def require_folder(
+    folder: Path, formats: Collection[str], mark: str, *, overwrite: bool = False
+) -> tuple[Path, ...]:
+    """Fail early, before any computing, when the files of these formats could not or should not be written.
+
+    Parameters and what is returned are those of `gd_analyze.run.require_one_run`.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be written to, or holds files of another run that shall not be overwritten.
+    """
+    require_formats(formats, FILES)
+    written = [FILES[name] for name in formats]
+    for name in written:
+        require_writable(folder / name)
+    return require_one_run(folder, FILES.values(), written, mark, overwrite=overwrite)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import difflib
+import re
 from dataclasses import dataclass, field, fields
 from typing import Any, Protocol
 
 from gd_analyze.certification import Margin
+from gd_analyze.errors import UsageError
 from gd_analyze.levels import Budget, Level
 from gd_analyze.levels.levels import level_named
 
@@ -61,6 +64,45 @@ class Settings:
         values = {entry.name: getattr(self, entry.name) for entry in fields(self)}
         level = None if self.level is None else level_named(self.level).name
         return values | {"budget": self.asked.entries, "level": level, "margin": str(self.margin)}
+
+    def unusual(self) -> list[str]:
+        """What is not as by default, as words of a file's name: "budget-0.5pct", "refit", "no-coupling"."""
+        own, usual = self.described(), Settings().described()
+        values = {name: value for name, value in own.items() if value != usual[name]}
+        if "budget" in values:
+            values["budget"] = str(self.asked).replace("%", "pct")
+        return [_word(name.replace("_", "-"), value) for name, value in values.items()]
+
+
+def settings_of(settings: Settings | None, options: dict[str, Any]) -> Settings:
+    """Take settings as users of the library give them: as a value, or field by field, a margin as text too.
+
+    Raises
+    ------
+    UsageError
+        If both are given, or there is no such field.
+    """
+    if not options:
+        return settings or Settings()
+    names = [entry.name for entry in fields(Settings)]
+    unknown = sorted(set(options) - set(names))
+    if settings is not None or unknown:
+        near = difflib.get_close_matches(unknown[0], names, n=1) if unknown else []
+        raise UsageError(
+            f"there is no option {unknown[0]!r}" if unknown else "settings are given twice",
+            where=unknown[0] if unknown else "settings",
+            expected=", ".join(names) if unknown else "an object, or its fields one by one",
+            next_step=f"did you mean {near[0]!r}?" if near else None,
+        )
+    margin = options.get("margin")
+    return Settings(**options | ({"margin": Margin.parse(margin)} if isinstance(margin, str) else {}))
+
+
+def _word(name: str, value: Any) -> str:
+    """Say an option in signs that any file's name may have."""
+    if isinstance(value, bool):
+        return name if value else f"no-{name}"
+    return f"{name}-{re.sub('[^A-Za-z0-9.]+', '_', str(value))}"
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
 from dataclasses import dataclass
 from heapq import nlargest
 from random import Random
@@ -47,7 +46,15 @@ class _Factor(NamedTuple):
     variable: Monomial
 
 
+class _Product(NamedTuple):
+    """A product of two, and what it saves to evaluate it once."""
+
+    two: Two
+    gain: int
+
+
 _Candidate = Pair | Two | _Factor
+_Step = _Divisor | _Product
 
 
 # Most valuable sums of two that are grown before one is chosen; more took longer and gained nothing.
@@ -64,57 +71,49 @@ def extract(sums: Sums, random: Random | None = None, noise: float = 0.0) -> Non
     random, noise
         To every gain up to `noise` operations are added by chance: other ways of breaking ties, and more.
     """
-    gains: dict[_Candidate, int] = {}
+    steps: dict[_Candidate, _Step] = {}
     while True:
         sums.tidy()
-        _update(sums, gains)
-        if not gains:
+        _update(sums, steps)
+        if not steps:
             return
-        scores: Mapping[_Candidate, float] = gains
-        if random is not None:
-            scores = {candidate: gain + noise * random.random() for candidate, gain in gains.items()}
+        if random is None:
+            scores: dict[_Candidate, float] = {candidate: step.gain for candidate, step in steps.items()}
+        else:
+            scores = {candidate: step.gain + noise * random.random() for candidate, step in steps.items()}
         best, best_score = None, -math.inf
         for candidate in nlargest(_GROWN, scores, key=scores.__getitem__):
-            step = _step(sums, candidate)
-            score = scores[candidate] + (step.gain - gains[candidate] if isinstance(step, _Divisor) else 0)
+            step = steps[candidate]
+            grown = _grown(sums, step) if isinstance(step, _Divisor) and len(step.places) > 1 else step
+            score = scores[candidate] + grown.gain - step.gain
             if score > best_score:
-                best, best_score = step, score
-        if isinstance(best, Two):
-            _name_product(sums, best)
+                best, best_score = grown, score
+        if isinstance(best, _Product):
+            _name_product(sums, best.two)
         elif best is not None:
             _name_divisor(sums, best)
 
 
-def _step(sums: Sums, candidate: _Candidate) -> Two | _Divisor:
-    """What extracting a candidate comes to: a sum of two may have grown."""
-    if isinstance(candidate, Two):
-        return candidate
-    divisor = _pair(sums, candidate) if isinstance(candidate, Pair) else _factor(sums, candidate)
-    assert divisor is not None
-    return _grown(sums, divisor)
-
-
-def _update(sums: Sums, gains: dict[_Candidate, int]) -> None:
+def _update(sums: Sums, steps: dict[_Candidate, _Step]) -> None:
     """Look again at what touched terms take part in."""
     for changed in sums.touched:
-        if isinstance(changed, Two):
-            _note(gains, changed, len(sums.products[changed]) - 1)
-        elif isinstance(changed, Pair):
-            divisor = _pair(sums, changed)
-            _note(gains, changed, divisor.gain if divisor else 0)
+        if isinstance(changed, Pair):
+            _note(steps, changed, _pair(sums, changed))
+        elif isinstance(changed, Two):
+            _note(steps, changed, _Product(changed, len(sums.products[changed]) - 1))
         else:
-            for candidate in [c for c in gains if isinstance(c, _Factor) and c.v == changed]:
-                del gains[candidate]
+            for candidate in [c for c in steps if isinstance(c, _Factor) and c.v == changed]:
+                del steps[candidate]
             for candidate in _factors(sums, changed):
-                _note(gains, candidate, _factor(sums, candidate).gain)
+                _note(steps, candidate, _factor(sums, candidate))
     sums.touched.clear()
 
 
-def _note(gains: dict[_Candidate, int], candidate: _Candidate, gain: int) -> None:
-    if gain > 0:
-        gains[candidate] = gain
+def _note(steps: dict[_Candidate, _Step], candidate: _Candidate, step: _Step | None) -> None:
+    if step is not None and step.gain > 0:
+        steps[candidate] = step
     else:
-        gains.pop(candidate, None)
+        steps.pop(candidate, None)
 
 
 def _pair(sums: Sums, pair: Pair) -> _Divisor | None:
@@ -164,18 +163,18 @@ def _divisor(sums: Sums, terms: Terms, places: list[_Place]) -> _Divisor:
         for m, c in terms.items():
             if m or beside:
                 saved += len(m) + len(beside) - (abs(magnitude(scale * c)) == 1.0)
-    least, gauge = None, 1.0
-    for g in {1.0: 0} | {abs(1.0 / c): 0 for c in terms.values()} | {abs(p.scale): 0 for p in places}:
-        after = 0
-        for m, c in terms.items():
-            if m:
-                after += len(m) - (abs(magnitude(c * g)) == 1.0)
-        for p in places:
-            after += abs(magnitude(p.scale / g)) != 1.0
-        if least is None or after < least:
-            least, gauge = after, g
-    assert least is not None
-    return _Divisor(terms, tuple(places), saved - least, gauge)
+    # Of the factors that make coefficients one, the first of those that make most.
+    ones = {1.0: 0}
+    after = len(places)
+    for m, c in terms.items():
+        factor = magnitude(abs(1.0 / c))
+        ones[factor] = ones.get(factor, 0) + (1 if m else 0)
+        after += len(m)
+    for place in places:
+        factor = magnitude(abs(place.scale))
+        ones[factor] = ones.get(factor, 0) + 1
+    gauge = max(ones, key=ones.__getitem__)
+    return _Divisor(terms, tuple(places), saved - after + ones[gauge], gauge)
 
 
 def _grown(sums: Sums, divisor: _Divisor) -> _Divisor:

@@ -60,27 +60,32 @@ class Magnitudes:
     ----------
     tolerance
         Largest relative difference of numbers that are taken as equal.
+
+    Attributes
+    ----------
+    known
+        Magnitudes by the numbers, above 0, that were looked up.
     """
 
     def __init__(self, tolerance: float) -> None:
         self.tolerance = tolerance
-        self._known = [1.0]
-        self._found = {1.0: 1.0}
+        self._sorted = [1.0]
+        self.known = {1.0: 1.0}
 
     def __call__(self, x: float) -> float:
         """Look a number other than 0 up, keeping its sign."""
         magnitude = abs(x)
-        found = self._found.get(magnitude)
+        found = self.known.get(magnitude)
         if found is None:
-            found = self._found[magnitude] = self._nearest(magnitude)
+            found = self.known[magnitude] = self._nearest(magnitude)
         return found if x > 0.0 else -found
 
     def _nearest(self, magnitude: float) -> float:
-        place = bisect.bisect_left(self._known, magnitude)
-        for known in self._known[max(place - 1, 0) : place + 1]:
+        place = bisect.bisect_left(self._sorted, magnitude)
+        for known in self._sorted[max(place - 1, 0) : place + 1]:
             if abs(known - magnitude) <= self.tolerance * magnitude:
                 return known
-        self._known.insert(place, magnitude)
+        self._sorted.insert(place, magnitude)
         return magnitude
 
 

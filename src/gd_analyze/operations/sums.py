@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 from typing import NamedTuple
 
 from gd_analyze.operations.monomials import Magnitudes, Monomial, multiplications, split, times, without
@@ -32,6 +33,19 @@ class Two(NamedTuple):
 
     coefficient: float
     variables: Monomial
+
+
+# What a named tuple's own constructor does, without the call between.
+_new = tuple.__new__
+
+
+@lru_cache(maxsize=1 << 16)
+def _products(monomial: Monomial, coefficient: float) -> tuple[Two, ...]:
+    """Products of two in a term: of its variables, and of its coefficient and one of them."""
+    found = {Two(1.0, (x, y)) for k, y in enumerate(monomial) for x in monomial[:k]}
+    if coefficient != 1.0:
+        found |= {Two(coefficient, (y,)) for y in monomial}
+    return tuple(sorted(found))
 
 
 class Sums:
@@ -155,23 +169,25 @@ class Sums:
                 self.changed[x] = None
             if not self.users[x][v]:
                 del self.users[x][v]
-        found = {Two(1.0, (x, y)) for k, y in enumerate(monomial) for x in monomial[:k]}
-        if abs(c) != 1.0:
-            found |= {Two(abs(c), (y,)) for y in monomial}
-        for two in sorted(found):
-            self.touched[two] = None
-            if sign > 0:
+        touched, add = self.touched, sign > 0
+        for two in _products(monomial, abs(c)):
+            touched[two] = None
+            if add:
                 self.products[two][v, monomial] = None
             else:
                 del self.products[two][v, monomial]
+        known, pairs = self.magnitude.known, self.pairs
         for other, c_other in others.items():
             common, a, b = split(monomial, other)
             if a < b:
-                pair, place, scale = Pair(a, b, self.magnitude(c_other / c)), (v, monomial, other), c
+                ratio, place, scale = c_other / c, (v, monomial, other), c
             else:
-                pair, place, scale = Pair(b, a, self.magnitude(c / c_other)), (v, other, monomial), c_other
-            self.touched[pair] = None
-            if sign > 0:
-                self.pairs[pair][place] = common, scale
+                a, b = b, a
+                ratio, place, scale = c / c_other, (v, other, monomial), c_other
+            size = known.get(abs(ratio)) or self.magnitude(abs(ratio))
+            pair = _new(Pair, (a, b, size if ratio > 0.0 else -size))
+            touched[pair] = None
+            if add:
+                pairs[pair][place] = common, scale
             else:
-                del self.pairs[pair][place]
+                del pairs[pair][place]

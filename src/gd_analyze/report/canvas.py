@@ -1,57 +1,71 @@
-"""A drawing placed by hand in points from the lower left corner, written as SVG for page and paper alike.
+"""A drawing placed by hand in points from the lower left corner, drawn by matplotlib on page and paper.
 
-A report has some fifty panels. Drawn with matplotlib they, and importing it, would take longer than all that
-is computed; SVG written here takes a few milliseconds, and text stays text.
+A report has some fifty panels. As Axes of their own they would take longer than everything else; so all of
+them are shapes in one, whose data coordinates are points.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import io
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal
-from xml.sax.saxutils import escape
+from functools import cache
+from typing import TYPE_CHECKING, Any, Literal
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
 from gd_analyze.report.colours import ON_PAPER
 from gd_analyze.vectors import FloatArray
 
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.font_manager import FontProperties
+
 Anchor = Literal["start", "middle", "end"]
+Kind = Literal["line", "segments", "area", "marks"]
 
-
-@dataclass(frozen=True)
-class Palette:
-    """How the names of `gd_analyze.report.colours` are written in SVG, and the font's family."""
-
-    colour: Callable[[str], str]
-    font: str
-
-
-SCREEN = Palette("var(--{})".format, "inherit")
-PAPER = Palette(ON_PAPER.__getitem__, "Libertinus Serif")
+_MARKERS = {"circle": "o", "square": "s", "diamond": "D", "star": "*"}
+_ANCHORS: dict[Anchor, Literal["left", "center", "right"]] = {
+    "start": "left",
+    "middle": "center",
+    "end": "right",
+}
+# Text stays text, so that Typst and the page set it in the report's own font: matplotlib names both families,
+# has only the first, and Typst, which sees no font of the machine, has only the second.
+_STYLE: dict[Any, Any] = {
+    "svg.fonttype": "none",
+    "svg.hashsalt": "gd-analyze",
+    "font.family": "serif",
+    "font.serif": ["DejaVu Serif", "Libertinus Serif"],
+}
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """What was drawn: where, in pt, shape (N, 2); what it is called; the higher its order, the later."""
+    """What is drawn: where, pt, shape (N, 2), and how; the higher its order, the later."""
 
+    kind: Kind
     points: FloatArray
-    path: str
-    style: str
-    order: float = 2.0
+    colour: str
+    look: dict[str, Any]
+    order: float
     label: str = ""
 
 
 @dataclass(frozen=True)
 class Text:
-    """What was written, and where, in pt."""
+    """What is written, and where, in pt."""
 
     x: float
     y: float
     text: str
     size: float
-    style: str
-    anchor: Anchor = "start"
+    colour: str
+    anchor: Anchor
+    look: dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -60,7 +74,6 @@ class Canvas:
 
     width: float
     height: float
-    palette: Palette = PAPER
     shapes: list[Shape] = field(default_factory=list)
     texts: list[Text] = field(default_factory=list)
 
@@ -78,10 +91,8 @@ class Canvas:
         if len(points) == 1:
             self.mark(points, colour, 2.0 + width, order=order, label=label)
             return
-        style = f"fill:none;stroke:{self._written(colour)};stroke-width:{width:g};stroke-linejoin:round"
-        if dashes:
-            style += f";stroke-dasharray:{' '.join(f'{width * dash:g}' for dash in dashes)}"
-        self.shapes.append(Shape(points, self._path(points), style, order, label))
+        look = {"linewidth": width, "linestyle": (0, tuple(dashes)) if dashes else "-"}
+        self.shapes.append(Shape("line", points, colour, look, order, label))
 
     def segments(
         self,
@@ -93,24 +104,16 @@ class Canvas:
         order: float = 1.0,
     ) -> None:
         """Draw straight lines from (x, y) to (x, y) as one shape."""
-        if not ends:
-            return
-        points = np.reshape(ends, (-1, 2))
-        path = "".join(
-            f"M{x:.2f} {self.height - y:.2f}L{to_x:.2f} {self.height - to_y:.2f}"
-            for x, y, to_x, to_y in np.reshape(ends, (-1, 4)).tolist()
-        )
-        cap = ";stroke-linecap:round" if rounded else ""
-        style = f"fill:none;stroke:{self._written(colour)};stroke-width:{width:.2f}{cap}"
-        self.shapes.append(Shape(points, path, style, order))
+        if ends:
+            look = {"linewidth": width, "capstyle": "round" if rounded else "butt"}
+            self.shapes.append(Shape("segments", np.reshape(ends, (-1, 2)), colour, look, order))
 
     def area(
         self, points: FloatArray, colour: str, *, opacity: float = 1.0, order: float = 0.5, label: str = ""
     ) -> None:
         """Fill what points go around, pt, shape (N, 2)."""
-        faint = f";fill-opacity:{opacity:g}" if opacity < 1.0 else ""
-        style = f"fill:{self._written(colour)}{faint}"
-        self.shapes.append(Shape(points, self._path(points) + "z", style, order, label))
+        look = {"linewidth": 0.0, "alpha": opacity if opacity < 1.0 else None}
+        self.shapes.append(Shape("area", points, colour, look, order, label))
 
     def mark(
         self,
@@ -125,9 +128,13 @@ class Canvas:
         label: str = "",
     ) -> None:
         """Put a mark of some size at each of the points; filled with its own colour unless told otherwise."""
-        path = "".join(_mark(shape, x, self.height - y, size) for x, y in points.tolist())
-        style = f"fill:{self._written(fill or colour)};stroke:{self._written(colour)};stroke-width:{edge:g}"
-        self.shapes.append(Shape(points, path, style, order, label))
+        look = {
+            "marker": _MARKERS[shape],
+            "markersize": size,
+            "markerfacecolor": _hex(fill or colour),
+            "markeredgewidth": edge,
+        }
+        self.shapes.append(Shape("marks", points, colour, look, order, label))
 
     def text(
         self,
@@ -138,52 +145,101 @@ class Canvas:
         *,
         colour: str = "ink",
         anchor: Anchor = "start",
-        look: str = "",
+        **look: str,
     ) -> None:
-        """Write on a baseline; `look` is further style, such as "font-weight:600"."""
-        style = f"fill:{self._written(colour)}" + (f";{look}" if look else "")
-        self.texts.append(Text(x, y, text, size, style, anchor))
+        """Write on a baseline; `look` is matplotlib's, such as weight="bold"."""
+        self.texts.append(Text(x, y, text, size, colour, anchor, look))
 
-    def svg(self, alt: str = "") -> str:
-        """Write it down; `alt` says what it shows to who cannot see it."""
-        named = f' role="img" aria-label="{escape(alt, {chr(34): "&quot;"})}"' if alt else ""
-        shapes = (
-            f'<path d="{shape.path}" style="{shape.style}"/>'
-            for shape in sorted(self.shapes, key=lambda shape: shape.order)
-        )
-        texts = (
-            f'<text x="{text.x:.2f}" y="{self.height - text.y:.2f}" font-size="{text.size:g}"'
-            f"{'' if text.anchor == 'start' else f' text-anchor={chr(34)}{text.anchor}{chr(34)}'}"
-            f' style="{text.style}">{escape(text.text)}</text>'
-            for text in self.texts
-        )
-        return (
-            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {self.width:g} {self.height:g}" '
-            f'width="{self.width:g}pt" height="{self.height:g}pt"{named} '
-            f'style="font-family:{self.palette.font}">{"".join(shapes)}{"".join(texts)}</svg>'
-        )
+    def axes(self) -> Axes:
+        """Give it as matplotlib Axes, which fill a figure of their own and whose data coordinates are pt."""
+        from matplotlib.figure import Figure
 
-    def _written(self, colour: str) -> str:
-        return colour if colour.startswith("#") else self.palette.colour(colour)
+        figure = Figure(figsize=(self.width / 72, self.height / 72), dpi=72)
+        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, self.width), ylim=(0.0, self.height))
+        axes.set_axis_off()
+        for shape in sorted(self.shapes, key=lambda shape: shape.order):
+            axes.add_artist(_artist(shape))
+        for text in self.texts:
+            axes.add_artist(_written(text))
+        return axes
 
-    def _path(self, points: FloatArray) -> str:
-        flipped = points * (1.0, -1.0) + (0.0, self.height)
-        return "M" + "L".join([f"{x:.2f} {y:.2f}" for x, y in flipped.tolist()])
+    def svg(self, alt: str = "", *, themed: bool = False) -> str:
+        """Write it down.
+
+        Parameters
+        ----------
+        alt
+            What it shows, for who cannot see it.
+        themed
+            Whether colours are the page's variables, and the font the page's.
+        """
+        import matplotlib
+
+        out = io.StringIO()
+        # The user's own settings (LaTeX text, tight boxes) must not reach the report.
+        with matplotlib.rc_context():
+            matplotlib.rcdefaults()
+            matplotlib.rcParams.update(_STYLE)
+            figure = self.axes().get_figure(root=True)
+            if figure is not None:
+                figure.savefig(out, format="svg", metadata={"Date": None}, transparent=True)
+        svg = out.getvalue()
+        if themed:
+            svg = _themed(svg[svg.index("<svg") :])
+        named = f' role="img" aria-label={quoteattr(alt)}' if alt else ""
+        return svg.replace("<svg ", f"<svg{named} ", 1)
 
 
-# Corners of marks, in halves of their size, y downward.
-_TURNS = np.arange(10) * np.pi / 5
-_CORNERS = {
-    "square": np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]),
-    "diamond": 1.2 * np.array([[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]]),
-    "star": np.where(np.arange(10) % 2, 0.42, 1.0)[:, None] * np.stack([np.sin(_TURNS), -np.cos(_TURNS)], 1),
-}
+def _hex(colour: str) -> str:
+    return colour if colour.startswith("#") else ON_PAPER[colour]
 
 
-def _mark(shape: str, x: float, y: float, size: float) -> str:
-    """Path of a mark around a point, y downward."""
-    r = size / 2
-    if shape == "circle":
-        return f"M{x - r:.2f} {y:.2f}a{r:g} {r:g} 0 1 0 {size:g} 0a{r:g} {r:g} 0 1 0 {-size:g} 0z"
-    corners = (x, y) + r * _CORNERS[shape]
-    return "M" + "L".join([f"{a:.2f} {b:.2f}" for a, b in corners.tolist()]) + "z"
+def _artist(shape: Shape) -> Artist:
+    """What matplotlib draws of a shape."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import PathPatch, Polygon
+    from matplotlib.path import Path
+
+    rest: dict[str, Any] = {"zorder": shape.order, "label": shape.label, "clip_on": False}
+    colour, (x, y) = _hex(shape.colour), shape.points.T
+    if shape.kind == "area":
+        return Polygon(shape.points, facecolor=colour, **shape.look, **rest)
+    if shape.kind == "segments":
+        path = Path(shape.points, [Path.MOVETO, Path.LINETO] * (len(shape.points) // 2))
+        return PathPatch(path, edgecolor=colour, fill=False, **shape.look, **rest)
+    if shape.kind == "marks":
+        return Line2D(x, y, color=colour, linestyle="none", **shape.look, **rest)
+    return Line2D(x, y, color=colour, solid_joinstyle="round", **shape.look, **rest)
+
+
+def _written(text: Text) -> Artist:
+    from matplotlib.text import Text as Written
+
+    return Written(
+        text.x,
+        text.y,
+        text.text,
+        color=_hex(text.colour),
+        horizontalalignment=_ANCHORS[text.anchor],
+        fontproperties=_font(text.size, **text.look),
+        parse_math=False,
+        clip_on=False,
+    )
+
+
+@cache
+def _font(size: float, **look: Any) -> FontProperties:
+    from matplotlib.font_manager import FontProperties
+
+    return FontProperties(size=size, **look)
+
+
+def _themed(svg: str) -> str:
+    """Colours and font as the page's own, and no names of parts: a page has many drawings."""
+    svg = re.sub(r' id="[A-Za-z0-9]+_[0-9]+"| <metadata>.*?</metadata>\n', "", svg, flags=re.DOTALL)
+    # What every line inherits, which as a rule for all things would hold for the whole page.
+    svg = re.sub(r"<style .*?</style>", "", svg)
+    svg = svg.replace("<svg ", '<svg style="stroke-linejoin: round; stroke-linecap: butt" ', 1)
+    variables = {light.lower(): f"var(--{name})" for name, light in ON_PAPER.items()}
+    svg = re.sub(r"#[0-9a-f]{6}\b", lambda found: variables.get(found[0], found[0]), svg)
+    return re.sub(r"(font(?:-family)?: [^;\"]*?)'DejaVu Serif'[^;\"]*", r"\1inherit", svg)

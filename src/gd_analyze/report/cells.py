@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
-from gd_analyze.formatting import aligned, figures, percent_cell, prefixed, pretty
+from gd_analyze.formatting import aligned, figures, fitting, percent_cell, pretty
 from gd_analyze.results import Findings
 from gd_analyze.results.rows import Row
-
-# What is written without a power of ten, see `gd_analyze.formatting.figures`.
-_SMALLEST = 1e-3
 
 Write = Callable[[Row], str]
 
@@ -24,31 +20,24 @@ def formatted(rows: list[Row], *same: str, **formats: Write) -> list[Row]:
     ]
 
 
-def in_fitting_units(rows: list[Row], unit: str, largest: str, *others: str) -> list[Row]:
-    """Put the values of every row into the prefixed unit that fits one of them; the unit's key has it.
+def in_fitting_units(rows: list[Row], unit: str, *values: str, noise: float = 0.0) -> list[Row]:
+    """Put values of every row into the prefixed unit that fits them; the unit's key has it.
 
     Parameters
     ----------
     rows
         Rows of a table.
-    unit, largest, others
-        Keys: of the unit, of the value that it shall fit, and of what else stands in it where it can; None
-        stays.
+    unit, values
+        Keys: of the unit, and of what stands in it; None stays.
+    noise
+        What is no more than that is round-off, which no unit has to fit.
     """
     out = []
     for row in rows:
-        factor, shown = _fitting(row[unit], [row[key] for key in (largest, *others) if row[key]])
-        values = {key: None if row[key] is None else row[key] / factor for key in (largest, *others)}
-        out.append(row | values | {unit: pretty(shown), "factor": factor})
+        factor, shown = fitting((row[key] for key in values if (row[key] or 0.0) > noise), row[unit])
+        scaled = {key: None if row[key] is None else row[key] / factor for key in values}
+        out.append(row | scaled | {unit: pretty(shown), "factor": factor})
     return out
-
-
-def _fitting(unit: str, values: list[float]) -> tuple[float, str]:
-    """Unit of the largest value, or the next smaller one where the smallest would need a power of ten."""
-    factor, shown = prefixed(max(values, default=0.0), unit)
-    if values and min(values) < _SMALLEST * factor:
-        return prefixed(5 * _SMALLEST * factor, unit)
-    return factor, shown
 
 
 def torque(name: str, noise: float = 0.0) -> Write:
@@ -56,10 +45,10 @@ def torque(name: str, noise: float = 0.0) -> Write:
 
     def write(row: Row) -> str:
         value = row[name]
+        if value is None:
+            return "–"
         # Round-off is told in N m, whatever the row's own unit.
-        return (
-            "–" if value is None else "≈ 0" if 0 < value * row.get("factor", 1) <= noise else figures(value)
-        )
+        return "≈ 0" if 0 < value * row.get("factor", 1.0) <= noise else figures(value)
 
     return write
 

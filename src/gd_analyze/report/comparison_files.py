@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,6 +12,7 @@ from markupsafe import Markup
 
 from gd_analyze.comparison import Comparison
 from gd_analyze.comparison.agreement import PINOCCHIO
+from gd_analyze.comparison.compare import names_of
 from gd_analyze.files import replacing_together, require_formats
 from gd_analyze.formatting import figures, pretty
 from gd_analyze.formulations.methods import METHODS
@@ -20,20 +21,38 @@ from gd_analyze.report.comparison_chart import PAPER, SCREEN, Palette, growth_ch
 from gd_analyze.report.comparison_document import comparison_document, provenance_rows
 from gd_analyze.report.page_environment import environment, style
 from gd_analyze.report.pdf import typeset
-from gd_analyze.run import marks_in, warn_of_what_was_there
+from gd_analyze.robots import RobotArm
+from gd_analyze.run import mark_of, require_one_run
+from gd_analyze.trajectories import Trajectory
 
 FILES = {"html": "comparison.html", "pdf": "comparison.pdf", "json": "comparison.json"}
 
 _SHORT = {name: method.short for name, method in METHODS.items()} | {PINOCCHIO: "Pinocchio"}
 
 
-def default_folder(arm_name: str) -> Path:
+def default_folder(arm: RobotArm, trajectory: Trajectory | None) -> Path:
     """Folder the results go to when none is named."""
-    return Path("reports") / f"compare-{arm_name}"
+    return Path("reports") / "-".join(["compare", *filter(None, names_of(arm, trajectory))])
 
 
-def write_comparison(comparison: Comparison, folder: Path, formats: Collection[str]) -> None:
-    """Write the chosen files of `FILES`, all together when the last is made.
+def require_folder(
+    folder: Path, formats: Collection[str], names: Sequence[str], *, overwrite: bool = False
+) -> tuple[Path, ...]:
+    """Check that a comparison may go there, see `gd_analyze.run.require_one_run`.
+
+    Parameters
+    ----------
+    names
+        From `gd_analyze.comparison.compare.names_of`.
+    """
+    written = [FILES[name] for name in formats]
+    return require_one_run(folder, FILES.values(), written, mark_of(names), overwrite=overwrite)
+
+
+def write_comparison(
+    comparison: Comparison, folder: Path, formats: Collection[str], strangers: Collection[Path] = ()
+) -> None:
+    """Write the chosen files of `FILES`, all together when the last is made, and remove those of another run.
 
     Raises
     ------
@@ -41,11 +60,6 @@ def write_comparison(comparison: Comparison, folder: Path, formats: Collection[s
         If there is no such format.
     OutputError
         If the folder cannot be written to.
-
-    Warns
-    -----
-    GdAnalyzeWarning
-        If files of another comparison remain in the folder, or those of another arm or motion were replaced.
     """
     require_formats(formats, FILES)
     make: dict[str, Callable[[Comparison], bytes]] = {
@@ -55,11 +69,11 @@ def write_comparison(comparison: Comparison, folder: Path, formats: Collection[s
     }
     made = {name: make[name](comparison) for name in formats}
     paths = [folder / FILES[name] for name in made]
-    before = {name: marks_in(folder / name) for name in FILES.values()}
     with replacing_together(paths) as temporaries:
         for temporary, content in zip(temporaries, made.values(), strict=True):
             temporary.write_bytes(content)
-    warn_of_what_was_there(folder, before, [path.name for path in paths], comparison.provenance["run"])
+    for path in strangers:
+        path.unlink(missing_ok=True)
 
 
 def _json(comparison: Comparison) -> bytes:

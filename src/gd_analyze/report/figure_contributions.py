@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gd_analyze.formatting import amount, pretty
-from gd_analyze.report.canvas import PAPER, Canvas, Palette
+from gd_analyze.report.canvas import Canvas
 from gd_analyze.report.panel import MOST_POINTS, WIDTH, Panel, Scale, add_frame, ticks, whole_range
 from gd_analyze.report.thinning import thinned
 from gd_analyze.results import Findings
@@ -17,14 +17,14 @@ _HEAD, _FOOT, _LEFT, _GAP = 12.0, 20.0, 22.0, 12.0
 _NEAR = 1.6
 
 
-def contributions_figure(findings: Findings, palette: Palette = PAPER) -> Canvas:
-    """Stack positive parts above zero and negative ones below it; the black line, their sum, is the torque."""
+def contributions_figure(findings: Findings) -> Canvas:
+    """Stack positive parts above zero and negative ones below it; the line, their sum, is the torque."""
     parts, joints = Contributions.of(findings), findings.arm.joints
     columns = _columns(len(joints))
     rows = -(-len(joints) // columns)
     pitch = WIDTH / columns
     height = max(min(272.0 / rows, 140.0), 56.0)
-    canvas = Canvas(WIDTH, rows * height + _FOOT, palette)
+    canvas = Canvas(WIDTH, rows * height + _FOOT)
     for i, joint in enumerate(joints):
         left = (i % columns) * pitch + _LEFT
         bottom = _FOOT + (rows - 1 - i // columns) * height
@@ -35,8 +35,8 @@ def contributions_figure(findings: Findings, palette: Palette = PAPER) -> Canvas
 
 
 def _columns(n_joints: int) -> int:
-    """Panels side by side: rows as full as can be, of no more than four."""
-    return next((c for c in (3, 4, 2) if n_joints % c == 0), 3) if n_joints > 3 else n_joints
+    """Panels side by side: so few that they are wide, and so many that all of them fit on a page."""
+    return {1: 1, 2: 2, 4: 2}.get(n_joints, 3 if n_joints <= 6 else 4)
 
 
 def _joint_panel(
@@ -112,6 +112,6 @@ def _name(canvas: Canvas, panel: Panel, i: int, joint: Joint, unit: str, limit: 
     name = joint.name if len(joint.name) <= fitting else joint.name[: fitting - 1] + "…"
     named = f"{i + 1}" if joint.name == str(i + 1) else f"{i + 1} {name}"
     y = panel.top + 4
-    canvas.text(panel.left - 14, y, f"{named}, {unit}", 7.5, look="font-weight:600")
+    canvas.text(panel.left - 14, y, f"{named}, {unit}", 7.5, weight="bold")
     if limited:
         canvas.text(panel.right, y, limited, 6, colour="soft", anchor="end")

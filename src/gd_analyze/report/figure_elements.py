@@ -114,12 +114,11 @@ def _title(canvas: Canvas, panel: Panel, element: Element, verdict: str, unit: s
     """Label, unit and the letter of the dominant effect above a panel, none over another."""
     size, y = (8.5 if roomy else 7.0), panel.top + (4 if roomy else 8.5)
     symbol, index = element.label[0], element.label[1:].translate(_SUBSCRIPTS)
-    canvas.text(panel.left, y, symbol + index, size, look="font-style:italic")
+    canvas.text(panel.left, y, symbol + index, size, style="italic")
     letters = LETTERS[verdict] if element.quantity != "gravity_loading" else ""
     if letters:
         colour = f"{verdict}-text" if f"{verdict}-text" in COLOURS else "ink"
-        bold = "font-weight:600"
-        canvas.text(panel.right, y, letters, size - 1, colour=colour, anchor="end", look=bold)
+        canvas.text(panel.right, y, letters, size - 1, colour=colour, anchor="end", weight="bold")
     if roomy:
         # Half an em for a letter or a digit, two thirds for a capital.
         start = panel.left + (16 if len(index) < 3 else 22)

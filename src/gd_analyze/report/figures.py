@@ -114,7 +114,7 @@ def _canvas_of_rows(arm: RobotArm, row: float) -> Canvas:
     for i, joint in enumerate(arm.joints):
         middle = _FOOT + (n - 0.5 - i) * row
         name = joint.name if len(joint.name) <= 17 else joint.name[:16] + "…"
-        canvas.text(0, middle, f"joint {i + 1}", 7.5, look="font-weight:600")
+        canvas.text(0, middle, f"joint {i + 1}", 7.5, weight="bold")
         canvas.text(0, middle - 8, name, 7, colour="soft")
     canvas.text(_NAME_WIDTH + 8, _FOOT - 5.5, "time, s", 6.5, colour="soft", anchor="end")
     return canvas

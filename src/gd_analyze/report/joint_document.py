@@ -12,8 +12,10 @@ from gd_analyze.results import Findings, summary
 from gd_analyze.results.rows import Row, joint_rows
 from gd_analyze.robots import Joint
 
-_ERRORS = ("allowed_error", "largest_error", "rms_error", "tube_certified", "tube_worst_found", "certified")
-_ERRORS += ("worst_found", "within_limits", "torque_per_kg", "uncertainty")
+_TORQUES = (
+    *("peak_torque", "allowed_error", "largest_error", "rms_error", "tube_certified", "tube_worst_found"),
+    *("certified", "worst_found", "within_limits", "torque_per_kg", "uncertainty"),
+)
 _BOUNDS = ("tube_certified", "certified")
 # What a bar of the chart of errors shows of what the budget allows, at most.
 _LONGEST = 3.0
@@ -21,22 +23,25 @@ _LONGEST = 3.0
 
 def joints(findings: Findings) -> list[Row]:
     """One row per joint: numbers in the unit that fits its peak torque, shares, and the lengths of bars."""
-    noise = findings.round_off
+    # A bound has the round-off of its own proof beside that of the torques.
+    noise = max(findings.round_off, float(findings.decomposition.attrs["torque_round_off"]))
     rows = [_bounds_rounded_up(row) for row in joint_rows(findings, "simplified_model", "tube", "beyond")]
-    fitting = in_fitting_units(rows, "effort_unit", "peak_torque", *_ERRORS)
+    fitting = in_fitting_units(rows, "effort_unit", *_TORQUES, noise=noise)
     shares = ("largest_share", "rms_share", "tube_certified_share", "certified_share", "within_limits_share")
     written = formatted(
         fitting,
         "joint",
         "joint_name",
         "effort_unit",
-        **{name: torque(name, noise) for name in ("peak_torque", *_ERRORS)},
+        **{name: torque(name, noise) for name in _TORQUES},
         **{name: share(name, findings) for name in shares},
         mass_within_budget=lambda row: any_or(row["mass_within_budget"]),
     )
     for joint, row, shown in zip(findings.arm.joints, rows, written, strict=True):
         shown["margins"] = [_margin(row, joint, name) for name in ("q", "qd", "qdd")]
-        shown["sampled"], shown["bound"] = (_told(row, name) for name in ("largest_error", "tube_certified"))
+        shown["sampled"], shown["bound"] = (
+            _told(row, name, noise) for name in ("largest_error", "tube_certified")
+        )
         shown["used"] = _used(row["largest_error"], row, noise)
         shown["proven"] = None if row["tube_certified"] is None else _used(row["tube_certified"], row, noise)
         shown["over"] = row["largest_error"] > max(row["allowed_error"], noise)
@@ -50,9 +55,11 @@ def _bounds_rounded_up(row: Row) -> Row:
     return row | up
 
 
-def _told(row: Row, name: str) -> str:
+def _told(row: Row, name: str, noise: float) -> str:
     """Write a torque with a unit of its own; nothing where nothing is known."""
-    return "" if row[name] is None else pretty(amount(row[name], row["effort_unit"]))
+    if row[name] is None:
+        return ""
+    return "≈ 0" if 0.0 < row[name] <= noise else pretty(amount(row[name], row["effort_unit"]))
 
 
 def _used(error: float, row: Row, noise: float) -> float:
@@ -85,9 +92,10 @@ def beyond(findings: Findings) -> dict[str, Any]:
     limited = payload["mass_within_budget"] != float("inf")
     certified = [row for row in rows if row["certified"] is not None]
     return {
+        "near": summary.tube_proven(findings) is not None,
         "certified": bool(certified),
         "within": sum(row["certified"] <= row["allowed_error"] for row in certified),
-        "within_tube": sum((row["tube_certified"] or 0.0) <= row["allowed_error"] for row in certified),
+        "within_tube": sum((row["tube_certified"] or 0.0) <= row["allowed_error"] for row in rows),
         "tube": summary.tube_sentence(findings),
         "margins": summary.margins_told(findings),
         "ratio": "" if ratio is None else f"{ratio:.2f}",

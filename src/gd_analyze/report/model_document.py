@@ -1,4 +1,4 @@
-"""What the PDF says of the model: operations, what it keeps, the founding text's method, and the trade-off."""
+"""What the PDF says of the model: operations, what it keeps, the founding text's method, the trade-off."""
 
 from __future__ import annotations
 

@@ -72,11 +72,12 @@ def numbering(findings: Findings) -> dict[str, dict[str, str]]:
 def _absent(findings: Findings) -> tuple[set[str], set[str], set[str]]:
     """Figures, tables and appendices of which there is nothing to show."""
     flat = {"trade_off"} if summary.nothing_to_trade(findings) else set()
+    beyond = findings.tables["beyond"]
     of_elements = not findings.model.level.has_torque_terms
     tables = {
         "terms": not findings.is_written_out,
         "tube": summary.tube_proven(findings) is None,
-        "beyond": summary.tube_proven(findings) is None and not findings.tables["beyond"].attrs["states_drawn"],
+        "beyond": not (beyond.attrs["states_drawn"] or beyond.certified.notnull().all()),
         "operations": of_elements and not findings.model.saves,
         "dropped": not dropped_parts(findings).costing,
     }

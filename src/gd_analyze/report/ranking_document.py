@@ -1,4 +1,4 @@
-"""What the PDF says of elements and single terms: the rankings, and the founding text's verdicts beside ours."""
+"""What the PDF says of elements and single terms: rankings, and the founding text's verdicts beside ours."""
 
 from __future__ import annotations
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from gd_analyze.formatting import at_most, number, rounded_up
+from gd_analyze.formatting import amount, at_most, rounded_up
 from gd_analyze.levels import SimplifiedModel
-from gd_analyze.levels.promise import share_of
 from gd_analyze.results.words import drives_told
 from gd_analyze.states import in_words
 from gd_analyze.vectors import FloatArray
@@ -54,11 +53,10 @@ def worst_error(model: SimplifiedModel, bound: FloatArray | None = None) -> Wors
     if asked.wholes == {"torque"} and len(set(asked.entries)) == 1 and len(set(arm.is_revolute)) == 1:
         joint = int(error.argmax())
         return WorstError(joint + 1, _torques(model, bound)[joint], "")
-    by_peak = asked.wholes == {"peak"}
-    shares = share_of(error, promise.errors.peak_torque if by_peak else promise.allowed)
+    shares = promise.shares_of(error)
     joint = int(shares.argmax())
     share = float(shares[joint]) if bound is None else rounded_up(float(shares[joint]), 2)
-    return WorstError(joint + 1, at_most(share), "peak torque" if by_peak else "allowed error")
+    return WorstError(joint + 1, at_most(share), asked.shares_of)
 
 
 def off_by(model: SimplifiedModel, bound: FloatArray | None = None) -> str:
@@ -74,7 +72,8 @@ def off_by(model: SimplifiedModel, bound: FloatArray | None = None) -> str:
         return at_most_so
     if wholes == {"peak"}:
         return f"{at_most_so} of its peak"
-    allowed = number(float(model.promise.allowed[worst.joint - 1]))
+    unit = model.arm.joints[worst.joint - 1].effort_unit
+    allowed = amount(float(model.promise.allowed[worst.joint - 1]), unit)
     return (
         f"{at_most_so} of what a budget of {model.promise.budget} allows it (joint {worst.joint}: "
         f"{torques[worst.joint - 1]}, of {allowed})"
@@ -110,4 +109,4 @@ def _torques(model: SimplifiedModel, bound: FloatArray | None) -> list[str]:
         sizes = [float(error) for error in model.promise.errors.largest]
     else:
         sizes = [rounded_up(float(error)) for error in bound]
-    return [f"{number(s)} {joint.effort_unit}" for s, joint in zip(sizes, model.arm.joints, strict=True)]
+    return [amount(s, joint.effort_unit) for s, joint in zip(sizes, model.arm.joints, strict=True)]

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
-from gd_analyze.certification import Margin
 from gd_analyze.dominance import text_verdicts
 from gd_analyze.formatting import number, percent
-from gd_analyze.labels import joined
 from gd_analyze.levels import SearchStep
 from gd_analyze.results.error_words import WorstError
 from gd_analyze.results.error_words import measure_told as measure_told
@@ -17,7 +15,12 @@ from gd_analyze.results.error_words import off_by as off_by
 from gd_analyze.results.error_words import worst_error as worst_error
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
+from gd_analyze.results.proof_words import bound_ratio as bound_ratio
+from gd_analyze.results.proof_words import margins_told as margins_told
+from gd_analyze.results.proof_words import tube_proven as tube_proven
+from gd_analyze.results.proof_words import tube_sentence as tube_sentence
 from gd_analyze.results.rows import Row, dropped_parts, element_rows
+from gd_analyze.results.symmetry_words import unsymmetric_told as unsymmetric_told
 from gd_analyze.results.words import drives_told
 from gd_analyze.robots import fingerprint
 
@@ -89,7 +92,9 @@ def _proven(findings: Findings) -> str:
 def facts(findings: Findings) -> list[tuple[str, str]]:
     """Four figures to begin with, and what each of them is: how good, how proven, how many, of what."""
     model, worst, proven = findings.model, worst_error(findings.model), tube_proven(findings)
-    if model.level.has_torque_terms:
+    if not model.saves:
+        keeps = ("exact", "the model given is the exact one")
+    elif model.level.has_torque_terms:
         keeps = (kept(findings), f"kept of the exact model's {len(model.level.terms(model.form))}")
     else:
         dropped = dropped_parts(findings)
@@ -99,7 +104,7 @@ def facts(findings: Findings) -> list[tuple[str, str]]:
             f"parts dropped, {gone - len(dropped.costing)} without torque here",
         )
     if proven is None:
-        bound = ("not proven", "no bound on the error is proven at this level")
+        bound = ("not proven", "no bound on the error is proven for this model")
     else:
         bound = (f"≤ {proven.size}", f"proven near the motion{_of(proven)}")
     return [
@@ -124,6 +129,7 @@ def opening(findings: Findings) -> dict[str, Any]:
         "subtitle": subtitle(findings),
         "headline": headline(findings),
         "facts": facts(findings),
+        "notice": findings.model.notice,
         "kept_terms": kept(findings),
     }
 
@@ -190,72 +196,10 @@ def not_worth_keeping(findings: Findings) -> int | None:
     return int(findings.tables["terms"].attrs["not_worth_keeping"]) if stated else None
 
 
-def bound_ratio(findings: Findings) -> float | None:
-    """How far the certified bound lies above the worst error found, at most, where that is an error."""
-    rows = rows_of(findings.tables["beyond"], "joint")
-    pairs = [(row["certified"], row["worst_found"]) for row in rows if row["certified"] is not None]
-    return max((bound / found for bound, found in pairs if found > findings.round_off), default=None)
-
-
 def nothing_to_trade(findings: Findings) -> bool:
     """Whether no budget of the trade-off gives a model of fewer operations than the exact torque."""
     operations = findings.tables["trade_off"].operations.values
     return bool((operations >= findings.model.operations_full.total).all())
-
-
-def tube_proven(findings: Findings) -> WorstError | None:
-    """Error that is proven near the motion, of the joint where it is worst; None where nothing is proven."""
-    bound = findings.tables["tube"].tube_certified
-    return None if bound.isnull().any() else worst_error(findings.model, bound.values)
-
-
-def margins_told(findings: Findings) -> str:
-    """How far from the motion that is, in words."""
-    return Margin.parse(findings.tables["tube"].attrs["margin"]).in_words(findings.arm)
-
-
-def tube_sentence(findings: Findings) -> str:
-    """Say what is proven of the model around this motion."""
-    worst, note = tube_proven(findings), str(findings.tables["tube"].attrs["note"])
-    if worst is None:
-        return note
-    return (
-        f"Proven: no state within {margins_told(findings)} of the motion, between its set points too, has a "
-        f"torque error above {worst.in_words}." + (f" {note}" if note else "")
-    )
-
-
-def unsymmetric(findings: Findings) -> list[tuple[int, int]]:
-    """Elements of D', row and column from 1, of which the model keeps other terms than of their mirror image.
-
-    Torques are simplified one by one at the level of torque terms; D' is the matrix of absolute rates.
-    """
-    model = findings.model
-    if not model.level.has_torque_terms or model.level.is_mechanical:
-        return []
-    kept = [
-        (term.row, term.rates[0].joint, term.monomial)
-        for term in model.torques
-        if term.quantity == "inertia" and term.row != term.rates[0].joint
-    ]
-    places = {(i, j) for i, j, monomial in kept if (j, i, monomial) not in set(kept)}
-    return sorted({(min(place) + 1, max(place) + 1) for place in places})
-
-
-def unsymmetric_told(findings: Findings) -> str:
-    """Say that D is not symmetric, and what to use where it must be; "" where it is."""
-    places = unsymmetric(findings)
-    if not places:
-        return ""
-    i, j = places[0]
-    count = len(places)
-    pairs = "one pair of mirror images" if count == 1 else f"{count} pairs of mirror images"
-    return (
-        f"Each torque is simplified by itself, so the model's D is not symmetric: it keeps different terms in "
-        f"{pairs}, first in D{joined((i - 1, j - 1))} and D{joined((j - 1, i - 1))}. To compute torques this "
-        "does no harm. Where D must be symmetric, as in simulation or in a controller that relies on "
-        "energy, use `--level energy`."
-    )
 
 
 def above_allowed(rows: list[Row], torque: str) -> list[int]:

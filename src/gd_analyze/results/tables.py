@@ -163,7 +163,7 @@ def terms_table(ranking: TermRanking, arm: RobotArm, written_out: bool) -> xr.Da
     )
 
 
-def trade_off_table(points: Sequence[TradeOffPoint], arm: RobotArm) -> xr.Dataset:
+def trade_off_table(points: Sequence[TradeOffPoint], arm: RobotArm, shares_of: str) -> xr.Dataset:
     """Tabulate operations against error."""
     by_kind = curves(points)
     rows = list(by_kind.values())
@@ -187,6 +187,7 @@ def trade_off_table(points: Sequence[TradeOffPoint], arm: RobotArm) -> xr.Datase
                 {"long_name": "multiple of the budget"},
             ),
         },
+        {"shares_of": shares_of},
     )
 
 

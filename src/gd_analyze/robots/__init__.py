@@ -2,7 +2,7 @@
 
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm
-from gd_analyze.robots.catalogue import builtin_arms, load_arm
+from gd_analyze.robots.catalogue import arm_of, builtin_arms, load_arm
 from gd_analyze.robots.description import (
     arm_from_description,
     describe,
@@ -25,6 +25,7 @@ __all__ = [
     "Placement",
     "RobotArm",
     "arm_from_description",
+    "arm_of",
     "builtin_arms",
     "describe",
     "describe_in_full",

@@ -9,7 +9,6 @@ holds d, a and alpha.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -17,7 +16,7 @@ from typing import Literal
 
 import numpy as np
 
-from gd_analyze.errors import ArmError, GdAnalyzeWarning
+from gd_analyze.errors import ArmError
 from gd_analyze.robots.constants import keep
 from gd_analyze.robots.names import require_name, require_sentences
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link
@@ -80,16 +79,6 @@ class RobotArm:
                     expected="this of the first link, behind a revolute joint, at most",
                     found=f"link {index + 1}",
                     next_step="state the full inertia: every other link turns about several axes",
-                )
-        reach = self.reach
-        for link in self.links:
-            distance = float(np.linalg.norm(link.com))
-            if link.mass > 0 and distance > max(reach, 0.1):
-                warnings.warn(
-                    f"link {link.name} of {self.name}: its centre of mass is {distance:.3g} m from the link "
-                    f"frame, farther than the whole arm reaches ({reach:.3g} m); are its units metres?",
-                    GdAnalyzeWarning,
-                    stacklevel=3,
                 )
 
     @property

@@ -6,18 +6,21 @@ for a joint's `range`, `rate_limit` and `acceleration_limit` `_deg` where it tur
 
 from __future__ import annotations
 
+import difflib
 import re
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from pydantic import ValidationError
+from pydantic_core import ErrorDetails
 
 from gd_analyze.errors import ArmError, Location
 from gd_analyze.files import megabytes, read_at_most
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.arm_schema import ArmFile
+from gd_analyze.robots.arm_schema import UNIT_SUFFIXES, ArmFile, keys_beside
 from gd_analyze.robots.denavit_hartenberg import modified_placements, standard_placements
 from gd_analyze.robots.names import require_name, require_sentences
 from gd_analyze.robots.parts import Drive, Joint, Link
@@ -62,15 +65,7 @@ def read_arm(path: str | Path) -> RobotArm:
     try:
         parsed = ArmFile.model_validate(_document(path, content))
     except ValidationError as error:
-        first = error.errors()[0]
-        keys = first["loc"]
-        raise ArmError(
-            f"the arm file does not fit the schema: {_dotted(keys) or 'top level'}",
-            where=lines.locate(keys),
-            expected=_expectation(first["msg"]),
-            found="nothing" if first["type"] == "missing" else in_python(first["input"]),
-            next_step=_EXAMPLE,
-        ) from None
+        raise _misfit(error.errors(), lines) from None
     except RecursionError:
         raise ArmError(
             "the arm file nests tables or lists beyond any arm", where=Location(path), next_step=_EXAMPLE
@@ -78,6 +73,37 @@ def read_arm(path: str | Path) -> RobotArm:
     arm = _build(parsed, lines)
     warn_of_slips(arm, stacklevel=3)
     return arm
+
+
+def _misfit(errors: Sequence[ErrorDetails], lines: TableLines) -> ArmError:
+    """Say what of a file does not fit the schema: of a key that is missing, the one that was meant for it."""
+    first = errors[0]
+    if first["type"] == "missing":
+        table = first["loc"][:-1]
+        strange = [error for error in errors if error["type"] == "extra_forbidden"]
+        first = next((error for error in strange if error["loc"][:-1] == table), first)
+    keys = first["loc"]
+    expected, next_step = _expectation(first["msg"]), _EXAMPLE
+    if first["type"] == "extra_forbidden":
+        known = keys_beside(keys)
+        expected = f"a key of the schema: {', '.join(known)}"
+        near = _nearest(str(keys[-1]), known)
+        next_step = f"did you mean {near}? {_EXAMPLE}" if near else _EXAMPLE
+    return ArmError(
+        f"the arm file does not fit the schema: {_dotted(keys) or 'top level'}",
+        where=lines.locate(keys),
+        expected=expected,
+        found="nothing" if first["type"] == "missing" else in_python(first["input"]),
+        next_step=next_step,
+    )
+
+
+def _nearest(key: str, known: Sequence[str]) -> str | None:
+    """Key that is likely meant by a misspelt one; a suffix for its unit stays, unless it is what is wrong."""
+    suffix = next((suffix for suffix in UNIT_SUFFIXES if key.endswith(suffix)), "")
+    bare = key.removesuffix(suffix)
+    near = difflib.get_close_matches(bare, known, n=1)
+    return (bare if bare in known else near[0] + suffix) if near else None
 
 
 def _read(path: Path) -> str:
@@ -223,6 +249,4 @@ def _dotted(keys: tuple[str | int, ...]) -> str:
 
 def _expectation(message: str) -> str:
     """Reword the validator's message as an expectation."""
-    if message.startswith("Extra inputs"):
-        return "a key of the schema (check the spelling)"
     return message.removeprefix("Value error, ").removeprefix("Input should be ")

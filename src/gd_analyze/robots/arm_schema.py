@@ -157,3 +157,22 @@ class ArmFile(_Table):
     joints: list[_JointTable] = Field(min_length=1)
     links: list[_LinkTable] = Field(min_length=1)
     drives: list[_DriveTable] = []
+
+
+def keys_beside(keys: tuple[str | int, ...]) -> list[str]:
+    """Keys that the table may have in which a path such as ("links", 2, "mas") ends.
+
+    Examples
+    --------
+    >>> keys_beside(("links", 1, "inertia", "zx"))
+    ['xx', 'yy', 'zz', 'xy', 'xz', 'yz']
+    """
+    tables: dict[str, type[_Table]] = {
+        "joints": _JointTable,
+        "links": _LinkTable,
+        "drives": _DriveTable,
+        "inertia": _InertiaTable,
+        "inertia_uncertainty": _InertiaUncertaintyTable,
+    }
+    names = [tables[key] for key in keys[:-1] if isinstance(key, str)]
+    return list((names[-1] if names else ArmFile).model_fields)

@@ -10,11 +10,32 @@ from gd_analyze.errors import ArmError
 from gd_analyze.resources import shipped
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm
+from gd_analyze.visible import in_python
 
 
 def builtin_arms() -> dict[str, Path]:
     """Shipped arm files by name, in alphabetical order."""
     return shipped("robots", ".toml")
+
+
+def arm_of(given: RobotArm | str | Path) -> RobotArm:
+    """Take an arm, or load the one that a built-in name or a path stands for.
+
+    Raises
+    ------
+    ArmError
+        As `load_arm`, or if it is none of these.
+    """
+    if isinstance(given, RobotArm):
+        return given
+    if isinstance(given, str | Path):
+        return load_arm(given)
+    raise ArmError(
+        "this is no arm",
+        where="arm",
+        expected="a RobotArm, the name of a built-in one, or the path of an arm's TOML file",
+        found=in_python(given),
+    )
 
 
 def load_arm(name_or_path: str | Path) -> RobotArm:

@@ -108,10 +108,10 @@ def _link(value: dict[str, Any]) -> Link:
 
 
 def _plain(value: Any) -> Any:
-    """A part as plain JSON values, by its fields; where it is described is not part of it."""
+    """A part as plain JSON values, by the fields that act: not where it is described, nor what was bare."""
     if isinstance(value, np.ndarray):
         return value.tolist()
     if not dataclasses.is_dataclass(value):
         return value
-    names = (entry.name for entry in dataclasses.fields(value) if entry.name != "source")
+    names = (entry.name for entry in dataclasses.fields(value) if entry.name not in ("source", "bare"))
     return {name: _plain(getattr(value, name)) for name in names}

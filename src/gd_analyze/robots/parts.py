@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import warnings
 from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 
-from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location
+from gd_analyze.errors import ArmError, Location
 from gd_analyze.robots.constants import keep
 from gd_analyze.robots.link_uncertainty import LinkUncertainty
 from gd_analyze.robots.names import require_name
@@ -144,7 +143,7 @@ class Link:
         Link frame s in the joint frame after the joint's motion.
     as_measured
         The inertia is a measurement kept as published: breaking the triangle inequality by up to 10 % of
-        the largest principal moment is accepted without a warning.
+        the largest principal moment is no slip then.
     axial_only
         Only the moment about the joint's axis is known, and only it acts: allowed for the first link of
         an arm whose first joint turns; such an inertia need not satisfy the triangle inequality.
@@ -152,6 +151,8 @@ class Link:
         Stated standard uncertainties of mass, centre of mass and inertia; None where none is stated.
     source
         Where the link is described, for messages.
+    bare
+        The link without a payload that is merged into it: what a person stated of it.
 
     Raises
     ------
@@ -159,10 +160,6 @@ class Link:
         If the mass is negative, or the inertia is not symmetric, not positive semidefinite or breaks
         the triangle inequality: no distribution of matter has such an inertia.
 
-    Warns
-    -----
-    GdAnalyzeWarning
-        If the triangle inequality is broken by no more than a measurement's error.
     """
 
     name: str
@@ -174,6 +171,7 @@ class Link:
     axial_only: bool = False
     uncertainty: LinkUncertainty | None = None
     source: Location | None = None
+    bare: Link | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         where = self.source or f"link {self.name}"
@@ -189,40 +187,44 @@ class Link:
                 expected="I = I^T",
                 found=str(inertia.tolist()),
             )
-        self._check_principal_moments(np.linalg.eigvalsh(inertia).astype(float), where)
+        self._check_principal_moments(where)
 
-    def _check_principal_moments(self, principal: FloatArray, where: Location | str) -> None:
+    @property
+    def principal_moments(self) -> FloatArray:
+        """Of inertia about the centre of mass, ascending, kg m^2, shape (3,)."""
+        return np.linalg.eigvalsh(self.inertia_com).astype(float)
+
+    @property
+    def excess(self) -> float:
+        """Share of the largest principal moment by which it is more than the other two: 0 of any body."""
+        principal = self.principal_moments
+        largest = float(np.abs(principal).max())
+        more = float(principal[2] - principal[0] - principal[1])
+        return 0.0 if self.axial_only or more <= ROUNDING_TOLERANCE * largest else more / largest
+
+    def _check_principal_moments(self, where: Location | str) -> None:
+        principal = self.principal_moments
         largest = float(np.abs(principal).max())
         if principal[0] < -ROUNDING_TOLERANCE * largest:
             raise ArmError(
                 f"the inertia of link {self.name} is not positive semidefinite",
                 where=where,
                 expected="principal moments of 0 or more",
-                found=_numbers(principal),
+                found=moments_told(principal),
                 next_step="check the signs of the products of inertia and the point the inertia is about",
             )
-        excess = float(principal[2] - principal[0] - principal[1])
-        if self.axial_only or excess <= ROUNDING_TOLERANCE * largest:
-            return
-        if excess > MEASUREMENT_TOLERANCE * largest:
+        if self.excess > MEASUREMENT_TOLERANCE:
             raise ArmError(
                 f"the inertia of link {self.name} breaks the triangle inequality",
                 where=where,
                 expected="no principal moment larger than the sum of the other two",
-                found=_numbers(principal),
+                found=moments_told(principal),
                 next_step="check units (cm against m) and the point the inertia is about (com or origin)",
             )
-        if not self.as_measured:
-            warnings.warn(
-                f"{where}: the inertia of link {self.name} breaks the triangle inequality by "
-                f"{excess / largest:.1%} of its largest principal moment ({_numbers(principal)}); "
-                "set as_measured = true if it is a measurement",
-                GdAnalyzeWarning,
-                stacklevel=4,
-            )
 
 
-def _numbers(values: FloatArray) -> str:
+def moments_told(values: FloatArray) -> str:
+    """Write moments of inertia."""
     return ", ".join(f"{value:.4g}" for value in values) + " kg m^2"
 
 

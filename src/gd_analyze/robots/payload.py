@@ -14,7 +14,7 @@ from gd_analyze.given_numbers import number_in
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.inertia import of_point_mass, symmetric_tensor
 from gd_analyze.robots.parts import Link
-from gd_analyze.robots.slips import heaviest_carried
+from gd_analyze.robots.slips import LEAST_FAR, heaviest_carried
 from gd_analyze.vectors import FloatArray
 
 
@@ -78,8 +78,8 @@ def with_payload(
     Warns
     -----
     GdAnalyzeWarning
-        If the common centre of mass lies farther out than the whole arm reaches: are the units metres? And
-        if the mass is beyond what such an arm carries: is it in grams?
+        If the payload lies farther out than the whole arm reaches: are the units metres? And if the mass is
+        beyond what such an arm carries: is it in grams?
 
     Examples
     --------
@@ -92,6 +92,14 @@ def with_payload(
         warnings.warn(
             f"a payload of {payload.mass:g} kg is more than an arm that reaches {arm.reach:.3g} m carries; "
             "is it in grams?",
+            GdAnalyzeWarning,
+            stacklevel=2,
+        )
+    distance = float(np.linalg.norm(payload.position))
+    if payload.mass > 0 and distance > max(arm.reach, LEAST_FAR):
+        warnings.warn(
+            f"a payload {distance:.3g} m from the last link's frame is farther out than the whole arm "
+            f"reaches ({arm.reach:.3g} m); are its units metres?",
             GdAnalyzeWarning,
             stacklevel=2,
         )
@@ -112,6 +120,7 @@ def with_payload(
         + payload.inertia
         + of_point_mass(payload.mass, payload.position - com),
         uncertainty=stated,
+        bare=last.bare or last,
     )
     place = ", ".join(f"{x:g}" for x in payload.position)
     note = f"Link {last.name} carries a payload of {payload.mass:g} kg at ({place}) m in its frame."

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.robots.parts import Joint, Link
+from gd_analyze.robots.parts import Joint, Link, moments_told
 
 if TYPE_CHECKING:
     from gd_analyze.robots.arm import RobotArm
@@ -42,6 +42,8 @@ _HEAVIEST_CUBE, _LEAST_CUBE = 1000.0, 0.5
 # Radius of gyration, by the arm's reach of at least 0.3 m: below 0.5 for links and turntables, and of the
 # longest link of an arm 3 or more with inertias in kg cm^2, 30 in kg mm^2 or g mm^2.
 _WIDEST, _LEAST_REACH = 2.0, 0.3
+# A centre of mass less far out than this is one's of an arm that reaches nowhere, m.
+LEAST_FAR = 0.1
 
 
 def slips_of(arm: RobotArm) -> tuple[str, ...]:
@@ -69,7 +71,16 @@ def _sentences(arm: RobotArm) -> Iterator[str]:
             for part, placement in ((joint, joint.placement), (link, link.frame)):
                 yield from _length_slip(_place(part), "the way", float(np.linalg.norm(placement.translation)))
         yield from _limit_slips(joint)
-        yield from _mass_slips(link, arm.reach)
+        # What is carried was not stated of the link.
+        stated = link.bare or link
+        yield from _mass_slips(stated, arm.reach)
+        yield from _centre_slip(stated, arm.reach)
+        if stated.excess and not stated.as_measured:
+            yield (
+                f"{_place(stated)}: the inertia of link {stated.name} breaks the triangle inequality by "
+                f"{stated.excess:.1%} of its largest principal moment "
+                f"({moments_told(stated.principal_moments)}); set as_measured = true if it is a measurement"
+            )
 
 
 def _place(part: Joint | Link) -> str:
@@ -131,6 +142,15 @@ def _mass_slips(link: Link, reach: float) -> Iterator[str]:
     volume = 4 / 3 * math.pi * (5 / 3 * gyration**2) ** 1.5
     if gyration > 0 and link.mass > _DENSEST * volume:
         yield f"{where}: with {mass} no material is dense enough for so small an inertia; is it in grams?"
+
+
+def _centre_slip(link: Link, reach: float) -> Iterator[str]:
+    distance = float(np.linalg.norm(link.com))
+    if link.mass > 0 and distance > max(reach, LEAST_FAR):
+        yield (
+            f"{_place(link)}: the centre of mass of link {link.name} is {distance:.3g} m from the link "
+            f"frame, farther than the whole arm reaches ({reach:.3g} m); are its units metres?"
+        )
 
 
 def heaviest_carried(reach: float) -> float:

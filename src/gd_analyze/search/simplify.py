@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -93,8 +94,8 @@ class How:
 
 
 def simplify(
-    arm: RobotArm,
-    states: States | Trajectory | xr.Dataset,
+    arm: RobotArm | str | Path,
+    states: States | Trajectory | xr.Dataset | str | Path,
     budget: Budget | str | None = None,
     *,
     level: str | Level = TERM,
@@ -108,10 +109,10 @@ def simplify(
     Parameters
     ----------
     arm
-        The arm.
+        The arm, or the name of a built-in one, or the path of its file.
     states
-        States over which the budget holds: a trajectory's set points, their decomposition where it is at
-        hand, or drawn ones, see `states_in_box`.
+        States over which the budget holds: a trajectory's set points, or its shipped name or path; their
+        decomposition where it is at hand; or drawn ones, see `states_in_box`.
     budget
         Allowed torque error per joint, or its text such as "1% or 10% friction", see `Budget.parse`; 1 % of
         each joint's peak torque over the states by default.

@@ -38,7 +38,8 @@ class TradeOffPoint:
     operations
         What one torque evaluation takes.
     error_share
-        Largest error over peak torque at the states, the worst joint's.
+        Largest error at the states, the worst joint's: over peak torque, or under a budget that is no share
+        of it over the error allowed by the budget that was multiplied, see `Budget.shares_of`.
     """
 
     level: Level
@@ -95,17 +96,19 @@ def trade_off(
     points: list[TradeOffPoint] = []
     exact = exact if thorough else exact.thinned()
     allowed = exact.allowed(budget)
+    whole = exact.peak_torque if budget.shares_of == "peak torque" else allowed
     budgets = [budget.scaled(factor) for factor in factors]
     known: dict[Level, Candidates] = {}
     found: Iterator[tuple[OperationCount, float]]
     for level, refit in kinds:
         if thorough:
             models = map(partial(simplify_exact, exact, how=How(level, refit)), budgets)
-            found = ((made.operations, float(made.promise.errors.largest_share.max())) for made in models)
+            found = ((made.operations, _share(made.promise.errors.largest, whole)) for made in models)
         else:
             if level not in known:
                 known[level] = candidates_of(exact, level, allowed, SWEEP * min(1.0, *factors))
-            found = _eliminated(exact, allowed, eliminate(known[level], refit=refit), refit, factors)
+            elimination = eliminate(known[level], refit=refit)
+            found = _eliminated(exact, (allowed, whole), elimination, refit, factors)
         for factor, stated, (operations, error) in zip(factors, budgets, found, strict=True):
             points.append(TradeOffPoint(level, refit, factor, str(stated), operations, error))
             tell(1)
@@ -113,10 +116,14 @@ def trade_off(
 
 
 def _eliminated(
-    exact: ExactDynamics, allowed: FloatArray, elimination: Elimination, refit: bool, factors: Sequence[float]
+    exact: ExactDynamics,
+    measures: tuple[FloatArray, FloatArray],
+    elimination: Elimination,
+    refit: bool,
+    factors: Sequence[float],
 ) -> Iterator[tuple[OperationCount, float]]:
-    """The last models of one elimination that are within each budget."""
-    candidates = elimination.candidates
+    """The last models of one elimination within each budget; given are what is allowed, and shares are of."""
+    (allowed, whole), candidates = measures, elimination.candidates
     largest = elimination.errors().max(axis=1) if refit else None
     for factor in factors:
         if largest is None:
@@ -126,15 +133,17 @@ def _eliminated(
             kept, scale = elimination.kept(last), elimination.scales[last]
         operations = candidates.count(kept, scale, ROUGH)
         if operations.total < exact.form.operations.total:
-            yield operations, _error_share(exact, candidates, kept * scale - 1.0, allowed)
+            yield operations, _share(_errors(candidates, kept * scale - 1.0) * allowed, whole)
         else:
             yield exact.form.operations, 0.0
 
 
-def _error_share(
-    exact: ExactDynamics, candidates: Candidates, weights: FloatArray, allowed: FloatArray
-) -> float:
-    error = np.abs(np.tensordot(weights, candidates.effects, axes=1)).max(axis=1)
-    error = ((1.0 - candidates.swept) * error + candidates.swept) * allowed
-    peak = exact.peak_torque
-    return float(np.divide(error, peak, out=np.zeros_like(error), where=peak > 0.0).max())
+def _errors(candidates: Candidates, weights: FloatArray) -> FloatArray:
+    """Largest errors of the joints over what is allowed."""
+    error: FloatArray = np.abs(np.tensordot(weights, candidates.effects, axes=1)).max(axis=1)
+    return (1.0 - candidates.swept) * error + candidates.swept
+
+
+def _share(error: FloatArray, whole: FloatArray) -> float:
+    """Largest share of any joint; one without a whole has none."""
+    return float(np.divide(error, whole, out=np.zeros_like(error), where=whole > 0.0).max())

@@ -6,6 +6,7 @@ from gd_analyze.trajectories.csv_file import (
     recorded_command,
     shipped_trajectories,
     trajectory_csv,
+    trajectory_of,
     write_trajectory,
 )
 from gd_analyze.trajectories.limits import JointExtremes, LimitReport, Violation, limit_report
@@ -29,5 +30,6 @@ __all__ = [
     "recorded_command",
     "shipped_trajectories",
     "trajectory_csv",
+    "trajectory_of",
     "write_trajectory",
 ]

@@ -91,14 +91,20 @@ class Between:
 
         A polynomial lies within the hull of its Bernstein coefficients.
         """
-        values = np.einsum("ksj,kj...->ks...", _bernstein(begin, end), self.coefficients)
+        values = self._combined(_bernstein(begin, end))
         return values.min(axis=(1, 2)), values.max(axis=(1, 2))
 
     @property
     def differences(self) -> FloatArray:
         """How far the motions are apart, at most, at some instants between, shape (intervals, 3, n)."""
-        values = np.einsum("sj,kj...->ks...", _COMPARED[:, None] ** _POWERS, self.coefficients)
+        values = self._combined(_COMPARED[:, None] ** _POWERS)
         return np.asarray(np.ptp(values, axis=2).max(axis=1))
+
+    def _combined(self, weights: FloatArray) -> FloatArray:
+        """Sums of coefficients with weights (.., S, 6), shape (intervals, S, 3, 3, n)."""
+        count, powers, *rest = self.coefficients.shape
+        flat = weights @ self.coefficients.reshape(count, powers, -1)
+        return np.asarray(flat).reshape(count, -1, *rest)
 
 
 def _sum(base: list[FloatArray], powers: list[int], *added: FloatArray) -> list[FloatArray]:

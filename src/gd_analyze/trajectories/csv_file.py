@@ -21,7 +21,7 @@ from gd_analyze.trajectories.csv_rows import Rows
 from gd_analyze.trajectories.derived_rates import FEWEST_SET_POINTS, complete_rates
 from gd_analyze.trajectories.trajectory import Trajectory
 from gd_analyze.vectors import FloatArray
-from gd_analyze.visible import visible
+from gd_analyze.visible import in_python, visible
 
 # A million set points of a seven-joint arm, every number with all its digits, are 0.45 GB.
 LARGEST_FILE = 1_000_000_000
@@ -32,6 +32,26 @@ _COMMAND = re.compile(r"#\s*(gd-analyze plan .*\S)\s*")
 def shipped_trajectories() -> dict[str, Path]:
     """Shipped trajectory files by name, in alphabetical order."""
     return shipped("trajectories", ".csv")
+
+
+def trajectory_of(given: Trajectory | str | Path, arm: RobotArm) -> Trajectory:
+    """Take a trajectory, or read the one that a shipped name or a path stands for.
+
+    Raises
+    ------
+    TrajectoryError
+        As `read_trajectory`, or if it is none of these.
+    """
+    if isinstance(given, Trajectory):
+        return given
+    if isinstance(given, str | Path):
+        return read_trajectory(given, arm)
+    raise TrajectoryError(
+        "this is no trajectory",
+        where="trajectory",
+        expected="a Trajectory, the name of a shipped one, or the path of a CSV file",
+        found=in_python(given),
+    )
 
 
 def read_trajectory(path_or_name: str | Path, arm: RobotArm) -> Trajectory:

@@ -1,0 +1,103 @@
+"""Between two set points: every motion that is looked at is the one it is said to be, and lies in its range."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gd_analyze.trajectories import Trajectory
+from gd_analyze.trajectories.between import Between
+from strategies import examples
+
+EXACTLY = np.zeros((2, 3))
+
+
+def drawn(seed: int, count: int = 4) -> Trajectory:
+    """Set points that contradict one another: each number is drawn on its own."""
+    rng = np.random.default_rng(seed)
+    return Trajectory(np.cumsum(rng.uniform(0.05, 1.0, count)), *rng.uniform(-2.0, 2.0, (3, count, 3)))
+
+
+def polynomial(s: np.ndarray, coefficients: np.ndarray, order: int) -> np.ndarray:
+    return (
+        np.polynomial.Polynomial(coefficients).deriv(order)(s)
+        if order
+        else np.polynomial.Polynomial(coefficients)(s)
+    )
+
+
+def motions(motion: Trajectory, interval: int, joint: int, s: np.ndarray) -> np.ndarray:
+    """q, qd and qdd of all three motions by equations of their own, shape (3, 3, S)."""
+    width = motion.time[interval + 1] - motion.time[interval]
+    ends = np.array([x[interval : interval + 2, joint] for x in (motion.q, motion.qd, motion.qdd)])
+    scaled = ends * width ** np.arange(3)[:, None]
+    out = np.empty((3, 3, len(s)))
+    for place, orders in enumerate((3, 2)):
+        powers = np.arange(2 * orders)
+        rows, given_values = [], []
+        for order in range(orders):
+            for end in (0.0, 1.0):
+                falling = np.array([np.prod(p - np.arange(order)) for p in powers], dtype=float)
+                rows.append(falling * end ** np.maximum(powers - order, 0))
+                given_values.append(scaled[order, int(end)])
+        coefficients = np.linalg.solve(rows, given_values)
+        for order in range(3):
+            out[place, order] = polynomial(s, coefficients, order) / width**order
+    out[2] = ends[:, :1] + (ends[:, 1:] - ends[:, :1]) * s
+    return out
+
+
+@examples(40)
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, 0.9), st.floats(0.01, 1.0))
+def test_motions_through_all_numbers_lie_in_the_range(seed: int, begin: float, width: float) -> None:
+    motion = drawn(seed)
+    end = min(1.0, begin + width)
+    between = Between.of(motion, EXACTLY, slice(0, 3))
+    lower, upper = between.ranges(np.full(3, begin), np.full(3, end))
+    s = np.linspace(begin, end, 30)
+    for interval in range(3):
+        for joint in range(3):
+            values = motions(motion, interval, joint, s)
+            # Accelerations are of fourth order in 1 / T = 20 times a few numbers of size 2.
+            slack = 1e-9
+            assert (values >= lower[interval, :, joint, None] - slack).all()
+            assert (values <= upper[interval, :, joint, None] + slack).all()
+
+
+@examples(20)
+@given(st.integers(0, 2**32 - 1))
+def test_differences_are_those_of_the_motions(seed: int) -> None:
+    motion = drawn(seed, 2)
+    differences = Between.of(motion, EXACTLY, slice(0, 1)).differences[0]
+    for joint in range(3):
+        values = motions(motion, 0, joint, np.linspace(0.0, 1.0, 9))
+        np.testing.assert_allclose(differences[:, joint], np.ptp(values, axis=0).max(axis=1), atol=1e-9)
+
+
+def test_a_range_is_close_to_what_the_motions_take() -> None:
+    """In a tenth of an interval Bernstein coefficients leave hardly anything free."""
+    motion = drawn(3, 2)
+    begins = np.arange(10) / 10
+    between = Between.of(motion, EXACTLY, np.zeros(10, dtype=int))
+    lower, upper = between.ranges(begins, begins + 0.1)
+    for piece, begin in enumerate(begins):
+        for joint in range(3):
+            values = motions(motion, 0, joint, np.linspace(begin, begin + 0.1, 50))
+            span = np.ptp(values, axis=(0, 2))
+            assert (upper[piece, :, joint] - lower[piece, :, joint] <= 1.05 * span + 1e-9).all()
+
+
+@pytest.mark.parametrize("width", [1e-3, 0.1])
+def test_what_counts_as_rounding_makes_no_acceleration(width: float) -> None:
+    """The last digit of a position over a millisecond is an acceleration of many rad/s^2."""
+    rest = np.zeros((2, 1))
+    motion = Trajectory(np.array([0.0, width]), np.array([[0.0], [1e-6]]), rest, rest)
+    for rounding, moves in ((2e-6, False), (0.5e-6, True)):
+        lower, upper = Between.of(motion, np.full((2, 1), rounding), slice(0, 1)).ranges(
+            np.zeros(1), np.ones(1)
+        )
+        assert (upper[0, 2, 0] > 1e-6 / width**2) == moves
+        assert (lower[0, 2, 0] < -1e-6 / width**2) == moves
+        assert (lower[0, 0, 0], upper[0, 0, 0]) == pytest.approx((0.0, 1e-6), abs=1e-12)
