@@ -117,6 +117,7 @@ def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
         ],
         "path": path,
         "tube": tables["tube"],
+        "tube_sentence": summary.tube_sentence(findings),
         "unsymmetric": summary.unsymmetric_told(findings),
         "budget_place": place(1.0, *DECADES),
         "contributions": {
