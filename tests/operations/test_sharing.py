@@ -37,7 +37,7 @@ polynomials = st.lists(
 
 
 def ways(given_polynomials, tries: int = 30):
-    return list(shared_sums(given_polynomials, CIRCLES, lambda _: tries))
+    return list(shared_sums(given_polynomials, CIRCLES, tries))
 
 
 def naive_operations(polynomial) -> int:

@@ -12,15 +12,19 @@ class Effort(NamedTuple):
     ----------
     shared
         Number of torque terms up to which what the rows share is looked for.
-    thorough
-        Whether that is rearranged, too, and other ways are tried.
+    rearranging
+        Rearrangements of that to try, times the operations there are, as those of a long program take longer;
+        with none at all, other ways are not tried either.
     """
 
     shared: int
-    thorough: bool = False
+    rearranging: int = 0
 
 
-# Milliseconds, and hundredths of a second, within a search; with the last all is written that is shown.
+# Milliseconds, and hundredths of a second, within a search.
 ROUGH = Effort(0)
 COUNTING = Effort(80)
-THOROUGH = Effort(600, thorough=True)
+# A tenth of a second for each of the models that are only looked at, as points of a curve, and some tenths for
+# one that is given: 3 % fewer operations.
+POINT = Effort(600, 5_000)
+THOROUGH = Effort(600, 30_000)

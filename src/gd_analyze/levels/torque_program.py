@@ -11,7 +11,7 @@ import numpy as np
 
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.terms import Factor, Rate, Torques, TorqueTerm
-from gd_analyze.levels.effort import THOROUGH, Effort
+from gd_analyze.levels.effort import POINT, Effort
 from gd_analyze.levels.kept_programs import Task, inputs_of, kept_programs, some_states
 from gd_analyze.levels.nested_program import nested_program
 from gd_analyze.levels.torque_variables import TorqueVariables
@@ -51,14 +51,14 @@ def torque_program(rates: AbsoluteRates, terms: Torques, effort: Effort) -> Prog
     """
     if len(terms) > effort.shared:
         return nested_program(rates, terms)
-    if not effort.thorough:
-        return next(_shared(rates, terms))
-    key = ["torques", rates.runs, _listed(terms)]
+    if not effort.rearranging:
+        return next(_shared(rates, terms, effort))
+    key = ["torques", rates.runs, _listed(terms), effort]
 
     def are_right(programs: Sequence[Program]) -> bool:
         return len(programs) == 1 and _is_right(rates, terms, *programs)
 
-    return kept_programs(Task.of(key, rates.n_joints, lambda: [_thorough(rates, terms)], are_right))[0]
+    return kept_programs(Task.of(key, rates.n_joints, lambda: [_thorough(rates, terms, effort)], are_right))[0]
 
 
 def torque_programs(rates: AbsoluteRates, steps: Sequence[Torques], most: int) -> tuple[Program, ...]:
@@ -93,7 +93,7 @@ def torque_programs(rates: AbsoluteRates, steps: Sequence[Torques], most: int) -
 
 def _growing(rates: AbsoluteRates, steps: Sequence[Torques], most: int) -> Iterator[Program]:
     hopeful = [*takewhile(lambda terms: _may_take(rates, terms, most), steps)]
-    written: Iterable[Program] = (torque_program(rates, terms, THOROUGH) for terms in hopeful)
+    written: Iterable[Program] = (torque_program(rates, terms, POINT) for terms in hopeful)
     if len(hopeful) > 1:
         rows = [_rows(rates, terms) for terms in hopeful]
         written = (_program(rates, sums) for sums in growing_sums(rows, _circles(hopeful[-1])))
@@ -102,7 +102,7 @@ def _growing(rates: AbsoluteRates, steps: Sequence[Torques], most: int) -> Itera
 
 def _may_take(rates: AbsoluteRates, terms: Torques, most: int) -> bool:
     """Whether a program may be found of so few operations, as one of brackets nested tells."""
-    return len(terms) <= THOROUGH.shared and nested_program(rates, terms).count.total <= _NESTED * most
+    return len(terms) <= POINT.shared and nested_program(rates, terms).count.total <= _NESTED * most
 
 
 def _listed(terms: Torques) -> list[Any]:
@@ -110,9 +110,9 @@ def _listed(terms: Torques) -> list[Any]:
     return [[term, terms[term]] for term in sorted(terms)]
 
 
-def _thorough(rates: AbsoluteRates, terms: Torques) -> Program:
+def _thorough(rates: AbsoluteRates, terms: Torques, effort: Effort) -> Program:
     ways = [nested_program(rates, terms, in_line=in_line) for in_line in (False, True)]
-    return min([*ways, *_shared(rates, terms)], key=lambda way: way.count.total)
+    return min([*ways, *_shared(rates, terms, effort)], key=lambda way: way.count.total)
 
 
 def _is_right(rates: AbsoluteRates, terms: Torques, program: Program) -> bool:
@@ -129,8 +129,8 @@ def _is_right(rates: AbsoluteRates, terms: Torques, program: Program) -> bool:
     return bool((np.abs(program.run(inputs_of(states)) - wanted) <= _SAME * size.max()).all())
 
 
-def _shared(rates: AbsoluteRates, terms: Torques) -> Iterator[Program]:
-    for sums in shared_sums(_rows(rates, terms), _circles(terms)):
+def _shared(rates: AbsoluteRates, terms: Torques, effort: Effort) -> Iterator[Program]:
+    for sums in shared_sums(_rows(rates, terms), _circles(terms), effort.rearranging):
         yield _program(rates, sums)
 
 

@@ -13,7 +13,7 @@ from gd_analyze.operations.sums import Sums, Terms
 from gd_analyze.operations.trace import Expression, Trace
 
 # Rearrangements to try, and the same times operations, as those of a long program take longer.
-_TRIES, _TRIES_TIMES_OPERATIONS = 600, 200_000
+_TRIES, _TRIES_TIMES_OPERATIONS = 400, 200_000
 
 _PARTNER = {"cos": "sin", "sin": "cos"}
 

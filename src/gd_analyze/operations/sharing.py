@@ -14,10 +14,10 @@ from gd_analyze.operations.sums import Sums, Terms
 Polynomial = Mapping[Any, float]
 Circles = Mapping[Hashable, Hashable]
 
-# More find fewer operations, ten times as many some 3 % of them.
-TRIES = 100
+# Rearrangements to try, however few operations there are.
+_TRIES = 500
 # Where few terms join what was rearranged before: in any case, and for each of them.
-_TRIES_ANYHOW, _TRIES_EACH = 10, 6
+_TRIES_ANYHOW, _TRIES_EACH = 2, 1
 
 
 @dataclass(frozen=True)
@@ -72,15 +72,10 @@ class SharedSums:
         return [of(-number) for number in range(1, self.count + 1)]
 
 
-def usual_tries(operations: int) -> int:
-    """Rearrangements to try, of which one takes a millisecond: tenths of a second."""
-    return min(TRIES, operations)
-
-
 def shared_sums(
     polynomials: Sequence[Polynomial],
     circles: Circles | None = None,
-    tries: Callable[[int], int] = usual_tries,
+    rearranging: int = 6_000,
 ) -> Iterator[SharedSums]:
     """Find what polynomials share: what extraction finds, then what rearranging makes of it.
 
@@ -90,8 +85,8 @@ def shared_sums(
         Coefficients by product: a tuple of variables, each as often as its power.
     circles
         Variables whose squares sum to 1, each with its partner. Only rearranging makes use of them.
-    tries
-        How many rearrangements to try, given the number of operations.
+    rearranging
+        How many rearrangements to try, times the operations there are.
 
     Yields
     ------
@@ -101,7 +96,7 @@ def shared_sums(
     growing = _Growing(polynomials, circles or {})
     growing.add(polynomials)
     yield growing.found()
-    growing.rearrange(tries(growing.operations))
+    growing.rearrange(min(_TRIES, rearranging // max(growing.operations, 1)))
     yield growing.found()
 
 
@@ -124,7 +119,7 @@ def growing_sums(steps: Sequence[Sequence[Polynomial]], circles: Circles) -> Ite
     for polynomials in steps:
         count = sum(map(len, polynomials))
         growing.add(polynomials)
-        growing.rearrange(min(_TRIES_ANYHOW + _TRIES_EACH * (count - before), TRIES))
+        growing.rearrange(min(_TRIES_ANYHOW + _TRIES_EACH * (count - before), _TRIES))
         before = count
         yield growing.found()
 

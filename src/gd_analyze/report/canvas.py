@@ -163,15 +163,18 @@ class Canvas:
     def axes(self, figure: Figure | None = None) -> Axes:
         """Give it as matplotlib Axes with pt as data coordinates; they fill a figure, by default their own."""
         from matplotlib.figure import Figure
+        from matplotlib.transforms import TransformedPatchPath
 
         if figure is None:
             figure = Figure(figsize=(self.width / 72, self.height / 72), dpi=72)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, self.width), ylim=(0.0, self.height))
         axes.set_axis_off()
-        for shape in sorted(self.shapes, key=lambda shape: shape.order):
-            axes.add_artist(_artist(shape))
-        for text in self.texts:
-            axes.add_artist(_written(text))
+        ordered = sorted(self.shapes, key=lambda shape: shape.order)
+        # Nothing is clipped; but whatever has no path to be clipped by is given one of its own.
+        edge = TransformedPatchPath(axes.patch)
+        for artist in (*map(_artist, ordered), *map(_written, self.texts)):
+            artist.set_clip_path(edge)
+            axes.add_artist(artist)
         return axes
 
     def svg(self, alt: str = "", *, themed: bool = False) -> str:
