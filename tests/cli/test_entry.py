@@ -101,8 +101,8 @@ robots.load_arm = load_arm"""
 
 def test_out_of_memory_is_no_bug(process, motion):
     before = (
-        "import gd_analyze.main_job.analyze, sys\ndef find(*a, **k): raise MemoryError('7 TiB')\n"
-        "sys.modules['gd_analyze.main_job.analyze'].find = find"
+        "import gd_analyze.main_job as main_job\ndef find(*a, **k): raise MemoryError('7 TiB')\n"
+        "main_job.find = find"
     )
     result = process("two_link", motion, before=before)
     assert result.code == 1

@@ -137,7 +137,7 @@ def pruned_model(exact: ExactDynamics, forgotten: Sequence[int]) -> SimplifiedMo
         terms=level.terms(exact.form),
         program=program,
         operations_full=exact.form.operations,
-        promise=Promise(errors.largest, "what it is", errors, exact.states.described),
+        promise=Promise(errors.largest, "1%", errors, exact.states.described),
     )
 
 

@@ -169,9 +169,9 @@ def test_steps_end_before_the_first_that_takes_too_many_operations():
     steps = [dict(listed[:count]) for count in (20, 25, 30, 35)]
     counts = [program.count.total for program in torque_programs(form.rates, steps, 10_000)]
     assert counts == sorted(counts)
-    # As thorough as each written by itself, but for what goes on from the one before: 5 % at most.
+    # As thorough as each written by itself, but for what goes on from the one before: 10 % at most.
     alone = [torque_program(form.rates, terms, THOROUGH).count.total for terms in steps]
-    assert sum(counts) <= 1.05 * sum(alone)
+    assert sum(counts) <= 1.1 * sum(alone)
     for most in (counts[0] - 1, counts[1], counts[-1]):
         fewer = [program.count.total for program in torque_programs(form.rates, steps, most)]
         assert fewer == [count for count in counts if count <= most]

@@ -17,7 +17,7 @@ Circles = Mapping[Hashable, Hashable]
 # Rearrangements to try, however few operations there are.
 _TRIES = 500
 # Where few terms join what was rearranged before: in any case, and for each of them.
-_TRIES_ANYHOW, _TRIES_EACH = 2, 1
+_TRIES_ANYHOW, _TRIES_EACH = 10, 3
 
 
 @dataclass(frozen=True)

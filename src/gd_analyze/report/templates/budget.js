@@ -75,7 +75,7 @@ report.budget = (() => {
   function mark() {
     const plot = report.plots.get(tradeOff), at = Number(slider.value);
     if (!plot || !plot.box) return;
-    const error = 100 * Math.max(...budgets.largest_error[at].map((one, k) => (budgets.peak[k] > 0 ? one / budgets.peak[k] : 0)));
+    const error = 100 * Math.max(...budgets.largest_error[at].map((one, k) => (budgets.whole[k] > 0 ? one / budgets.whole[k] : 0)));
     tradeOff.querySelector(".at-budget").innerHTML = at === asked ? "" : `<circle cx="${chart.px(plot.box.atX(error))}" cy="${chart.px(plot.box.atY(budgets.operations[at]))}" r="6"/>`;
   }
   if (tradeOff) tradeOff.addEventListener("drawn", mark);
