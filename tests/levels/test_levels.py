@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter
 
-from gd_analyze.certification import Box, certify, certify_positive_definite
+from gd_analyze.certification import certify, certify_positive_definite
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.errors import ModelError, UsageError
 from gd_analyze.formulas.formula import Formula
@@ -186,10 +186,12 @@ def test_unpruned_it_is_exact(exact, two_link):
         assert np.abs(found - wanted).max() <= ROUND_OFF * np.abs(numeric["torque"]).max()
 
 
-def test_there_is_nothing_to_certify(model):
-    for certified in (lambda: certify(model), lambda: certify(model, Box.of(model.arm), effort=10)):
-        with pytest.raises(ModelError, match="level pruned has no harmonic terms"):
-            certified()
+def test_what_is_certified_is_its_program(model):
+    certificate = certify(model, effort=1000)
+    exact = ExactDynamics.of(model.arm, states_in_box(model.arm, 500))
+    errors = exact.errors_of(model.torque(*exact.states.arrays)).largest
+    assert (certificate.worst_found <= certificate.certified).all()
+    assert (errors <= certificate.certified).all()
     with pytest.raises(ModelError, match="symmetric D"):
         certify_positive_definite(model)
 

@@ -58,7 +58,9 @@ def torque_program(rates: AbsoluteRates, terms: Torques, effort: Effort) -> Prog
     def are_right(programs: Sequence[Program]) -> bool:
         return len(programs) == 1 and _is_right(rates, terms, *programs)
 
-    return kept_programs(Task.of(key, rates.n_joints, lambda: [_thorough(rates, terms, effort)], are_right))[0]
+    return kept_programs(Task.of(key, rates.n_joints, lambda: [_thorough(rates, terms, effort)], are_right))[
+        0
+    ]
 
 
 def torque_programs(rates: AbsoluteRates, steps: Sequence[Torques], most: int) -> tuple[Program, ...]:
