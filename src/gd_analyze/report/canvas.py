@@ -161,7 +161,7 @@ class Canvas:
         self.texts.append(Text(x, y, text, size, colour, anchor, look))
 
     def axes(self, figure: Figure | None = None) -> Axes:
-        """Give it as matplotlib Axes with pt as data coordinates; they fill a figure, by default their own."""
+        """Give it as matplotlib Axes in pt; they fill a figure, by default their own."""
         from matplotlib.figure import Figure
         from matplotlib.transforms import TransformedPatchPath
 
