@@ -86,7 +86,7 @@ def test_it_says_what_is_proven_of_the_motion_on_80_columns(run, dropped):
         assert max(map(len, result.out.splitlines())) <= 80
     said = " ".join(result.out.split())
     assert "of pick-and-place, between its set points too, has a torque error above" in said
-    assert "Extremes: certified of every combination of what lies between the motion's." in said
+    assert "Extremes: certified of every combination of what lies between the motion's, without margins." in said
     assert said.count("too far apart to tell the motion to within the margins in 2 of 30 intervals") == 1
 
 

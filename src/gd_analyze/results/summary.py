@@ -103,7 +103,10 @@ def facts(findings: Findings) -> list[tuple[str, str]]:
             f"{gone} / {findings.tables['parts'].sizes['part']}",
             f"parts dropped, {gone - len(dropped.costing)} without torque here",
         )
-    if proven is None:
+    if not model.saves:
+        told = "proven near the motion" if proven else "near the motion"
+        bound = ("≈ 0", f"error {told}, which is round-off: nothing is dropped")
+    elif proven is None:
         bound = ("not proven", "no bound on the error is proven for this model")
     else:
         bound = (f"≤ {proven.size}", f"proven near the motion{_of(proven)}")
@@ -130,7 +133,6 @@ def opening(findings: Findings) -> dict[str, Any]:
         "headline": headline(findings),
         "notice": findings.model.notice,
         "facts": facts(findings),
-        "notice": findings.model.notice,
         "kept_terms": kept(findings),
     }
 
