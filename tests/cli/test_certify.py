@@ -278,3 +278,11 @@ def test_effort_reaches_the_proof_of_definiteness(run, here, puma):
     )
     assert little["smallest_eigenvalue_at_least"] < more["smallest_eigenvalue_at_least"]
     assert more["smallest_eigenvalue_at_least"] <= more["smallest_eigenvalue_found"]
+
+
+def test_along_another_motion_what_was_sampled_elsewhere_is_called_promised(run, dropped):
+    own, other = (run("certify", dropped, "--along", motion).out for motion in ("pick-and-place", "large-slew"))
+    assert " sampled  certified" in own
+    assert "Sampled: over the states the model was made for. " in " ".join(own.split())
+    assert " promised  certified" in other
+    assert "Promised: over the states the model was made for, not here. " in " ".join(other.split())
