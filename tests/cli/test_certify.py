@@ -86,7 +86,9 @@ def test_it_says_what_is_proven_of_the_motion_on_80_columns(run, dropped):
         assert max(map(len, result.out.splitlines())) <= 80
     said = " ".join(result.out.split())
     assert "of pick-and-place, between its set points too, has a torque error above" in said
-    assert "Extremes: certified of every combination of what lies between the motion's, without margins." in said
+    assert (
+        "Extremes: certified of every combination of what lies between the motion's, without margins." in said
+    )
     assert said.count("too far apart to tell the motion to within the margins in 2 of 30 intervals") == 1
 
 
@@ -281,7 +283,9 @@ def test_effort_reaches_the_proof_of_definiteness(run, here, puma):
 
 
 def test_along_another_motion_what_was_sampled_elsewhere_is_called_promised(run, dropped):
-    own, other = (run("certify", dropped, "--along", motion).out for motion in ("pick-and-place", "large-slew"))
+    own, other = (
+        run("certify", dropped, "--along", motion).out for motion in ("pick-and-place", "large-slew")
+    )
     assert " sampled  certified" in own
     assert "Sampled: over the states the model was made for. " in " ".join(own.split())
     assert " promised  certified" in other

@@ -9,6 +9,8 @@ from typing import Any
 import pytest
 from browser import NARROW, Tab, opened
 
+import gd_analyze as gd
+from gd_analyze.report.html import render_html
 from gd_analyze.results import Findings
 from gd_analyze.results.rows import budget_rows
 

@@ -35,7 +35,10 @@ def test_the_trade_off_is_in_the_terms_of_the_budget(puma_findings, in_torque):
         own = 100 * findings.model.promise.shares.max()
         assert drawn["model"]["x"] == pytest.approx(own, rel=1e-3)
         assert document(findings)["trade_off"]["shares_of"] == told
-        assert f"in percent of the {told}{'' if findings is puma_findings else ' under 0.5 N m'}, by budget" in render_html(findings)
+        assert (
+            f"in percent of the {told}{'' if findings is puma_findings else ' under 0.5 N m'}, by budget"
+            in render_html(findings)
+        )
 
 
 def test_the_errors_to_drag_are_shares_of_the_same(in_torque):

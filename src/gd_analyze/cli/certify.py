@@ -214,7 +214,11 @@ def _show(shown: _Shown) -> None:
         + ("" if extremes else "Found: by a search over the whole box. ")
         + f"Certified: no state {there} exceeds it"
         + (f"; at most {rounded_up(float(ratio.max())):.2f} times what was found. " if ratio.size else ". ")
-        + ("Extremes: certified of every combination of what lies between the motion's, without margins. " if extremes else "")
+        + (
+            "Extremes: certified of every combination of what lies between the motion's, without margins. "
+            if extremes
+            else ""
+        )
         + _verdict(int(within.sum()), len(within), promise, there)
     )
     if certificate.note:

@@ -34,7 +34,9 @@ class Evaluation:
 
     def __repr__(self) -> str:
         worst = self.errors.worst
-        error = f"{percent(float(self.errors.largest_share[worst]))} of the peak torque here (joint {worst + 1})"
+        error = (
+            f"{percent(float(self.errors.largest_share[worst]))} of the peak torque here (joint {worst + 1})"
+        )
         return f"Evaluation({self.dynamics.states!r}, largest error {error})"
 
     def _repr_html_(self) -> str:

@@ -57,7 +57,9 @@ def joints(findings: Findings) -> list[Row]:
 def _bounds_rounded_up(row: Row) -> Row:
     """A bound is never shown smaller than it is."""
     names = [name for bound in _BOUNDS for name in (bound, f"{bound}_share")]
-    up = {name: (share_up if name.endswith("share") else rounded_up)(row[name]) for name in names if row[name]}
+    up = {
+        name: (share_up if name.endswith("share") else rounded_up)(row[name]) for name in names if row[name]
+    }
     return row | up
 
 

@@ -135,9 +135,7 @@ def trade_off(
     return tuple(points)
 
 
-def _candidates(
-    exact: ExactDynamics, level: Level, allowed: FloatArray, sweep: float
-) -> Candidates | None:
+def _candidates(exact: ExactDynamics, level: Level, allowed: FloatArray, sweep: float) -> Candidates | None:
     """Terms to choose from; None where any model of so many takes more operations than the exact torque."""
     try:
         return candidates_of(exact, level, allowed, sweep)
