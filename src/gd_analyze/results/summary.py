@@ -104,8 +104,7 @@ def facts(findings: Findings) -> list[tuple[str, str]]:
             f"parts dropped, {gone - len(dropped.costing)} without torque here",
         )
     if not model.saves:
-        told = "proven near the motion" if proven else "near the motion"
-        bound = ("≈ 0", f"error {told}, which is round-off: nothing is dropped")
+        bound = ("≈ 0", f"{'proven' if proven else 'error'} near the motion: only round-off")
     elif proven is None:
         bound = ("not proven", "no bound on the error is proven for this model")
     else:
