@@ -10,6 +10,7 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.formatting import amount
+from gd_analyze.results import summary
 from gd_analyze.results.summary import nothing_gained, off_by, worst_error
 from gd_analyze.search import How, simplify_exact
 
@@ -86,3 +87,14 @@ def test_a_certified_budget_is_told_as_the_same_one(of_budget):
     model = of_budget("1%")
     certified = replace(model, promise=replace(model.promise, budget="1%, certified"))
     assert off_by(certified) == off_by(model)
+
+
+def test_a_part_of_an_element_is_called_so_where_none_can_go(puma, pick_and_place):
+    model = gd.simplify(puma, pick_and_place, "0.0001%", level="element")
+    assert nothing_gained(model).startswith("No whole part of D or h can be dropped within the budget of ")
+
+
+def test_the_exact_torque_is_not_told_to_err(swing_findings):
+    assert not swing_findings.model.saves
+    assert summary.facts(swing_findings)[1][0] == "≈ 0"
+    assert summary.tube_sentence(swing_findings).endswith("beyond round-off, as nothing is dropped.")

@@ -136,6 +136,17 @@ def rounded_up(value: float, digits: int = 3) -> float:
     return float(exact.quantize(step, rounding=ROUND_CEILING))
 
 
+def share_up(share: float) -> float:
+    """Round a share up to the digits that `percent` shows.
+
+    Examples
+    --------
+    >>> percent(share_up(0.00931)), percent(share_up(0.9931)), percent(share_up(1.115))
+    ('0.94 %', '100 %', '112 %')
+    """
+    return rounded_up(share, 2 if share < 1.0 or not math.isfinite(share) else 3 + int(math.log10(share)))
+
+
 def at_most(share: float) -> str:
     """Format a share that something does not exceed: "below 0.01 %" needs no sign there."""
     return percent(share).removeprefix("< ")

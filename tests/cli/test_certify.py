@@ -86,7 +86,9 @@ def test_it_says_what_is_proven_of_the_motion_on_80_columns(run, dropped):
         assert max(map(len, result.out.splitlines())) <= 80
     said = " ".join(result.out.split())
     assert "of pick-and-place, between its set points too, has a torque error above" in said
-    assert "Extremes: certified of every combination of what lies between the motion's." in said
+    assert (
+        "Extremes: certified of every combination of what lies between the motion's, without margins." in said
+    )
     assert said.count("too far apart to tell the motion to within the margins in 2 of 30 intervals") == 1
 
 
@@ -278,3 +280,13 @@ def test_effort_reaches_the_proof_of_definiteness(run, here, puma):
     )
     assert little["smallest_eigenvalue_at_least"] < more["smallest_eigenvalue_at_least"]
     assert more["smallest_eigenvalue_at_least"] <= more["smallest_eigenvalue_found"]
+
+
+def test_along_another_motion_what_was_sampled_elsewhere_is_called_promised(run, dropped):
+    own, other = (
+        run("certify", dropped, "--along", motion).out for motion in ("pick-and-place", "large-slew")
+    )
+    assert " sampled  certified" in own
+    assert "Sampled: over the states the model was made for. " in " ".join(own.split())
+    assert " promised  certified" in other
+    assert "Promised: over the states the model was made for, not here. " in " ".join(other.split())

@@ -3,6 +3,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import re
 import shlex
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 import gd_analyze as gd
 from gd_analyze.cli.plan import PROFILE_NAMES
 from gd_analyze.cli.terminal import print_json
+from gd_analyze.cli.terminal import sentence as print_sentence
 from gd_analyze.trajectories import PROFILES, recorded_command, shipped_trajectories
 
 PLAN = ("plan", "two_link", "--from", "0,0", "--to", "60,-45", "--duration", "2")
@@ -164,3 +166,9 @@ def test_json_knows_no_infinity(capsys):
         capsys.readouterr().out
         == json.dumps({"share": None, "rows": [[None, 1.5]], "name": "é"}, indent=2) + "\n"
     )
+
+
+def test_a_number_and_its_unit_stay_on_one_line(capsys):
+    for width in range(60, 76):
+        print_sentence("x" * width + " 5.23 N m, 4 %, 12.3 mN m and 1.76 s (joint 2)")
+        assert not re.search(r"\d\n|N\nm", capsys.readouterr().out)

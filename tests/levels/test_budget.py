@@ -223,3 +223,13 @@ def test_what_is_printed_can_be_read_back(entries):
 )
 def test_what_is_printed_is_canonical(text):
     assert str(Budget.parse(text)) == text
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [("1% or 10% frction", "friction"), ("5% peek", "peak"), ("10% rust", None), ("?", None)],
+)
+def test_a_misspelt_word_is_answered_with_the_likely_one(text, meant):
+    with pytest.raises(UsageError) as caught:
+        Budget.parse(text)
+    assert caught.value.details.get("next") == (meant and f"did you mean {meant}?")

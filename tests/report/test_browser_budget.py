@@ -9,6 +9,8 @@ from typing import Any
 import pytest
 from browser import NARROW, Tab, opened
 
+import gd_analyze as gd
+from gd_analyze.report.html import render_html
 from gd_analyze.results import Findings
 from gd_analyze.results.rows import budget_rows
 
@@ -106,3 +108,16 @@ def test_it_stays_in_sight_over_the_equations(browser: Any, file: Path) -> None:
         tab.frame()
         box = tab.page.locator("#budget-slider").bounding_box()
         assert 0 <= box["y"] <= 200
+
+
+def test_shares_of_what_is_allowed_follow_the_slider(browser: Any, tmp_path: Path) -> None:
+    file = tmp_path / "in_torque.html"
+    file.write_text(render_html(gd.find("two_link", "two-link-swing", gd.Settings(budget="2"))), "utf-8")
+    with opened(browser, file) as tab:
+        for place in (0, 10, 20):
+            tab.drag_budget(place)
+            told = [tab.page.inner_text("#budget-worst")]
+            told += tab.page.locator("#joint-errors td.value").all_inner_texts()
+            shares = [float(text.strip("<% ")) for text in told]
+            assert max(shares[1:]) == shares[0] <= 100
+        assert shares[0] > 50

@@ -7,6 +7,7 @@ import json
 import pytest
 
 import gd_analyze as gd
+from gd_analyze.formatting import percent_cell
 from gd_analyze.report.document import document
 from gd_analyze.report.figure_trade_off import trade_off_figure
 from gd_analyze.report.html import render_html
@@ -34,7 +35,10 @@ def test_the_trade_off_is_in_the_terms_of_the_budget(puma_findings, in_torque):
         own = 100 * findings.model.promise.shares.max()
         assert drawn["model"]["x"] == pytest.approx(own, rel=1e-3)
         assert document(findings)["trade_off"]["shares_of"] == told
-        assert f"in percent of the {told}, by budget" in render_html(findings)
+        assert (
+            f"in percent of the {told}{'' if findings is puma_findings else ' under 0.5 N m'}, by budget"
+            in render_html(findings)
+        )
 
 
 def test_the_errors_to_drag_are_shares_of_the_same(in_torque):
@@ -42,3 +46,22 @@ def test_the_errors_to_drag_are_shares_of_the_same(in_torque):
     assert '"shares_of":"allowed error"' in page.replace('": ', '":')
     assert json.dumps(in_torque.model.promise.allowed.tolist()[0]) in page
     assert "largest error,<br>of allowed error" in page
+
+
+def test_page_and_paper_never_show_a_bound_smaller_than_it_is_and_show_the_same(puma_findings, in_torque):
+    for findings in (puma_findings, in_torque):
+        page, whole = render_html(findings), findings.model.promise.whole
+        bounds = findings.tables["tube"].tube_certified.values
+        for bound, row, of in zip(bounds, document(findings)["joints"], whole, strict=True):
+            assert f"<b>{row['bound']}</b>" in page
+            number, unit = row["bound"].split(" ", 1)
+            assert float(number) * {"N m": 1.0, "mN m": 1e-3, "µN m": 1e-6}[unit] >= bound * (1 - 1e-12)
+            assert float(row["bound_share"]) >= 100 * bound / of * (1 - 1e-12)
+
+
+def test_shares_on_paper_are_of_what_the_budget_is_told_in(puma_findings, in_torque):
+    for findings, told in ((puma_findings, "peak torque"), (in_torque, "allowed error")):
+        shown = document(findings)
+        assert shown["shares_of"] == told
+        shares = [percent_cell(float(share)) for share in findings.model.promise.shares]
+        assert [row["sampled_share"] for row in shown["joints"]] == shares

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -13,6 +14,7 @@ from report_cases import made_findings, resting_findings
 from gd_analyze.report.canvas import Canvas
 from gd_analyze.report.colours import ON_PAPER
 from gd_analyze.report.figure_arm import arm_figure, equal_panel, views_figure
+from gd_analyze.report.figure_contributions import contributions_figure
 from gd_analyze.report.figure_elements import inertia_figure, vector_figure
 from gd_analyze.report.figure_trade_off import trade_off_figure
 from gd_analyze.report.figures import motion_figure, torque_figure
@@ -294,3 +296,10 @@ def test_labels_of_ticks_stay_short() -> None:
     assert Scale.of((-2e-5, 1e-5), "N m").label(-1e-5) == "−10"
     assert Scale.of((0.0, 40.0), "kg m^2") == Scale(1.0, "kg m²")
     assert tick_label(-0.30000000000000004) == "−0.3"
+
+
+def test_warnings_on_the_first_page_leave_less_room_for_the_torques(puma_findings: Findings) -> None:
+    warned = replace(puma_findings, warnings=("A warning of some length. " * 8,) * 2)
+    assert contributions_figure(warned).height < contributions_figure(puma_findings).height
+    many = replace(puma_findings, warnings=("A warning of some length. " * 8,) * 40)
+    assert contributions_figure(many).height > 100.0

@@ -53,3 +53,9 @@ def test_quick_points_of_the_puma(puma, pick_and_place):
 def test_every_level_has_its_curves():
     assert {level for level, _ in KINDS} == set(LEVELS.values())
     assert {level for level, refit in KINDS if refit} == {TERM, ENERGY}
+
+
+def test_where_too_many_terms_matter_the_exact_torque_is_every_point(swinging, monkeypatch):
+    monkeypatch.setattr("gd_analyze.search.candidates._MOST", 3)
+    for point in trade_off(swinging, thorough=False, factors=(1.0, 5.0), kinds=((TERM, False), (TERM, True))):
+        assert (point.operations, point.error_share) == (swinging.form.operations, 0.0)

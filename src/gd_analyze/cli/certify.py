@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 class _Shown:
     """A model, what is proven of it, and the largest exact torque found there, N m (N), shape (n,).
 
-    `extremes` is the bound between the extremes of a trajectory, None without one; `definiteness` is None
-    where D need not be symmetric.
+    `extremes` is the bound between the extremes of a trajectory, None without one; `elsewhere` says that this
+    is another one than the model was made for; `definiteness` is None where D need not be symmetric.
     """
 
     model: gd.SimplifiedModel
@@ -33,6 +33,7 @@ class _Shown:
     extremes: Certificate | None
     definiteness: Definiteness | None
     largest: FloatArray
+    elsewhere: bool
 
 
 @click.command(short_help="Bound a model's torque error along a motion or over a box.")
@@ -109,7 +110,8 @@ def _certified(
         of_inertia = max(1, effort * positive_definite.EFFORT // bounds.EFFORT)
         definiteness = gd.certify_positive_definite(model, certificate.box, effort=of_inertia)
     largest = largest_torque(model, region, harmonics=harmonics)
-    return _Shown(model, certificate, extremes, definiteness, largest)
+    elsewhere = motion is not None and motion.name != model.promise.made_for.get("trajectory")
+    return _Shown(model, certificate, extremes, definiteness, largest, elsewhere)
 
 
 def _document(shown: _Shown) -> dict[str, object]:
@@ -191,11 +193,12 @@ def _show(shown: _Shown) -> None:
     within = certificate.within(promise.allowed)
     # Both at once would be wider than a terminal; how far what was found lies below is said in words.
     extremes = [("extremes", _rounded_up(shown.extremes))] if shown.extremes else []
+    sampled = "promised" if shown.elsewhere else "sampled"
     joint_table(
-        "Torque error, {units}" + ("" if promise.measured else "; sampled and allowed as the file states"),
+        "Torque error, {units}" + ("" if promise.measured else f"; {sampled} and allowed as the file states"),
         arm,
         [
-            ("sampled", promise.errors.largest),
+            (sampled, promise.errors.largest),
             *([] if extremes else [("found", certificate.worst_found)]),
             ("certified", _rounded_up(certificate)),
             *extremes,
@@ -207,11 +210,15 @@ def _show(shown: _Shown) -> None:
     line()
     ratio, there = certificate.ratio[certificate.worst_found > 0.0], _there(certificate)
     sentence(
-        "Sampled: over the states the model was made for. "
+        f"{sampled.capitalize()}: over the states the model was made for{', not here' * shown.elsewhere}. "
         + ("" if extremes else "Found: by a search over the whole box. ")
         + f"Certified: no state {there} exceeds it"
         + (f"; at most {rounded_up(float(ratio.max())):.2f} times what was found. " if ratio.size else ". ")
-        + ("Extremes: certified of every combination of what lies between the motion's. " if extremes else "")
+        + (
+            "Extremes: certified of every combination of what lies between the motion's, without margins. "
+            if extremes
+            else ""
+        )
         + _verdict(int(within.sum()), len(within), promise, there)
     )
     if certificate.note:

@@ -100,6 +100,8 @@ def _show(findings: Findings, files: list[Path], top: int) -> None:
     if findings.model.saves:
         line(f"         -> {findings.model.operations}")
     sentence(f"by level    {_by_level(findings)}", indent=" " * 12)
+    if findings.model.level.has_torque_terms:
+        line("            found quickly; `gd-analyze simplify` searches longer")
     check = summary.cross_check_row(findings)
     line(
         f"Pinocchio   differs by {number(check['largest_difference'])} {check['unit']} "
@@ -114,7 +116,7 @@ def _show_errors(findings: Findings) -> None:
     import numpy as np
 
     from gd_analyze.cli.joint_table import joint_table, percents
-    from gd_analyze.formatting import rounded_up
+    from gd_analyze.formatting import rounded_up, share_up
     from gd_analyze.levels.promise import share_of
 
     model = findings.model
@@ -130,7 +132,7 @@ def _show_errors(findings: Findings) -> None:
     if np.isfinite(bound).all():
         # A bound is never shown smaller than it is.
         columns.append(("proven", np.array([rounded_up(float(x)) for x in bound])))
-        columns.append(("share", percents(rounded_up(float(x), 2) for x in share_of(bound, whole))))
+        columns.append(("share", percents(share_up(float(x)) for x in share_of(bound, whole))))
     joint_table(
         f"Largest torque error (budget {promise.budget}), {{units}}, and its share of "
         + ("peak torque" if by_peak else "the allowed error"),
@@ -145,7 +147,7 @@ def _show_bounds(findings: Findings) -> None:
 
     sentence(summary.tube_sentence(findings))
     bound = findings.tables["beyond"].certified
-    if bound.notnull().all():
+    if findings.model.saves and bound.notnull().all():
         worst = summary.worst_error(findings.model, bound.values)
         sentence(
             f"Between the extremes of this trajectory, in any combination, the bound is {worst.in_words}."

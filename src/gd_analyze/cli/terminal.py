@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import sys
 import textwrap
 import warnings
@@ -25,11 +26,13 @@ if TYPE_CHECKING:
 
 # What every terminal shows, and a file or a mail as well; taken where the terminal's own is unknown.
 WIDTH = 80
+_UNIT = re.compile(r"(?<=\d) (?:%|[nµmkM]?N m\b|[nµmkM]?N\b|s\b|rad\b|m\b|kg\b)")
 
 
 def sentence(text: str, indent: str = "", bold: bool = False) -> None:
     """Print a sentence, wrapped between words; `indent` goes before its further lines."""
-    held = visible(text).replace(" %", "\u00a0%")  # a number and its percent sign stay on one line
+    # A number and its unit stay on one line.
+    held = _UNIT.sub(lambda found: found[0].replace(" ", "\u00a0"), visible(text))
     for line_ in textwrap.wrap(
         held, _width(), subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
     ):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -118,13 +119,7 @@ class Budget:
                 Allowance.parse(words) for words in re.split(r"\s+or\s+", entry, flags=re.IGNORECASE)
             ]
             if None in allowances:
-                raise UsageError(
-                    "the budget is not understood",
-                    where=f"--budget, entry {column}",
-                    expected="a share of peak torque such as 1%, N m such as 0.5, or the larger of several "
-                    f'such as "1% or 10% friction" (or limit, uncertainty); up to {LARGEST:g}',
-                    found=repr(entry.strip()),
-                )
+                raise _not_understood(entry, column)
             entries.append(tuple(allowance for allowance in allowances if allowance is not None))
         return cls(tuple(entries))
 
@@ -200,3 +195,20 @@ class Budget:
 
     def __str__(self) -> str:
         return ", ".join(" or ".join(map(str, entry)) for entry in self.entries)
+
+
+def _not_understood(entry: str, column: int) -> UsageError:
+    """The error for an entry of a budget, with the word that was likely meant where one is misspelt."""
+    likely = [
+        matches[0]
+        for word in re.findall(r"[a-z]{3,}", entry.lower())
+        if word not in _WHOLES and (matches := get_close_matches(word, _WHOLES, n=1))
+    ]
+    return UsageError(
+        "the budget is not understood",
+        where=f"--budget, entry {column}",
+        expected="a share of peak torque such as 1%, N m such as 0.5, or the larger of several "
+        f'such as "1% or 10% friction" (or limit, uncertainty); up to {LARGEST:g}',
+        found=repr(entry.strip()),
+        next_step=f"did you mean {likely[0]}?" if likely else None,
+    )

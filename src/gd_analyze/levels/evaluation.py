@@ -34,7 +34,9 @@ class Evaluation:
 
     def __repr__(self) -> str:
         worst = self.errors.worst
-        error = f"{percent(float(self.errors.largest_share[worst]))} of peak torque (joint {worst + 1})"
+        error = (
+            f"{percent(float(self.errors.largest_share[worst]))} of the peak torque here (joint {worst + 1})"
+        )
         return f"Evaluation({self.dynamics.states!r}, largest error {error})"
 
     def _repr_html_(self) -> str:
@@ -50,7 +52,7 @@ class Evaluation:
             ]
             for i, joint in enumerate(joints)
         ]
-        headings = ["joint", "peak torque", "largest error", "of peak", "RMS error"]
+        headings = ["joint", "peak torque here", "largest error", "of that peak", "RMS error"]
         return html_of(f"{self.dynamics.arm.name}: {self.dynamics.states.in_words}", headings, rows)
 
     def within(self, allowed: FloatArray) -> FloatArray:

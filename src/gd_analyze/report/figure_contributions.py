@@ -15,6 +15,8 @@ from gd_analyze.robots import Joint
 _HEAD, _FOOT, _LEFT, _GAP = 12.0, 20.0, 22.0, 12.0
 # A limit farther from zero than this many times the torque would leave no room to see what it is made of.
 _NEAR = 1.6
+# Height that a first page leaves; and of a line of words above, a frame around them, letters of a line.
+_ROOM, _LINE, _FRAME, _LETTERS = 272.0, 13.0, 24.0, 105
 
 
 def contributions_figure(findings: Findings) -> Canvas:
@@ -23,7 +25,7 @@ def contributions_figure(findings: Findings) -> Canvas:
     columns = _columns(len(joints))
     rows = -(-len(joints) // columns)
     pitch = WIDTH / columns
-    height = max(min(272.0 / rows, 140.0), 56.0)
+    height = max(min((_ROOM - _said_above(findings)) / rows, 140.0), 56.0)
     canvas = Canvas(WIDTH, rows * height + _FOOT)
     for i, joint in enumerate(joints):
         left = (i % columns) * pitch + _LEFT
@@ -32,6 +34,14 @@ def contributions_figure(findings: Findings) -> Canvas:
         below = i + columns >= len(joints)
         _joint_panel(canvas, parts, i, joint, box, findings.round_off, seconds=below)
     return canvas
+
+
+def _said_above(findings: Findings) -> float:
+    """Height that a notice and warnings take of the first page, beyond the two lines that have room."""
+    warnings = [-(-len(said) // _LETTERS) for said in findings.warnings]
+    notice = -(-len(findings.model.notice) // _LETTERS)
+    said = _LINE * (sum(warnings) + bool(warnings) + notice) + _FRAME * bool(warnings)
+    return max(0.0, said - 2 * _LINE)
 
 
 def _columns(n_joints: int) -> int:

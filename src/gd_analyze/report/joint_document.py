@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
-from gd_analyze.formatting import amount, mass, number, pretty, rounded_up
+from gd_analyze.formatting import amount, mass, number, percent_cell, pretty, rounded_up, share_up
 from gd_analyze.report.cells import formatted, in_fitting_units, share, torque
 from gd_analyze.report.motion import motion_unit
 from gd_analyze.results import Findings, summary
@@ -25,7 +26,8 @@ def joints(findings: Findings) -> list[Row]:
     """One row per joint: numbers in the unit that fits its peak torque, shares, and the lengths of bars."""
     # A bound has the round-off of its own proof beside that of the torques.
     noise = max(findings.round_off, float(findings.decomposition.attrs["torque_round_off"]))
-    rows = [_bounds_rounded_up(row) for row in joint_rows(findings, "simplified_model", "tube", "beyond")]
+    raw = joint_rows(findings, "simplified_model", "tube", "beyond")
+    rows = [_bounds_rounded_up(row) for row in raw]
     fitting = in_fitting_units(rows, "effort_unit", *_TORQUES, noise=noise)
     shares = ("largest_share", "rms_share", "tube_certified_share", "certified_share", "within_limits_share")
     written = formatted(
@@ -37,7 +39,11 @@ def joints(findings: Findings) -> list[Row]:
         **{name: share(name, findings) for name in shares},
         mass_within_budget=lambda row: any_or(row["mass_within_budget"]),
     )
-    for joint, row, shown in zip(findings.arm.joints, rows, written, strict=True):
+    wholes = findings.model.promise.whole
+    for joint, row, exactly, shown in zip(findings.arm.joints, rows, raw, written, strict=True):
+        whole = float(wholes[row["joint"] - 1])
+        shown["sampled_share"] = _share_told(exactly["largest_error"], whole, noise)
+        shown["bound_share"] = _share_told(exactly["tube_certified"], whole, noise, share_up)
         shown["margins"] = [_margin(row, joint, name) for name in ("q", "qd", "qdd")]
         shown["sampled"], shown["bound"] = (
             _told(row, name, noise) for name in ("largest_error", "tube_certified")
@@ -51,7 +57,9 @@ def joints(findings: Findings) -> list[Row]:
 def _bounds_rounded_up(row: Row) -> Row:
     """A bound is never shown smaller than it is."""
     names = [name for bound in _BOUNDS for name in (bound, f"{bound}_share")]
-    up = {name: rounded_up(row[name], 2 if name.endswith("share") else 3) for name in names if row[name]}
+    up = {
+        name: (share_up if name.endswith("share") else rounded_up)(row[name]) for name in names if row[name]
+    }
     return row | up
 
 
@@ -60,6 +68,15 @@ def _told(row: Row, name: str, noise: float) -> str:
     if row[name] is None:
         return ""
     return "≈ 0" if 0.0 < row[name] <= noise else pretty(amount(row[name], row["effort_unit"]))
+
+
+def _share_told(
+    error: float | None, whole: float, noise: float, rounded: Callable[[float], float] = float
+) -> str:
+    """Percent of what the budget is told in; a dash where nothing is known or the whole is round-off."""
+    if error is None or (error and whole <= noise):
+        return "–"
+    return percent_cell(rounded(error / whole)) if error else "0"
 
 
 def _used(error: float, row: Row, noise: float) -> float:
@@ -98,7 +115,7 @@ def beyond(findings: Findings) -> dict[str, Any]:
         "within_tube": sum((row["tube_certified"] or 0.0) <= row["allowed_error"] for row in rows),
         "tube": summary.tube_sentence(findings),
         "margins": summary.margins_told(findings),
-        "ratio": "" if ratio is None else f"{ratio:.2f}",
+        "ratio": "" if ratio is None else f"{math.ceil(100 * ratio) / 100:.2f}",
         "drawn": findings.tables["beyond"].attrs["states_drawn"],
         "uncertain": rows[0]["uncertainty"] is not None,
         "largest_mass": any_or(payload["mass_within_budget"]),

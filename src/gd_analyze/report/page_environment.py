@@ -40,6 +40,9 @@ def environment() -> Environment:
     environment.filters |= {
         "number": lambda value: formatting.markup(formatting.number(float(value))),
         "percent": lambda share: formatting.markup(formatting.percent(float(share))),
+        "bound_percent": lambda share: formatting.markup(
+            formatting.percent(formatting.share_up(float(share)))
+        ),
         "typeset": formatting.markup,
         "powers": formatting.markup_of_powers,
         "unit": formatting.pretty,
@@ -51,6 +54,9 @@ def environment() -> Environment:
         "pieces": lambda formula: [*map(Markup, _MATHS.elements(formula))],
         "amount": lambda value, unit: formatting.markup(
             formatting.pretty(formatting.amount(float(value), unit))
+        ),
+        "bound": lambda value, unit: formatting.markup(
+            formatting.pretty(formatting.amount(formatting.rounded_up(float(value)), unit))
         ),
         "error_place": lambda row: _place(row["largest_error"], row["allowed_error"]),
         "proven_place": lambda row: _place(row.get("tube_certified"), row["allowed_error"]),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from gd_analyze.formatting import amount, at_most, rounded_up
+from gd_analyze.formatting import amount, at_most, rounded_up, share_up
 from gd_analyze.levels import SimplifiedModel
 from gd_analyze.results.words import drives_told
 from gd_analyze.states import in_words
@@ -55,7 +55,7 @@ def worst_error(model: SimplifiedModel, bound: FloatArray | None = None) -> Wors
         return WorstError(joint + 1, _torques(model, bound)[joint], "")
     shares = promise.shares_of(error)
     joint = int(shares.argmax())
-    share = float(shares[joint]) if bound is None else rounded_up(float(shares[joint]), 2)
+    share = float(shares[joint]) if bound is None else share_up(float(shares[joint]))
     return WorstError(joint + 1, at_most(share), asked.shares_of)
 
 
@@ -97,8 +97,9 @@ def nothing_gained(model: SimplifiedModel) -> str:
         return ""
     told = drives_told(model.arm, model.drives)
     told = f" ({told})" if told else ""
+    what = "Nothing" if model.level.has_torque_terms else "No whole part of D or h"
     return (
-        f"Nothing can be dropped within the budget of {model.promise.budget}: no model found takes fewer "
+        f"{what} can be dropped within the budget of {model.promise.budget}: no model found takes fewer "
         f"operations than the {model.operations_full.total} of the exact torque{told}, which is given."
     )
 

@@ -24,9 +24,10 @@ def tube_sentence(findings: Findings) -> str:
     worst, note = tube_proven(findings), str(findings.tables["tube"].attrs["note"])
     if worst is None:
         return note
+    size = f"above {worst.in_words}" if findings.model.saves else "beyond round-off, as nothing is dropped"
     return (
         f"Proven: no state within {margins_told(findings)} of the motion, between its set points too, has a "
-        f"torque error above {worst.in_words}." + (f" {note}" if note else "")
+        f"torque error {size}." + (f" {note}" if note else "")
     )
 
 

@@ -103,7 +103,9 @@ def facts(findings: Findings) -> list[tuple[str, str]]:
             f"{gone} / {findings.tables['parts'].sizes['part']}",
             f"parts dropped, {gone - len(dropped.costing)} without torque here",
         )
-    if proven is None:
+    if not model.saves:
+        bound = ("≈ 0", f"{'proven' if proven else 'error'} near the motion: only round-off")
+    elif proven is None:
         bound = ("not proven", "no bound on the error is proven for this model")
     else:
         bound = (f"≤ {proven.size}", f"proven near the motion{_of(proven)}")

@@ -10,7 +10,7 @@ import numpy as np
 
 from gd_analyze.levels import LEVELS, Budget, ExactDynamics, Level, SimplifiedModel
 from gd_analyze.operations import OperationCount
-from gd_analyze.search.candidates import SWEEP, Candidates, Kept, candidates_of
+from gd_analyze.search.candidates import SWEEP, Candidates, Kept, TooManyTermsError, candidates_of
 from gd_analyze.search.elimination import Elimination, eliminate
 from gd_analyze.search.simplify import How, simplify_exact
 from gd_analyze.vectors import FloatArray
@@ -106,7 +106,7 @@ def trade_off(
     exact = exact if thorough else exact.thinned()
     allowed, order = exact.allowed(budget), sorted(factors)
     whole = exact.peak_torque if budget.shares_of == "peak torque" else allowed
-    known: dict[Level, Candidates] = {}
+    known: dict[Level, Candidates | None] = {}
     without: dict[Level, list[_Found]] = {}
     found: Iterable[_Found]
     for level, refit in kinds:
@@ -118,8 +118,12 @@ def trade_off(
             found = ((model.operations, model.promise.errors.largest) for model in models)
         else:
             if level not in known:
-                known[level] = candidates_of(exact, level, allowed, SWEEP * min(1.0, *factors))
-            found = _eliminated(exact, allowed, eliminate(known[level], refit=refit), refit, order)
+                known[level] = _candidates(exact, level, allowed, SWEEP * min(1.0, *factors))
+            candidates = known[level]
+            if candidates is None:
+                found = _best_of(exact, (), allowed, order)
+            else:
+                found = _eliminated(exact, allowed, eliminate(candidates, refit=refit), refit, order)
         best: list[_Found] = []
         for factor, each in zip(order, _no_dearer(found, without.get(level, [])), strict=True):
             best.append(each)
@@ -129,6 +133,14 @@ def trade_off(
             tell(1)
         without.setdefault(level, best)
     return tuple(points)
+
+
+def _candidates(exact: ExactDynamics, level: Level, allowed: FloatArray, sweep: float) -> Candidates | None:
+    """Terms to choose from; None where any model of so many takes more operations than the exact torque."""
+    try:
+        return candidates_of(exact, level, allowed, sweep)
+    except TooManyTermsError:
+        return None
 
 
 def _no_dearer(found: Iterable[_Found], without: Sequence[_Found]) -> Iterator[_Found]:

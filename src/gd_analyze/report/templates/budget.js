@@ -49,7 +49,9 @@ report.budget = (() => {
 
   function show(at) {
     const errors = budgets.largest_error[at];
-    const shares = errors.map((error, k) => (budgets.whole[k] > 0 ? error / budgets.whole[k] : 0));
+    // What is allowed moves with the slider, peak torque does not.
+    const moved = budgets.shares_of === "peak torque" ? 1 : budgets.factor[at];
+    const shares = errors.map((error, k) => (budgets.whole[k] > 0 ? error / (budgets.whole[k] * moved) : 0));
     const worst = shares.indexOf(Math.max(...shares));
     element("budget-said").textContent = budgets.label[at];
     element("budget-count").textContent = budgets.operations[at];
