@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from gd_analyze.certification import Margin
 from gd_analyze.results.error_words import WorstError, worst_error
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
+from gd_analyze.vectors import FloatArray
 
 
 def tube_proven(findings: Findings) -> WorstError | None:
     """Error that is proven near the motion, of the joint where it is worst; None where nothing is proven."""
+    bound = tube_bound(findings)
+    return None if bound is None else worst_error(findings.model, bound)
+
+
+def tube_bound(findings: Findings) -> FloatArray | None:
+    """What is proven of every joint's error near the motion, N m, shape (n,); None where nothing is."""
     bound = findings.tables["tube"].tube_certified
-    return None if bound.isnull().any() else worst_error(findings.model, bound.values)
+    return None if bound.isnull().any() else np.asarray(bound.values)
 
 
 def margins_told(findings: Findings) -> str:

@@ -17,6 +17,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
 from gd_analyze.results.proof_words import bound_ratio as bound_ratio
 from gd_analyze.results.proof_words import margins_told as margins_told
+from gd_analyze.results.proof_words import tube_bound as tube_bound
 from gd_analyze.results.proof_words import tube_proven as tube_proven
 from gd_analyze.results.proof_words import tube_sentence as tube_sentence
 from gd_analyze.results.rows import Row, dropped_parts, element_rows
@@ -60,7 +61,7 @@ def headline(findings: Findings) -> str:
     told = drives(findings) and f", {drives(findings)},"
     if not model.saves:
         return nothing_gained(model)
-    cost = f"{off_by(model)} along this trajectory{_proven(findings)}."
+    cost = _cost(findings)
     if model.level.has_torque_terms:
         terms = kept(findings)
         return (
@@ -81,12 +82,14 @@ def headline(findings: Findings) -> str:
     )
 
 
-def _proven(findings: Findings) -> str:
-    """Go on with what is proven near the motion, or with that nothing is."""
-    worst = tube_proven(findings)
-    if worst is None:
-        return ", sampled at its set points; nothing is proven between them"
-    return f"; near it by no more than {worst.size}, which is proven"
+def _cost(findings: Findings) -> str:
+    """Say what is proven near the motion, and beside it what was sampled; or that nothing is proven."""
+    model, worst = findings.model, worst_error(findings.model)
+    bound = tube_bound(findings)
+    if bound is None:
+        return f"{off_by(model)} along this trajectory, sampled at its set points; nothing is proven between them."
+    of = f" of the {worst.of}" if worst.of == "allowed error" else ""
+    return f"near this trajectory, proven, {off_by(model, bound)}; at its set points by {worst.size}{of}."
 
 
 def facts(findings: Findings) -> list[tuple[str, str]]:
@@ -110,8 +113,8 @@ def facts(findings: Findings) -> list[tuple[str, str]]:
     else:
         bound = (f"≤ {proven.size}", f"proven near the motion{_of(proven)}")
     return [
-        (worst.size, f"largest error at the set points{_of(worst)}"),
         bound,
+        (worst.size, f"largest error at the set points{_of(worst)}"),
         (
             f"{model.operations_full.total} → {model.operations.total}",
             "operations, from the cheapest exact program known",
