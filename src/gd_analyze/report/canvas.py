@@ -22,7 +22,7 @@ from gd_analyze.vectors import FloatArray
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
-    from matplotlib.backends.backend_svg import RendererSVG
+    from matplotlib.backend_bases import RendererBase
     from matplotlib.figure import Figure
     from matplotlib.font_manager import FontProperties
 
@@ -162,7 +162,7 @@ class Canvas:
         self.texts.append(Text(x, y, text, size, colour, anchor, look))
 
     def axes(self, figure: Figure | None = None) -> Axes:
-        """Give it as matplotlib Axes with pt as data coordinates; they fill a figure, by default their own."""
+        """Give it as matplotlib Axes with pt as data coordinates; they fill a figure, or one of theirs."""
         from matplotlib.figure import Figure
         from matplotlib.transforms import TransformedPatchPath
 
@@ -202,7 +202,8 @@ class Canvas:
         with matplotlib.rc_context():
             matplotlib.rcdefaults()
             matplotlib.rcParams.update(_STYLE)
-            renderer = RendererSVG(self.width, self.height, out, metadata={"Date": None})
+            svg_of: Any = RendererSVG  # which tells no types
+            renderer = svg_of(self.width, self.height, out, metadata={"Date": None})
             for artist in self._artists():
                 _draw(artist, renderer)
             renderer.finalize()
@@ -250,7 +251,7 @@ def _written(text: Text) -> Artist:
     )
 
 
-def _draw(artist: Artist, renderer: RendererSVG) -> None:
+def _draw(artist: Artist, renderer: RendererBase) -> None:
     """Let an artist draw itself; of a text without its extent, which a line on a baseline does not need."""
     from matplotlib.text import Text as Written
 
