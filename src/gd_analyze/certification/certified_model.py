@@ -20,7 +20,7 @@ from gd_analyze.levels import TERM, Budget, ExactDynamics, Level, SimplifiedMode
 from gd_analyze.levels.effort import THOROUGH
 from gd_analyze.levels.promise import CERTIFIED
 from gd_analyze.search import How, simplify_exact
-from gd_analyze.search.simplify import exactly, no_dearer
+from gd_analyze.search.exact_model import exactly, no_dearer
 from gd_analyze.vectors import FloatArray
 
 # Rounds at most; of the first the budget shrinks to no less than this share, later by what the bound asks.

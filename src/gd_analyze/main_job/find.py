@@ -34,7 +34,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.robots import RobotArm, arm_of, describe_in_full, warn_of_slips
 from gd_analyze.search import How, TermRanking, rank_terms, simplify_exact, trade_off
 from gd_analyze.search.budget_path import FACTORS, budget_path
-from gd_analyze.search.simplify import no_dearer
+from gd_analyze.search.exact_model import no_dearer
 from gd_analyze.search.trade_off import KINDS
 from gd_analyze.states import states_in_box
 from gd_analyze.trajectories import Trajectory, check_against_arm, trajectory_of

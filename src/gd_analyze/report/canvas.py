@@ -1,4 +1,4 @@
-"""A drawing placed by hand in points from the lower left corner, drawn by matplotlib on page and paper.
+"""A drawing placed by hand in points from the lower left corner, drawn by matplotlib.
 
 A report has some fifty panels. As Axes of their own they would take longer than everything else; so all of
 them are shapes in one, whose data coordinates are points.
@@ -7,12 +7,10 @@ them are shapes in one, whose data coordinates are points.
 from __future__ import annotations
 
 import io
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -162,7 +160,7 @@ class Canvas:
         self.texts.append(Text(x, y, text, size, colour, anchor, look))
 
     def axes(self, figure: Figure | None = None) -> Axes:
-        """Give it as matplotlib Axes with pt as data coordinates; they fill a figure, or one of theirs."""
+        """Give it as matplotlib Axes in pt; they fill a figure, by default their own."""
         from matplotlib.figure import Figure
         from matplotlib.transforms import TransformedPatchPath
 
@@ -183,16 +181,8 @@ class Canvas:
         artists = [*map(_artist, ordered), *map(_written, self.texts)]
         return sorted(artists, key=lambda artist: artist.get_zorder())
 
-    def svg(self, alt: str = "", *, themed: bool = False) -> str:
-        """Write it down.
-
-        Parameters
-        ----------
-        alt
-            What it shows, for who cannot see it.
-        themed
-            Whether colours are the page's variables, and the font the page's.
-        """
+    def svg(self) -> str:
+        """Write it down."""
         import matplotlib
         from matplotlib.backends.backend_svg import RendererSVG
 
@@ -207,11 +197,7 @@ class Canvas:
             for artist in self._artists():
                 _draw(artist, renderer)
             renderer.finalize()
-        svg = out.getvalue()
-        if themed:
-            svg = _themed(svg[svg.index("<svg") :])
-        named = f' role="img" aria-label={quoteattr(alt)}' if alt else ""
-        return svg.replace("<svg ", f"<svg{named} ", 1)
+        return out.getvalue()
 
 
 def _hex(colour: str) -> str:
@@ -270,14 +256,3 @@ def _font(size: float, **look: Any) -> FontProperties:
     from matplotlib.font_manager import FontProperties
 
     return FontProperties(size=size, **look)
-
-
-def _themed(svg: str) -> str:
-    """Colours and font as the page's own, and no names of parts: a page has many drawings."""
-    svg = re.sub(r' id="[A-Za-z0-9]+_[0-9]+"| <metadata>.*?</metadata>\n', "", svg, flags=re.DOTALL)
-    # What every line inherits, which as a rule for all things would hold for the whole page.
-    svg = re.sub(r"<style .*?</style>", "", svg)
-    svg = svg.replace("<svg ", '<svg style="stroke-linejoin: round; stroke-linecap: butt" ', 1)
-    variables = {light.lower(): f"var(--{name})" for name, light in ON_PAPER.items()}
-    svg = re.sub(r"#[0-9a-f]{6}\b", lambda found: variables.get(found[0], found[0]), svg)
-    return re.sub(r"(font(?:-family)?: [^;\"]*?)'DejaVu Serif'[^;\"]*", r"\1inherit", svg)

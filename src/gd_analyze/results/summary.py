@@ -130,7 +130,6 @@ def opening(findings: Findings) -> dict[str, Any]:
         "headline": headline(findings),
         "notice": findings.model.notice,
         "facts": facts(findings),
-        "notice": findings.model.notice,
         "kept_terms": kept(findings),
     }
 

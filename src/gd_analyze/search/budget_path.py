@@ -16,7 +16,7 @@ from gd_analyze.levels import Budget, ExactDynamics, SimplifiedModel
 from gd_analyze.levels.level import Terms
 from gd_analyze.search.candidates import SWEEP, Candidates, TooManyTermsError, candidates_of
 from gd_analyze.search.elimination import eliminate
-from gd_analyze.search.simplify import exactly, measured
+from gd_analyze.search.exact_model import exactly, measured
 
 # From a tenth of the budget to ten times it, ten steps to each side.
 FACTORS = tuple(10.0 ** (step / 10) for step in range(-10, 11))

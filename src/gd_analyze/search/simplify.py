@@ -15,7 +15,6 @@ from gd_analyze.levels import (
     Budget,
     ExactDynamics,
     Level,
-    Promise,
     SearchStep,
     SimplifiedModel,
     level_named,
@@ -24,6 +23,7 @@ from gd_analyze.levels.effort import COUNTING, ROUGH, THOROUGH
 from gd_analyze.robots import RobotArm
 from gd_analyze.search.candidates import Kept, TooManyTermsError, candidates_of
 from gd_analyze.search.elimination import eliminate
+from gd_analyze.search.exact_model import exactly, measured, no_dearer
 from gd_analyze.search.search import Progress, search
 from gd_analyze.search.work import Work
 from gd_analyze.states import States
@@ -241,41 +241,6 @@ def _searched(
             next_step="please report this with the arm file and the states",
         )
     return model if how.dearer else no_dearer(exact, model)
-
-
-def no_dearer(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
-    """Give the exact model in place of one that saves nothing; what was searched remains said."""
-    if model.saves:
-        return model
-    everything = exactly(exact, model.level, model.promise.allowed, model.promise.budget)
-    promise = replace(model.promise, errors=everything.promise.errors)
-    return replace(everything, promise=promise, provenance=model.provenance)
-
-
-def exactly(exact: ExactDynamics, level: Level, allowed: FloatArray, budget: str) -> SimplifiedModel:
-    """Keep everything, in the fewest operations known."""
-    form = exact.form
-    model = SimplifiedModel(
-        level=level,
-        form=form,
-        terms=level.terms(form),
-        program=form.program,
-        operations_full=form.operations,
-        promise=Promise(
-            allowed,
-            budget,
-            exact.errors_of(exact.torque),
-            exact.states.described,
-            uncertainty=exact.uncertainty,
-        ),
-    )
-    return measured(exact, model)
-
-
-def measured(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
-    """State the errors that a model's own program makes."""
-    errors = exact.errors_of(model.torque(*exact.states.arrays))
-    return replace(model, promise=replace(model.promise, errors=errors))
 
 
 def _of_few_operations(
