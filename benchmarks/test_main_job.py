@@ -24,7 +24,7 @@ ENVIRONMENT = {key: value for key, value in os.environ.items() if key != "PYTHON
 
 
 class Taken(NamedTuple):
-    """What a process takes: seconds on the clock, and of processors, all threads and the system's included."""
+    """What a process takes: seconds on the clock, and of processors, those of the system included."""
 
     clock: float
     processor: float
