@@ -1,7 +1,7 @@
 """The whole main job, both reports included, against what Python takes to import its base libraries.
 
 Run as a user runs it: the installed command, with compiled bytecode as an installation leaves it. Warm is a
-run that finds programs in the cache which one of the same arm and motion wrote before; cold is one without it.
+run that finds programs in the cache which one of the same arm and motion wrote before; cold, one without.
 """
 
 from __future__ import annotations
