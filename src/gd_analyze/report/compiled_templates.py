@@ -7,6 +7,7 @@ import sys
 from contextlib import suppress
 from importlib.util import cache_from_source
 from pathlib import Path
+from pickle import UnpicklingError
 
 from jinja2 import FileSystemBytecodeCache
 from jinja2.bccache import Bucket
@@ -23,6 +24,11 @@ class CompiledTemplates(FileSystemBytecodeCache):
         place = Path(cache_from_source(str(TEMPLATES / "page.py"))).parent
         self._code = _state_of_code()
         super().__init__(str(place), f"{self._code}-%s{_SUFFIX}")
+
+    def load_bytecode(self, bucket: Bucket) -> None:
+        """Read one; a damaged one is none."""
+        with suppress(OSError, EOFError, ValueError, UnpicklingError):
+            super().load_bytecode(bucket)
 
     def dump_bytecode(self, bucket: Bucket) -> None:
         """Write one, unless Python is told to write none or nobody may write there, and remove older ones."""
