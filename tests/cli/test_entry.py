@@ -30,6 +30,24 @@ atexit.register(lambda: print(*sorted({set(SLOW)!r} & set(sys.modules)), file=sy
     assert result.err == "\n"
 
 
+@pytest.mark.parametrize(
+    ("given", "threads"),
+    [({}, "1"), ({"OPENBLAS_NUM_THREADS": "2"}, "2"), ({"OMP_NUM_THREADS": "3"}, "None")],
+)
+def test_linear_algebra_has_one_thread_unless_told(process, monkeypatch, given, threads):
+    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in given.items():
+        monkeypatch.setenv(name, value)
+    result = process(
+        "--version",
+        before="""
+import atexit, os, sys
+atexit.register(lambda: print(os.environ.get("OPENBLAS_NUM_THREADS"), file=sys.stderr))""",
+    )
+    assert result.err.split() == [threads]
+
+
 def test_no_arguments_show_the_help(process):
     result = process()
     assert (result.code, result.out) == (2, "")

@@ -6,6 +6,7 @@ import atexit
 import errno
 import gc
 import io
+import os
 import shlex
 import signal
 import sys
@@ -130,6 +131,12 @@ def _behave_as_a_process() -> None:
     # through them again and again, and once more on leaving, would take a fifth of the main job.
     gc.set_threshold(200_000, 50, 100)
     atexit.register(gc.freeze)
+    # Of matrices as small as these a second thread only waits for the first, at full speed. With one the
+    # last bits do not depend on the machine's cores either.
+    if "OMP_NUM_THREADS" not in os.environ:
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # xarray imports it, where it is installed, only to ask whether an array is one of its own. None here is.
+    sys.modules.setdefault("pint", None)  # type: ignore[arg-type]
 
 
 def _terminate(number: int, frame: FrameType | None) -> NoReturn:

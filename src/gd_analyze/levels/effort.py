@@ -24,7 +24,7 @@ class Effort(NamedTuple):
 # Milliseconds, and hundredths of a second, within a search.
 ROUGH = Effort(0)
 COUNTING = Effort(80)
-# A tenth of a second for each of the models that are only looked at, as points of a curve, and some tenths
-# for one that is given: 3 % fewer operations.
-POINT = Effort(600, 5_000)
+# Hundredths of a second for each of the models that are only looked at, as points of a curve, and some
+# tenths for one that is given: 3 % fewer operations.
+POINT = Effort(600, 2_000)
 THOROUGH = Effort(600, 30_000)

@@ -20,6 +20,7 @@ from gd_analyze.vectors import FloatArray
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
+    from matplotlib.backend_bases import RendererBase
     from matplotlib.figure import Figure
     from matplotlib.font_manager import FontProperties
 
@@ -167,26 +168,35 @@ class Canvas:
             figure = Figure(figsize=(self.width / 72, self.height / 72), dpi=72)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, self.width), ylim=(0.0, self.height))
         axes.set_axis_off()
-        ordered = sorted(self.shapes, key=lambda shape: shape.order)
         # Nothing is clipped; but whatever has no path to be clipped by is given one of its own.
         edge = TransformedPatchPath(axes.patch)
-        for artist in (*map(_artist, ordered), *map(_written, self.texts)):
+        for artist in self._artists():
             artist.set_clip_path(edge)
             axes.add_artist(artist)
         return axes
 
+    def _artists(self) -> list[Artist]:
+        """All that matplotlib draws, in the order in which it draws."""
+        ordered = sorted(self.shapes, key=lambda shape: shape.order)
+        artists = [*map(_artist, ordered), *map(_written, self.texts)]
+        return sorted(artists, key=lambda artist: artist.get_zorder())
+
     def svg(self) -> str:
         """Write it down."""
         import matplotlib
+        from matplotlib.backends.backend_svg import RendererSVG
 
         out = io.StringIO()
-        # The user's own settings (LaTeX text, tight boxes) must not reach the report.
+        # Artists draw themselves: a figure of theirs, with Axes, would take as long to import as all else of
+        # matplotlib. The user's own settings (LaTeX text, tight boxes) must not reach the report.
         with matplotlib.rc_context():
             matplotlib.rcdefaults()
             matplotlib.rcParams.update(_STYLE)
-            figure = self.axes().get_figure(root=True)
-            if figure is not None:
-                figure.savefig(out, format="svg", metadata={"Date": None}, transparent=True)
+            svg_of: Any = RendererSVG  # which tells no types
+            renderer = svg_of(self.width, self.height, out, metadata={"Date": None})
+            for artist in self._artists():
+                _draw(artist, renderer)
+            renderer.finalize()
         return out.getvalue()
 
 
@@ -225,6 +235,20 @@ def _written(text: Text) -> Artist:
         parse_math=False,
         clip_on=False,
     )
+
+
+def _draw(artist: Artist, renderer: RendererBase) -> None:
+    """Let an artist draw itself; of a text without its extent, which a line on a baseline does not need."""
+    from matplotlib.text import Text as Written
+
+    if not isinstance(artist, Written):
+        artist.draw(renderer)
+        return
+    (x, y), (_, height) = artist.get_position(), renderer.get_canvas_width_height()
+    look = renderer.new_gc()
+    look.set_foreground(artist.get_color())
+    font = artist.get_fontproperties()
+    renderer.draw_text(look, x, height - y, artist.get_text(), font, 0.0, mtext=artist)
 
 
 @cache

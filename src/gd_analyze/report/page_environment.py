@@ -29,8 +29,11 @@ def environment() -> Environment:
     """Jinja with the reports' templates, filters and words."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+    from gd_analyze.report.compiled_templates import CompiledTemplates
+
     environment = Environment(
         loader=FileSystemLoader(TEMPLATES),
+        bytecode_cache=CompiledTemplates(),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
