@@ -135,8 +135,6 @@ def _behave_as_a_process() -> None:
     # last bits do not depend on the machine's cores either.
     if "OMP_NUM_THREADS" not in os.environ:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    # xarray imports it, where it is installed, only to ask whether an array is one of its own. None here is.
-    sys.modules.setdefault("pint", None)  # type: ignore[arg-type]
 
 
 def _terminate(number: int, frame: FrameType | None) -> NoReturn:

@@ -87,7 +87,8 @@ def _cost(findings: Findings) -> str:
     model, worst = findings.model, worst_error(findings.model)
     bound = tube_bound(findings)
     if bound is None:
-        return f"{off_by(model)} along this trajectory, sampled at its set points; nothing is proven between them."
+        said = f"{off_by(model)} along this trajectory"
+        return f"{said}, sampled at its set points; nothing is proven between them."
     of = f" of the {worst.of}" if worst.of == "allowed error" else ""
     return f"near this trajectory, proven, {off_by(model, bound)}; at its set points by {worst.size}{of}."
 
