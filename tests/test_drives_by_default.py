@@ -98,7 +98,7 @@ def test_where_nothing_can_be_dropped_the_headline_says_so(puma, pick_and_place)
 def test_budgets_in_torque_are_answered_in_torque(puma, pick_and_place):
     findings = gd.find(puma, pick_and_place, gd.Settings(budget="1"))
     largest = findings.model.promise.errors.largest.max()
-    assert f"o joint's torque is off by more than {largest:.3g} N m along" in summary.headline(findings)
+    assert summary.headline(findings).endswith(f" N m; at its set points by {largest:.3g} N m.")
     joint = findings.model.promise.errors.largest.argmax() + 1
     assert (f"{largest:.3g} N m", f"largest error at the set points (joint {joint})") in summary.facts(
         findings

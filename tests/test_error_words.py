@@ -96,5 +96,5 @@ def test_a_part_of_an_element_is_called_so_where_none_can_go(puma, pick_and_plac
 
 def test_the_exact_torque_is_not_told_to_err(swing_findings):
     assert not swing_findings.model.saves
-    assert summary.facts(swing_findings)[1][0] == "≈ 0"
+    assert summary.facts(swing_findings)[0][0] == "≈ 0"
     assert summary.tube_sentence(swing_findings).endswith("beyond round-off, as nothing is dropped.")
