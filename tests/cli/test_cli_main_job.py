@@ -94,7 +94,7 @@ def test_the_terminal_says_how_good_how_proven_how_many_and_whether_drives_act(r
     result = run("puma560", "pick-and-place", "--format", "csv")
     words = " ".join(result.out.split())
     headline, _, rest = words.partition("Largest torque error")
-    for said in ("drives included", "operations", "cheapest exact program known", "Near this trajectory, proven"):
+    for said in ("drives included", "cheapest exact program known takes 308", "Near this trajectory, proven"):
         assert said in headline, said
     heads = next(line for line in result.out.splitlines() if line.startswith("joint "))
     assert " ".join(heads.split()) == "joint peak torque allowed sampled share proven share unit"

@@ -52,7 +52,7 @@ def test_it_is_the_torque(case):
 @pytest.mark.parametrize("name", BUILT_IN)
 def test_it_is_the_torque_of_the_arms_supplied(name):
     arm = load_arm(name)
-    for drives in {False, bool(arm.drives)}:
+    for drives in sorted({False, bool(arm.drives)}):
         assert_exact(ExactForm(arm, drives), states_in_box(arm, 50))
 
 
