@@ -15,7 +15,7 @@ from gd_analyze.cache import VARIABLE
 from gd_analyze.decomposition import decompose
 from gd_analyze.levels import SimplifiedModel
 from gd_analyze.main_job import Origin, Settings, find
-from gd_analyze.results import Findings
+from gd_analyze.results import Findings, save_results
 from gd_analyze.robots import RobotArm, load_arm
 from gd_analyze.search import simplify
 from gd_analyze.states import states_in_box
@@ -98,3 +98,17 @@ def blocked_folder(tmp_path: Path) -> Path:
     """A folder nobody can make, whatever their rights: its parent is a file."""
     (tmp_path / "file").write_text("in the way")
     return tmp_path / "file" / "results"
+
+
+@pytest.fixture(scope="module")
+def stored(puma_findings, tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("store") / "analysis.h5"
+    save_results(puma_findings, path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def small(swing_findings, tmp_path_factory) -> bytes:
+    path = tmp_path_factory.mktemp("store") / "analysis.h5"
+    save_results(swing_findings, path)
+    return path.read_bytes()

@@ -8,33 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
 import pytest
-
-from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.main_job import find
-from gd_analyze.results import load_findings
-from gd_analyze.robots import load_arm
-from gd_analyze.trajectories import read_trajectory
-
-HEADER = "time,q1,q2"
-ROWS = tuple(f"{0.25 * k},{0.02 * k * k},{-0.01 * k * k}" for k in range(9))
-ARM = """\
-format = "gd-analyze arm 1"
-name = "own"
-[[joints]]
-a = 1.0
-[[joints]]
-a = 1.0
-[[links]]
-mass = 2.0
-com = [-0.5, 0.0, 0.0]
-inertia = { xx = 0.0, yy = 0.2, zz = 0.2 }
-[[links]]
-mass = 1.0
-com = [-0.5, 0.0, 0.0]
-inertia = { xx = 0.0, yy = 0.1, zz = 0.1 }
-"""
+from bad_files import ARM, HEADER, ROWS, csv
 
 
 @dataclass(frozen=True)
@@ -45,10 +20,6 @@ class Case:
     words: tuple[str, ...]
     says: tuple[str, ...]
     files: dict[str, str | bytes] = field(default_factory=dict)
-
-
-def csv(*rows: str, header: str = HEADER) -> str:
-    return "\n".join([header, *rows]) + "\n"
 
 
 def trajectory(name: str, content: str | bytes, *says: str, robot: str = "two_link") -> Case:
@@ -265,85 +236,8 @@ def test_a_damaged_model_is_refused(run, here, motion):
         assert not (here / "torque.csv").exists(), name
 
 
-def test_positions_outside_limits_are_a_warning(run, here):
-    rows = [f"{k},{0.05 * k},{0.4 * k}" for k in range(9)]
-    (here / "far.csv").write_text(csv(*rows))
-    result = run("two_link", "far.csv", "--format", "json", "--json")
-    assert result.code == 0
-    assert "warning: trajectory far: joint 2 (elbow)" in result.err
-    assert any("elbow" in warning for warning in result.json["warnings"])
-    assert run("two_link", "far.csv", "--format", "json", "--quiet").err == ""
-
-
-def test_degrees_taken_for_radians_are_a_warning(run, here):
-    rows = [f"{k},{10 * k},{-5 * k}" for k in range(9)]
-    (here / "degrees.csv").write_text(csv(*rows))
-    result = run("two_link", "degrees.csv", "--format", "json", "--json")
-    assert result.code == 0
-    assert "looks like degrees" in result.err
-    assert len(result.json["warnings"]) == len(result.err.strip().splitlines())
-
-
-def test_an_inertia_off_by_a_measurements_error_is_a_warning(run, here, motion):
-    # 0.2 + 0.001 < 0.21: broken by 4 % of the largest moment, less than the 10 % of a measurement.
-    (here / "own.toml").write_text(
-        ARM.replace("xx = 0.0, yy = 0.2, zz = 0.2", "xx = 0.001, yy = 0.2, zz = 0.21")
-    )
-    result = run("own.toml", motion, "--format", "json")
-    assert result.code == 0
-    assert "as_measured = true" in result.err
-
-
 def test_a_failed_run_leaves_earlier_results_alone(run, here, motion):
     assert run("two_link", motion, "--out", "r").code == 0
     before = {path.name: path.read_bytes() for path in (here / "r").iterdir()}
     assert run("two_link", motion, "--out", "r", "--budget", "1%,1%,1%").code == 2
     assert {path.name: path.read_bytes() for path in (here / "r").iterdir()} == before
-
-
-LIMITS = "a = 1.0\nrange = [-3.0, 3.0]\nrate_limit = 5.0\nacceleration_limit = 9.0"
-SLIPS = ARM.replace("[[joints]]", "gravity = [0.0, -981.0, 0.0]\n[[joints]]", 1).replace("a = 1.0", LIMITS)
-
-
-@pytest.mark.parametrize(
-    "line",
-    [
-        "own.toml x.csv --format h5,html",
-        "rank own.toml x.csv",
-        "simplify own.toml x.csv -o model.json",
-        "trade-off own.toml x.csv",
-        "equations own.toml",
-        "arms own.toml",
-        "plan own.toml --from 0,0 --to 60,-45 --duration 2 -o made.csv",
-        "simplify own.toml x.csv -o model.json && evaluate model.json x.csv",
-        "simplify own.toml x.csv -o model.json && certify model.json",
-    ],
-)
-def test_a_slip_is_told_once_by_every_verb(run, here, line):
-    """In the arm and, where the verb reads it, in the trajectory."""
-    (here / "own.toml").write_text(SLIPS)
-    time = 1000 * np.linspace(0.0, 1.0, 20)
-    motion = np.column_stack(
-        [time, np.sin(time / 1e3), np.cos(time / 1e3), np.cos(time / 1e3), -np.sin(time / 1e3)]
-    )
-    rows = [",".join(map(str, row)) for row in motion.tolist()]
-    (here / "x.csv").write_text(csv(*rows, header=HEADER + ",qd1,qd2"))
-    for verb in line.split(" && "):
-        done = run(*verb.split())
-        assert done.code == 0
-    assert done.err.count("gravity is 981 m/s^2") == 1
-    assert done.err.count("1000 times the derivative of q") == ("x.csv" in verb)
-    if verb.startswith("own.toml"):
-        findings = load_findings(here / "reports" / "own-x" / "analysis.h5")
-        assert sum("gravity is 981 m/s^2" in told for told in findings.warnings) == 1
-        assert sum("1000 times" in told for told in findings.warnings) == 1
-        assert "gravity is 981 m/s^2" in (here / "reports" / "own-x" / "report.html").read_text()
-
-
-def test_findings_have_the_warnings_of_what_python_read(here):
-    (here / "own.toml").write_text(SLIPS)
-    with pytest.warns(GdAnalyzeWarning, match="gravity is 981"):
-        read = load_arm(here / "own.toml")
-    (here / "x.csv").write_text(csv(*ROWS))
-    findings = find(read, read_trajectory(here / "x.csv", read))
-    assert sum("gravity is 981 m/s^2" in told for told in findings.warnings) == 1

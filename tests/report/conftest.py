@@ -9,11 +9,11 @@ from browser import Tab, opened, started
 from page_reader import Page
 from report_arms import ONE_JOINT, SLIDING
 
-from gd_analyze.main_job import Origin, find
+from gd_analyze.main_job import Origin, Settings, find
 from gd_analyze.report.html import render_html
 from gd_analyze.results import Findings
 from gd_analyze.robots import RobotArm, load_arm, read_arm
-from gd_analyze.trajectories import read_trajectory
+from gd_analyze.trajectories import Trajectory, read_trajectory
 
 
 @pytest.fixture(scope="session")
@@ -63,3 +63,12 @@ def tab(browser: Any, file: Path) -> Iterator[Tab]:
         tab.unfold()
         yield tab
         assert not [line for line in tab.said if line.startswith(("error", "warning"))]
+
+
+@pytest.fixture(scope="module")
+def by_level(puma: RobotArm, pick_and_place: Trajectory) -> dict[str, Findings]:
+    return {
+        "element": find(puma, pick_and_place, Settings(level="element", drives=True)),
+        "energy": find(puma, pick_and_place, Settings(level="energy", refit=True)),
+        "term": find(puma, pick_and_place, Settings(operations=90)),
+    }

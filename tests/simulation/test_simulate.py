@@ -10,31 +10,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 from scipy.special import ellipk
+from simulated import DRIVEN, GRAVITY, LENGTH, limp, pendulum, undriven
 from tolerances import energy_bound, per_step
 
 from gd_analyze.decomposition import decompose, decompose_states
-from gd_analyze.errors import ArmError, GdAnalyzeError, UsageError
 from gd_analyze.formulations.methods import METHODS
-from gd_analyze.robots import Joint, Link, Placement, RobotArm, load_arm
-from gd_analyze.simulation import Drivetrain, Integration, Simulation, simulate
+from gd_analyze.robots import RobotArm, load_arm
+from gd_analyze.simulation import Drivetrain, Integration, simulate
 from gd_analyze.simulation.drivetrain import NO_DRIVES
 from gd_analyze.states import States
 from gd_analyze.trajectories import Trajectory
 from strategies import arms_with_states, examples
 
-DRIVEN = Drivetrain(inertia=True)
 RUBBING = Drivetrain(inertia=True, friction=True)
-
-
-def limp(n: int):
-    return lambda t, q, qd: np.zeros(n)
-
-
-def undriven(arm: RobotArm, duration: float, drivetrain: Drivetrain = NO_DRIVES, **integration) -> Simulation:
-    n = arm.n_joints
-    start, rates = np.linspace(0.4, 0.9, n), np.linspace(-0.5, 0.5, n)
-    how = Integration(set_points=41, **integration)
-    return simulate(arm, limp(n), start, rates, duration, drivetrain, how)
 
 
 # The bare wrist of the PUMA has inertias down to 4e-5 kg m^2, and D is all but singular where axes 4 and 6
@@ -130,23 +118,6 @@ def test_every_formulation_simulates_the_same_motion(two_link, method):
     # Equal right-hand sides but for round-off, hence equal steps: 1e-13 of the accelerations, over 0.3 s.
     np.testing.assert_allclose(found.q, reference.q, atol=1e-11)
     assert found.integration.method == method
-
-
-LENGTH, GRAVITY = 0.7, 9.8062
-
-
-def pendulum() -> RobotArm:
-    """A point mass on a massless rod, hanging down at q = 0."""
-    return RobotArm(
-        "pendulum",
-        (Joint("pivot"),),
-        (
-            Link(
-                "bob", 2.0, np.zeros(3), np.zeros((3, 3)), Placement(np.eye(3), np.array([0.0, -LENGTH, 0.0]))
-            ),
-        ),
-        np.array([0.0, -GRAVITY, 0.0]),
-    )
 
 
 def period(swing: float) -> float:
@@ -258,66 +229,3 @@ def test_a_simulation_does_not_change(two_link):
 def test_drives_slow_the_fall(puma):
     light, heavy = undriven(puma, 0.1), undriven(puma, 0.1, DRIVEN)
     assert np.abs(heavy.qdd[0]).max() < np.abs(light.qdd[0]).max()
-
-
-TIME, VALUES = [0.0, 0.5, 1.0], np.zeros((3, 2))
-
-
-@pytest.mark.parametrize(
-    ("change", "what", "where"),
-    [
-        ({"q0": [0.0]}, "q0 does not fit arm two_link", "q0"),
-        ({"q0": np.zeros((2, 2)), "qd0": np.zeros((2, 2))}, "starts from one state", "q0"),
-        ({"qd0": [0.0, np.nan]}, "qd0 is not finite", "qd0[1]"),
-        ({"duration": 0.0}, "duration is not positive", "duration"),
-        ({"duration": np.inf}, "duration is not positive", "duration"),
-        ({"set_points": 1}, "at least two set points", "set_points"),
-        ({"set_points": 2.5}, "at least two set points", "set_points"),
-        ({"method": "lagrange"}, "no formulation 'lagrange'", "method"),
-        ({"integrator": "Euler"}, "no integrator 'Euler'", "integrator"),
-        ({"rtol": 1e-15}, "cannot keep these tolerances", "rtol, atol"),
-        ({"atol": 0.0}, "cannot keep these tolerances", "rtol, atol"),
-        ({"atol": np.nan}, "cannot keep these tolerances", "rtol, atol"),
-        ({"torque": 3.0}, "neither a function nor a history", "torque"),
-        ({"torque": (TIME, "abc")}, "neither a function nor a history", "torque"),
-        ({"torque": (TIME, np.zeros((3, 3)))}, "torque history does not fit arm two_link", "torque"),
-        ({"torque": ([0.0], np.zeros((1, 2)))}, "torque history does not fit arm two_link", "torque"),
-        ({"torque": ([0.0, 1.0, 1.0], VALUES)}, "its time does not increase", "torque"),
-        ({"torque": (TIME, VALUES + np.inf)}, "not finite", "torque"),
-        ({"torque": (TIME, VALUES), "duration": 1.5}, "does not cover the simulation", "torque"),
-        ({"torque": (np.array(TIME) + 0.1, VALUES)}, "does not cover the simulation", "torque"),
-    ],
-)
-def test_bad_input(two_link, change, what, where):
-    arguments = {"torque": limp(2), "q0": [0.0, 0.0], "qd0": [0.0, 0.0], "duration": 0.5} | change
-    how = {name: arguments.pop(name) for name in vars(Integration()) if name in arguments}
-    with pytest.raises(UsageError, match=what) as caught:
-        simulate(two_link, **arguments, integration=Integration(**how))
-    assert caught.value.details["where"] == where
-
-
-def test_an_arm_without_drives(two_link):
-    for asked in (DRIVEN, Drivetrain(friction=True)):
-        with pytest.raises(ArmError, match="describes no drives"):
-            undriven(two_link, 0.1, asked)
-
-
-def test_a_torque_function_that_misbehaves(two_link):
-    for torque, found in (
-        (lambda t, q, qd: [1.0], "shape (1,)"),
-        (lambda t, q, qd: [np.nan, 0], "[nan, 0.0]"),
-    ):
-        with pytest.raises(GdAnalyzeError, match="torque function does not give") as caught:
-            simulate(two_link, torque, [0, 0], [0, 0], 0.1)
-        assert caught.value.details["found"] == found
-        assert caught.value.details["where"] == "t = 0 s"
-
-
-def test_an_integrator_that_gives_up():
-    """qdd grows with the square of the rate: infinite at t = 1, and no step is small enough there."""
-    arm = dataclasses.replace(pendulum(), gravity=np.zeros(3))
-    inertia = 2.0 * LENGTH**2
-    rough = Integration(rtol=1e-6, atol=1e-6)
-    with pytest.raises(GdAnalyzeError, match=r"gives up|grows without bounds") as caught:
-        simulate(arm, lambda t, q, qd: inertia * qd**2, [0.0], [1.0], 2.0, integration=rough)
-    assert caught.value.details["where"].startswith(("t = 1 ", "t = 1.0", "t = 0.99"))

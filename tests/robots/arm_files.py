@@ -1,0 +1,43 @@
+"""An arm file to change, and where its text stands."""
+
+from __future__ import annotations
+
+ARM = """\
+format = "gd-analyze arm 1"
+name = "mine"
+gravity = [0.0, 0.0, -9.81]
+
+[[joints]]
+name = "turn"
+alpha_deg = -90.0
+a_mm = 500.0
+range_deg = [-90.0, 90.0]
+rate_limit = 2.0
+
+[[joints]]
+name = "slide"
+kind = "prismatic"
+range = [0.0, 0.5]
+
+[[links]]
+name = "first"
+mass = 2.0
+com = [0.0, 0.0, 0.1]
+inertia = { xx = 0.02, yy = 0.02, zz = 0.01 }
+
+[[links]]
+name = "second"
+mass = 1.0
+com = [0.0, 0.0, 0.0]
+inertia = { xx = 0.01, yy = 0.01, zz = 0.01, xy = 0.001 }
+
+[[drives]]
+inertia = 0.5
+
+[[drives]]
+inertia = 0.25
+"""
+
+
+def line_of(text: str, needle: str, occurrence: int = 0) -> int:
+    return [i for i, line in enumerate(text.splitlines(), start=1) if needle in line][occurrence]
