@@ -215,7 +215,7 @@ def test_no_progress_and_no_colour_without_a_terminal(process, motion):
     assert "\x1b" not in result.out
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals (module pty)")
 @pytest.mark.parametrize("flags", [(), ("--quiet",)])
 def test_progress_on_a_terminal_only_and_not_when_quiet(here, motion, flags, monkeypatch):
     import pty

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from test_bad_input import ARM
+from bad_files import ARM
 
 import gd_analyze as gd
 
@@ -143,7 +143,7 @@ def test_a_name_longer_than_names_can_be(run, words):
     assert_is_a_message(result.err)
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="file names of this kind")
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows allows no control characters in file names")
 def test_a_file_name_does_not_act(run, here):
     name = f"a{ACTING}\nerror: b.csv"
     (here / name).write_text(MOTION.replace("0.08", "x"))
