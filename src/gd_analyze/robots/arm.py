@@ -44,6 +44,8 @@ class RobotArm:
         The table the arm was built from, for display; empty when it was built otherwise.
     sources, assumptions
         Where the numbers come from, and which of them are not published.
+    doubts
+        What looked wrong when the arm was read, a sentence each; told as warnings wherever it is used.
     """
 
     name: str
@@ -56,12 +58,15 @@ class RobotArm:
     convention: str = ""
     sources: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         where = f"arm {self.name}"
         for name in ("name", "title", "convention"):
             require_name(getattr(self, name), f"an arm's {name}", where)
-        require_sentences((*self.sources, *self.assumptions), "a source or an assumption", where)
+        require_sentences(
+            (*self.sources, *self.assumptions, *self.doubts), "a source, an assumption or a doubt", where
+        )
         keep(self, "gravity", (3,), f"the gravity of {self.name}", where)
         if not self.joints:
             raise ArmError(f"arm {self.name} has no joints", expected="at least one joint")

@@ -35,13 +35,14 @@ def describe_with_drives(arm: RobotArm) -> dict[str, Any]:
 
 
 def describe_in_full(arm: RobotArm) -> dict[str, Any]:
-    """Everything there is to show: also table, sources and assumptions."""
+    """Everything there is to show: also table, sources, assumptions and doubts."""
     return {
         **describe_with_drives(arm),
         "dh_table": [asdict(row) for row in arm.dh_table],
         "convention": arm.convention,
         "sources": list(arm.sources),
         "assumptions": list(arm.assumptions),
+        "doubts": list(arm.doubts),
     }
 
 
@@ -79,6 +80,7 @@ def arm_from_description(description: dict[str, Any]) -> RobotArm:
         convention=description.get("convention", ""),
         sources=tuple(description.get("sources", [])),
         assumptions=tuple(description.get("assumptions", [])),
+        doubts=tuple(description.get("doubts", [])),
     )
 
 

@@ -58,6 +58,7 @@ def warn_of_slips(arm: RobotArm, stacklevel: int) -> None:
 
 
 def _sentences(arm: RobotArm) -> Iterator[str]:
+    yield from arm.doubts
     strength = float(np.linalg.norm(arm.gravity))
     if strength > _HEAVIEST:
         yield f"arm {arm.name}: gravity is {strength:g} m/s^2, more than on any planet; on Earth it is 9.81"

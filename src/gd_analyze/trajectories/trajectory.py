@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from gd_analyze.errors import TrajectoryError
 from gd_analyze.formatting import number
 from gd_analyze.given_numbers import LARGEST, are_possible, array_of
 from gd_analyze.shown import html_of
+from gd_analyze.trajectories.recording import Recording
 from gd_analyze.vectors import FloatArray
 
 
@@ -30,11 +32,17 @@ class Trajectory:
         How it came about, e.g. the file read or the plan's command; and what was derived.
     rates_from
         "given", or how missing rates were derived.
+    gaps
+        Set points (from 0, ascending, not the first) before which nothing is known of the motion: a recording
+        broke off there, or another motion begins.
+    recording
+        The readings behind a measured motion; None of a plan.
 
     Raises
     ------
     TrajectoryError
-        If shapes disagree, a number is not finite or too large, or time does not increase.
+        If shapes disagree, a number is not finite or too large, time does not increase, or there are no such
+        set points for gaps.
     """
 
     time: FloatArray
@@ -44,6 +52,8 @@ class Trajectory:
     name: str = "trajectory"
     origin: str = ""
     rates_from: str = "given"
+    gaps: tuple[int, ...] = ()
+    recording: Recording | None = None
 
     def __post_init__(self) -> None:
         shape = array_of(self.q, "q", TrajectoryError).shape
@@ -84,6 +94,14 @@ class Trajectory:
                 expected=f"more than {self.time[row]:g} s",
                 found=f"{self.time[row + 1]:g} s",
             )
+        object.__setattr__(self, "gaps", tuple(map(int, self.gaps)))
+        if any(not before < row < shape[0] for before, row in pairwise((0, *self.gaps))):
+            raise TrajectoryError(
+                "the gaps are not those of set points",
+                where=f"trajectory {self.name}",
+                expected=f"ascending numbers from 1 to {shape[0] - 1}",
+                found=str(self.gaps),
+            )
 
     def __repr__(self) -> str:
         size = f"{self.n_joints} joints, {self.n_set_points} set points"
@@ -114,9 +132,15 @@ class Trajectory:
         return tuple(before.split(" and ")) if said else ()
 
     @property
+    def stretches(self) -> list[slice]:
+        """Set points of each stretch without a gap."""
+        ends = [0, *self.gaps, self.n_set_points]
+        return [slice(first, last) for first, last in pairwise(ends)]
+
+    @property
     def fingerprint(self) -> str:
         """SHA-256 of the numbers."""
-        digest = hashlib.sha256()
+        digest = hashlib.sha256(repr(self.gaps).encode() if self.gaps else b"")
         for array in (self.time, self.q, self.qd, self.qdd):
             digest.update(np.ascontiguousarray(array).tobytes())
         return digest.hexdigest()
