@@ -12,7 +12,16 @@ from hypothesis import strategies as st
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, UsageError
 from gd_analyze.formulations.methods import METHODS
 from gd_analyze.pinocchio_check import pinocchio_model, round_off_bounds
-from gd_analyze.robots import Joint, Link, Payload, RobotArm, fingerprint, parse_payload, slips_of, with_payload
+from gd_analyze.robots import (
+    Joint,
+    Link,
+    Payload,
+    RobotArm,
+    fingerprint,
+    parse_payload,
+    slips_of,
+    with_payload,
+)
 from gd_analyze.vectors import FloatArray
 from strategies import arms_with_states, examples, random_inertia
 
