@@ -1,7 +1,7 @@
 """Whether an arm's D, with its drives where they count, is positive definite at the states asked for.
 
-Of bodies that exist it is, but for motions that move nothing. Inertias that no body has can make it indefinite:
-then some motion has negative energy, and a share of a torque says nothing.
+Of bodies that exist it is, but for motions that move nothing. Inertias that no body has can make it
+indefinite: then some motion has negative energy, and a share of a torque says nothing.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ def require_positive_definite(arm: RobotArm, states: States, drives: bool) -> No
     """Raise an ArmError unless D is positive definite at every one of some states.
 
     D is evaluated at some thousand states at a time, and nothing of it is kept. Its entries are off by no
-    more than `round_off_bounds` says, hence its eigenvalues by no more than n times that: a smaller one counts
-    as zero. Cholesky's own roundings are fewer.
+    more than `round_off_bounds` says, hence its eigenvalues by no more than n times that: a smaller one
+    counts as zero. Cholesky's own roundings are fewer.
 
     Parameters
     ----------
@@ -73,8 +73,8 @@ def refusal(arm: RobotArm, q: FloatArray, inertia: FloatArray, floor: float, whe
             where=_place(arm, link),
             expected="positive eigenvalues: no motion of an arm has negative energy",
             found=[found, f"principal moments of link {link.name} {moments_told(link.principal_moments)}"],
-            next_step="mend that inertia: the signs of its products, its units, the point it is about; or count "
-            "the drives' inertia",
+            next_step="mend that inertia: the signs of its products, its units, the point it is about; or "
+            "count the drives' inertia",
         )
     index = _without_inertia(inertia, floor)
     joint, link = arm.joints[index], arm.links[index]
@@ -84,8 +84,8 @@ def refusal(arm: RobotArm, q: FloatArray, inertia: FloatArray, floor: float, whe
         where=_place(arm, link),
         expected=f"eigenvalues above {floor:.1e}, which round-off can explain",
         found=found,
-        next_step=f"give link {link.name} or those behind it mass, or inertia about the axis of that joint; or "
-        "count the drives' inertia",
+        next_step=f"give link {link.name} or those behind it mass, or inertia about the axis of that joint; "
+        "or count the drives' inertia",
     )
 
 

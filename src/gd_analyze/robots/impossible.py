@@ -18,8 +18,8 @@ def impossibility(link: Link) -> str | None:
     if link.deficit:
         return (
             f"the inertia of link {link.name} is of no body: its smallest principal moment is negative, by "
-            f"{percent(link.deficit)} of the largest ({moments}); check the signs of the products of inertia, "
-            f"{_REMEDY}"
+            f"{percent(link.deficit)} of the largest ({moments}); check the signs of the products of "
+            f"inertia, {_REMEDY}"
         )
     if not link.excess or (link.as_measured and link.excess <= MEASUREMENT_TOLERANCE):
         return None
