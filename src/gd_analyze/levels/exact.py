@@ -155,7 +155,8 @@ class ExactDynamics:
             "trajectory_fingerprint": given.attrs["trajectory_fingerprint"],
             "set_points": given.sizes["time"],
         }
-        states = states_for(arm, States(*(given[name].values for name in ("q", "qd", "qdd")), described))
+        states = States(given["q"].values, given["qd"].values, given["qdd"].values, described)
+        states = states_for(arm, states)
         has_drives = "drive_torque" in given
         if drives not in (None, has_drives):
             return cls(ExactForm(arm, bool(drives)), states)
