@@ -1,0 +1,82 @@
+"""Robots from files and values that hold a tree: URDF, MJCF and Pinocchio's own models."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gd_analyze.errors import ArmError, Location
+from gd_analyze.robots.tree import Limits, Tree, joints_of
+from gd_analyze.robots.urdf import identifier, read_urdf
+from gd_analyze.robots.xml_nodes import read_nodes, text_of_xml
+from gd_analyze.visible import visible
+
+
+def is_xml(path: Path) -> bool:
+    """Whether a file begins as XML does; not where it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            start = file.read(512)
+    except OSError:
+        return False
+    return start.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<") or start[:2] in (b"\xff\xfe", b"\xfe\xff")
+
+
+def read_tree(path: Path) -> Tree:
+    """Read the tree of joints and links of an XML file.
+
+    Raises
+    ------
+    ArmError
+        If it is not XML, neither URDF nor MJCF, or no possible robot.
+    """
+    root = read_nodes(path, text_of_xml(path))
+    if root.tag == "robot":
+        return read_urdf(path, root)
+    raise ArmError(
+        "the XML is no robot that is read",
+        where=root.where,
+        expected="<robot> (URDF) or <mujoco> (MJCF) as the outermost element",
+        found=f"<{root.tag}>",
+        next_step="convert it to URDF" + (", for which SDF has tools" if root.tag == "sdf" else ""),
+    )
+
+
+def is_pinocchio_model(given: object) -> bool:
+    """Whether a value is a `pinocchio.Model`, without importing Pinocchio."""
+    return type(given).__module__.partition(".")[0] == "pinocchio" and hasattr(given, "jointPlacements")
+
+
+def tree_of_model(model: Any) -> Tree:
+    """Take a Pinocchio model from memory, as it is."""
+    import pinocchio as pin
+
+    joints, links = joints_of(model)
+    limits = {joint.name: limits_of(model, joint.index) for joint in joints if joint.moves_simply}
+    return Tree(
+        model=model,
+        name=identifier(model.name, "robot"),
+        title=visible(model.name),
+        convention="placements from a Pinocchio model",
+        where="the Pinocchio model",
+        joints=joints,
+        links=links,
+        gravity=np.array(model.gravity.linear),
+        limits=limits,
+        sources=(f"A model in memory of Pinocchio {pin.__version__}.",),
+    )
+
+
+def limits_of(model: Any, index: int) -> Limits:
+    """What a model states of the limits of a joint of one degree of freedom."""
+    at_q, at_v = model.idx_qs[index], model.idx_vs[index]
+    rate = float(model.velocityLimit[at_v])
+    lower, upper = float(model.lowerPositionLimit[at_q]), float(model.upperPositionLimit[at_q])
+    has_range = model.nqs[index] == 1 and np.isfinite((lower, upper)).all() and (lower, upper) != (0.0, 0.0)
+    return Limits(
+        lower if has_range else None,
+        upper if has_range else None,
+        rate if 0 < rate < np.inf else None,
+    )
