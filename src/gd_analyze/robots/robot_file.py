@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.errors import ArmError, Location
-from gd_analyze.robots.tree import Limits, Tree, joints_of
-from gd_analyze.robots.urdf import identifier, read_urdf
+from gd_analyze.robots.mjcf import read_mjcf
+from gd_analyze.robots.tree import Tree, identifier, joints_of, limits_of
+from gd_analyze.robots.urdf import read_urdf
 from gd_analyze.robots.xml_nodes import read_nodes, text_of_xml
 from gd_analyze.visible import visible
 
@@ -35,6 +36,8 @@ def read_tree(path: Path) -> Tree:
     root = read_nodes(path, text_of_xml(path))
     if root.tag == "robot":
         return read_urdf(path, root)
+    if root.tag == "mujoco":
+        return read_mjcf(path, root)
     raise ArmError(
         "the XML is no robot that is read",
         where=root.where,
@@ -66,17 +69,4 @@ def tree_of_model(model: Any) -> Tree:
         gravity=np.array(model.gravity.linear),
         limits=limits,
         sources=(f"A model in memory of Pinocchio {pin.__version__}.",),
-    )
-
-
-def limits_of(model: Any, index: int) -> Limits:
-    """What a model states of the limits of a joint of one degree of freedom."""
-    at_q, at_v = model.idx_qs[index], model.idx_vs[index]
-    rate = float(model.velocityLimit[at_v])
-    lower, upper = float(model.lowerPositionLimit[at_q]), float(model.upperPositionLimit[at_q])
-    has_range = model.nqs[index] == 1 and np.isfinite((lower, upper)).all() and (lower, upper) != (0.0, 0.0)
-    return Limits(
-        lower if has_range else None,
-        upper if has_range else None,
-        rate if 0 < rate < np.inf else None,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -191,3 +192,31 @@ def _motion(joint: Any, neutral: FloatArray) -> tuple[str, FloatArray]:
     if slides.any() and turns.any():
         return "helical", np.zeros(3)
     return ("prismatic", slides) if slides.any() else ("revolute", turns)
+
+
+def limits_of(model: Any, index: int) -> Limits:
+    """What a model states of the limits of a joint of one degree of freedom."""
+    at_q, at_v = model.idx_qs[index], model.idx_vs[index]
+    rate = float(model.velocityLimit[at_v])
+    lower, upper = float(model.lowerPositionLimit[at_q]), float(model.upperPositionLimit[at_q])
+    has_range = model.nqs[index] == 1 and np.isfinite((lower, upper)).all() and (lower, upper) != (0.0, 0.0)
+    return Limits(
+        lower if has_range else None,
+        upper if has_range else None,
+        rate if 0 < rate < np.inf else None,
+    )
+
+
+def identifier(name: str, stem: str) -> str:
+    """Make a name for folders out of a robot's.
+
+    Examples
+    --------
+    >>> identifier("my robot (v2)", "file")
+    'my_robot_v2'
+    """
+    for given in (name, stem):
+        found = re.sub(r"[^A-Za-z0-9_.-]+", "_", given).strip("_.-")
+        if found:
+            return found[:100]
+    return "robot"

@@ -6,7 +6,6 @@ never read.
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,7 @@ import numpy as np
 from gd_analyze.errors import ArmError, Location
 from gd_analyze.robots.quiet_parser import parsed
 from gd_analyze.robots.right_angles import Straightened
-from gd_analyze.robots.tree import Limits, Mimic, Tree, joints_of
+from gd_analyze.robots.tree import Limits, Mimic, Tree, identifier, joints_of
 from gd_analyze.robots.xml_nodes import Node
 from gd_analyze.visible import visible
 
@@ -103,21 +102,6 @@ def _tree(path: Path, name: str, model: Any, reading: _Reading) -> Tree:
         ),
         doubts=tuple(doubts),
     )
-
-
-def identifier(name: str, stem: str) -> str:
-    """Make a name for folders out of a robot's.
-
-    Examples
-    --------
-    >>> identifier("my robot (v2)", "file")
-    'my_robot_v2'
-    """
-    for given in (name, stem):
-        found = re.sub(r"[^A-Za-z0-9_.-]+", "_", given).strip("_.-")
-        if found:
-            return found[:100]
-    return "robot"
 
 
 def _name(node: Node) -> str:
