@@ -9,9 +9,11 @@ from dataclasses import dataclass, field
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.tree import Loop, Tree, TreeJoint
 
-# Longer branches than these off an arm of more joints are arms themselves; a finger has up to four joints.
+# A finger has up to four joints.
 _FINGER = 4
 _MOST_NAMED = 12
+# Of more joints than these --tip says it shorter.
+_FEW = 6
 
 
 @dataclass(frozen=True)
@@ -194,34 +196,27 @@ def _refuse_branches(tree: Tree, free: Sequence[TreeJoint]) -> None:
         at = children[at[0].index]
     if not at:
         return
-    # What leaves an arm before its end, such as a camera's joint, is none of the arm.
-    branches = [_subtree(children, joint) for joint in at]
-    longest = max(branches, key=lambda branch: _depth(children, branch[0]))
-    depth = _depth(children, longest[0])
-    rest = [branch for branch in branches if branch is not longest]
-    fork = stem[-1].link if stem else "the ground"
-    where = f"at link {fork}" if stem else "at the base"
-    names = [f"{branch[0].name} with {len(branch) - 1} more" if branch[1:] else branch[0].name
-             for branch in branches]  # fmt: skip
-    fingers = len(stem) >= 2 and depth <= _FINGER and len(stem) >= depth
-    alone = depth > max(_depth(children, branch[0]) for branch in rest) + 1
-    tips = [_end(children, branch[0]) for branch in branches if fingers is False]
-    ways = []
-    if fingers or alone:
-        hold = branches if fingers else rest
-        masters = [joint for branch in hold for joint in branch if joint.name not in tree.mimics]
-        if len(masters) <= _MOST_NAMED:
-            ways.append(f"{_locks(masters)} holds what branches off, with its mass")
-        ways.append(f"--tip {fork if fingers else _end(children, longest[0])} does the same")
+    fork = stem[-1].link if stem else "the base"
+    names = [joint.name + _more(_subtree(children, joint)) for joint in at]
+    if len(stem) >= 2 and max(_depth(children, joint) for joint in at) <= min(_FINGER, len(stem)):
+        masters = [one for joint in at for one in _subtree(children, joint) if not one.follows]
+        way = f"--tip {fork} holds what branches off, with its mass"
+        if len(masters) <= _FEW:
+            way = f"{_locks(masters)} holds what branches off, with its mass; --tip {fork} does the same"
     else:
-        ways.append("name the arm's last link, " + " or ".join(f"--tip {tip}" for tip in tips[:_MOST_NAMED]))
+        tips = sorted(_ends(children, at), key=lambda one: -len(tree.path(one.index)))
+        way = "name the arm's last link, " + " or ".join(f"--tip {tip.link}" for tip in tips[:_MOST_NAMED])
     raise ArmError(
-        f"the robot branches {where}",
+        f"the robot branches at link {fork}" if stem else "the robot branches at its base",
         where=tree.line("link", fork) if stem else tree.where,
         expected="one chain of moving joints",
-        found=f"{len(branches)} branches: " + _named(names),
-        next_step="; ".join(ways),
+        found=f"{len(at)} branches: {_named(names)}",
+        next_step=way,
     )
+
+
+def _more(branch: Sequence[TreeJoint]) -> str:
+    return f" with {len(branch) - 1} more" if branch[1:] else ""
 
 
 def _children(tree: Tree, free: Sequence[TreeJoint]) -> dict[int, list[TreeJoint]]:
@@ -239,16 +234,23 @@ def _subtree(children: Mapping[int, list[TreeJoint]], joint: TreeJoint) -> list[
 
 
 def _depth(children: Mapping[int, list[TreeJoint]], joint: TreeJoint) -> int:
-    return 1 + max((_depth(children, child) for child in children[joint.index]), default=0)
+    own = 0 if joint.follows else 1
+    return own + max((_depth(children, child) for child in children[joint.index]), default=0)
 
 
-def _end(children: Mapping[int, list[TreeJoint]], joint: TreeJoint) -> str:
-    """Link at the end of a branch, or where the branch parts into fingers."""
-    while len(children[joint.index]) == 1 or any(
-        _depth(children, child) > _FINGER for child in children[joint.index]
-    ):
-        joint = max(children[joint.index], key=lambda child: _depth(children, child))
-    return joint.link
+def _ends(children: Mapping[int, list[TreeJoint]], forked: Sequence[TreeJoint]) -> list[TreeJoint]:
+    """Joints at which the arms end that part at a fork; a hand's fingers do not count as arms."""
+    deepest = max(_depth(children, joint) for joint in forked)
+    found = []
+    for joint in forked:
+        if _depth(children, joint) <= _FINGER < deepest:
+            continue
+        while len(children[joint.index]) == 1:
+            joint = children[joint.index][0]
+        beyond = children[joint.index]
+        is_hand = all(_depth(children, child) <= _FINGER for child in beyond)
+        found += [joint] if is_hand else _ends(children, beyond)
+    return found
 
 
 def _refuse_others(tree: Tree, free: Sequence[TreeJoint]) -> None:

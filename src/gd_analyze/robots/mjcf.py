@@ -84,20 +84,20 @@ def _refuse_unexpanded(root: Node) -> None:
 def _tree(path: Path, root: Node, model: Any, bodies: Bodies) -> Tree:
     import pinocchio as pin
 
-    joints, links = joints_of(model)
+    mimics, loops = _equalities(root, bodies.sites)
+    joints, links = joints_of(model, mimics)
     for joint in joints:
         if joint.name in bodies.references:
             _turn_back(model, joint.index, joint.axis, joint.kind, bodies.references[joint.name])
     name = root.attributes.get("model", "").strip() or path.stem
-    doubts = [*bodies.doubts, *(("", told) for told in bodies.straightened.suspects), *_compiler_doubts(root)]
+    doubts = [*bodies.doubts, *_compiler_doubts(root)]
     if not any(inertia.mass > 0 for inertia in model.inertias):
         doubts.append(("", f"{path}: no body has any mass"))
-    assumptions = list(bodies.straightened.assumptions)
+    assumptions = []
     if bodies.shaped:
         rest = len(bodies.shaped) - _MOST_NAMED
         told = ", ".join(bodies.shaped[:_MOST_NAMED]) + (f" and {rest} more" if rest > 0 else "")
         assumptions.append(f"Mass and inertia from primitive shapes, as none are stated: {told}.")
-    mimics, loops = _equalities(root, bodies.sites)
     _limit_efforts(root, model)
     return Tree(
         model=model,
@@ -115,6 +115,8 @@ def _tree(path: Path, root: Node, model: Any, bodies: Bodies) -> Tree:
         sources=(f"{visible(path.name)}: MJCF, read by Pinocchio {pin.__version__}.",),
         assumptions=tuple(assumptions),
         doubts=tuple(doubts),
+        straightened=bodies.straightened,
+        above=bodies.above,
     )
 
 
@@ -140,7 +142,10 @@ def _gravity(root: Node) -> FloatArray:
 def _compiler_doubts(root: Node) -> list[tuple[str, str]]:
     """Say which settings would change masses in MuJoCo, and do not here."""
     return [
-        ("", f"{node.where}: <compiler {key}={node.attributes[key]!r}> changes masses in MuJoCo; here it does not")
+        (
+            "",
+            f"{node.where}: <compiler {key}={node.attributes[key]!r}> changes masses, but not here",
+        )
         for node in root.all("compiler")
         for key in _CHANGES_MASS
         if node.attributes.get(key, "0") not in ("0", "-1", "false", "auto")

@@ -1,4 +1,4 @@
-"""MJCF's bodies as Pinocchio shall see them: named, one joint each, right angles made right, without meshes."""
+"""MJCF's bodies as Pinocchio shall see them: named, one joint each, right angles exact, no meshes."""
 
 from __future__ import annotations
 
@@ -37,6 +37,8 @@ class Bodies:
         The body that each site belongs to.
     shaped
         Bodies whose mass comes from primitive shapes.
+    above
+        The body that each body is in.
     doubts
         Sentences and the joint or link that each is about.
     """
@@ -47,11 +49,12 @@ class Bodies:
     references: dict[str, float] = field(default_factory=dict)
     sites: dict[str, str] = field(default_factory=dict)
     shaped: list[str] = field(default_factory=list)
+    above: dict[str, str] = field(default_factory=dict)
     doubts: list[tuple[str, str]] = field(default_factory=list)
 
-    def below(self, node: Node) -> list[Node]:
+    def below(self, node: Node, name: str = "world") -> list[Node]:
         """Bodies within a body, or within the world."""
-        return [self._body(child) for child in node.all("body")]
+        return [self._body(child, name) for child in node.all("body")]
 
     def _named(self, node: Node, what: str, otherwise: str) -> str:
         """Name of a body or joint, or one that is made up."""
@@ -75,22 +78,24 @@ class Bodies:
         self.lines[what, name] = node.where
         return name
 
-    def _body(self, node: Node) -> Node:
+    def _body(self, node: Node, parent: str) -> Node:
         name = self._named(node, "link", f"body_{node.where.line}")
+        self.above[name] = parent
         for site in node.all("site"):
             self.sites[site.attributes.get("name", "")] = name
         if float(node.attributes.get("gravcomp", "0") or 0):
-            self.doubts.append((name, f"{node.where}: MuJoCo takes weight off body {name} (gravcomp); here not"))
+            self.doubts.append(
+                (name, f"{node.where}: MuJoCo takes weight off body {name} (gravcomp); here not")
+            )
         joints = [self._joint(child, name) for child in node.children if child.tag in ("joint", "freejoint")]
-        within = [*self._inertia(node, name), *self.below(node)]
-        kept = {"name": name} | self._pose(node, f"body {name}")
+        within = [*self._inertia(node, name), *self.below(node, name)]
+        kept = {"name": name} | self._pose(node, name)
         if "childclass" in node.attributes:
             kept["childclass"] = node.attributes["childclass"]
-        # The first joint of several is next to the parent; each gets a body of its own, the last the real one.
-        *before, last = joints or [None]
-        body = Node("body", kept, node.where, [*([last] if last else []), *within])
+        # The first of several joints is next to the parent; each gets a body, the last one the real body.
+        before, last = joints[:-1], joints[-1:]
+        body = Node("body", kept, node.where, [*last, *within])
         for joint in reversed(before):
-            assert joint is not None
             inner, pose = {"name": body.attributes["name"]}, body.attributes
             body.attributes = inner
             moved = f"{name}:{joint.attributes['name']}"
@@ -98,39 +103,39 @@ class Bodies:
             body = Node("body", pose | {"name": moved}, node.where, [joint, body])
         return body
 
-    def _pose(self, node: Node, where: str) -> dict[str, str]:
+    def _pose(self, node: Node, link: str) -> dict[str, str]:
         """Position and orientation, cleaned."""
         straight, found = self.straightened, {}
         if "pos" in node.attributes:
             node.numbers("pos", 3)
-            found["pos"] = " ".join(straight.length(text, where) for text in node.attributes["pos"].split())
+            found["pos"] = " ".join(straight.length(text, link) for text in node.attributes["pos"].split())
         if "quat" in node.attributes:
             quaternion = np.array(node.numbers("quat", 4))
             if not quaternion.any():
-                raise ArmError(f"the quat of {where} is 0", where=node.where, expected="a rotation")
-            found["quat"] = " ".join(repr(float(x)) for x in self._quaternion(quaternion, where))
+                raise ArmError(f"the quat of {link} is 0", where=node.where, expected="a rotation")
+            found["quat"] = " ".join(repr(float(x)) for x in self._quaternion(quaternion, link))
         if "euler" in node.attributes:
             node.numbers("euler", 3)
             texts, place = node.attributes["euler"].split(), str(node.where)
-            found["euler"] = " ".join(straight.angle(text, where, place, self.turn) for text in texts)
+            found["euler"] = " ".join(straight.angle(text, link, place, self.turn) for text in texts)
         if "axisangle" in node.attributes:
             numbers = node.numbers("axisangle", 4)
-            axis = " ".join(repr(float(x)) for x in straight.direction(numbers[:3], where))
+            axis = " ".join(repr(float(x)) for x in straight.direction(numbers[:3], link))
             angle = node.attributes["axisangle"].split()[3]
-            found["axisangle"] = f"{axis} {straight.angle(angle, where, str(node.where), self.turn)}"
+            found["axisangle"] = f"{axis} {straight.angle(angle, link, str(node.where), self.turn)}"
         for key, count in (("xyaxes", 6), ("zaxis", 3)):
             if key in node.attributes:
                 node.numbers(key, count)
                 found[key] = node.attributes[key]
         return found
 
-    def _quaternion(self, quaternion: FloatArray, where: str) -> FloatArray:
+    def _quaternion(self, quaternion: FloatArray, link: str) -> FloatArray:
         """Quaternion (w, x, y, z) of the cleaned rotation."""
         import pinocchio as pin
 
         w, x, y, z = quaternion / np.linalg.norm(quaternion)
         rotation = np.array(pin.Quaternion(w, x, y, z).toRotationMatrix())
-        x, y, z, w = pin.Quaternion(self.straightened.rotation(rotation, where)).coeffs()
+        x, y, z, w = pin.Quaternion(self.straightened.rotation(rotation, link)).coeffs()
         return np.array([w, x, y, z])
 
     def _inertia(self, node: Node, name: str) -> list[Node]:
@@ -149,14 +154,12 @@ class Bodies:
             for key, count in (("diaginertia", 3), ("fullinertia", 6)):
                 if key in inertial.attributes:
                     inertial.numbers(key, count)
-            return [kept(inertial, _OF_INERTIAL, self._pose(inertial, f"the inertia of body {name}"))]
+            return [kept(inertial, _OF_INERTIAL, self._pose(inertial, name))]
         geoms = node.all("geom")
         shapes = [geom for geom in geoms if not _is_mesh(geom)]
         if any(_is_mesh(geom) and geom.attributes.get("mass") != "0" for geom in geoms):
-            self.doubts.append(
-                (name, f"{node.where}: body {name} states no <inertial>, and meshes are not read: the mass of "
-                "its meshes is missing")
-            )  # fmt: skip
+            told = f"{node.where}: body {name} states no <inertial>; the mass of its meshes is not known here"
+            self.doubts.append((name, told))
         if shapes:
             self.shaped.append(name)
         return [kept(geom, _OF_GEOM) for geom in shapes]
@@ -170,7 +173,7 @@ class Bodies:
             numbers = node.numbers("axis", 3)
             if not any(numbers):
                 raise ArmError(f"joint {name} has no axis", where=node.where, found="0 0 0")
-            axis = self.straightened.direction(numbers, f"joint {name}")
+            axis = self.straightened.direction(numbers, body)
             added["axis"] = " ".join(repr(float(x)) for x in axis)
         slides = node.attributes.get("type") == "slide"
         if "ref" in node.attributes:
@@ -178,7 +181,9 @@ class Bodies:
             self.references[name] = reference * (1.0 if slides else 2 * math.pi / self.turn)
         for key, what in (("stiffness", "a spring"), ("springdamper", "a spring")):
             if any(float(word) for word in node.attributes.get(key, "0").split()):
-                self.doubts.append((name, f"{node.where}: joint {name} has {what} ({key}), which is not counted"))
+                self.doubts.append(
+                    (name, f"{node.where}: joint {name} has {what} ({key}), which is not counted")
+                )
         return kept(node, _OF_JOINT, added)
 
 

@@ -30,12 +30,17 @@ def arm_of_tree(tree: Tree, pick: Pick) -> RobotArm:
     import pinocchio as pin
 
     chain = chain_of(tree, pick)
-    reduced = pin.buildReducedModel(tree.model, sorted(chain.held), configuration(tree, chain.held))
+    model = pin.Model(tree.model)
+    for frame in model.frames:  # Pinocchio looks joints up among all names, and a link may be called the same
+        if frame.type not in (pin.FrameType.JOINT, pin.FrameType.FIXED_JOINT):
+            frame.name = f"link {frame.name}"
+    reduced = pin.buildReducedModel(model, sorted(chain.held), configuration(tree, chain.held))
     joints, links = [], []
     for index, joint in enumerate(chain.moving, start=1):
         joints.append(_joint(tree, joint, _placement(reduced.jointPlacements[index])))
         links.append(_link(tree, joint, reduced.inertias[index]))
-    names = {name for joint in chain.moving for name in (joint.name, joint.link)}
+    parts = tree.links_of(chain.moving)
+    about = {"", *parts, *(joint.name for joint in chain.moving)}
     return RobotArm(
         name=tree.name,
         title=tree.title,
@@ -45,8 +50,8 @@ def arm_of_tree(tree: Tree, pick: Pick) -> RobotArm:
         drives=_drives(tree, chain.moving),
         convention=tree.convention,
         sources=tree.sources,
-        assumptions=(*tree.assumptions, *_held_told(tree, chain)),
-        doubts=tuple(told for about, told in tree.doubts if not about or about in names),
+        assumptions=(*tree.assumptions, *tree.straightened.told(parts), *_held_told(tree, chain)),
+        doubts=tuple(told for name, told in (*tree.doubts, *tree.straightened.suspects) if name in about),
     )
 
 

@@ -1,13 +1,13 @@
 """Right angles written with few digits, made right again.
 
-A maker's file says 1.5708 where pi/2 is meant. Left alone, the rest of 4e-6 rad turns zeros of the equations of
-motion into terms, and axes that are parallel into ones that are not.
+A maker's file says 1.5708 where pi/2 is meant. Left alone, the rest of 4e-6 rad turns zeros of the equations
+of motion into terms, and axes that are parallel into ones that are not.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -26,16 +26,19 @@ ROUND_OFF = 1e-12
 
 @dataclass
 class Straightened:
-    """What was changed, where, and what looks like a right angle of too few digits."""
+    """What was changed, by the link it is about, and what looks like a right angle of too few digits.
+
+    A joint's numbers are about the link that it leads to.
+    """
 
     angles: dict[str, float] = field(default_factory=dict)
     lengths: dict[str, float] = field(default_factory=dict)
-    suspects: list[str] = field(default_factory=list)
+    suspects: list[tuple[str, str]] = field(default_factory=list)
 
-    def angle(self, text: str, where: str, place: str, turn: float = 2 * math.pi) -> str:
+    def angle(self, text: str, link: str, place: str, turn: float = 2 * math.pi) -> str:
         """Take an angle as written, in units of which a full turn has `turn`; right ones come back exact.
 
-        `where` names the joint or link concerned, `place` its line.
+        `place` is its line, for a doubt.
         """
         value, quarter = float(text), turn / 4
         near = round(value / quarter)
@@ -43,56 +46,62 @@ class Straightened:
         if off <= RIGHT:
             # Round-off of the number as written is no change.
             if off > 8 * np.finfo(float).eps * max(1.0, abs(near)):
-                self.angles[where] = max(off, self.angles.get(where, 0.0))
+                _note(self.angles, link, off)
             return repr(near * quarter)
         if near and off <= _SUSPECT and off * turn / (2 * math.pi) <= 10.0 ** -_decimals(text):
-            self.suspects.append(
+            told = (
                 f"{place}: an angle of {text} is {off:.1g} rad off a right angle and taken as written; "
                 f"if {near * quarter:.6g} is meant, give it six digits"
             )
+            self.suspects.append((link, told))
         return text
 
-    def length(self, text: str, where: str) -> str:
+    def length(self, text: str, link: str) -> str:
         """Take a coordinate as written; one below a nanometre comes back as 0."""
         value = abs(float(text))
         if 0 < value < NO_LENGTH:
-            self.lengths[where] = max(value, self.lengths.get(where, 0.0))
+            _note(self.lengths, link, value)
             return "0"
         return text
 
-    def direction(self, numbers: Iterable[float], where: str) -> FloatArray:
+    def direction(self, numbers: Iterable[float], link: str) -> FloatArray:
         """Clean a direction of any length: a unit vector with zeros where there were almost such."""
         vector = np.array(list(numbers), dtype=float)
+        vector = vector / np.abs(vector).max()
         vector = vector / np.linalg.norm(vector)
-        small = (np.abs(vector) <= RIGHT) & (vector != 0.0)
-        self._note(where, float(np.linalg.norm(vector[small])))
+        small = np.abs(vector) <= RIGHT
+        self._note_turn(link, float(np.linalg.norm(vector[small])))
         kept = np.where(small, 0.0, vector)
         out: FloatArray = kept / np.linalg.norm(kept)
         return out
 
-    def rotation(self, rotation: FloatArray, where: str) -> FloatArray:
+    def rotation(self, rotation: FloatArray, link: str) -> FloatArray:
         """Clean a rotation: zeros where there were almost such, and orthonormal again."""
         found = straight(rotation, RIGHT)
-        self._note(where, float(np.linalg.norm(found - rotation)) / math.sqrt(2))
+        self._note_turn(link, float(np.linalg.norm(found - rotation)) / math.sqrt(2))
         return found
 
-    def _note(self, where: str, change: float) -> None:
+    def _note_turn(self, link: str, change: float) -> None:
         if change > 16 * np.finfo(float).eps:
-            self.angles[where] = max(change, self.angles.get(where, 0.0))
+            _note(self.angles, link, change)
 
-    @property
-    def assumptions(self) -> tuple[str, ...]:
-        """Say what was changed and by how much at most."""
+    def told(self, links: Container[str]) -> tuple[str, ...]:
+        """Say what was changed of some links and by how much at most."""
         said = []
         for changes, what, unit in (
             (self.angles, f"Angles within {RIGHT:g} rad of a right angle are taken as right", "rad"),
             (self.lengths, f"Lengths below {NO_LENGTH:g} m are taken as 0", "m"),
         ):
-            if changes:
-                worst = max(changes, key=lambda where: changes[where])
-                parts = f"{len(changes)} parts" if len(changes) > 1 else "1 part"
-                said.append(f"{what}: in {parts}, most {worst}, by {changes[worst]:.2g} {unit}.")
+            of_these = {link: change for link, change in changes.items() if link in links}
+            if of_these:
+                worst = max(of_these, key=lambda link: of_these[link])
+                count = f"{len(of_these)} link" + ("s" if len(of_these) > 1 else "")
+                said.append(f"{what}: of {count}, most of {worst}, by {of_these[worst]:.2g} {unit}.")
         return tuple(said)
+
+
+def _note(changes: dict[str, float], link: str, change: float) -> None:
+    changes[link] = max(change, changes.get(link, 0.0))
 
 
 def straight(rotation: FloatArray, tolerance: float = ROUND_OFF) -> FloatArray:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.errors import ArmError, Location
+from gd_analyze.errors import ArmError
 from gd_analyze.robots.mjcf import read_mjcf
 from gd_analyze.robots.tree import Tree, identifier, joints_of, limits_of
 from gd_analyze.robots.urdf import read_urdf
@@ -22,7 +22,10 @@ def is_xml(path: Path) -> bool:
             start = file.read(512)
     except OSError:
         return False
-    return start.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<") or start[:2] in (b"\xff\xfe", b"\xfe\xff")
+    return start.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<") or start[:2] in (
+        b"\xff\xfe",
+        b"\xfe\xff",
+    )
 
 
 def read_tree(path: Path) -> Tree:

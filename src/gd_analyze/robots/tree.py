@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from gd_analyze.errors import Location
+from gd_analyze.robots.right_angles import Straightened
 from gd_analyze.vectors import FloatArray
 
 # Pinocchio's kinds of joints that are none of ours, by what their names begin with.
@@ -40,6 +41,8 @@ class TreeJoint:
         "revolute", "prismatic", or what it is instead.
     axis
         Unit vector in the joint's frame; zero where the kind has none.
+    follows
+        Whether it mimics another joint.
     """
 
     index: int
@@ -48,6 +51,7 @@ class TreeJoint:
     parent: int
     kind: str
     axis: FloatArray
+    follows: bool = False
 
     @property
     def moves_simply(self) -> bool:
@@ -113,6 +117,10 @@ class Tree:
         Sentences for the arm.
     doubts
         Sentences, and the joint or link each is about: told where the arm has it.
+    straightened
+        Which numbers were made right, by link.
+    above
+        The link that each link hangs on.
     """
 
     model: Any
@@ -130,6 +138,8 @@ class Tree:
     sources: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
     doubts: tuple[tuple[str, str], ...] = ()
+    straightened: Straightened = field(default_factory=Straightened)
+    above: Mapping[str, str] = field(default_factory=dict)
 
     def joint(self, index: int) -> TreeJoint:
         """Joint by Pinocchio's index, from 1."""
@@ -142,6 +152,19 @@ class Tree:
             found.append(self.joint(index))
             index = found[-1].parent
         return found[::-1]
+
+    def links_of(self, moving: Sequence[TreeJoint]) -> set[str]:
+        """Links that a chain of joints moves, and those that its base hangs on."""
+        indices = {joint.index for joint in moving}
+        carried = {0: False} | {
+            joint.index: any(one.index in indices for one in self.path(joint.index)) for joint in self.joints
+        }
+        found = {link for link, index in self.links.items() if carried[index]}
+        link: str | None = moving[0].link
+        while link is not None and (link == moving[0].link or link not in found):
+            found.add(link)
+            link = self.above.get(link)
+        return found
 
     def line(self, what: str, name: str) -> Location | str:
         """Where a joint or link is described, for messages."""
@@ -159,7 +182,7 @@ class Tree:
         )
 
 
-def joints_of(model: Any) -> tuple[tuple[TreeJoint, ...], dict[str, int]]:
+def joints_of(model: Any, mimics: Collection[str] = ()) -> tuple[tuple[TreeJoint, ...], dict[str, int]]:
     """Joints of a Pinocchio model, and its links by name with the joint that each moves with."""
     import pinocchio as pin
 
@@ -175,7 +198,9 @@ def joints_of(model: Any) -> tuple[tuple[TreeJoint, ...], dict[str, int]]:
         kind, axis = _motion(model.joints[index], neutral)
         name = model.names[index]
         joints.append(
-            TreeJoint(index, name, first.get(index, name), int(model.parents[index]), kind, axis)
+            TreeJoint(
+                index, name, first.get(index, name), int(model.parents[index]), kind, axis, name in mimics
+            )
         )
     return tuple(joints), links
 

@@ -32,6 +32,7 @@ class _Reading:
     mimics: dict[str, Mimic] = field(default_factory=dict)
     limits: dict[str, Limits] = field(default_factory=dict)
     doubts: list[tuple[str, str]] = field(default_factory=list)
+    above: dict[str, str] = field(default_factory=dict)
 
 
 def read_urdf(path: Path, root: Node) -> Tree:
@@ -76,13 +77,12 @@ def read_urdf(path: Path, root: Node) -> Tree:
 def _tree(path: Path, name: str, model: Any, reading: _Reading) -> Tree:
     import pinocchio as pin
 
-    tree_joints, tree_links = joints_of(model)
+    tree_joints, tree_links = joints_of(model, reading.mimics)
     doubts = list(reading.doubts)
     if not any(inertia.mass > 0 for inertia in model.inertias):
         doubts.append(
             ("", f"{path}: no link has any mass; is the file stripped, or xacro that was expanded in part?")
         )
-    doubts += [("", told) for told in reading.straightened.suspects]
     return Tree(
         model=model,
         name=identifier(name, path.stem),
@@ -96,11 +96,10 @@ def _tree(path: Path, name: str, model: Any, reading: _Reading) -> Tree:
         mimics=reading.mimics,
         limits=reading.limits,
         sources=(f"{visible(path.name)}: URDF, read by Pinocchio {pin.__version__}.",),
-        assumptions=(
-            "URDF states no gravity; 9.81 m/s^2 act against z of the base.",
-            *reading.straightened.assumptions,
-        ),
+        assumptions=("URDF states no gravity; 9.81 m/s^2 act against z of the base.",),
         doubts=tuple(doubts),
+        straightened=reading.straightened,
+        above=reading.above,
     )
 
 
@@ -230,7 +229,7 @@ def _link(node: Node, reading: _Reading) -> Node:
         )
     moments = {key: repr(inertia_node.numbers(key, 1)[0]) for key in _INERTIA}
     kept.children = [
-        _origin(inertial, f"link {name}", reading),
+        _origin(inertial, name, reading),
         Node("mass", {"value": repr(mass)}, mass_node.where),
         Node("inertia", moments, inertia_node.where),
     ]
@@ -238,14 +237,14 @@ def _link(node: Node, reading: _Reading) -> Node:
     return bare
 
 
-def _origin(node: Node, where: str, reading: _Reading) -> Node:
+def _origin(node: Node, link: str, reading: _Reading) -> Node:
     """Take an element's <origin>, with right angles made right."""
     given = node.first("origin") or Node("origin", {}, node.where)
     straight, place = reading.straightened, str(given.where)
     for key in ("xyz", "rpy"):
         given.numbers(key, 3, "0 0 0")
-    xyz = [straight.length(text, where) for text in given.attributes.get("xyz", "0 0 0").split()]
-    rpy = [straight.angle(text, where, place) for text in given.attributes.get("rpy", "0 0 0").split()]
+    xyz = [straight.length(text, link) for text in given.attributes.get("xyz", "0 0 0").split()]
+    rpy = [straight.angle(text, link, place) for text in given.attributes.get("rpy", "0 0 0").split()]
     return Node("origin", {"xyz": " ".join(xyz), "rpy": " ".join(rpy)}, given.where)
 
 
@@ -262,19 +261,21 @@ def _joint(node: Node, reading: _Reading) -> Node:
         )
     bare = Node("joint", {"name": name, "type": kind}, node.where)
     ends = [Node(end, {"link": _end(node, end)}, node.where) for end in ("parent", "child")]
-    bare.children = [_origin(node, f"joint {name}", reading), *ends]
+    child = _end(node, "child")
+    reading.above[child] = _end(node, "parent")
+    bare.children = [_origin(node, child, reading), *ends]
     if kind in ("fixed", "floating"):
         return bare
     bare.children += [_axis(node, reading), *_dynamics(node)]
     limit = node.first("limit") or Node("limit", {}, node.where)
     stated = {key: limit.numbers(key, 1, "0")[0] for key in ("lower", "upper", "effort", "velocity")}
-    bare.children.append(
-        Node("limit", {key: repr(value) for key, value in stated.items()}, limit.where)
-    )
+    bare.children.append(Node("limit", {key: repr(value) for key, value in stated.items()}, limit.where))
     lower, upper = stated["lower"], stated["upper"]
     has_range = kind in ("revolute", "prismatic") and (lower, upper) != (0.0, 0.0)
     if kind in ("revolute", "prismatic") and not has_range:
-        said = "a range of 0 .. 0" if "lower" in limit.attributes or "upper" in limit.attributes else "no range"
+        said = (
+            "a range of 0 .. 0" if "lower" in limit.attributes or "upper" in limit.attributes else "no range"
+        )
         reading.doubts.append(
             (name, f"{limit.where}: joint {name} is {kind} and states {said}, which is taken as unknown")
         )
@@ -296,7 +297,7 @@ def _axis(node: Node, reading: _Reading) -> Node:
             found="0 0 0",
             next_step="give the axis it turns about or slides along",
         )
-    axis = reading.straightened.direction(numbers, f"joint {_name(node)}")
+    axis = reading.straightened.direction(numbers, _end(node, "child"))
     return Node("axis", {"xyz": " ".join(repr(float(x)) for x in axis)}, given.where)
 
 
