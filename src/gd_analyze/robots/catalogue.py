@@ -15,6 +15,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm
 from gd_analyze.robots.chain import Pick
 from gd_analyze.robots.joint_values import locks_of
+from gd_analyze.robots.limits_given import Given, with_limits
 from gd_analyze.robots.reduced import arm_of_tree
 from gd_analyze.robots.robot_file import is_pinocchio_model, is_xml, read_tree, tree_of_model
 from gd_analyze.robots.slips import warn_of_slips
@@ -46,6 +47,7 @@ def load_arm(
     tip: str | None = None,
     base: str | None = None,
     lock: Mapping[str, float] | Sequence[str] = (),
+    limits: Given = None,
 ) -> RobotArm:
     """Load a built-in arm by name, any arm by its TOML, URDF or MJCF file, or that of a `pinocchio.Model`.
 
@@ -59,6 +61,10 @@ def load_arm(
     lock
         Joints held at a value, rad or m: a mapping, or texts such as "elbow=90deg" and "slide=20mm". All
         other held joints are held at 0.
+    limits
+        Limits of acceleration, which URDF and MJCF do not have: a mapping by joint, texts such as
+        "elbow=10", "all=600deg" or "10,10,20", or a file such as MoveIt's joint_limits.yaml, which may state
+        ranges and rates as well.
 
     Returns
     -------
@@ -69,6 +75,13 @@ def load_arm(
     ------
     ArmError
         If there is neither such an arm nor such a file, or the file is not a possible arm.
+    UsageError
+        If `lock` or `limits` cannot be read.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        Of what looks like a slip in the file.
 
     Examples
     --------
@@ -77,14 +90,10 @@ def load_arm(
     """
     pick = Pick(tip, base, locks_of(lock))
     if is_pinocchio_model(name_or_path):
-        arm = arm_of_tree(tree_of_model(name_or_path), pick)
-        warn_of_slips(arm, stacklevel=2)
-        return arm
+        return _checked(arm_of_tree(tree_of_model(name_or_path), pick), limits)
     path = _path_of(name_or_path)
     if is_xml(path):
-        arm = arm_of_tree(read_tree(path), pick)
-        warn_of_slips(arm, stacklevel=2)
-        return arm
+        return _checked(arm_of_tree(read_tree(path), pick), limits)
     if pick:
         raise ArmError(
             f"arm {name_or_path} has no other links or joints to choose from",
@@ -92,7 +101,14 @@ def load_arm(
             expected="none of them: its file describes one chain, all of which moves",
             next_step="leave them out",
         )
-    return read_arm(path)
+    return with_limits(read_arm(path), limits)
+
+
+def _checked(arm: RobotArm, limits: Given) -> RobotArm:
+    """Add limits to an arm that was read, and warn of what looks like a slip in it."""
+    limited = with_limits(arm, limits)
+    warn_of_slips(limited, stacklevel=3)
+    return limited
 
 
 def _path_of(name_or_path: object) -> Path:
