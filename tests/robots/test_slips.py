@@ -211,7 +211,7 @@ def test_a_centre_of_mass_outside_of_its_link_is_told(puma: RobotArm) -> None:
     links[3] = replace(puma.links[3], com=np.array([0.8, 0.0, 0.0]))
     [told] = slips_of(replace(puma, links=tuple(links)))
     assert "the centre of mass of link 4 is 0.8" in told
-    assert "from both joints of the link, of an arm that reaches 1.0" in told
+    assert "from both joints of the link, of an arm that reaches 0.966 m" in told
     assert told.endswith("is it given in another frame?")
 
 

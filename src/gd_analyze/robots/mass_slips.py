@@ -35,8 +35,8 @@ def mass_slips(arm: RobotArm) -> Iterator[str]:
         for link in links:
             if link.is_point and link.mass >= STANDS_FOR_NONE and not link.axial_only:
                 yield (
-                    f"{link.place}: link {link.name} has a mass of {number(link.mass)} kg and no inertia, as if "
-                    "it were a point; other links have one"
+                    f"{link.place}: link {link.name} has a mass of {number(link.mass)} kg and no inertia, as "
+                    "if it were a point; other links have one"
                 )
     yield from _outside(arm, links)
     if arm.n_joints >= _LEAST_JOINTS:
@@ -54,8 +54,8 @@ def _outside(arm: RobotArm, links: list[Link]) -> Iterator[str]:
         # Beyond the whole arm's reach its units are told.
         if link.mass > 0 and farthest < off and float(np.linalg.norm(link.com)) <= arm.reach:
             yield (
-                f"{link.place}: the centre of mass of link {link.name} is {number(off)} m from both joints of "
-                f"the link, of an arm that reaches {number(arm.reach)} m; is it given in another frame?"
+                f"{link.place}: the centre of mass of link {link.name} is {number(off)} m from both joints "
+                f"of the link, of an arm that reaches {number(arm.reach)} m; is it given in another frame?"
             )
 
 
@@ -67,7 +67,7 @@ def _heavy(links: list[Link]) -> Iterator[str]:
         if 2 * index >= len(links) and link.mass > max(most * before, STANDS_FOR_NONE):
             than = "more than half of" if is_last else "more than"
             yield (
-                f"{link.place}: link {link.name} has a mass of {number(link.mass)} kg, {than} all links before it "
-                f"together ({number(before)} kg): real arms get lighter towards the hand"
+                f"{link.place}: link {link.name} has a mass of {number(link.mass)} kg, {than} all links before "
+                f"it together ({number(before)} kg): real arms get lighter towards the hand"
             )
         before += link.mass

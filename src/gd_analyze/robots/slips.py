@@ -106,7 +106,8 @@ def _limit_slips(joint: Joint) -> Iterator[str]:
     end = max(ends, default=0.0)
     if joint.kind == "prismatic":
         if _LONGEST_SLIDE < end < math.inf and not _is_none_meant(end, joint):
-            yield f"{where}: the range goes to {end:g} m; if that is in mm, {_instead('range_mm', 'm', joint)}"
+            instead = _instead("range_mm", "m", joint)
+            yield f"{where}: the range goes to {end:g} m; if that is in mm, {instead}"
         return
     turns = end / math.pi
     if _MANY_TURNS < end <= _NO_RANGE and (end.is_integer() or abs(turns - round(turns)) >= _TYPED):
