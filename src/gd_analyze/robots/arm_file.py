@@ -20,7 +20,14 @@ from pydantic_core import ErrorDetails
 from gd_analyze.errors import ArmError, Location
 from gd_analyze.files import megabytes, read_at_most
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.arm_schema import UNIT_SUFFIXES, DHFile, DHJointTable, LinkTable, keys_beside
+from gd_analyze.robots.arm_schema import (
+    UNIT_SUFFIXES,
+    DHFile,
+    DHJointTable,
+    JointTable,
+    LinkTable,
+    keys_beside,
+)
 from gd_analyze.robots.denavit_hartenberg import CONVENTIONS, placements_of
 from gd_analyze.robots.names import require_name, require_sentences
 from gd_analyze.robots.parts import Drive, Joint, Link, Placement
@@ -67,9 +74,11 @@ def read_arm(path: str | Path) -> RobotArm:
     path = Path(path)
     content = _read(path)
     lines = TableLines(path, content)
-    document = _document(path, content)
-    schema = PlacementFile if document.get("convention") == "placement" else DHFile
+    schema: type[DHFile | PlacementFile] = DHFile
     try:
+        document = _document(path, content)
+        if document.get("convention") == "placement":
+            schema = PlacementFile
         parsed = schema.model_validate(document)
     except ValidationError as error:
         raise _misfit(error.errors(), lines, schema) from None
@@ -248,9 +257,7 @@ def _joints_and_links(
     return tuple(joints), tuple(links)
 
 
-def _placed(
-    joint: DHJointTable | PlacedJointTable, link: LinkTable | PlacedLinkTable, convention: str
-) -> tuple[Placement, FloatArray, Placement]:
+def _placed(joint: JointTable, link: LinkTable, convention: str) -> tuple[Placement, FloatArray, Placement]:
     """Joint frame, axis and link frame."""
     if isinstance(joint, PlacedJointTable) and isinstance(link, PlacedLinkTable):
         return joint.placement, np.array(joint.axis), link.frame

@@ -17,7 +17,9 @@ def _is_rotation(rows: list[list[float]]) -> list[list[float]]:
     try:
         Placement(np.array(rows))
     except ArmError:
-        raise ValueError("three rows of a rotation: each of length 1, square to the others, right-handed") from None
+        raise ValueError(
+            "three rows of a rotation: each of length 1, square to the others, right-handed"
+        ) from None
     return rows
 
 
