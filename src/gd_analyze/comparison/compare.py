@@ -11,6 +11,7 @@ from gd_analyze.comparison.costs import SIZES, Cost, Growth, count_cost, growth
 from gd_analyze.comparison.timing import N_SET_POINTS, REPEATS, Timing, time_methods
 from gd_analyze.formulations.methods import METHODS
 from gd_analyze.levels import ExactForm
+from gd_analyze.mass_matrix import require_positive_definite
 from gd_analyze.operations import OperationCount
 from gd_analyze.provenance import provenance_of_run
 from gd_analyze.robots import RobotArm, box_limits, describe_in_full, warn_of_slips
@@ -102,6 +103,8 @@ def compare(
     ------
     TrajectoryError
         If the trajectory is of another number of joints.
+    ArmError
+        If D is not positive definite somewhere.
     """
     # Two runs measure other times.
     source = provenance_of_run(command, names_of(arm, trajectory), describe_in_full(arm), repeats=False)
@@ -111,6 +114,7 @@ def compare(
         if trajectory is not None:
             check_against_arm(trajectory, arm)
         compared, origin = _compared(arm, trajectory)
+        require_positive_definite(arm, compared, arm.counts_drives())
         agreed = agreement(arm, compared)
         progress(1)
         times = time_methods(arm, _drawn(arm, N_SET_POINTS), progress=progress)
