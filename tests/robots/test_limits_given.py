@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import pytest
-from robot_files import two_joints
 
 from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.robots import load_arm
+from robot_files import two_joints
 
 MOVEIT = """
 joint_limits:

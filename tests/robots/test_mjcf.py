@@ -8,11 +8,11 @@ import warnings
 import numpy as np
 import pinocchio as pin
 import pytest
-from robot_files import assert_same_torque
 
 from gd_analyze.errors import ArmError, GdAnalyzeWarning
 from gd_analyze.pinocchio_check import pinocchio_dynamics
 from gd_analyze.robots import load_arm
+from robot_files import assert_same_torque
 from strategies import random_states
 
 INERTIAL = '<inertial pos="0.02 0.1 0.03" quat="1 0.2 0.3 0.1" mass="2" diaginertia="0.03 0.04 0.05"/>'

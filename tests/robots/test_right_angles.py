@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from robot_files import assert_same_torque, joint, link, urdf
 
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.levels.exact import ExactForm
 from gd_analyze.robots import load_arm
 from gd_analyze.robots.right_angles import RIGHT, Straightened, straight
+from robot_files import assert_same_torque, joint, link, urdf
 from strategies import examples, random_rotation, random_states
 
 
