@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from robot_files import fingers, joint, link, two_joints, urdf
 
 from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.robots import RobotArm, load_arm
+from robot_files import fingers, joint, link, two_joints, urdf
 
 
 @pytest.fixture

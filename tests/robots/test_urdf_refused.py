@@ -5,10 +5,10 @@ from __future__ import annotations
 import time
 
 import pytest
-from robot_files import joint, link, two_joints, urdf
 
 from gd_analyze.errors import ArmError, GdAnalyzeWarning
 from gd_analyze.robots import load_arm
+from robot_files import joint, link, two_joints, urdf
 
 
 @pytest.fixture
