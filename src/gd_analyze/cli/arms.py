@@ -87,4 +87,6 @@ def _list(catalogue: list[gd.RobotArm]) -> None:
     table("Built-in arms", ["name", "title", "joints", "drives"], rows, "llrl")
     line()
     sentence("Shipped trajectories: " + ", ".join(shipped_trajectories()))
-    sentence("Your own arm is a URDF, MJCF or TOML file: `gd-analyze arms puma560 --to toml` prints one to start from.")
+    sentence(
+        "Your own arm is a URDF, MJCF or TOML file: `gd-analyze arms puma560 --to toml` prints one to start from."
+    )

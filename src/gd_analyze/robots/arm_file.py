@@ -37,7 +37,7 @@ from gd_analyze.robots.toml_lines import TableLines
 from gd_analyze.vectors import FloatArray
 from gd_analyze.visible import in_python
 
-_EXAMPLE = "`gd-analyze arms puma560 --toml` prints a complete example"
+_EXAMPLE = "`gd-analyze arms puma560 --to toml` prints a complete example"
 _LONG_INTEGER = re.compile(r"\d[\d_]{4000}")
 
 # A thousand joints with their links and drives.
