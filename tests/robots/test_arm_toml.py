@@ -75,7 +75,10 @@ def dressed_arms(draw: st.DrawFn) -> RobotArm:
             as_measured=bool(rng.random() < 0.3),
             axial_only=bool(i == 0 and joints[0].kind == "revolute" and rng.random() < 0.3),
             uncertainty=LinkUncertainty(
-                rng.uniform(), perhaps(rng.uniform(size=3)), perhaps(symmetric()), rng.choice(["com", "origin"])
+                rng.uniform(),
+                perhaps(rng.uniform(size=3)),
+                perhaps(symmetric()),
+                rng.choice(["com", "origin"]),
             )
             if rng.random() < 0.5
             else None,
@@ -136,7 +139,9 @@ QUARTER = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 def placed(**changes) -> RobotArm:
     """One joint that stands on its side, and a link with a frame of its own."""
-    joint = Joint("shoulder", placement=Placement(QUARTER, np.array([0.0, 0.1, 0.0])), axis=np.array([0, 1.0, 0]))
+    joint = Joint(
+        "shoulder", placement=Placement(QUARTER, np.array([0.0, 0.1, 0.0])), axis=np.array([0, 1.0, 0])
+    )
     link = Link("arm", 1.0, np.zeros(3), np.diag([0.1, 0.1, 0.05]), Placement(QUARTER.T))
     return RobotArm(**{"name": "placed", "joints": (joint,), "links": (link,)} | changes)
 
@@ -179,6 +184,8 @@ def test_a_payload_is_written_with_its_link_but_not_with_uncertainties(puma, tmp
     with pytest.raises(ArmError, match="link 6 carries a payload, and states uncertainties") as caught:
         toml_of(with_payload(puma, 1.0, [0.0, 0.0, 0.1]))
     assert "without its payload" in caught.value.details["next"]
-    bare = dataclasses.replace(puma, links=tuple(dataclasses.replace(x, uncertainty=None) for x in puma.links))
+    bare = dataclasses.replace(
+        puma, links=tuple(dataclasses.replace(x, uncertainty=None) for x in puma.links)
+    )
     carrying = with_payload(bare, 1.0, [0.0, 0.0, 0.1])
     assert fingerprint(read_back(carrying, tmp_path)) == fingerprint(carrying)

@@ -42,7 +42,7 @@ def show_arm(arm: gd.RobotArm, suspicious: Sequence[str]) -> None:
 
 
 def _files(arm: gd.RobotArm) -> list[str]:
-    places = (part.source for part in (*arm.joints, *arm.links))
+    places = [joint.source for joint in arm.joints] + [link.source for link in arm.links]
     return list(dict.fromkeys(str(place.path) for place in places if place is not None))
 
 

@@ -88,5 +88,6 @@ def _list(catalogue: list[gd.RobotArm]) -> None:
     line()
     sentence("Shipped trajectories: " + ", ".join(shipped_trajectories()))
     sentence(
-        "Your own arm is a URDF, MJCF or TOML file: `gd-analyze arms puma560 --to toml` prints one to start from."
+        "Your own arm is a URDF, MJCF or TOML file: `gd-analyze arms puma560 --to toml` prints one to start "
+        "from."
     )

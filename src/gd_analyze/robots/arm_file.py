@@ -227,7 +227,7 @@ def _joints_and_links(
     joints, links = [], []
     for i, (joint, link) in enumerate(zip(parsed.joints, parsed.links, strict=True)):
         before, axis, behind = _placed(joint, link, parsed.convention)
-        lower, upper = joint.range or (None, None)
+        lower, upper = joint.ends
         joints.append(
             Joint(
                 name=joint.name or str(i + 1),

@@ -22,16 +22,16 @@ _Positive = Annotated[float, Field(gt=0, le=LARGEST)]
 _LIMITS = ("range", "rate_limit", "acceleration_limit")
 
 
-def _known_end(end: float) -> float | None:
-    """End of a range, None where it is infinite: unknown."""
-    if math.isinf(end):
-        return None
-    if math.isnan(end) or abs(end) > LARGEST:
-        raise ValueError(f"a number up to {LARGEST:g}, or inf where that end is unknown")
-    return end
+def _ends(ends: list[float]) -> list[float]:
+    """A range as it is, if its ends are numbers, or -inf and inf where they are unknown."""
+    for end, unknown in zip(ends, (-math.inf, math.inf), strict=True):
+        if end != unknown and not abs(end) <= LARGEST:
+            raise ValueError(f"lower and upper end up to {LARGEST:g}, or -inf and inf where unknown")
+    return ends
 
 
-_End = Annotated[float, Field(allow_inf_nan=True), AfterValidator(_known_end)]
+_End = Annotated[float, Field(allow_inf_nan=True)]
+_Range = Annotated[list[_End], Field(min_length=2, max_length=2), AfterValidator(_ends)]
 
 
 class Table(BaseModel):
@@ -76,9 +76,15 @@ class JointTable(Table):
 
     name: str | None = None
     kind: JointKind = "revolute"
-    range: list[_End] | None = Field(default=None, min_length=2, max_length=2)
+    range: _Range | None = None
     rate_limit: Number | None = None
     acceleration_limit: Number | None = None
+
+    @property
+    def ends(self) -> tuple[float | None, float | None]:
+        """Lower and upper end of the range, None where unknown."""
+        lower, upper = self.range or (-math.inf, math.inf)
+        return (lower if math.isfinite(lower) else None), (upper if math.isfinite(upper) else None)
 
     @classmethod
     def _unit_suffixes(cls, data: dict[str, Any]) -> dict[str, str]:

@@ -67,7 +67,7 @@ def _heavy(links: list[Link]) -> Iterator[str]:
         if 2 * index >= len(links) and link.mass > max(most * before, STANDS_FOR_NONE):
             than = "more than half of" if is_last else "more than"
             yield (
-                f"{link.place}: link {link.name} has a mass of {number(link.mass)} kg, {than} all links before "
-                f"it together ({number(before)} kg): real arms get lighter towards the hand"
+                f"{link.place}: link {link.name} has a mass of {number(link.mass)} kg, {than} all links "
+                f"before it together ({number(before)} kg): real arms get lighter towards the hand"
             )
         before += link.mass

@@ -43,10 +43,10 @@ def _placement(xyz: list[float], rpy: list[float] | None, rotation: list[list[fl
 class PlacedJointTable(JointTable):
     """A joint by its frame in the frame of the link before it, and its axis in its own."""
 
-    xyz: _Vector = [0.0, 0.0, 0.0]
+    xyz: _Vector = Field(default=[0.0, 0.0, 0.0])
     rpy: _Vector | None = None
     rotation: _Rotation | None = None
-    axis: _Direction = [0.0, 0.0, 1.0]
+    axis: _Direction = Field(default=[0.0, 0.0, 1.0])
 
     @classmethod
     def _unit_suffixes(cls, data: dict[str, Any]) -> dict[str, str]:
@@ -67,7 +67,7 @@ class PlacedJointTable(JointTable):
 class PlacedLinkTable(LinkTable):
     """A link, and where its frame is in the joint's, which moves with it."""
 
-    frame_xyz: _Vector = [0.0, 0.0, 0.0]
+    frame_xyz: _Vector = Field(default=[0.0, 0.0, 0.0])
     frame_rpy: _Vector | None = None
     frame_rotation: _Rotation | None = None
 
