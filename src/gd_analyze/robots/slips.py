@@ -51,8 +51,8 @@ _LEAST_FAR_BEHIND = 1.0
 
 
 def slips_of(arm: RobotArm) -> tuple[str, ...]:
-    """Say which numbers of an arm look like slips of a unit or of the decimal point, a sentence for each."""
-    return tuple(_sentences(arm))
+    """Say what is suspicious of an arm, such as a slip of the unit, a sentence for each."""
+    return tuple(dict.fromkeys(_sentences(arm)))
 
 
 def warn_of_slips(arm: RobotArm, stacklevel: int) -> None:
