@@ -83,7 +83,7 @@ class Bodies:
         self.above[name] = parent
         for site in node.all("site"):
             self.sites[site.attributes.get("name", "")] = name
-        if float(node.attributes.get("gravcomp", "0") or 0):
+        if node.is_not_zero("gravcomp"):
             self.doubts.append(
                 (name, f"{node.where}: MuJoCo takes weight off body {name} (gravcomp); here not")
             )
@@ -180,7 +180,7 @@ class Bodies:
             (reference,) = node.numbers("ref", 1)
             self.references[name] = reference * (1.0 if slides else 2 * math.pi / self.turn)
         for key, what in (("stiffness", "a spring"), ("springdamper", "a spring")):
-            if any(float(word) for word in node.attributes.get(key, "0").split()):
+            if node.is_not_zero(key):
                 self.doubts.append(
                     (name, f"{node.where}: joint {name} has {what} ({key}), which is not counted")
                 )
@@ -196,7 +196,7 @@ def defaults(node: Node) -> Node:
         If a default turns every joint of a class.
     """
     for joint in node.all("joint"):
-        if float(joint.attributes.get("ref", "0") or 0):
+        if joint.is_not_zero("ref"):
             raise ArmError(
                 "a default gives joints a reference value",
                 where=joint.where,
