@@ -88,7 +88,8 @@ def _tree(path: Path, root: Node, model: Any, bodies: Bodies) -> Tree:
     joints, links = joints_of(model, mimics)
     for joint in joints:
         if joint.name in bodies.references:
-            _turn_back(model, joint.index, joint.axis, joint.kind, bodies.references[joint.name])
+            unit = 2 * math.pi / bodies.turn if joint.kind == "revolute" else 1.0
+            _turn_back(model, joint.index, joint.axis, joint.kind, bodies.references[joint.name] * unit)
     name = root.attributes.get("model", "").strip() or path.stem
     doubts = [*bodies.doubts, *_compiler_doubts(root)]
     if not any(inertia.mass > 0 for inertia in model.inertias):
