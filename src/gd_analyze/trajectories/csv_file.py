@@ -18,6 +18,7 @@ from gd_analyze.resources import shipped
 from gd_analyze.robots import RobotArm
 from gd_analyze.trajectories.checks import check_against_arm, warn_if_radians
 from gd_analyze.trajectories.csv_columns import KINDS, Columns, header_for, read_columns
+from gd_analyze.trajectories.csv_lines import Lines
 from gd_analyze.trajectories.csv_rows import Rows
 from gd_analyze.trajectories.derived_rates import FEWEST_SET_POINTS, complete_rates
 from gd_analyze.trajectories.trajectory import Trajectory
@@ -85,7 +86,8 @@ def read_trajectory(path_or_name: str | Path, arm: RobotArm) -> Trajectory:
             found=in_python(path_or_name),
         )
     path, name, source, data = _fetch(path_or_name)
-    lines = _decode(data, path).replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    _require_text(data, path)
+    lines = Lines(data)
     numbers = [i for i, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
     if not numbers:
         raise TrajectoryError(
@@ -95,7 +97,7 @@ def read_trajectory(path_or_name: str | Path, arm: RobotArm) -> Trajectory:
             found="no data" if data.strip() else "0 bytes",
             next_step="`gd-analyze plan --help` shows how to make a trajectory",
         )
-    rows = Rows(path, [lines[i - 1] for i in numbers], numbers)
+    rows = Rows(path, lines.at(np.array(numbers) - 1), numbers)
     columns = read_columns(rows.cells(0), arm, rows.place(0))
     if len(numbers) == 1:
         raise TrajectoryError(
@@ -214,7 +216,7 @@ def _standard_input() -> bytes:
     return _limited(data, "standard input")
 
 
-def _decode(data: bytes, path: str | Path) -> str:
+def _require_text(data: bytes, path: str | Path) -> None:
     next_step = "save it as CSV in UTF-8"
     if data.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in data:
         raise TrajectoryError(
@@ -225,7 +227,7 @@ def _decode(data: bytes, path: str | Path) -> str:
             next_step=next_step,
         )
     try:
-        return data.decode("utf-8-sig")
+        data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise TrajectoryError(
@@ -247,7 +249,7 @@ def _build(
     table: FloatArray, columns: Columns, arm: RobotArm, name: str, origin: str, end: Location
 ) -> Trajectory:
     degrees = sorted(columns.degrees)
-    radians = table.copy()
+    radians = table.copy() if degrees else table
     radians[:, degrees] = np.deg2rad(table[:, degrees])
     given = {kind: radians[:, list(places)] for kind, places in columns.by_kind.items()}
     absent = [kind for kind in KINDS if kind not in given]
