@@ -14,12 +14,18 @@ from gd_analyze.logs.table import LogTable
 from gd_analyze.logs.text_table import floats_of, is_text
 from gd_analyze.logs.time_axis import TimeColumns, time_columns
 from gd_analyze.logs.units import TIME_UNITS, fitting_unit, units_of
-from gd_analyze.logs.words import words_of
+from gd_analyze.logs.words import as_written, words_of
 from gd_analyze.robots import RobotArm
 
 _ORDER = {"measured": 0, "plain": 1, "target": 2}
 _PLURAL = {"q": "positions", "qd": "velocities", "qdd": "accelerations", "torque": "torques"}
 _MOST = 12
+
+
+class AmbiguityError(TrajectoryError):
+    """Several families fit alike; those of them that are 0 throughout may yet be left out."""
+
+    families: tuple[Family, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -51,8 +57,6 @@ class Choice:
         Sentences to warn with.
     families
         The families chosen, by role.
-    others
-        Roles for which there would be another family, should the chosen one be 0 throughout.
     """
 
     uses: tuple[Use, ...]
@@ -90,7 +94,7 @@ def choose(
     """
     names = [joint.name for joint in arm.joints]
     meanings = _meanings(table, arm, reading)
-    families = families_of(meanings, names)
+    families = families_of(meanings, names, table.names)
     said = _said(table, arm, reading)
     chosen: dict[str, Family] = {}
     uses: list[Use] = []
@@ -284,7 +288,7 @@ def _preference(family: Family, q: Family | None) -> tuple[int, ...]:
     return beside, _ORDER[family.kind], family.rank, int(bool(family.label))
 
 
-def _ambiguous(role: str, choices: Sequence[Family], table: LogTable) -> TrajectoryError:
+def _ambiguous(role: str, choices: Sequence[Family], table: LogTable) -> AmbiguityError:
     shared = frozenset.intersection(*(family.words for family in choices))
     listed, words = [], []
     for family in choices[:6]:
@@ -294,13 +298,15 @@ def _ambiguous(role: str, choices: Sequence[Family], table: LogTable) -> Traject
         if own and own[0]:
             words.append(own[0])
     choose_by = " or ".join(f"--family {word}" for word in words) or "--columns with the names to look at"
-    return TrajectoryError(
+    error = AmbiguityError(
         f"several columns may be the {_PLURAL[role]}",
         where=table.where(),
         expected="one column per joint",
         found="; ".join(listed),
         next_step=f"choose: {choose_by}",
     )
+    error.families = tuple(choices)
+    return error
 
 
 def _no_positions(
@@ -334,9 +340,9 @@ def _no_positions(
             found=_listed(having),
             next_step=f"--map 'q:{missing[0]}=COLUMN' names a column, or choose the arm the log is of",
         )
-    strangers = [m for m in meanings if m.role == "q" and m.token and m.joint is None]
+    strangers = [k for k, m in enumerate(meanings) if m.role == "q" and m.token and m.joint is None]
     if strangers:
-        tokens = list(dict.fromkeys("_".join(meaning.token) for meaning in strangers))
+        tokens = list(dict.fromkeys(as_written(meanings[k].token, table.names[k]) for k in strangers))
         pairs = [f"--map joint:{own}={other}" for own, other in zip(names, tokens, strict=False)]
         return TrajectoryError(
             f"the log's joints are not those of arm {arm.name}",
@@ -443,8 +449,10 @@ def _stands(table: LogTable, column: int) -> bool:
 def _renaming(family: Family) -> list[str]:
     if not family.renamed:
         return []
-    pairs = ", ".join(f"{log} is {own}" for log, own in family.renamed)
     log, own = family.renamed[0]
+    pairs = f"{log} is {own}"
+    if len(family.renamed) > 1:
+        pairs += " and so on to " + " is ".join(family.renamed[-1])
     return [
         f"the log's joints are not called like the arm's and were matched by number: {pairs}; "
         f"--map joint:{own}={log} and so on matches them otherwise"
@@ -462,7 +470,7 @@ def _unused(
     why = {}
     for column, meaning in enumerate(meanings):
         if column not in used and meaning.role not in ("time", "sec", "nanosec", "index"):
-            why[column] = "text" if meaning.role == "name" else "no quantity of the joints' motion"
+            why[column] = "names of joints" if meaning.role == "name" else "no quantity of the joints' motion"
     for family in families:
         reason = "0 throughout" if family.key in zero else "of another family"
         if family.kind == "target" and "q" in chosen and chosen["q"].kind != "target":

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from gd_analyze.logs.roles import Kind, Meaning
-from gd_analyze.logs.words import FILLERS, Words, joint_of, words_of
+from gd_analyze.logs.words import FILLERS, Words, as_written, joint_of, words_of
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Family:
         return tuple(column for columns in self.columns.values() for column in columns)
 
 
-def families_of(meanings: Sequence[Meaning], names: Sequence[str]) -> list[Family]:
+def families_of(meanings: Sequence[Meaning], names: Sequence[str], columns: Sequence[str]) -> list[Family]:
     """Sort columns into families, each matched with the arm's joints.
 
     Parameters
@@ -65,6 +65,8 @@ def families_of(meanings: Sequence[Meaning], names: Sequence[str]) -> list[Famil
         Of every column of the log.
     names
         Names of the arm's joints.
+    columns
+        Names of the log's columns.
     """
     groups: dict[tuple[str, Words, Kind, int, str], list[int]] = {}
     for column, meaning in enumerate(meanings):
@@ -72,13 +74,15 @@ def families_of(meanings: Sequence[Meaning], names: Sequence[str]) -> list[Famil
             key = (meaning.role, meaning.group, meaning.kind, meaning.rank, meaning.word)
             groups.setdefault(key, []).append(column)
     found = []
-    for (role, group, kind, rank, word), columns in groups.items():
-        for family in _matched(columns, meanings, names):
+    for (role, group, kind, rank, word), of in groups.items():
+        for family in _matched(of, meanings, names, columns):
             found.append(replace(family, role=role, group=group, kind=kind, rank=rank, word=word))
     return found
 
 
-def _matched(columns: Sequence[int], meanings: Sequence[Meaning], names: Sequence[str]) -> list[Family]:
+def _matched(
+    columns: Sequence[int], meanings: Sequence[Meaning], names: Sequence[str], written: Sequence[str]
+) -> list[Family]:
     """Families among columns whose names differ in the joint alone."""
     named = [c for c in columns if meanings[c].joint is not None]
     rest = [c for c in columns if meanings[c].joint is None]
@@ -98,7 +102,7 @@ def _matched(columns: Sequence[int], meanings: Sequence[Meaning], names: Sequenc
     if affixed is not None:
         return [affixed]
     for label, of in counted.items():
-        matched = _by_number(label, of, meanings, names, beside=() in counted)
+        matched = _by_number(label, of, meanings, names, written, beside=() in counted)
         if matched is not None:
             families.append(matched)
     if len(names) == 1 and len(rest) == 1 and not families and not meanings[rest[0]].label:
@@ -122,7 +126,12 @@ def arms_numbers(names: Sequence[str]) -> tuple[Words, tuple[int, ...]] | None:
 
 
 def _by_number(
-    label: Words, columns: Sequence[int], meanings: Sequence[Meaning], names: Sequence[str], beside: bool
+    label: Words,
+    columns: Sequence[int],
+    meanings: Sequence[Meaning],
+    names: Sequence[str],
+    written: Sequence[str],
+    beside: bool,
 ) -> Family | None:
     """Match columns that count; where words stand beside the numbers, only with an arm that counts as well."""
     counts = arms_numbers(names)
@@ -145,7 +154,8 @@ def _by_number(
     renamed: tuple[tuple[str, str], ...] = ()
     if label and not beside and counts is not None and counts[0] != label:
         renamed = tuple(
-            ("_".join(meanings[columns[0]].token), names[joint]) for joint, columns in sorted(matched.items())
+            (as_written(meanings[of[0]].token, written[of[0]]), names[joint])
+            for joint, of in sorted(matched.items())
         )
     return replace(_family(label, matched, extra, f"by number, from {base}"), renamed=renamed)
 

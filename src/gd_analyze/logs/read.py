@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
-from gd_analyze.logs.choice import Choice, choose
+from gd_analyze.logs.choice import AmbiguityError, Choice, choose
 from gd_analyze.logs.logged import ColumnUse, Logged
 from gd_analyze.logs.mapping import choice_by, mapping_of, read_mapping, write_mapping
 from gd_analyze.logs.open_log import open_log
@@ -79,7 +79,8 @@ def read_log(
     held: dict[int, FloatArray] = {}
     if mapping is not None:
         choice = choice_by(mapping, lines, table, arm)
-        stamps = _read(table, choice, held, progress)
+        times = choice.time.columns if choice.time is not None else ()
+        stamps = _hold(table, [use.column for use in choice.uses], times, held, progress)
     else:
         choice, stamps = _chosen(table, arm, reading, held, progress)
     for sentence in choice.told:
@@ -103,31 +104,41 @@ def _chosen(
 ) -> tuple[Choice, tuple[Stamps, ...]]:
     """Choose columns, and choose again where those of a family are 0 throughout."""
     zero: frozenset[object] = frozenset()
-    stamps: tuple[Stamps, ...] | None = None
+    stamps: tuple[Stamps, ...] = ()
     while True:
-        choice = choose(table, arm, reading, zero)
-        read = _read(table, choice, held, progress, with_stamps=stamps is None)
-        stamps = read if stamps is None else stamps
-        dead = {
-            family.key
-            for role, family in (choice.families or {}).items()
-            if not any(np.nan_to_num(held[use.column]).any() for use in choice.of(role))
-        }
+        try:
+            choice = choose(table, arm, reading, zero)
+        except AmbiguityError as error:
+            columns = [column for family in error.families for column in family.all_columns]
+            _hold(table, columns, (), held, progress)
+            dead = {family.key for family in error.families if not _moves(family.all_columns, held)}
+            if dead <= zero:
+                raise
+            zero |= dead
+            continue
+        times = choice.time.columns if choice.time is not None and not stamps else ()
+        stamps = _hold(table, [use.column for use in choice.uses], times, held, progress) or stamps
+        chosen = (choice.families or {}).items()
+        dead = {f.key for role, f in chosen if not _moves([use.column for use in choice.of(role)], held)}
         if dead <= zero:
             return choice, stamps
         zero |= dead
 
 
-def _read(
+def _moves(columns: Sequence[int], held: Mapping[int, FloatArray]) -> bool:
+    """Whether any number is not 0."""
+    return any(bool(np.nan_to_num(held[column]).any()) for column in columns)
+
+
+def _hold(
     table: LogTable,
-    choice: Choice,
+    columns: Sequence[int],
+    times: Sequence[int],
     held: dict[int, FloatArray],
     progress: Progress,
-    with_stamps: bool = True,
 ) -> tuple[Stamps, ...]:
     """Read what is not held yet; a column that two things are read from is read once."""
-    wanted = sorted({use.column for use in choice.uses} - set(held))
-    times = choice.time.columns if choice.time is not None and with_stamps else ()
+    wanted = sorted(set(columns) - set(held))
     if not wanted and not times:
         return ()
     read = table.read(wanted, times, progress)

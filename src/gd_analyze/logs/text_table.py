@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal, InvalidOperation
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -170,7 +170,7 @@ class TextTable:
                     na_values=_NOT_GIVEN,
                     skip_blank_lines=False,
                     encoding_errors="replace",
-                    float_precision="round_trip" if self.layout.decimal == "." else None,
+                    **_exact(),
                     low_memory=False,
                 )
         except (ValueError, OverflowError, pd.errors.ParserWarning):
@@ -284,6 +284,15 @@ class TextTable:
                 found="UTF-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "a binary file (zero bytes)",
                 next_step="save it as CSV in UTF-8",
             )
+
+
+@cache
+def _exact() -> dict[str, Any]:
+    """What makes pandas read every digit; since version 3.1 it does, and says so of the word."""
+    import pandas as pd
+
+    release = tuple(int(part) for part in pd.__version__.split(".")[:2])
+    return {} if release >= (3, 1) else {"float_precision": "round_trip"}
 
 
 @dataclass(frozen=True, eq=False)

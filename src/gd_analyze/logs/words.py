@@ -63,3 +63,15 @@ def joint_of(words: Words) -> tuple[Words, int | None]:
             number = int(label.pop(k))
             break
     return tuple(label), number
+
+
+def as_written(words: Words, name: str) -> str:
+    """Words as they stand in a name that holds them, or with underscores between them.
+
+    Examples
+    --------
+    >>> as_written(("fer", "joint", "1"), "/joint_states/fer_joint1/position")
+    'fer_joint1'
+    """
+    found = re.search("[^A-Za-z0-9]?".join(map(re.escape, words)), name, re.IGNORECASE)
+    return found[0] if found and words else "_".join(words)

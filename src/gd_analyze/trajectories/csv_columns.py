@@ -115,6 +115,11 @@ def read_columns(cells: Sequence[str], arm: RobotArm, header: Location) -> Colum
     )
 
 
+def is_contracted(name: str) -> bool:
+    """Whether a column's name is one of the contract's."""
+    return name.strip().lower() == "time" or _COLUMN.fullmatch(name.strip().lower()) is not None
+
+
 def header_for(n_joints: int, kinds: Sequence[str] = KINDS) -> str:
     """Write the header line for n joints."""
     return ",".join(["time", *(f"{kind}{i}" for kind in kinds for i in range(1, n_joints + 1))])
