@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli.given import drives_option, load_arm_carrying, payload_option
+from gd_analyze.cli.given import GivenRobot, drives_option, load_arm_carrying, payload_option, robot_given
 from gd_analyze.cli.levels import budget_option, level_option, simplify_options
 from gd_analyze.cli.options import (
     command_line,
@@ -16,7 +16,6 @@ from gd_analyze.cli.options import (
     margin_option,
     out_option,
     overwrite_option,
-    robot_argument,
     top_option,
     trajectory_argument,
 )
@@ -42,7 +41,7 @@ class MainJob(click.Command):
 
 
 @click.command(cls=MainJob, hidden=True)
-@robot_argument
+@robot_given
 @trajectory_argument()
 @out_option("Folder for the results.  [default: reports/ROBOT-TRAJECTORY[-OPTIONS]]")
 @overwrite_option
@@ -61,7 +60,7 @@ class MainJob(click.Command):
 @top_option
 @reporting
 def analyze(
-    robot: str,
+    robot: GivenRobot,
     trajectory: str,
     out: Path | None,
     overwrite: bool,

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli.given import load_arm_carrying, payload_option
+from gd_analyze.cli.given import GivenRobot, load_arm_carrying, payload_option, robot_given
 from gd_analyze.cli.options import (
     command_line,
     formats_option,
     out_option,
     overwrite_option,
-    robot_argument,
     trajectory_argument,
 )
 from gd_analyze.cli.output import Output, reporting
@@ -28,7 +27,7 @@ FORMATS = ("html", "pdf", "json")
 
 
 @click.command(short_help="Compare the formulations' cost, speed and torques.")
-@robot_argument
+@robot_given
 @trajectory_argument("Left out, torques are compared at random states.")
 @payload_option
 @click.option(
@@ -39,7 +38,7 @@ FORMATS = ("html", "pdf", "json")
 @formats_option(FORMATS)
 @reporting
 def compare(
-    robot: str,
+    robot: GivenRobot,
     trajectory: str | None,
     payload: str | None,
     symbolic: bool,
@@ -61,7 +60,7 @@ def compare(
       gd-analyze compare two_link --symbolic
     """
     if symbolic:
-        _symbolic(robot, output.as_json)
+        _symbolic(robot.name, output.as_json)
         return
     with output.working() as stage:
         stage("reading")

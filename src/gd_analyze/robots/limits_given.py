@@ -84,16 +84,19 @@ def _accelerations_told(arm: RobotArm) -> str:
 
 
 def _replaced(arm: RobotArm, limits: Mapping[str, Mapping[str, float]]) -> RobotArm:
-    joints = tuple(dataclasses.replace(joint, **limits.get(joint.name, {})) for joint in arm.joints)
-    return dataclasses.replace(arm, joints=joints)
+    joints = []
+    for joint in arm.joints:
+        changed: dict[str, Any] = dict(limits.get(joint.name, {}))
+        joints.append(dataclasses.replace(joint, **changed))
+    return dataclasses.replace(arm, joints=tuple(joints))
 
 
 def _no_limit(found: str, arm: RobotArm) -> UsageError:
     return UsageError(
         "this is no limit of acceleration",
         where="--limits",
-        expected=f"joint=value, all=value, {arm.n_joints} values with commas between, or a .yaml or .toml file; "
-        "values above 0 in rad/s^2 or m/s^2, or with a unit: 600deg, 500mm",
+        expected=f"joint=value, all=value, {arm.n_joints} values with commas between, or a .yaml or .toml "
+        "file; values above 0 in rad/s^2 or m/s^2, or with a unit: 600deg, 500mm",
         found=found,
     )
 
