@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.logs.joints import Family, families_of
 from gd_analyze.logs.reading import NONE, ROLES, Reading
-from gd_analyze.logs.roles import Meaning, known_joints, meaning_of
+from gd_analyze.logs.roles import Meaning, is_of_set_points, known_joints, meaning_of
 from gd_analyze.logs.table import LogTable
 from gd_analyze.logs.text_table import floats_of, is_text
 from gd_analyze.logs.time_axis import TimeColumns, time_columns
@@ -109,7 +109,8 @@ def choose(
             uses += _uses(role, family, given, table, arm, reading, meanings)
     target = "q" in chosen and chosen["q"].kind == "target"
     accelerated = "qdd" in chosen and chosen["qdd"].kind == "plain"
-    planned = target or accelerated if table.planned is None else table.planned
+    set_points = any(table.names) and all(is_of_set_points(name) for name in table.names if name)
+    planned = target or accelerated or set_points if table.planned is None else table.planned
     told = [sentence for role in ("q",) if role in chosen for sentence in _renaming(chosen[role])]
     used = {use.column for use in uses}
     return Choice(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -64,6 +65,7 @@ def read_log(
         Where joints are matched although their names differ.
     """
     reading = reading or Reading()
+    _refuse_writing_over(path, reading)
     mapping = None
     if reading.mapping is not None:
         _refuse_beside_mapping(reading)
@@ -86,6 +88,20 @@ def read_log(
     for sentence in choice.told:
         warnings.warn(f"log {Path(path).name}: {sentence}", GdAnalyzeWarning, stacklevel=2)
     return _logged(table, arm, reading, choice, held, stamps)
+
+
+def _refuse_writing_over(path: str | Path, reading: Reading) -> None:
+    if reading.save_mapping is None:
+        return
+    for read in (path, reading.mapping):
+        with suppress(OSError):
+            if read is not None and Path(read).samefile(reading.save_mapping):
+                raise TrajectoryError(
+                    "the mapping would be written over what is read",
+                    where="--save-mapping",
+                    expected="another file",
+                    found=str(reading.save_mapping),
+                )
 
 
 def _refuse_beside_mapping(reading: Reading) -> None:

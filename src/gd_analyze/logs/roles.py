@@ -56,6 +56,8 @@ _COMPOSED = re.compile(
 )
 _DERIVED = {("q", "dot"): "qd", ("theta", "dot"): "thetadot", ("qd", "dot"): "qdd", ("q", "ddot"): "qdd",
             ("d", "q"): "dq", ("dd", "q"): "ddq", ("thetadot", "dot"): "thetaddot"}  # fmt: skip
+# Columns of the trajectories that gd-analyze writes itself.
+SET_POINT_COLUMN = re.compile(r"(qdd|qd|q)([1-9][0-9]{0,5})(_deg)?")
 _SINGLE = frozenset({"a", "s", "l", "r", "u", "b", "t", "e"})
 
 
@@ -239,6 +241,12 @@ def _token_segment(segments: list[Words], words: list[tuple[int, str]], role_at:
         if any(not _says_nothing(word) or word.isdigit() for word in own):
             return k
     return role_at
+
+
+def is_of_set_points(name: str) -> bool:
+    """Whether a column's name is one of a file of set points: time, q1, qd1_deg."""
+    lowered = name.strip().lower()
+    return lowered == "time" or SET_POINT_COLUMN.fullmatch(lowered) is not None
 
 
 def says_target(words: Words) -> bool:

@@ -114,11 +114,11 @@ def read_trajectory(
     if str(path_or_name) not in ("-", *shipped_trajectories()) and _is_regular(path):
         head = beginning_of(path)
         if format_by_name(path) or reading.asked or not keeps_contract(head):
-            return motion_of_log(path, arm, reading, treatment, head, progress=progress)
+            return motion_of_log(path, arm, reading, treatment, progress=progress)
     path, name, source, data = _fetch(path_or_name)
     head = data[:HEAD]
     if reading.asked or not keeps_contract(head):
-        log = motion_of_log(path, arm, reading, treatment, head, data, progress)
+        log = motion_of_log(path, arm, reading, treatment, data, progress)
         return replace(log, name=visible(name), origin=visible(source))
     return _by_contract(path, name, source, data, arm)
 

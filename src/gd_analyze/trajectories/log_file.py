@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import csv
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 
-from gd_analyze.logs import Logged, Reading, read_log
+from gd_analyze.logs import Reading, read_log
 from gd_analyze.logs.cells import WITH_COMMA
+from gd_analyze.logs.roles import is_of_set_points
 from gd_analyze.logs.table import Progress, no_progress
 from gd_analyze.logs.text_layout import LONGEST_NAME
 from gd_analyze.robots import RobotArm
 from gd_analyze.trajectories.checks import check_against_arm
-from gd_analyze.trajectories.csv_columns import is_contracted
 from gd_analyze.trajectories.measured import motion_of
 from gd_analyze.trajectories.trajectory import Trajectory
 from gd_analyze.trajectories.treatment import Treatment
@@ -50,26 +49,11 @@ def keeps_contract(head: bytes) -> bool:
     names = [name.strip() for name in rows[0]]
     if any(len(name) > LONGEST_NAME for name in names):
         return True
-    return all(map(is_contracted, names)) and not (len(rows) > 1 and any(map(_has_comma, rows[1])))
+    return all(map(is_of_set_points, names)) and not (len(rows) > 1 and any(map(_has_comma, rows[1])))
 
 
 def _has_comma(cell: str) -> bool:
     return WITH_COMMA.fullmatch(cell.strip()) is not None
-
-
-def logged_motion(
-    path: str | Path,
-    arm: RobotArm,
-    reading: Reading,
-    head: bytes,
-    data: bytes | None = None,
-    progress: Progress = no_progress,
-) -> Logged:
-    """Read a log; one whose names are those of set points is a plan, unless it is said to be measured."""
-    names = [name for name in (_rows(head) or [[]])[0] if name.strip()]
-    if names and all(map(is_contracted, names)) and reading.measured is None and reading.mapping is None:
-        reading = replace(reading, measured=False)
-    return read_log(path, arm, reading, data=data, progress=progress)
 
 
 def motion_of_log(
@@ -77,7 +61,6 @@ def motion_of_log(
     arm: RobotArm,
     reading: Reading,
     treatment: Treatment | None,
-    head: bytes,
     data: bytes | None = None,
     progress: Progress = no_progress,
 ) -> Trajectory:
@@ -89,14 +72,12 @@ def motion_of_log(
         As `read_log` takes them.
     treatment
         As `motion_of` takes it.
-    head
-        First bytes of the file.
 
     Raises
     ------
     TrajectoryError
         As these two.
     """
-    trajectory = motion_of(logged_motion(path, arm, reading, head, data, progress), arm, treatment)
+    trajectory = motion_of(read_log(path, arm, reading, data=data, progress=progress), arm, treatment)
     check_against_arm(trajectory, arm)
     return trajectory
