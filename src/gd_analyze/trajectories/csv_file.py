@@ -109,18 +109,31 @@ def read_trajectory(
             expected="the name of a shipped one, or the path of a file",
             found=in_python(path_or_name),
         )
-    reading = reading or Reading()
-    path = Path(path_or_name)
-    if str(path_or_name) not in ("-", *shipped_trajectories()) and _is_regular(path):
-        head = beginning_of(path)
-        if format_by_name(path) or reading.asked or not keeps_contract(head):
-            return motion_of_log(path, arm, reading, treatment, progress=progress)
+    log = _log_in(path_or_name, arm, reading or Reading(), treatment, progress)
+    trajectory, degrees = (log, None) if isinstance(log, Trajectory) else _by_contract(*log, arm)
+    if degrees is not None:
+        warn_if_radians(trajectory.name, degrees)
+    check_against_arm(trajectory, arm)
+    return trajectory
+
+
+def _log_in(
+    path_or_name: str | Path,
+    arm: RobotArm,
+    reading: Reading,
+    treatment: Treatment | None,
+    progress: Progress,
+) -> Trajectory | tuple[str | Path, str, str, bytes]:
+    """Read the motion of a log; of a file of set points, fetch path for messages, name, origin and bytes."""
+    given = Path(path_or_name)
+    if str(path_or_name) not in ("-", *shipped_trajectories()) and _is_regular(given):
+        if format_by_name(given) or reading.asked or not keeps_contract(beginning_of(given)):
+            return motion_of_log(given, arm, reading, treatment, progress=progress)
     path, name, source, data = _fetch(path_or_name)
-    head = data[:HEAD]
-    if reading.asked or not keeps_contract(head):
-        log = motion_of_log(path, arm, reading, treatment, data, progress)
-        return replace(log, name=visible(name), origin=visible(source))
-    return _by_contract(path, name, source, data, arm)
+    if reading.asked or not keeps_contract(data[:HEAD]):
+        motion = motion_of_log(path, arm, reading, treatment, data, progress)
+        return replace(motion, name=visible(name), origin=visible(source))
+    return path, name, source, data
 
 
 def _is_regular(path: Path) -> bool:
@@ -131,8 +144,10 @@ def _is_regular(path: Path) -> bool:
         return False
 
 
-def _by_contract(path: str | Path, name: str, source: str, data: bytes, arm: RobotArm) -> Trajectory:
-    """Read a file of set points."""
+def _by_contract(
+    path: str | Path, name: str, source: str, data: bytes, arm: RobotArm
+) -> tuple[Trajectory, FloatArray | None]:
+    """Read a file of set points, and its angles that are said to be in degrees as they stand there."""
     lines = _decode(data, path).replace("\r\n", "\n").replace("\r", "\n").split("\n")
     numbers = [i for i, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
     if not numbers:
@@ -158,10 +173,7 @@ def _by_contract(path: str | Path, name: str, source: str, data: bytes, arm: Rob
     name, origin = visible(name), visible(_origin(source, lines))
     trajectory = _build(table, columns, arm, name, origin, rows.place(-1))
     angles = [c for c in columns.by_kind["q"] if c in columns.degrees]
-    if angles:
-        warn_if_radians(name, table[:, angles])
-    check_against_arm(trajectory, arm)
-    return trajectory
+    return trajectory, table[:, angles] if angles else None
 
 
 def trajectory_csv(trajectory: Trajectory, comments: Iterable[str] = ()) -> str:
