@@ -1,4 +1,7 @@
-"""Reads and writes trajectories as CSV files; the contract is in docs/trajectories.md."""
+"""Reads and writes trajectories; the contract of their CSV files is in docs/trajectories.md.
+
+Whatever else a robot writes goes to the reader of logs.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ import difflib
 import re
 import sys
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 
@@ -14,6 +18,9 @@ import numpy as np
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.files import megabytes, read_at_most, write_text
 from gd_analyze.given_numbers import LARGEST, are_possible
+from gd_analyze.logs import Reading
+from gd_analyze.logs.open_log import format_by_name
+from gd_analyze.logs.table import Progress, no_progress
 from gd_analyze.resources import shipped
 from gd_analyze.robots import RobotArm
 from gd_analyze.trajectories.checks import check_against_arm, warn_if_radians
@@ -21,7 +28,9 @@ from gd_analyze.trajectories.csv_columns import KINDS, Columns, header_for, read
 from gd_analyze.trajectories.csv_lines import Lines
 from gd_analyze.trajectories.csv_rows import Rows
 from gd_analyze.trajectories.derived_rates import FEWEST_SET_POINTS, complete_rates
+from gd_analyze.trajectories.log_file import HEAD, beginning_of, keeps_contract, motion_of_log
 from gd_analyze.trajectories.trajectory import Trajectory
+from gd_analyze.trajectories.treatment import Treatment
 from gd_analyze.vectors import FloatArray
 from gd_analyze.visible import in_python, visible
 
@@ -47,30 +56,46 @@ def trajectory_of(given: Trajectory | str | Path, arm: RobotArm) -> Trajectory:
     return given if isinstance(given, Trajectory) else read_trajectory(given, arm)
 
 
-def read_trajectory(path_or_name: str | Path, arm: RobotArm) -> Trajectory:
-    """Read a trajectory for an arm.
+def read_trajectory(
+    path_or_name: str | Path,
+    arm: RobotArm,
+    reading: Reading | None = None,
+    treatment: Treatment | None = None,
+    *,
+    progress: Progress = no_progress,
+) -> Trajectory:
+    """Read a trajectory for an arm, or the log of a motion.
 
     Parameters
     ----------
     path_or_name
-        A CSV file, the name of a shipped trajectory, or "-" for standard input.
+        A file, the folder of a bag, the name of a shipped trajectory, or "-" for standard input.
     arm
-        The arm that shall follow it.
+        The arm that shall follow it, or did.
+    reading
+        What a log does not tell itself of its columns.
+    treatment
+        What is done to a measured one; by default rules decide.
+    progress
+        Told how much of a log is read.
 
     Returns
     -------
     Trajectory
-        Named after the file; missing rates are derived, and `Trajectory.rates_from` says how.
+        Named after the file; missing rates are derived, and `Trajectory.rates_from` says how. Of a measured
+        log, `Trajectory.recording` holds what it was made of.
 
     Raises
     ------
     TrajectoryError
-        If there is no such file, or it breaks the contract; the message names line and column.
+        If there is no such file, it breaks the contract of trajectories, or a log is not understood; the
+        message names line and column.
 
     Warns
     -----
     GdAnalyzeWarning
-        If the arm's limits are exceeded, or angles seem to be in another unit than stated.
+        If the arm's limits are exceeded, angles seem to be in another unit than stated, or joints are matched
+        although their names differ.
 
     Examples
     --------
@@ -82,10 +107,48 @@ def read_trajectory(path_or_name: str | Path, arm: RobotArm) -> Trajectory:
         raise TrajectoryError(
             "this is no trajectory",
             where="trajectory",
-            expected="the name of a shipped one, or the path of a CSV file",
+            expected="the name of a shipped one, or the path of a file",
             found=in_python(path_or_name),
         )
+    log = _log_in(path_or_name, arm, reading or Reading(), treatment, progress)
+    trajectory, degrees = (log, None) if isinstance(log, Trajectory) else _by_contract(*log, arm)
+    if degrees is not None:
+        warn_if_radians(trajectory.name, degrees)
+    check_against_arm(trajectory, arm)
+    return trajectory
+
+
+def _log_in(
+    path_or_name: str | Path,
+    arm: RobotArm,
+    reading: Reading,
+    treatment: Treatment | None,
+    progress: Progress,
+) -> Trajectory | tuple[str | Path, str, str, bytes]:
+    """Read the motion of a log; of a file of set points, fetch path for messages, name, origin and bytes."""
+    given = Path(path_or_name)
+    if str(path_or_name) not in ("-", *shipped_trajectories()) and _is_regular(given):
+        if format_by_name(given) or reading.asked or not keeps_contract(beginning_of(given)):
+            return motion_of_log(given, arm, reading, treatment, progress=progress)
     path, name, source, data = _fetch(path_or_name)
+    if reading.asked or not keeps_contract(data[:HEAD]):
+        motion = motion_of_log(path, arm, reading, treatment, data, progress)
+        return replace(motion, name=visible(name), origin=visible(source))
+    return path, name, source, data
+
+
+def _is_regular(path: Path) -> bool:
+    """Whether a path is that of a file that may be read twice, or of a bag's folder."""
+    try:
+        return path.is_file() or format_by_name(path) is not None
+    except (OSError, ValueError):
+        return False
+
+
+def _by_contract(
+    path: str | Path, name: str, source: str, data: bytes, arm: RobotArm
+) -> tuple[Trajectory, FloatArray | None]:
+    """Read a file of set points, and its angles that are said to be in degrees as they stand there."""
     _require_text(data, path)
     lines = Lines(data)
     numbers = [i for i, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
@@ -112,10 +175,7 @@ def read_trajectory(path_or_name: str | Path, arm: RobotArm) -> Trajectory:
     name, origin = visible(name), visible(_origin(source, lines))
     trajectory = _build(table, columns, arm, name, origin, rows.place(-1))
     angles = [c for c in columns.by_kind["q"] if c in columns.degrees]
-    if angles:
-        warn_if_radians(name, table[:, angles])
-    check_against_arm(trajectory, arm)
-    return trajectory
+    return trajectory, table[:, angles] if angles else None
 
 
 def trajectory_csv(trajectory: Trajectory, comments: Iterable[str] = ()) -> str:
