@@ -117,9 +117,7 @@ class Tube:
         lower, upper, begin, end = lower[order], upper[order], begin[order], end[order]
         coarse = path.unsure.any(axis=(1, 2))
         note = " ".join(filter(None, (_gaps_told(motion), path.note(motion))))
-        return cls(
-            lower - margins, upper + margins, begin, end, margins, where, int(coarse.sum()), note
-        )
+        return cls(lower - margins, upper + margins, begin, end, margins, where, int(coarse.sum()), note)
 
 
 def _single(motion: Trajectory) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
