@@ -135,7 +135,7 @@ def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
         "cross_check": rows_of(tables["cross_check"], "comparison"),
         "run": findings.provenance.get("run", ""),
         "provenance": summary.provenance_lines(findings),
-        "still": stroboscope(arm, findings.trajectory.q),
+        "still": stroboscope(arm, findings.trajectory.q, findings.trajectory.gaps),
         "thinned_to": MOST_POINTS if count > MOST_POINTS else None,
     }
 

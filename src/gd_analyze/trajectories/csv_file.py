@@ -37,6 +37,9 @@ from gd_analyze.visible import in_python, visible
 # A million set points of a seven-joint arm, every number with all its digits, are 0.45 GB.
 LARGEST_FILE = 1_000_000_000
 
+# A line of its own where nothing is known of the motion between the set points above and below.
+GAP = "# gap"
+
 _COMMAND = re.compile(r"#\s*(gd-analyze plan .*\S)\s*")
 
 
@@ -173,13 +176,14 @@ def _by_contract(
     table = rows.numbers(columns.names, columns.time)
     # From here on they are shown, on pages too, and no path any more.
     name, origin = visible(name), visible(_origin(source, lines))
-    trajectory = _build(table, columns, arm, name, origin, rows.place(-1))
+    gaps = _gaps(lines, numbers)
+    trajectory = _build(table, columns, arm, name, origin, rows.place(-1), gaps)
     angles = [c for c in columns.by_kind["q"] if c in columns.degrees]
     return trajectory, table[:, angles] if angles else None
 
 
 def trajectory_csv(trajectory: Trajectory, comments: Iterable[str] = ()) -> str:
-    """Text of a trajectory's CSV file: comments, header and every number in full precision.
+    """Text of a trajectory's CSV file: comments, header and every number in full precision; gaps as `# gap`.
 
     Parameters
     ----------
@@ -190,7 +194,9 @@ def trajectory_csv(trajectory: Trajectory, comments: Iterable[str] = ()) -> str:
     """
     table = np.column_stack([trajectory.time, trajectory.q, trajectory.qd, trajectory.qdd])
     # Adding 0.0 turns -0.0 into 0.0; repr is the shortest text that reads back as the same number.
-    rows = (",".join(map(repr, row)) for row in (table + 0.0).tolist())
+    rows = [",".join(map(repr, row)) for row in (table + 0.0).tolist()]
+    for gap in reversed(trajectory.gaps):
+        rows.insert(gap, GAP)
     lines = [f"# {line}".rstrip() for comment in comments for line in comment.splitlines()]
     return "\n".join([*lines, header_for(trajectory.n_joints), *rows]) + "\n"
 
@@ -305,24 +311,39 @@ def _origin(source: str, lines: Sequence[str]) -> str:
     return source + (f"; made by: {command}" if command else "")
 
 
+def _gaps(lines: Sequence[str], numbers: Sequence[int]) -> tuple[int, ...]:
+    """Set points before which a line says that there is a gap; of the first there is nothing before."""
+    said = [i for i, line in enumerate(lines, 1) if line.startswith(GAP) and line.strip() == GAP]
+    before = np.unique(np.searchsorted(numbers, said) - 1)
+    return tuple(before[(before > 0) & (before < len(numbers) - 1)].tolist())
+
+
 def _build(
-    table: FloatArray, columns: Columns, arm: RobotArm, name: str, origin: str, end: Location
+    table: FloatArray,
+    columns: Columns,
+    arm: RobotArm,
+    name: str,
+    origin: str,
+    end: Location,
+    gaps: tuple[int, ...],
 ) -> Trajectory:
     degrees = sorted(columns.degrees)
     radians = table.copy() if degrees else table
     radians[:, degrees] = np.deg2rad(table[:, degrees])
     given = {kind: radians[:, list(places)] for kind, places in columns.by_kind.items()}
     absent = [kind for kind in KINDS if kind not in given]
-    if absent and len(table) < FEWEST_SET_POINTS:
+    shortest = int(np.diff([0, *gaps, len(table)]).min())
+    if absent and shortest < FEWEST_SET_POINTS:
         raise TrajectoryError(
             f"too few set points to derive {' and '.join(absent)}",
             where=end,
-            expected=f"at least {FEWEST_SET_POINTS} set points, or columns for {' and '.join(absent)}",
-            found=f"{len(table)} set point{'s' if len(table) > 1 else ''}",
+            expected=f"at least {FEWEST_SET_POINTS} set points{' between gaps' if gaps else ''}, or columns for "
+            f"{' and '.join(absent)}",
+            found=f"{shortest} set point{'s' if shortest > 1 else ''}",
             next_step=f"add columns {', '.join(f'{k}1..{k}{arm.n_joints}' for k in absent)}, or set points",
         )
     time, q = table[:, columns.time], given["q"]
-    qd, qdd, rates_from = complete_rates(time, q, given.get("qd"), given.get("qdd"))
+    qd, qdd, rates_from = complete_rates(time, q, given.get("qd"), given.get("qdd"), gaps)
     for kind, rates in (("qd", qd), ("qdd", qdd)):
         if kind in absent and not are_possible(rates):
             raise TrajectoryError(
@@ -332,4 +353,4 @@ def _build(
                 found=f"time steps of {np.diff(time).min():g} s to {np.diff(time).max():g} s",
                 next_step=f"check the instants, or add columns for {kind}",
             )
-    return Trajectory(time, q, qd, qdd, name=name, origin=origin, rates_from=rates_from)
+    return Trajectory(time, q, qd, qdd, name=name, origin=origin, rates_from=rates_from, gaps=gaps)
