@@ -1,0 +1,36 @@
+"""Least squares of long columns from a small triangle: what their QR decomposition leaves, block by block."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from gd_analyze.vectors import FloatArray
+
+# A column of whose length no more than this part is independent of those before it tells nothing of its own:
+# rates and torques have not as many good digits.
+_DEPENDENT = 1e-6
+
+
+def triangle(blocks: Iterable[FloatArray], columns: int) -> FloatArray:
+    """R of the QR decomposition of some columns, given as blocks of rows, shape (columns, columns).
+
+    Whatever least squares or sums of squares of the columns are wanted, R gives them in place of the columns,
+    and without the squaring that would cost half the digits.
+    """
+    left = np.zeros((columns, columns))
+    for block in blocks:
+        left = np.linalg.qr(np.vstack([left, block]), mode="r")
+    return left
+
+
+def independent(r: FloatArray, columns: Sequence[int]) -> list[int]:
+    """Those of some columns that are not made up of the ones before them."""
+    kept: list[int] = []
+    for column in columns:
+        whole = float(np.linalg.norm(r[:, column]))
+        reduced = np.linalg.qr(r[:, [*kept, column]], mode="r")
+        if abs(reduced[-1, -1]) > _DEPENDENT * whole:
+            kept.append(column)
+    return kept
