@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,9 @@ from gd_analyze.states import states_of
 from gd_analyze.trajectories import Trajectory, trajectory_of
 from gd_analyze.trajectories.checks import require_joints
 from gd_analyze.vectors import Array, FloatArray, chunks
+
+# Readings of a moving joint from which on friction is fitted: five for each of three terms and a slope.
+_FEWEST = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,24 +156,14 @@ def compared(arm: RobotArm, trajectory: Trajectory, model: FloatArray) -> Torque
         for i, fit in enumerate(fits)
     ]
 
-    def each(value: Callable[[JointFit], float]) -> FloatArray:
-        return np.array([np.nan if fit is None else value(fit) for fit in fits])
-
-    friction = Friction(
-        *(each(lambda fit, k=k: fit.terms[k]) for k in range(3)),
-        *(each(lambda fit, k=k: fit.errors[k]) for k in range(3)),
-        rms=each(lambda fit: fit.rms),
-        correlation=each(lambda fit: fit.correlation),
-        explained=each(lambda fit: fit.explained),
-    )
     return TorqueComparison(
         arm=arm,
         model=model,
         measured=measured,
         **out,
-        slope_beside_friction=each(lambda fit: fit.slope),
-        slope_error=each(lambda fit: fit.slope_error),
-        friction=friction,
+        slope_beside_friction=np.array([np.nan if fit is None else fit.slope for fit in fits]),
+        slope_error=np.array([np.nan if fit is None else fit.slope_error for fit in fits]),
+        friction=Friction.of(fits),
         verdicts=tuple(verdict for verdict, _ in judged),
         resembles=tuple(joint for _, joint in judged),
     )
@@ -239,6 +231,3 @@ def _fit(
     rate = np.zeros_like(way) if still else trajectory.qd[:, joint]
     way = np.zeros_like(way) if still else way
     return fit_joint(model, measured, way, rate, used, trajectory.stretches)
-
-
-_FEWEST = 20

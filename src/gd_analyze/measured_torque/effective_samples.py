@@ -18,11 +18,11 @@ _WINDOW = 5.0
 def correlation_time(
     residual: Callable[[slice], FloatArray], used: Array, stretches: Sequence[slice]
 ) -> float:
-    """Readings per independent one, 1 or more: 1 + 2 sum_k rho_k over the correlations at k readings' distance.
+    """Readings per independent one, 1 or more: 1 + 2 sum_k rho_k, rho_k the correlation of those k apart.
 
-    A mean over N of them is as uncertain as one over N divided by this. For the coefficients of a fit the same
-    holds as long as what they belong to changes more slowly than the residuals are alike, and errs to the safe
-    side otherwise.
+    A mean over N of them is as uncertain as one over N divided by this. For the coefficients of a fit the
+    same holds as long as what they belong to changes more slowly than the residuals are alike, and errs to
+    the safe side otherwise.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gd_analyze.measured_torque.effective_samples import correlation_time
-from gd_analyze.measured_torque.triangle import independent, triangle
+from gd_analyze.measured_torque.triangle import independent, reduced, triangle
 from gd_analyze.vectors import Array, FloatArray, chunks
 
 TERMS = ("coulomb", "viscous", "offset")
@@ -21,36 +21,46 @@ _OF_TERM = (_DIRECTION, _RATE, _OFFSET)
 class Friction:
     """Friction of every joint beside the model's torque, at the joint, by ordinary least squares.
 
-    measured - model = coulomb sign(qd) + viscous qd + offset. All of shape (n,), and nan of a joint without a
-    measurement, or where a motion does not tell one term from the others: a joint that only moves one way, or
-    always as fast.
+    measured - model = coulomb sign(qd) + viscous qd + offset. What is not known is nan: of a joint without a
+    measurement, and where a motion does not tell one term from the others, as of a joint that only moves one
+    way or always as fast.
 
     Parameters
     ----------
-    coulomb, viscous, offset
-        N m, N m s and N m (N, N s/m and N). The friction that would drive a joint is held at 0.
-    coulomb_error, viscous_error, offset_error
-        Standard errors; nan of what is held at 0. Neighbouring residuals are alike, so readings count as the
-        fewer independent ones in `independent_readings`. They tell of noise, not of a wrong model.
+    terms
+        By joint and the names of `TERMS`: N m, N m s and N m (N, N s/m and N where it slides), shape (n, 3).
+        Friction that would drive a joint is held at 0.
+    errors
+        Their standard errors; nan of what is held at 0. Readings whose residuals resemble their neighbours'
+        count as fewer. They tell of noise, not of what is wrong with the model.
     rms, correlation, explained
         Of the measurement beside model and friction: RMS of the difference, correlation, and share of the
-        measured variance explained.
+        measured variance explained, shape (n,).
     """
 
-    coulomb: FloatArray
-    viscous: FloatArray
-    offset: FloatArray
-    coulomb_error: FloatArray
-    viscous_error: FloatArray
-    offset_error: FloatArray
+    terms: FloatArray
+    errors: FloatArray
     rms: FloatArray
     correlation: FloatArray
     explained: FloatArray
 
+    @classmethod
+    def of(cls, fits: Sequence[JointFit | None]) -> Friction:
+        """Collect what was fitted to each joint; None of one without a measurement."""
+        unknown = np.full(3, np.nan)
+        return cls(
+            np.array([unknown if fit is None else fit.terms for fit in fits]),
+            np.array([unknown if fit is None else fit.errors for fit in fits]),
+            *(
+                np.array([np.nan if fit is None else getattr(fit, name) for fit in fits])
+                for name in ("rms", "correlation", "explained")
+            ),
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class JointFit:
-    """One joint's measured torque by friction beside the model: once with the model as it is, once times a slope.
+    """One joint's measured torque by friction beside the model: as the model is, and times a slope.
 
     Parameters
     ----------
@@ -133,7 +143,7 @@ def _slope(
     r: FloatArray, terms: list[int], times: Callable[[FloatArray], float], count: int
 ) -> dict[str, float]:
     """How measured and model go together beside friction, whatever they are multiplied by."""
-    mixed = np.linalg.qr(r[:, [*terms, _MODEL, _MEASURED]], mode="r")
+    mixed = reduced(r[:, [*terms, _MODEL, _MEASURED]])
     own, along = mixed[-2, -2:]
     left = float(np.hypot(along, mixed[-1, -1]))
     if independent(r, [*terms, _MODEL])[-1] != _MODEL:
@@ -154,13 +164,13 @@ def _slope(
 
 
 def _deviations(r: FloatArray, weights: FloatArray, free: list[int], time: float, count: int) -> FloatArray:
-    """Standard errors of the weights that are free, nan of others, of readings of which `time` are worth one."""
+    """Standard errors of the free weights, nan of others, where so many readings are worth one."""
     out = np.full(5, np.nan)
     readings = count / time - len(free)
     if readings > 0:
         variance = float(np.linalg.norm(r @ weights)) ** 2 / count * (count / time) / readings
         sizes = np.linalg.norm(r[:, free], axis=0)
-        inverse = np.linalg.inv(np.linalg.qr(r[:, free] / sizes, mode="r"))
+        inverse = np.linalg.inv(reduced(r[:, free] / sizes))
         out[free] = np.sqrt(variance * time * (inverse**2).sum(axis=1)) / sizes
     return out
 

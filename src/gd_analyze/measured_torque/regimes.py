@@ -10,7 +10,7 @@ from gd_analyze.vectors import Array, FloatArray
 # A zero-phase low-pass spreads a jump over half a period of its cut-off: of a Butterworth filter's step, some
 # hundredths are left there.
 _SETTLED = 0.5
-# The noise of a rate decides its sign only in one of some hundred readings beyond so many standard deviations.
+# Noise decides the sign of a rate beyond so many of its standard deviations in one of a thousand readings.
 _SIGMAS = 3.0
 # And a joint slower than this part of its fastest is at rest, whatever the noise is said to be: rates are
 # derived, and have round-off where there is no motion.
@@ -18,7 +18,7 @@ _AT_REST = 1e-3
 
 
 def settled(trajectory: Trajectory) -> Array:
-    """Set points at which the filter's own start and end are over, shape (N,); all where none would be left."""
+    """Set points at which the filter's own start and end are over, (N,); all where none would be left."""
     wait = _settling(trajectory)
     inside = np.ones(trajectory.n_set_points, dtype=bool)
     for stretch in trajectory.stretches:
@@ -28,7 +28,7 @@ def settled(trajectory: Trajectory) -> Array:
 
 
 def direction(trajectory: Trajectory, joint: int) -> FloatArray:
-    """1 where the joint moves forwards, -1 backwards, 0 where it is at rest to within its noise, shape (N,)."""
+    """1 where the joint moves forwards, -1 backwards, 0 where it is at rest to within its noise, (N,)."""
     rate, recording = trajectory.qd[:, joint], trajectory.recording
     noise = 0.0
     if recording is not None:

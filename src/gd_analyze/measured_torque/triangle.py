@@ -21,8 +21,13 @@ def triangle(blocks: Iterable[FloatArray], columns: int) -> FloatArray:
     """
     left = np.zeros((columns, columns))
     for block in blocks:
-        left = np.linalg.qr(np.vstack([left, block]), mode="r")
+        left = reduced(np.vstack([left, block]))
     return left
+
+
+def reduced(columns: FloatArray) -> FloatArray:
+    """R of the QR decomposition of columns at hand."""
+    return np.asarray(np.linalg.qr(columns, mode="r"))
 
 
 def independent(r: FloatArray, columns: Sequence[int]) -> list[int]:
@@ -30,7 +35,7 @@ def independent(r: FloatArray, columns: Sequence[int]) -> list[int]:
     kept: list[int] = []
     for column in columns:
         whole = float(np.linalg.norm(r[:, column]))
-        reduced = np.linalg.qr(r[:, [*kept, column]], mode="r")
-        if abs(reduced[-1, -1]) > _DEPENDENT * whole:
+        own = abs(reduced(r[:, [*kept, column]])[-1, -1])
+        if own > _DEPENDENT * whole:
             kept.append(column)
     return kept

@@ -33,8 +33,8 @@ CONTRADICTING: tuple[Verdict, ...] = (
 # Share of the measured variance from which on the model alone is enough: what is left is, as RMS, less than a
 # third (sqrt(0.1)) of what was measured.
 FOLLOWS = 0.9
-# Correlation beside friction from which on the model's torque is taken to be there: it makes two thirds (0.8^2)
-# of the variance that friction leaves.
+# Correlation beside friction from which on the model's torque is taken to be there: it makes two thirds
+# (0.8^2) of the variance that friction leaves.
 THERE = 0.8
 # Factor up to which model and measurement are as large: torque constants and gears' efficiencies, by which
 # currents become torques, are known to some 20 %.
