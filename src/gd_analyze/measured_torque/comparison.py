@@ -40,6 +40,8 @@ class TorqueComparison:
         The arm.
     model, measured
         Torque of the exact model, and as measured and filtered, shape (N, n).
+    compared
+        At how many set points.
     correlation
         Of both.
     slope
@@ -64,6 +66,7 @@ class TorqueComparison:
     arm: RobotArm
     model: FloatArray
     measured: FloatArray
+    compared: int
     correlation: FloatArray
     slope: FloatArray
     bias: FloatArray
@@ -160,6 +163,7 @@ def compared(arm: RobotArm, trajectory: Trajectory, model: FloatArray) -> Torque
         arm=arm,
         model=model,
         measured=measured,
+        compared=int(rows.sum()),
         **out,
         slope_beside_friction=np.array([np.nan if fit is None else fit.slope for fit in fits]),
         slope_error=np.array([np.nan if fit is None else fit.slope_error for fit in fits]),
@@ -210,7 +214,8 @@ def _as_they_are(model: FloatArray, measured: FloatArray, rows: Array, there: Ar
             "peak_measured": _peak(measured, rows),
             "explained": np.diagonal(by),
         }
-    out = {name: np.where(there, values, np.nan) for name, values in out.items()}
+    # A torque that never changes has no correlation with anything.
+    out = {name: np.where(there & np.isfinite(values), values, np.nan) for name, values in out.items()}
     return out | {"peak_model": _peak(model, rows), "explained_by": by}
 
 
