@@ -44,13 +44,14 @@ def _show_friction(findings: Findings) -> None:
     from gd_analyze.labels import joint_name
     from gd_analyze.results.torque_words import friction_cells, measured_rows
 
+    cells = []
+    for row in measured_rows(findings):
+        *told, _ = friction_cells(row, digits=1)
+        tight = (cell.replace(" ± ", "±") for cell in told)
+        cells.append([joint_name(row["joint"], row["joint_name"]), *tight])
     table(
-        "Friction and offset fitted to the difference, with standard errors; RMS of what is left, and the "
-        "share of the measured variance that model and friction explain",
-        ["joint", "Coulomb", "offset", "RMS", "", "viscous", "", "expl."],
-        [
-            [joint_name(row["joint"], row["joint_name"]), *friction_cells(row, digits=1)]
-            for row in measured_rows(findings)
-        ],
-        "lrrrlrlr",
+        "Friction and offset fitted to the difference, with standard errors, and RMS of what is left",
+        ["joint", "Coulomb", "offset", "RMS", "", "viscous", ""],
+        cells,
+        "lrrrlrl",
     )

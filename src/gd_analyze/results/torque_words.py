@@ -126,7 +126,10 @@ class FrictionCells(NamedTuple):
 
 
 def friction_cells(row: Row, digits: int = 2) -> FrictionCells:
-    """Write what was fitted to one joint; `row` is of `measured_rows`, of a run that fits friction, `digits` are the errors'."""
+    """Write what was fitted to one joint, errors with so many digits.
+
+    `row` is one of `measured_rows`, of a run that fits friction.
+    """
 
     def value(name: str) -> float:
         return math.nan if row[name] is None else float(row[name])
