@@ -74,7 +74,10 @@ def test_a_joint_without_readings_is_left_out(puma: RobotArm) -> None:
     others = [0, 2, 3, 5]
     for name in ("correlation", "slope", "bias", "rms", "explained", "slope_beside_friction"):
         assert np.isnan(getattr(found, name)[[1, 4]]).all(), name
-        np.testing.assert_array_equal(getattr(found, name)[others], getattr(whole, name)[others], name)
+        # The same sums, of columns in other places: round-off as above.
+        np.testing.assert_allclose(
+            getattr(found, name)[others], getattr(whole, name)[others], rtol=1e-9, atol=1e-9, err_msg=name
+        )
     assert np.isnan(found.friction.terms[[1, 4]]).all()
 
 

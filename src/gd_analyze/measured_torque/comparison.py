@@ -13,7 +13,7 @@ from gd_analyze.errors import UsageError
 from gd_analyze.formatting import amount, number, percent
 from gd_analyze.measured_torque.friction import Friction, JointFit, fit_joint
 from gd_analyze.measured_torque.regimes import direction, far_from_jumps, settled
-from gd_analyze.measured_torque.triangle import triangle
+from gd_analyze.measured_torque.triangle import spread, triangle
 from gd_analyze.measured_torque.verdict import Verdict, verdict_of
 from gd_analyze.robots import RobotArm, arm_of
 from gd_analyze.shown import html_of
@@ -202,20 +202,17 @@ def _as_they_are(model: FloatArray, measured: FloatArray, rows: Array, there: Ar
     r = triangle((columns(at) for at in chunks(len(model))), 2 * n + 1)
     of_model, of_measured = r[:, 1 : n + 1], r[:, n + 1 :]
     apart = of_measured[:, :, None] - of_model[:, None, :]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        spread = [np.linalg.norm(side[1:], axis=0) for side in (of_model, of_measured)]
-        along = (of_model[1:] * of_measured[1:]).sum(axis=0)
-        by = 1.0 - (np.linalg.norm(apart[1:], axis=0) / spread[1][:, None]) ** 2
-        out = {
-            "correlation": along / (spread[0] * spread[1]),
-            "slope": along / spread[0] ** 2,
-            "bias": np.diagonal(apart[0]) / r[0, 0],
-            "rms": np.diagonal(np.linalg.norm(apart, axis=0)) / np.sqrt(count),
-            "peak_measured": _peak(measured, rows),
-            "explained": np.diagonal(by),
-        }
-    # A torque that never changes has no correlation with anything.
-    out = {name: np.where(there & np.isfinite(values), values, np.nan) for name, values in out.items()}
+    along, wide = (of_model[1:] * of_measured[1:]).sum(axis=0), spread(of_model)
+    by = 1.0 - (np.linalg.norm(apart[1:], axis=0) / spread(of_measured)[:, None]) ** 2
+    out = {
+        "correlation": along / (wide * spread(of_measured)),
+        "slope": along / wide**2,
+        "bias": np.diagonal(apart[0]) / r[0, 0],
+        "rms": np.diagonal(np.linalg.norm(apart, axis=0)) / np.sqrt(count),
+        "peak_measured": _peak(measured, rows),
+        "explained": np.diagonal(by),
+    }
+    out = {name: np.where(there, values, np.nan) for name, values in out.items()}
     return out | {"peak_model": _peak(model, rows), "explained_by": by}
 
 

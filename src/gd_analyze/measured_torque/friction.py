@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gd_analyze.measured_torque.effective_samples import correlation_time
-from gd_analyze.measured_torque.triangle import independent, reduced, triangle
+from gd_analyze.measured_torque.triangle import independent, reduced, spread, triangle
 from gd_analyze.vectors import Array, FloatArray, chunks
 
 TERMS = ("coulomb", "viscous", "offset")
@@ -119,7 +119,7 @@ def fit_joint(
         errors=np.where(known, deviation[[*_OF_TERM]], np.nan),
         rms=least / np.sqrt(count),
         correlation=_correlation(r @ fitted, r[:, _MEASURED]),
-        explained=1.0 - (least / _spread(r[:, _MEASURED])) ** 2,
+        explained=1.0 - float(least / spread(r[:, _MEASURED])) ** 2,
         **_slope(r, terms, times, count),
     )
 
@@ -166,19 +166,14 @@ def _slope(
 def _deviations(r: FloatArray, weights: FloatArray, free: list[int], time: float, count: int) -> FloatArray:
     """Standard errors of the free weights, nan of others, where so many readings are worth one."""
     out = np.full(5, np.nan)
-    readings = count / time - len(free)
-    if readings > 0:
-        variance = float(np.linalg.norm(r @ weights)) ** 2 / count * (count / time) / readings
-        sizes = np.linalg.norm(r[:, free], axis=0)
-        inverse = np.linalg.inv(reduced(r[:, free] / sizes))
-        out[free] = np.sqrt(variance * time * (inverse**2).sum(axis=1)) / sizes
+    # Fewer independent readings than there are weights leave no measure of noise: as if there were one more.
+    spare = max(count / time - len(free), 1.0)
+    square = float(np.linalg.norm(r @ weights)) ** 2 / spare
+    sizes = np.linalg.norm(r[:, free], axis=0)
+    inverse = np.linalg.inv(reduced(r[:, free] / sizes))
+    out[free] = np.sqrt(square * (inverse**2).sum(axis=1)) / sizes
     return out
 
 
-def _spread(column: FloatArray) -> float:
-    """Norm of a column less its mean; the first of R's rows is that of the offset."""
-    return float(np.linalg.norm(column[1:])) or np.nan
-
-
 def _correlation(a: FloatArray, b: FloatArray) -> float:
-    return float(a[1:] @ b[1:]) / (_spread(a) * _spread(b))
+    return float(a[1:] @ b[1:] / (spread(a) * spread(b)))

@@ -12,6 +12,9 @@ from gd_analyze.vectors import FloatArray
 # rates and torques have not as many good digits.
 _DEPENDENT = 1e-6
 
+# A column that varies less than this part of its length is constant: round-off of sums of a million terms.
+_CONSTANT = 1e-12
+
 
 def triangle(blocks: Iterable[FloatArray], columns: int) -> FloatArray:
     """R of the QR decomposition of some columns, given as blocks of rows, shape (columns, columns).
@@ -39,3 +42,9 @@ def independent(r: FloatArray, columns: Sequence[int]) -> list[int]:
         if own > _DEPENDENT * whole:
             kept.append(column)
     return kept
+
+
+def spread(columns: FloatArray) -> FloatArray:
+    """Norm of columns of R less their means, where R's first is that of an offset; nan of what is constant."""
+    varied = np.linalg.norm(columns[1:], axis=0)
+    return np.where(varied > _CONSTANT * np.linalg.norm(columns, axis=0), varied, np.nan)
