@@ -45,6 +45,6 @@ def independent(r: FloatArray, columns: Sequence[int]) -> list[int]:
 
 
 def spread(columns: FloatArray) -> FloatArray:
-    """Norm of columns of R less their means, where R's first is that of an offset; nan of what is constant."""
+    """Norm of columns of R less their means, where the first is of an offset; nan of what is constant."""
     varied = np.linalg.norm(columns[1:], axis=0)
     return np.where(varied > _CONSTANT * np.linalg.norm(columns, axis=0), varied, np.nan)
