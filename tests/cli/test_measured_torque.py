@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from typing import Any
 
 import pytest
 
-from conftest import Run
 from gd_analyze.cli.findings import print_findings
 from gd_analyze.cli.measured_torque import show_measured_torque
 from gd_analyze.cli.output import Output
@@ -60,7 +61,7 @@ def test_json_has_all_of_it(
     assert {"correlation", "bias", "rms_difference", "explained", "coulomb", "coulomb_error"} <= second.keys()
 
 
-def test_friction_needs_measured_torques(run: Run) -> None:
+def test_friction_needs_measured_torques(run: Callable[..., Any]) -> None:
     done = run("puma560", "pick-and-place", "--fit-friction")
     assert done.code == 2
     assert "there are no measured torques to compare with" in done.err
