@@ -86,7 +86,7 @@ def swing_findings(two_link: RobotArm, swing: Trajectory) -> Findings:
 @pytest.fixture(scope="session")
 def measured_findings(two_link: RobotArm) -> Findings:
     """A log with torques, of which the second's constant is twice what it is, and friction fitted."""
-    log = recorded(two_link, gain=(1.0, 2.0))
+    log = recorded(two_link, gain=(1.0, 2.0), noise=0.05)
     return find(two_link, log, Settings(fit_friction=True), origin=Origin("gd-analyze two_link"))
 
 

@@ -123,6 +123,8 @@ def with_error(value: float, error: float, digits: int = 2) -> str:
         return "–"
     if not 0.0 < error < math.inf:
         return number(value)
+    if not 1e-3 <= max(abs(value), error) < 1e5:
+        return f"{number(value)} ± {error:.{digits - 1}e}"
     place = digits - 1 - math.floor(math.log10(float(f"{error:.{digits - 1}e}")))
     shown, decimals = (round(x, place) + 0.0 for x in (value, error)), max(place, 0)
     return " ± ".join(f"{x:.{decimals}f}" for x in shown)

@@ -51,9 +51,9 @@ def far_from_jumps(trajectory: Trajectory, way: FloatArray) -> Array:
 
 
 def _settling(trajectory: Trajectory) -> float:
-    """Seconds that the slowest of the filters needs; none where there is no filter."""
+    """Seconds that the torques' filter, the fastest of the joints', needs; none where there is none."""
     recording = trajectory.recording
     if recording is None or recording.cutoff is None:
         return 0.0
     known = recording.cutoff[np.isfinite(recording.cutoff) & (recording.cutoff > 0.0)]
-    return _SETTLED / float(known.min()) if len(known) else 0.0
+    return _SETTLED / float(known.max()) if len(known) else 0.0

@@ -49,5 +49,5 @@ def measured_torque_table(
             "time": ("time", trajectory.time, {"units": "s"}),
             "joint_name": ("joint", [joint.name for joint in arm.joints]),
         },
-        {"compared": comparison.compared, "filter": int(recording.torque_filtered is not None)},
+        {"compared": comparison.compared, "filter": int(recording.cutoff is not None)},
     )
