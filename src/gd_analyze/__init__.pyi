@@ -21,6 +21,8 @@ from gd_analyze.levels import load_model as load_model
 from gd_analyze.levels import payload_effect as payload_effect
 from gd_analyze.levels import save_model as save_model
 from gd_analyze.levels import torque_uncertainty as torque_uncertainty
+from gd_analyze.logs import Reading as Reading
+from gd_analyze.logs import read_log as read_log
 from gd_analyze.main_job import Settings as Settings
 from gd_analyze.main_job import analyze as analyze
 from gd_analyze.main_job import find as find

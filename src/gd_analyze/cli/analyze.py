@@ -8,15 +8,15 @@ from typing import Any
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli.given import drives_option, load_arm_carrying, payload_option
+from gd_analyze.cli.given import GivenRobot, drives_option, load_arm_carrying, payload_option, robot_given
 from gd_analyze.cli.levels import budget_option, level_option, simplify_options
+from gd_analyze.cli.log_options import log_options, read_motion
 from gd_analyze.cli.options import (
     command_line,
     formats_option,
     margin_option,
     out_option,
     overwrite_option,
-    robot_argument,
     top_option,
     trajectory_argument,
 )
@@ -42,8 +42,9 @@ class MainJob(click.Command):
 
 
 @click.command(cls=MainJob, hidden=True)
-@robot_argument
+@robot_given
 @trajectory_argument()
+@log_options
 @out_option("Folder for the results.  [default: reports/ROBOT-TRAJECTORY[-OPTIONS]]")
 @overwrite_option
 @formats_option(FORMATS)
@@ -66,7 +67,7 @@ class MainJob(click.Command):
 @top_option
 @reporting
 def analyze(
-    robot: str,
+    robot: GivenRobot,
     trajectory: str,
     out: Path | None,
     overwrite: bool,
@@ -89,7 +90,7 @@ def analyze(
 
         how = gd.Settings(budget=gd.Budget.parse(budget), coupling=not no_coupling, **settings)
         arm = load_arm_carrying(robot, payload)
-        motion = gd.read_trajectory(trajectory, arm)
+        motion = read_motion(trajectory, arm)
         folder = default_folder(arm, motion, how) if out is None else out
         require_outputs(*(folder / FILES[name] for name in formats))
         mark = source_of(arm, motion, how)["run"]

@@ -24,6 +24,7 @@ from gd_analyze.levels.promise import ErrorTable
 from gd_analyze.levels.torque_program import torque_program
 from gd_analyze.levels.uncertainty import torque_uncertainty
 from gd_analyze.levels.yardsticks import Yardsticks
+from gd_analyze.mass_matrix import require_positive_definite
 from gd_analyze.operations import OperationCount, Program, Trace
 from gd_analyze.operations.rewriting import rewritten
 from gd_analyze.pinocchio_check import round_off_bounds
@@ -133,20 +134,28 @@ class ExactDynamics:
         """Take states, a trajectory's set points, or a decomposition.
 
         Drives act where asked for; by default where the decomposition, or else the arm, has them. Arm and
-        trajectory may be shipped names, or paths of files.
+        trajectory may be shipped names, or paths of files. An ArmError says where D is not positive definite.
         """
-        arm = arm_of(arm)
+        exact = cls._of(arm_of(arm), given, drives)
+        require_positive_definite(exact.arm, exact.states, exact.form.drives)
+        return exact
+
+    @classmethod
+    def _of(
+        cls, arm: RobotArm, given: States | Trajectory | xr.Dataset | str | Path, drives: bool | None
+    ) -> ExactDynamics:
         if isinstance(given, States):
             return cls(ExactForm(arm, arm.counts_drives(drives)), states_for(arm, given))
         if isinstance(given, Trajectory | str | Path):
-            return cls(ExactForm(arm, arm.counts_drives(drives)), states_of(trajectory_of(given, arm)))
+            states = states_for(arm, states_of(trajectory_of(given, arm)))
+            return cls(ExactForm(arm, arm.counts_drives(drives)), states)
         require_dataset(given)
         described = {
             "trajectory": given.attrs["trajectory"],
             "trajectory_fingerprint": given.attrs["trajectory_fingerprint"],
             "set_points": given.sizes["time"],
         }
-        states = States(given["q"].values, given["qd"].values, given["qdd"].values, described)
+        states = states_for(arm, States(*(given[name].values for name in ("q", "qd", "qdd")), described))
         has_drives = "drive_torque" in given
         if drives not in (None, has_drives):
             return cls(ExactForm(arm, bool(drives)), states)

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.robots.parts import Joint, Link, moments_told
+from gd_analyze.robots.impossible import impossibility
+from gd_analyze.robots.parts import Joint, Link
 
 if TYPE_CHECKING:
     from gd_analyze.robots.arm import RobotArm
@@ -76,12 +77,8 @@ def _sentences(arm: RobotArm) -> Iterator[str]:
         stated = link.bare or link
         yield from _mass_slips(stated, arm.reach)
         yield from _centre_slip(stated, arm.reach)
-        if stated.excess and not stated.as_measured:
-            yield (
-                f"{_place(stated)}: the inertia of link {stated.name} breaks the triangle inequality by "
-                f"{stated.excess:.1%} of its largest principal moment "
-                f"({moments_told(stated.principal_moments)}); set as_measured = true if it is a measurement"
-            )
+        if impossible := impossibility(stated):
+            yield f"{_place(stated)}: {impossible}"
 
 
 def _place(part: Joint | Link) -> str:

@@ -11,12 +11,12 @@ from dataclasses import dataclass, replace
 
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.given_numbers import number_in
+from gd_analyze.logs.roles import SET_POINT_COLUMN
 from gd_analyze.robots import RobotArm
 from gd_analyze.visible import in_python
 
 KINDS = ("q", "qd", "qdd")
 
-_COLUMN = re.compile(r"(qdd|qd|q)([1-9][0-9]{0,5})(_deg)?")
 # Names that logs of robots and simulators give their columns, most specific first.
 _KIND_HINTS = (
     ("qdd", re.compile(r"acc|qdd")),
@@ -80,7 +80,7 @@ def read_columns(cells: Sequence[str], arm: RobotArm, header: Location) -> Colum
     degrees = set()
     for column, name in enumerate(names):
         where = replace(header, column=column + 1)
-        match = _COLUMN.fullmatch(name.lower())
+        match = SET_POINT_COLUMN.fullmatch(name.lower())
         if name.lower() == "time":
             key = ("time", 0)
         elif match:

@@ -1,4 +1,7 @@
-"""Reads and writes trajectories as CSV files; the contract is in docs/trajectories.md."""
+"""Reads and writes trajectories; the contract of their CSV files is in docs/trajectories.md.
+
+Whatever else a robot writes goes to the reader of logs.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ import difflib
 import re
 import sys
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 
@@ -14,13 +18,18 @@ import numpy as np
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.files import megabytes, read_at_most, write_text
 from gd_analyze.given_numbers import LARGEST, are_possible
+from gd_analyze.logs import Reading
+from gd_analyze.logs.open_log import format_by_name
+from gd_analyze.logs.table import Progress, no_progress
 from gd_analyze.resources import shipped
 from gd_analyze.robots import RobotArm
 from gd_analyze.trajectories.checks import check_against_arm, warn_if_radians
 from gd_analyze.trajectories.csv_columns import KINDS, Columns, header_for, read_columns
 from gd_analyze.trajectories.csv_rows import Rows
 from gd_analyze.trajectories.derived_rates import FEWEST_SET_POINTS, complete_rates
+from gd_analyze.trajectories.log_file import HEAD, beginning_of, keeps_contract, motion_of_log
 from gd_analyze.trajectories.trajectory import Trajectory
+from gd_analyze.trajectories.treatment import Treatment
 from gd_analyze.vectors import FloatArray
 from gd_analyze.visible import in_python, visible
 
@@ -46,30 +55,46 @@ def trajectory_of(given: Trajectory | str | Path, arm: RobotArm) -> Trajectory:
     return given if isinstance(given, Trajectory) else read_trajectory(given, arm)
 
 
-def read_trajectory(path_or_name: str | Path, arm: RobotArm) -> Trajectory:
-    """Read a trajectory for an arm.
+def read_trajectory(
+    path_or_name: str | Path,
+    arm: RobotArm,
+    reading: Reading | None = None,
+    treatment: Treatment | None = None,
+    *,
+    progress: Progress = no_progress,
+) -> Trajectory:
+    """Read a trajectory for an arm, or the log of a motion.
 
     Parameters
     ----------
     path_or_name
-        A CSV file, the name of a shipped trajectory, or "-" for standard input.
+        A file, the folder of a bag, the name of a shipped trajectory, or "-" for standard input.
     arm
-        The arm that shall follow it.
+        The arm that shall follow it, or did.
+    reading
+        What a log does not tell itself of its columns.
+    treatment
+        What is done to a measured one; by default rules decide.
+    progress
+        Told how much of a log is read.
 
     Returns
     -------
     Trajectory
-        Named after the file; missing rates are derived, and `Trajectory.rates_from` says how.
+        Named after the file; missing rates are derived, and `Trajectory.rates_from` says how. Of a measured
+        log, `Trajectory.recording` holds what it was made of.
 
     Raises
     ------
     TrajectoryError
-        If there is no such file, or it breaks the contract; the message names line and column.
+        If there is no such file, it breaks the contract of trajectories, or a log is not understood; the
+        message names line and column.
 
     Warns
     -----
     GdAnalyzeWarning
-        If the arm's limits are exceeded, or angles seem to be in another unit than stated.
+        If the arm's limits are exceeded, angles seem to be in another unit than stated, or joints are matched
+        although their names differ.
 
     Examples
     --------
@@ -81,10 +106,33 @@ def read_trajectory(path_or_name: str | Path, arm: RobotArm) -> Trajectory:
         raise TrajectoryError(
             "this is no trajectory",
             where="trajectory",
-            expected="the name of a shipped one, or the path of a CSV file",
+            expected="the name of a shipped one, or the path of a file",
             found=in_python(path_or_name),
         )
+    reading = reading or Reading()
+    path = Path(path_or_name)
+    if str(path_or_name) not in ("-", *shipped_trajectories()) and _is_regular(path):
+        head = beginning_of(path)
+        if format_by_name(path) or reading.asked or not keeps_contract(head):
+            return motion_of_log(path, arm, reading, treatment, progress=progress)
     path, name, source, data = _fetch(path_or_name)
+    head = data[:HEAD]
+    if reading.asked or not keeps_contract(head):
+        log = motion_of_log(path, arm, reading, treatment, data, progress)
+        return replace(log, name=visible(name), origin=visible(source))
+    return _by_contract(path, name, source, data, arm)
+
+
+def _is_regular(path: Path) -> bool:
+    """Whether a path is that of a file that may be read twice, or of a bag's folder."""
+    try:
+        return path.is_file() or format_by_name(path) is not None
+    except (OSError, ValueError):
+        return False
+
+
+def _by_contract(path: str | Path, name: str, source: str, data: bytes, arm: RobotArm) -> Trajectory:
+    """Read a file of set points."""
     lines = _decode(data, path).replace("\r\n", "\n").replace("\r", "\n").split("\n")
     numbers = [i for i, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
     if not numbers:
