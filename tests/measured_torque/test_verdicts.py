@@ -144,7 +144,8 @@ def test_a_log_that_was_not_filtered(two_link: RobotArm) -> None:
     assert table.attrs["filter"] == 0
     np.testing.assert_array_equal(table.measured, table.filtered)
     assert log.recording is not None
-    smooth = replace(log, recording=replace(log.recording, torque_filtered=2.0 * log.recording.torque))
+    treated = replace(log.recording, torque_filtered=2.0 * log.recording.torque, cutoff=np.array([5.0, 8.0]))
+    smooth = replace(log, recording=treated)
     table = measured_torque_table(compare_torque(two_link, smooth), smooth)
     assert table.attrs["filter"] == 1
     np.testing.assert_array_equal(2.0 * table.measured, table.filtered)

@@ -12,9 +12,11 @@ from gd_analyze.vectors import Array, FloatArray
 _SETTLED = 0.5
 # Noise decides the sign of a rate beyond so many of its standard deviations in one of a thousand readings.
 _SIGMAS = 3.0
-# And a joint slower than this part of its fastest is at rest, whatever the noise is said to be: rates are
-# derived, and have round-off where there is no motion.
-_AT_REST = 1e-3
+# And a joint slower than this part of its fastest is not sliding: teeth and bearings stick and creep first,
+# so that friction grows with the rate before it is Coulomb's. B. Armstrong-Helouvry, P. Dupont, C. Canudas
+# de Wit, A survey of models, analysis tools and compensation methods for the control of machines with
+# friction, Automatica 30 (1994).
+_CREEPING = 0.05
 
 
 def settled(trajectory: Trajectory) -> Array:
@@ -28,7 +30,7 @@ def settled(trajectory: Trajectory) -> Array:
 
 
 def direction(trajectory: Trajectory, joint: int) -> FloatArray:
-    """1 where the joint moves forwards, -1 backwards, 0 where it is at rest to within its noise, (N,)."""
+    """1 where the joint moves forwards, -1 backwards, 0 where it hardly moves, (N,)."""
     rate, recording = trajectory.qd[:, joint], trajectory.recording
     noise = 0.0
     if recording is not None:
@@ -36,7 +38,7 @@ def direction(trajectory: Trajectory, joint: int) -> FloatArray:
         # summed over frequencies w, so by Cauchy and Schwarz the rate's is at most the root of the product of
         # the other two, whatever the filter.
         noise = float(np.sqrt(recording.noise_q[joint] * recording.noise_qdd[joint]))
-    still = max(_SIGMAS * np.nan_to_num(noise), _AT_REST * float(np.abs(rate).max()))
+    still = max(_SIGMAS * np.nan_to_num(noise), _CREEPING * float(np.abs(rate).max()))
     return np.where(np.abs(rate) > still, np.sign(rate), 0.0)
 
 
