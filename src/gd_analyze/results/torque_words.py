@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from gd_analyze.declared_values import UNITS
-from gd_analyze.formatting import fitting, named_joints, number, percent, with_error
+from gd_analyze.formatting import named_joints, number, percent, prefixed, with_error
 from gd_analyze.measured_torque.verdict import CONTRADICTING
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
@@ -89,8 +89,10 @@ def _detail(rows: Sequence[Row]) -> str:
     """Factors, or the joints that were measured instead."""
     if rows[0]["verdict"] == "another joint's":
         return f" (that of {', '.join(str(row['resembles']) for row in rows)})"
-    factors = ", ".join(filter(None, map(_factor, rows)))
-    return f" (by a factor {factors})" if factors else ""
+    *first, last = [factor for row in rows if (factor := _factor(row))] or [""]
+    if first:
+        return f" (by factors {', '.join(first)} and {last})"
+    return f" (by a factor {last})" if last else ""
 
 
 def _factor(row: Row) -> str:
@@ -137,8 +139,12 @@ def friction_cells(row: Row, digits: int = 2) -> FrictionCells:
     def written(name: str, factor: float) -> str:
         return with_error(value(name) / factor, value(f"{name}_error") / factor, digits)
 
-    factor, unit = fitting([value("coulomb"), value("offset")], row["effort_unit"])
-    slower, viscous_unit = fitting([value("viscous")], UNITS["viscous"][row["effort_unit"] == "N m"])
+    def scale(unit: str, *names: str) -> tuple[float, str]:
+        told = (abs(value(f"{name}{of}")) for name in names for of in ("", "_error"))
+        return prefixed(max(filter(math.isfinite, told), default=0.0), unit)
+
+    factor, unit = scale(row["effort_unit"], "coulomb", "offset")
+    slower, viscous_unit = scale(UNITS["viscous"][row["effort_unit"] == "N m"], "viscous")
     rms, explained = value("rms_beside_friction"), value("explained_beside_friction")
     return FrictionCells(
         written("coulomb", factor),
