@@ -20,6 +20,7 @@ from gd_analyze.report.thinning import breaks, evenly, thinned
 from gd_analyze.report.views import flat_normal, upright_frame
 from gd_analyze.results import Findings, summary
 from gd_analyze.results.contributions import Contributions
+from gd_analyze.results.torque_curves import measured_joints, torque_curves
 from gd_analyze.results.words import CONTRIBUTIONS, kind_name
 from gd_analyze.vectors import Array, FloatArray
 
@@ -50,6 +51,7 @@ def page_data(findings: Findings) -> dict[str, Any]:
     _add_motion(drawing, findings)
     _add_torques(drawing, findings)
     _add_piles(drawing, findings)
+    _add_measured(drawing, findings)
     figures = drawing.figures
     if not summary.nothing_to_trade(findings):
         figures["trade-off"] = _trade_off(findings)
@@ -133,6 +135,19 @@ def _add_piles(drawing: _Drawing, findings: Findings) -> None:
             limit=float(made.limit[i]) if near else None,
             zero=True,
         )
+
+
+def _add_measured(drawing: _Drawing, findings: Findings) -> None:
+    """Measured and exact torque of every joint that was measured, and what is between them."""
+    for i in measured_joints(findings):
+        made, unit = torque_curves(findings, i), findings.arm.joints[i].effort_unit
+        torque = {"read: as read": made.read, "measured": made.measured, "model: exact": made.exact}
+        between = {"measured: measured − exact": made.difference}
+        if made.friction is not None:
+            torque["friction: exact and friction"] = made.exact + made.friction
+            between["friction: friction and offset"] = made.friction
+        drawing.add(f"measured-{i + 1}", unit, torque, made.points)
+        drawing.add(f"difference-{i + 1}", unit, between, made.points, zero=True)
 
 
 def _trade_off(findings: Findings) -> dict[str, Any]:
