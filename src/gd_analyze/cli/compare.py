@@ -9,6 +9,7 @@ import click
 
 import gd_analyze as gd
 from gd_analyze.cli.given import GivenRobot, load_arm_carrying, payload_option, robot_given
+from gd_analyze.cli.log_options import log_options, read_motion
 from gd_analyze.cli.options import (
     command_line,
     formats_option,
@@ -29,6 +30,7 @@ FORMATS = ("html", "pdf", "json")
 @click.command(short_help="Compare the formulations' cost, speed and torques.")
 @robot_given
 @trajectory_argument("Left out, torques are compared at random states.")
+@log_options
 @payload_option
 @click.option(
     "--symbolic", is_flag=True, help="Only print FGL87's two-link arm in symbols, by every formulation."
@@ -75,7 +77,7 @@ def compare(
         )
 
         arm = load_arm_carrying(robot, payload)
-        motion = None if trajectory is None else gd.read_trajectory(trajectory, arm)
+        motion = None if trajectory is None else read_motion(trajectory, arm)
         folder = default_folder(arm, motion) if out is None else out
         files = [folder / FILES[name] for name in formats]
         require_outputs(*files)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import gd_analyze as gd
+from gd_analyze.cli.log_options import log_options, read_motion
 from gd_analyze.cli.options import ROBOT, ROBOT_HELP, number_option, together, trajectory_argument
 
 if TYPE_CHECKING:
@@ -113,7 +114,7 @@ class Given:
         from gd_analyze.levels import warn_without_torque
 
         arm = load_arm_carrying(self.robot, self.payload)
-        motion = None if self.trajectory is None else gd.read_trajectory(self.trajectory, arm)
+        motion = None if self.trajectory is None else read_motion(self.trajectory, arm)
         states = gd.states_in_box(arm, self.states, self.seed) if motion is None else gd.states_of(motion)
         exact = gd.ExactDynamics.of(arm, states, self.drives)
         warn_without_torque(exact)
@@ -128,7 +129,7 @@ def given_dynamics(function: Callable[..., None]) -> Callable[..., None]:
     def verb(**words: Any) -> None:
         function(given=Given(**{name: words.pop(name) for name in names}), **words)
 
-    return together(robot_given, trajectory_or_states, drives_option, payload_option, states_options)(verb)
+    return together(robot_given, trajectory_or_states, log_options, drives_option, payload_option, states_options)(verb)
 
 
 def load_arm_carrying(robot: GivenRobot, payload: str | None) -> gd.RobotArm:

@@ -185,7 +185,7 @@ def margin_option(told: str) -> Callable[[F], F]:
 
 def trajectory_argument(without: str | None = None) -> Callable[[F], F]:
     """TRAJECTORY, which may be left out where `without` says what happens then."""
-    told = "CSV file, name of a shipped trajectory, or - for standard input."
+    told = "CSV file, log, name of a shipped trajectory, or - for standard input."
     return click.argument(
         "trajectory",
         type=TRAJECTORY,

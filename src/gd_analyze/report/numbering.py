@@ -6,6 +6,7 @@ from string import ascii_uppercase
 
 from gd_analyze.results import Findings, summary
 from gd_analyze.results.rows import dropped_parts
+from gd_analyze.results.torque_curves import measured_joints
 
 # By the name that templates call them, in the order in which a reader meets them.
 _FIGURES = {
@@ -14,6 +15,7 @@ _FIGURES = {
     "trade_off": "operations against error",
     "motion": "the motion of every joint",
     "errors": "torque and error over time",
+    "measured": "measured torque and the exact one",
     "inertia": "the inertia matrix by effect",
     "coriolis": "the Coriolis and centrifugal vector by effect",
     "gravity": "the gravity loading vector",
@@ -24,6 +26,8 @@ _TABLES = {
     "errors": "error of every joint",
     "trade_off": "operations and error by budget",
     "torques": "torques and errors of every joint",
+    "measured": "measured torque beside the exact one",
+    "friction": "friction beside the exact torque",
     "ranking": "elements ranked by torque",
     "terms": "single terms ranked by torque",
     "kept": "what the model keeps",
@@ -38,6 +42,7 @@ _TABLES = {
 }
 _APPENDICES = {
     "motion": "Motion, torque and error over time",
+    "measured": "Measured torque beside the model's",
     "effects": "Inertia, velocity and gravity terms by effect",
     "ranking": "Elements ranked by torque",
     "terms": "Single terms ranked by torque",
@@ -72,6 +77,8 @@ def numbering(findings: Findings) -> dict[str, dict[str, str]]:
 def _absent(findings: Findings) -> tuple[set[str], set[str], set[str]]:
     """Figures, tables and appendices of which there is nothing to show."""
     flat = {"trade_off"} if summary.nothing_to_trade(findings) else set()
+    measured = findings.tables.get("measured_torque")
+    unmeasured = {"measured"} if not measured_joints(findings) else set()
     beyond = findings.tables["beyond"]
     of_elements = not findings.model.level.has_torque_terms
     tables = {
@@ -79,7 +86,9 @@ def _absent(findings: Findings) -> tuple[set[str], set[str], set[str]]:
         "tube": summary.tube_proven(findings) is None,
         "beyond": not (beyond.attrs["states_drawn"] or beyond.certified.notnull().all()),
         "operations": of_elements and not findings.model.saves,
+        "friction": measured is None or "coulomb" not in measured or bool(unmeasured),
         "dropped": not dropped_parts(findings).costing,
     }
     gone = {name for name, absent in tables.items() if absent}
-    return flat, flat | gone, {"elements"} if of_elements else set()
+    appendices = {"elements"} if of_elements else set()
+    return flat | unmeasured, flat | unmeasured | gone, appendices | unmeasured

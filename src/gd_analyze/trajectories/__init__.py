@@ -10,9 +10,12 @@ from gd_analyze.trajectories.csv_file import (
     write_trajectory,
 )
 from gd_analyze.trajectories.limits import JointExtremes, LimitReport, Violation, limit_report
+from gd_analyze.trajectories.measured import motion_of
 from gd_analyze.trajectories.planning import Plan, Schedule, plan
 from gd_analyze.trajectories.profiles import PROFILES, Profile
+from gd_analyze.trajectories.recording import Recording
 from gd_analyze.trajectories.trajectory import Trajectory
+from gd_analyze.trajectories.treatment import Treatment
 
 __all__ = [
     "PROFILES",
@@ -20,11 +23,14 @@ __all__ = [
     "LimitReport",
     "Plan",
     "Profile",
+    "Recording",
     "Schedule",
     "Trajectory",
+    "Treatment",
     "Violation",
     "check_against_arm",
     "limit_report",
+    "motion_of",
     "plan",
     "read_trajectory",
     "recorded_command",
