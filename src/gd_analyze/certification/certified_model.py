@@ -106,6 +106,11 @@ def _finished(
     written = replace(model, program=model.level.write(model.form, model.terms, THOROUGH))
     errors = exact.errors_of(written.torque(*exact.states.arrays))
     promise = replace(
-        written.promise, allowed=allowed, budget=stated, errors=errors, uncertainty=exact.uncertainty
+        written.promise,
+        allowed=allowed,
+        budget=stated,
+        errors=errors,
+        uncertainty=exact.uncertainty,
+        motions=exact.motions,
     )
     return no_dearer(exact, replace(written, promise=promise))

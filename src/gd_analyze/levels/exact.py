@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -20,6 +20,7 @@ from gd_analyze.harmonics.terms import Energies, Torques
 from gd_analyze.levels.budget import Budget
 from gd_analyze.levels.effort import ROUGH, Effort
 from gd_analyze.levels.kept_programs import Task, inputs_of, kept_programs, some_states
+from gd_analyze.levels.motions import OnMotion, least_allowed
 from gd_analyze.levels.promise import ErrorTable
 from gd_analyze.levels.torque_program import torque_program
 from gd_analyze.levels.uncertainty import torque_uncertainty
@@ -29,8 +30,10 @@ from gd_analyze.operations.rewriting import rewritten
 from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import RobotArm, arm_of, describe_in_full
 from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude, round_off_of
-from gd_analyze.states import States, require_dataset, states_for, states_of
-from gd_analyze.trajectories import Trajectory, trajectory_of
+from gd_analyze.states import States, motions_in, require_dataset, states_for, states_of
+from gd_analyze.trajectories import GivenMotions, Trajectory, trajectory_of
+from gd_analyze.trajectories.motions import listed
+from gd_analyze.trajectories.pool import is_several
 from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
@@ -127,18 +130,18 @@ class ExactDynamics:
     def of(
         cls,
         arm: RobotArm | str | Path,
-        given: States | Trajectory | xr.Dataset | str | Path,
+        given: States | GivenMotions | xr.Dataset,
         drives: bool | None = None,
     ) -> ExactDynamics:
-        """Take states, a trajectory's set points, or a decomposition.
+        """Take states, the set points of a trajectory or of several, or a decomposition.
 
         Drives act where asked for; by default where the decomposition, or else the arm, has them. Arm and
-        trajectory may be shipped names, or paths of files.
+        trajectories may be shipped names, or paths of files.
         """
         arm = arm_of(arm)
         if isinstance(given, States):
             return cls(ExactForm(arm, arm.counts_drives(drives)), states_for(arm, given))
-        if isinstance(given, Trajectory | str | Path):
+        if isinstance(given, Trajectory | str | Path) or is_several(given):
             return cls(ExactForm(arm, arm.counts_drives(drives)), states_of(trajectory_of(given, arm)))
         require_dataset(given)
         described = {
@@ -146,7 +149,10 @@ class ExactDynamics:
             "trajectory_fingerprint": given.attrs["trajectory_fingerprint"],
             "set_points": given.sizes["time"],
         }
-        states = States(given["q"].values, given["qd"].values, given["qdd"].values, described)
+        motions = motions_in(given)
+        if motions:
+            described["motions"] = listed(motions)
+        states = States(given["q"].values, given["qd"].values, given["qdd"].values, described, motions)
         has_drives = "drive_torque" in given
         if drives not in (None, has_drives):
             return cls(ExactForm(arm, bool(drives)), states)
@@ -211,6 +217,22 @@ class ExactDynamics:
         return bool(self.peak_torque.any())
 
     @cached_property
+    def motions(self) -> tuple[OnMotion, ...]:
+        """What each of several motions asks of the joints; none where the states are of one, or of none."""
+        return tuple(
+            OnMotion(motion.name, motion.fingerprint, len(alone.states), alone.peak_torque, alone.uncertainty)
+            for motion, alone in zip(self.states.motions, self.by_motion, strict=True)
+        )
+
+    @property
+    def by_motion(self) -> Iterator[ExactDynamics]:
+        """The same dynamics at the states of each motion by itself."""
+        for motion in self.states.motions:
+            part = self.at(self.states.at(motion.rows))
+            part.__dict__["torque"] = self.torque[motion.rows]
+            yield part
+
+    @cached_property
     def effects(self) -> dict[str, FloatArray]:
         """Torque of all terms by the level's name, N m, shape (K, n, N), as far as it was worked out."""
         return {}
@@ -220,16 +242,21 @@ class ExactDynamics:
         return ErrorTable.of(self.torque, torque, self._explained)
 
     def allowed(self, budget: Budget | str | None) -> FloatArray:
-        """Allowed error per joint, N m, shape (n,), and never less than round-off."""
+        """Allowed error per joint, N m, shape (n,), and never less than round-off.
+
+        Of several motions that on each of them, so that the least counts.
+        """
         by = Yardsticks(self.arm, self.peak_torque, self.uncertainty)
-        return allowed_by(Budget.of(budget), by, self.round_off)
+        return allowed_by(Budget.of(budget), by, self.round_off, self.motions)
 
 
-def allowed_by(budget: Budget, by: Yardsticks, round_off: float = 0.0) -> FloatArray:
-    """Allowed error per joint, N m, shape (n,), and never less than round-off."""
+def allowed_by(
+    budget: Budget, by: Yardsticks, round_off: float = 0.0, motions: Sequence[OnMotion] = ()
+) -> FloatArray:
+    """Allowed error per joint, N m, shape (n,), on each of several motions, and never less than round-off."""
     # Without any torque anywhere nothing is worth keeping, and any positive budget says so.
     floor = ROUND_OFF_SHARE * float(by.peak.max()) or round_off or ROUND_OFF_SHARE
-    return np.maximum(budget.allowed(by), floor)
+    return np.maximum(least_allowed(budget, motions, by)[0], floor)
 
 
 def _shortest(form: ExactForm) -> Program:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import TypeAdapter
+from pydantic import SerializerFunctionWrapHandler, TypeAdapter, model_serializer
 
 from gd_analyze.levels.exact import ExactForm
 from gd_analyze.levels.level import Checked
 from gd_analyze.levels.levels import level_named
 from gd_analyze.levels.model import SimplifiedModel
+from gd_analyze.levels.motions import OnMotion
 from gd_analyze.levels.program_check import require_terms_computed
 from gd_analyze.levels.promise import ErrorTable, Promise, SearchStep
 from gd_analyze.levels.statements import measured_where_possible, require_consistent, require_equal
@@ -45,6 +46,10 @@ class _SetPoints(Checked):
     set_points: int
 
 
+class _SeveralMotions(_SetPoints):
+    motions: str
+
+
 class _Drawn(Checked):
     box: str
     states: int
@@ -55,8 +60,16 @@ class _Unnamed(Checked):
     pass
 
 
-_MadeFor = _SetPoints | _Drawn | _Unnamed
+_MadeFor = _SetPoints | _SeveralMotions | _Drawn | _Unnamed
 _MADE_FOR: TypeAdapter[_MadeFor] = TypeAdapter(_MadeFor)
+
+
+class _OnMotion(Checked):
+    name: str
+    fingerprint: str
+    set_points: int
+    peak_torque: list[float]
+    uncertainty: list[float] | None = None
 
 
 class ModelDocument(Checked):
@@ -71,6 +84,8 @@ class ModelDocument(Checked):
     errors_are: Literal["sampled at the states of made_for"]
     errors: list[_JointError]
     made_for: _MadeFor
+    # What each of several motions asks of the joints; the budget holds on each.
+    motions: list[_OnMotion] = []
     search: list[_Step]
     solved: bool
     cut_short: bool = False
@@ -83,6 +98,12 @@ class ModelDocument(Checked):
     outputs: list[str | float]
     provenance: dict[str, str]
     digest: str
+
+    @model_serializer(mode="wrap")
+    def _without_what_is_not_there(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Of one motion the file says nothing of motions."""
+        said: dict[str, Any] = write(self)
+        return said if self.motions else {key: value for key, value in said.items() if key != "motions"}
 
 
 def document_of(model: SimplifiedModel) -> ModelDocument:
@@ -110,6 +131,16 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
             for i, joint in enumerate(model.arm.joints)
         ],
         made_for=_MADE_FOR.validate_python(dict(promise.made_for)),
+        motions=[
+            _OnMotion(
+                name=one.name,
+                fingerprint=one.fingerprint,
+                set_points=one.set_points,
+                peak_torque=one.peak.tolist(),
+                uncertainty=None if one.uncertainty is None else one.uncertainty.tolist(),
+            )
+            for one in promise.motions
+        ],
         search=[_Step(name=step.name, operations=step.operations) for step in promise.steps],
         solved=promise.solved,
         cut_short=promise.cut_short,
@@ -150,6 +181,7 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
             document.solved,
             document.cut_short,
             uncertainty=_uncertainty(document),
+            motions=_motions(document, n),
         ),
         provenance=document.provenance,
     )
@@ -158,6 +190,26 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
 def _uncertainty(document: ModelDocument) -> FloatArray | None:
     stated = [row.uncertainty for row in document.errors if row.uncertainty is not None]
     return np.array(stated) if len(stated) == len(document.errors) else None
+
+
+def _motions(document: ModelDocument, n_joints: int) -> tuple[OnMotion, ...]:
+    if isinstance(document.made_for, _SeveralMotions):
+        every = sum(one.set_points for one in document.motions)
+        require_equal("set_points of motions", every, document.made_for.set_points)
+    for one in document.motions:
+        require_equal(f"joints of motion {one.name}", len(one.peak_torque), n_joints)
+        if one.uncertainty is not None:
+            require_equal(f"joints of motion {one.name}", len(one.uncertainty), n_joints)
+    return tuple(
+        OnMotion(
+            one.name,
+            one.fingerprint,
+            one.set_points,
+            np.array(one.peak_torque),
+            None if one.uncertainty is None else np.array(one.uncertainty),
+        )
+        for one in document.motions
+    )
 
 
 def checked(model: SimplifiedModel, document: ModelDocument) -> SimplifiedModel:

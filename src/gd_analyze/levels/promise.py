@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gd_analyze.levels.budget import Budget
+from gd_analyze.levels.motions import OnMotion
 from gd_analyze.round_off import peak_magnitude, round_off_of
 from gd_analyze.vectors import FloatArray
 
@@ -106,6 +107,9 @@ class Promise:
     uncertainty
         Largest standard uncertainty of the torque at these states, N m, shape (n,); None where none is
         stated of the arm's parameters.
+    motions
+        What each of several motions asks of the joints, where the model was made for several: the budget
+        holds on each of them.
     """
 
     allowed: FloatArray
@@ -117,6 +121,7 @@ class Promise:
     cut_short: bool = False
     measured: bool = True
     uncertainty: FloatArray | None = None
+    motions: tuple[OnMotion, ...] = ()
 
     @property
     def asked(self) -> Budget:
@@ -125,7 +130,7 @@ class Promise:
 
     @property
     def shares(self) -> FloatArray:
-        """Largest errors as shares of what the budget is a share of, see `Budget.shares_of`, shape (n,)."""
+        """Largest errors as shares of `whole`, shape (n,)."""
         return self.shares_of(self.errors.largest)
 
     def shares_of(self, error: FloatArray) -> FloatArray:
@@ -133,9 +138,14 @@ class Promise:
         return share_of(error, self.whole)
 
     @property
+    def whole_told(self) -> str:
+        """What errors are told as shares of: see `Budget.shares_of`; of several motions "allowed error"."""
+        return "allowed error" if self.motions else self.asked.shares_of
+
+    @property
     def whole(self) -> FloatArray:
         """What they are shares of, N m, shape (n,)."""
-        return self.errors.peak_torque if self.asked.shares_of == "peak torque" else self.allowed
+        return self.errors.peak_torque if self.whole_told == "peak torque" else self.allowed
 
     @property
     def search(self) -> str:

@@ -59,7 +59,11 @@ def require_consistent(model: SimplifiedModel) -> None:
     _require(
         model, "largest_error", errors.largest <= promise.allowed, errors.largest, "at most the allowed error"
     )
-    comes_to = allowed_by(promise.asked, Yardsticks(model.arm, errors.peak_torque, promise.uncertainty))
+    by = Yardsticks(model.arm, errors.peak_torque, promise.uncertainty)
+    comes_to = allowed_by(promise.asked, by, motions=promise.motions)
+    for motion in promise.motions:
+        below = (motion.peak >= 0.0) & (motion.peak <= errors.peak_torque)
+        _require(model, f"peak_torque along {motion.name}", below, motion.peak, "at most that of all motions")
     # Of states without torque the allowed error is their round-off, which only they tell.
     fits = (np.abs(promise.allowed - comes_to) <= _SIX_DIGITS * comes_to) | (not errors.peak_torque.any())
     _require(model, "allowed_error", fits, promise.allowed, f"what {promise.budget} comes to")

@@ -32,6 +32,7 @@ def exactly(exact: ExactDynamics, level: Level, allowed: FloatArray, budget: str
             exact.errors_of(exact.torque),
             exact.states.described,
             uncertainty=exact.uncertainty,
+            motions=exact.motions,
         ),
     )
     return measured(exact, model)

@@ -189,7 +189,10 @@ def _within(exact: ExactDynamics, budget: Budget, how: How, progress: Progress =
         torque = model.torque(*exact.states.arrays)
         errors = exact.errors_of(torque)
         if (errors.largest <= allowed).all():
-            promise = replace(model.promise, allowed=allowed, errors=errors, uncertainty=exact.uncertainty)
+            spread, motions = exact.uncertainty, exact.motions
+            promise = replace(
+                model.promise, allowed=allowed, errors=errors, uncertainty=spread, motions=motions
+            )
             return replace(model, promise=promise)
         worst = np.unique(np.abs(torque - exact.torque).argmax(axis=0))
         known = known.at(known.states.joined_by(*(x[worst] for x in exact.states.arrays)))

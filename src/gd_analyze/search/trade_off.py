@@ -42,7 +42,7 @@ class TradeOffPoint:
         What one torque evaluation takes.
     error_share
         Largest error at the states, the worst joint's: over peak torque, or under a budget that is no share
-        of it over the error allowed by the budget that was multiplied, see `Budget.shares_of`.
+        of it, or over several motions, over the error allowed by the budget that was multiplied.
     """
 
     level: Level
@@ -103,9 +103,10 @@ def trade_off(
     budget, through = Budget.of(budget), through or {}
     tell = progress or (lambda _: None)
     points: list[TradeOffPoint] = []
-    exact = exact if thorough else exact.thinned()
     allowed, order = exact.allowed(budget), sorted(factors)
-    whole = exact.peak_torque if budget.shares_of == "peak torque" else allowed
+    of_peak = budget.shares_of == "peak torque" and not exact.motions
+    whole = exact.peak_torque if of_peak else allowed
+    exact = exact if thorough else exact.thinned()
     known: dict[Level, Candidates | None] = {}
     without: dict[Level, list[_Found]] = {}
     found: Iterable[_Found]

@@ -6,18 +6,22 @@ from gd_analyze.trajectories.csv_file import (
     recorded_command,
     shipped_trajectories,
     trajectory_csv,
-    trajectory_of,
     write_trajectory,
 )
 from gd_analyze.trajectories.limits import JointExtremes, LimitReport, Violation, limit_report
+from gd_analyze.trajectories.motions import Motion
 from gd_analyze.trajectories.planning import Plan, Schedule, plan
+from gd_analyze.trajectories.pool import GivenMotion, GivenMotions, motions_of, pool, trajectory_of
 from gd_analyze.trajectories.profiles import PROFILES, Profile
 from gd_analyze.trajectories.trajectory import Trajectory
 
 __all__ = [
     "PROFILES",
+    "GivenMotion",
+    "GivenMotions",
     "JointExtremes",
     "LimitReport",
+    "Motion",
     "Plan",
     "Profile",
     "Schedule",
@@ -25,7 +29,9 @@ __all__ = [
     "Violation",
     "check_against_arm",
     "limit_report",
+    "motions_of",
     "plan",
+    "pool",
     "read_trajectory",
     "recorded_command",
     "shipped_trajectories",

@@ -12,13 +12,14 @@ from gd_analyze.errors import TrajectoryError
 from gd_analyze.formatting import number
 from gd_analyze.given_numbers import LARGEST, are_possible, array_of
 from gd_analyze.shown import html_of
+from gd_analyze.trajectories.motions import Motion
 from gd_analyze.trajectories.recording import Recording
 from gd_analyze.vectors import FloatArray
 
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """Set points of one motion.
+    """Set points of one motion, or of several one after the other.
 
     Parameters
     ----------
@@ -37,6 +38,8 @@ class Trajectory:
         broke off there, or another motion begins.
     recording
         The readings behind a measured motion; None of a plan.
+    motions
+        Which set points are whose, where the trajectory is a pool of several motions.
 
     Raises
     ------
@@ -54,6 +57,7 @@ class Trajectory:
     rates_from: str = "given"
     gaps: tuple[int, ...] = ()
     recording: Recording | None = None
+    motions: tuple[Motion, ...] = ()
 
     def __post_init__(self) -> None:
         shape = array_of(self.q, "q", TrajectoryError).shape
