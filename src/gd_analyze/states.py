@@ -40,7 +40,9 @@ class States:
         Where they come from, in plain values: "trajectory", "trajectory_fingerprint" and "set_points", or
         "box", "states" and "seed". Of several motions "motions" has the names, comma-separated.
     motions
-        Which of them are of which motion, where they are those of several; some of them are of none.
+        Which of them are of which motion, where they are all those of several.
+    weights
+        How much a torque error counts at each of them, shape of q; None where all count alike.
 
     Raises
     ------
@@ -53,6 +55,7 @@ class States:
     qdd: FloatArray
     described: Mapping[str, str | int] = field(default_factory=dict)
     motions: tuple[Motion, ...] = ()
+    weights: FloatArray | None = None
 
     def __post_init__(self) -> None:
         for name in ("q", "qd", "qdd"):
@@ -98,12 +101,17 @@ class States:
 
     def at(self, chosen: Any) -> States:
         """Take some of them, by a slice, numbers or a mask."""
-        return States(self.q[chosen], self.qd[chosen], self.qdd[chosen], self.described)
+        weights = None if self.weights is None else self.weights[chosen]
+        return States(self.q[chosen], self.qd[chosen], self.qdd[chosen], self.described, weights=weights)
 
-    def joined_by(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> States:
-        """Add more, shape (M, n)."""
+    def joined_by(
+        self, q: FloatArray, qd: FloatArray, qdd: FloatArray, weights: FloatArray | None = None
+    ) -> States:
+        """Add more, shape (M, n); they count alike unless weights are given."""
         more = (np.vstack([self.q, q]), np.vstack([self.qd, qd]), np.vstack([self.qdd, qdd]))
-        return States(*more, self.described)
+        if self.weights is not None:
+            weights = np.vstack([self.weights, np.ones_like(q) if weights is None else weights])
+        return States(*more, self.described, weights=weights)
 
     def evenly(self, most: int) -> States:
         """Take all, or `most` evenly spaced ones."""

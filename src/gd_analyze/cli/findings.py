@@ -120,7 +120,7 @@ def _show_errors(findings: Findings) -> None:
     from gd_analyze.levels.promise import share_of
 
     model = findings.model
-    promise, by_peak = model.promise, model.promise.whole_told == "peak torque"
+    promise, by_peak = model.promise, model.promise.asked.wholes == {"peak"}
     whole = promise.errors.peak_torque if by_peak else promise.allowed
     columns: list[Any] = [
         ("peak torque", promise.errors.peak_torque),

@@ -94,7 +94,7 @@ def promise_table(promise: Promise, arm: RobotArm, about: str = "") -> None:
     """Print the errors a model states beside the allowed ones; shares are of what the budget is one of."""
     errors = promise.errors
     joint_table(
-        f"Torque error{about}, {{units}}, and its share of the {promise.whole_told}",
+        f"Torque error{about}, {{units}}, and its share of the {promise.asked.shares_of}",
         arm,
         [
             ("peak torque", errors.peak_torque),

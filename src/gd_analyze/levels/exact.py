@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -20,8 +20,7 @@ from gd_analyze.harmonics.terms import Energies, Torques
 from gd_analyze.levels.budget import Budget
 from gd_analyze.levels.effort import ROUGH, Effort
 from gd_analyze.levels.kept_programs import Task, inputs_of, kept_programs, some_states
-from gd_analyze.levels.motions import OnMotion, least_allowed
-from gd_analyze.levels.promise import ErrorTable
+from gd_analyze.levels.promise import AlongMotion, ErrorTable, Promise
 from gd_analyze.levels.torque_program import torque_program
 from gd_analyze.levels.uncertainty import torque_uncertainty
 from gd_analyze.levels.yardsticks import Yardsticks
@@ -31,7 +30,7 @@ from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import RobotArm, arm_of, describe_in_full
 from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude, round_off_of
 from gd_analyze.states import States, motions_in, require_dataset, states_for, states_of
-from gd_analyze.trajectories import GivenMotions, Trajectory, trajectory_of
+from gd_analyze.trajectories import GivenMotions, Motion, Trajectory, trajectory_of
 from gd_analyze.trajectories.motions import listed
 from gd_analyze.trajectories.pool import is_several
 from gd_analyze.vectors import FloatArray
@@ -217,46 +216,77 @@ class ExactDynamics:
         return bool(self.peak_torque.any())
 
     @cached_property
-    def motions(self) -> tuple[OnMotion, ...]:
-        """What each of several motions asks of the joints; none where the states are of one, or of none."""
-        return tuple(
-            OnMotion(motion.name, motion.fingerprint, len(alone.states), alone.peak_torque, alone.uncertainty)
-            for motion, alone in zip(self.states.motions, self.by_motion, strict=True)
-        )
-
-    @property
-    def by_motion(self) -> Iterator[ExactDynamics]:
-        """The same dynamics at the states of each motion by itself."""
-        for motion in self.states.motions:
-            part = self.at(self.states.at(motion.rows))
-            part.__dict__["torque"] = self.torque[motion.rows]
-            yield part
-
-    @cached_property
     def effects(self) -> dict[str, FloatArray]:
         """Torque of all terms by the level's name, N m, shape (K, n, N), as far as it was worked out."""
         return {}
 
     def errors_of(self, torque: FloatArray) -> ErrorTable:
         """Error of other torques at these states, N m, shape (N, n)."""
-        return ErrorTable.of(self.torque, torque, self._explained)
+        return ErrorTable.of(self.torque, torque, self._explained, self.states.weights)
 
     def allowed(self, budget: Budget | str | None) -> FloatArray:
-        """Allowed error per joint, N m, shape (n,), and never less than round-off.
-
-        Of several motions that on each of them, so that the least counts.
-        """
+        """Allowed error per joint, N m, shape (n,), and never less than round-off."""
         by = Yardsticks(self.arm, self.peak_torque, self.uncertainty)
-        return allowed_by(Budget.of(budget), by, self.round_off, self.motions)
+        return allowed_by(Budget.of(budget), by, self.round_off)
+
+    def under(self, budget: Budget | str | None) -> ExactDynamics:
+        """Let an error count on each of several motions as a budget measured by that motion asks.
+
+        Where it allows half of what it does over all of them, an error counts twice. One motion is as it is,
+        and so is what another budget was set before.
+        """
+        states, budget = self.states, Budget.of(budget)
+        if not states.motions or states.weights is not None:
+            return self
+        weights, most = np.ones_like(states.q), self.allowed(budget)
+        for motion, alone in self.by_motion.items():
+            needs = alone.peak_torque > 0.0
+            weights[motion.rows] = np.where(needs, np.maximum(most / alone.allowed(budget), 1.0), 1.0)
+        return self._weighed(weights)
+
+    @property
+    def all_alike(self) -> ExactDynamics:
+        """The same, every error counting alike."""
+        return self if self.states.weights is None else self._weighed(None)
+
+    def _weighed(self, weights: FloatArray | None) -> ExactDynamics:
+        """Weigh the states otherwise, and keep what is known of them."""
+        other = replace(self, states=replace(self.states, weights=weights))
+        vars(other).update({name: value for name, value in vars(self).items() if name not in vars(other)})
+        return other
+
+    @cached_property
+    def by_motion(self) -> dict[Motion, ExactDynamics]:
+        """The same dynamics at the states of each of several motions alone, all counting alike."""
+        parts = {}
+        for motion in self.states.motions:
+            part = self.at(replace(self.states.at(motion.rows), weights=None))
+            vars(part)["torque"] = self.torque[motion.rows]
+            parts[motion] = part
+        return parts
+
+    def held(self, promise: Promise, torque: FloatArray) -> Promise:
+        """Promise what a model of this torque errs by, N m, shape (N, n), over all and along each motion."""
+        weights = self.states.weights
+        motions = tuple(
+            AlongMotion(
+                motion.name,
+                motion.fingerprint,
+                motion.n_set_points,
+                promise.allowed / (1.0 if weights is None else weights[motion.first]),
+                alone.errors_of(torque[motion.rows]),
+                alone.uncertainty,
+            )
+            for motion, alone in self.by_motion.items()
+        )
+        return replace(promise, errors=self.errors_of(torque), uncertainty=self.uncertainty, motions=motions)
 
 
-def allowed_by(
-    budget: Budget, by: Yardsticks, round_off: float = 0.0, motions: Sequence[OnMotion] = ()
-) -> FloatArray:
-    """Allowed error per joint, N m, shape (n,), on each of several motions, and never less than round-off."""
+def allowed_by(budget: Budget, by: Yardsticks, round_off: float = 0.0) -> FloatArray:
+    """Allowed error per joint, N m, shape (n,), and never less than round-off."""
     # Without any torque anywhere nothing is worth keeping, and any positive budget says so.
     floor = ROUND_OFF_SHARE * float(by.peak.max()) or round_off or ROUND_OFF_SHARE
-    return np.maximum(least_allowed(budget, motions, by)[0], floor)
+    return np.maximum(budget.allowed(by), floor)
 
 
 def _shortest(form: ExactForm) -> Program:

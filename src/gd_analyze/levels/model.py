@@ -72,7 +72,7 @@ class SimplifiedModel:
         joint = int(promise.shares.argmax())
         return (
             f"{self.operations.total} of {self.operations_full.total} operations, largest error "
-            f"{percent(float(promise.shares[joint]))} of the {promise.whole_told} (joint {joint + 1})"
+            f"{percent(float(promise.shares[joint]))} of the {promise.asked.shares_of} (joint {joint + 1})"
         )
 
     def _repr_html_(self) -> str:

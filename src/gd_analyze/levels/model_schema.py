@@ -11,9 +11,8 @@ from gd_analyze.levels.exact import ExactForm
 from gd_analyze.levels.level import Checked
 from gd_analyze.levels.levels import level_named
 from gd_analyze.levels.model import SimplifiedModel
-from gd_analyze.levels.motions import OnMotion
 from gd_analyze.levels.program_check import require_terms_computed
-from gd_analyze.levels.promise import ErrorTable, Promise, SearchStep
+from gd_analyze.levels.promise import AlongMotion, ErrorTable, Promise, SearchStep
 from gd_analyze.levels.statements import measured_where_possible, require_consistent, require_equal
 from gd_analyze.operations import OperationCount
 from gd_analyze.operations.written import read_back, written
@@ -64,12 +63,11 @@ _MadeFor = _SetPoints | _SeveralMotions | _Drawn | _Unnamed
 _MADE_FOR: TypeAdapter[_MadeFor] = TypeAdapter(_MadeFor)
 
 
-class _OnMotion(Checked):
+class _AlongMotion(Checked):
     name: str
     fingerprint: str
     set_points: int
-    peak_torque: list[float]
-    uncertainty: list[float] | None = None
+    errors: list[_JointError]
 
 
 class ModelDocument(Checked):
@@ -84,8 +82,8 @@ class ModelDocument(Checked):
     errors_are: Literal["sampled at the states of made_for"]
     errors: list[_JointError]
     made_for: _MadeFor
-    # What each of several motions asks of the joints; the budget holds on each.
-    motions: list[_OnMotion] = []
+    # Of a model made for several motions: what is promised along each.
+    motions: list[_AlongMotion] = []
     search: list[_Step]
     solved: bool
     cut_short: bool = False
@@ -108,7 +106,7 @@ class ModelDocument(Checked):
 
 def document_of(model: SimplifiedModel) -> ModelDocument:
     """Write a model into its schema; the digest is left empty."""
-    promise, errors = model.promise, model.promise.errors
+    promise = model.promise
     steps, outputs = written(model.program)
     return ModelDocument(
         format=FORMAT,
@@ -118,26 +116,14 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
         refitted=model.refitted,
         budget=promise.budget,
         errors_are="sampled at the states of made_for",
-        errors=[
-            _JointError(
-                joint=joint.name,
-                unit=joint.effort_unit,
-                peak_torque=errors.peak_torque[i],
-                allowed_error=promise.allowed[i],
-                largest_error=errors.largest[i],
-                rms_error=errors.rms[i],
-                uncertainty=None if promise.uncertainty is None else promise.uncertainty[i],
-            )
-            for i, joint in enumerate(model.arm.joints)
-        ],
+        errors=_errors(model, promise),
         made_for=_MADE_FOR.validate_python(dict(promise.made_for)),
         motions=[
-            _OnMotion(
+            _AlongMotion(
                 name=one.name,
                 fingerprint=one.fingerprint,
                 set_points=one.set_points,
-                peak_torque=one.peak.tolist(),
-                uncertainty=None if one.uncertainty is None else one.uncertainty.tolist(),
+                errors=_errors(model, one),
             )
             for one in promise.motions
         ],
@@ -156,6 +142,22 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
     )
 
 
+def _errors(model: SimplifiedModel, stated: Promise | AlongMotion) -> list[_JointError]:
+    errors, spread = stated.errors, stated.uncertainty
+    return [
+        _JointError(
+            joint=joint.name,
+            unit=joint.effort_unit,
+            peak_torque=errors.peak_torque[i],
+            allowed_error=stated.allowed[i],
+            largest_error=errors.largest[i],
+            rms_error=errors.rms[i],
+            uncertainty=None if spread is None else spread[i],
+        )
+        for i, joint in enumerate(model.arm.joints)
+    ]
+
+
 def model_of(document: ModelDocument) -> SimplifiedModel:
     """Rebuild the model; a ValueError or an error of this project's where the parts do not fit the arm."""
     level = level_named(document.level)
@@ -163,8 +165,7 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
     n = form.arm.n_joints
     inputs = {f"{name}{i + 1}" for name in ("q", "qd", "qdd") for i in range(n)}
 
-    rows = [(row.peak_torque, row.allowed_error, row.largest_error, row.rms_error) for row in document.errors]
-    peak, allowed, largest, rms = np.array(rows, dtype=float).reshape(-1, 4).T
+    allowed, errors, spread = _stated(document.errors)
     return SimplifiedModel(
         level=level,
         form=form,
@@ -175,41 +176,27 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
         promise=Promise(
             allowed,
             document.budget,
-            ErrorTable(peak, largest, rms),
+            errors,
             document.made_for.model_dump(),
             tuple(SearchStep(step.name, step.operations) for step in document.search),
             document.solved,
             document.cut_short,
-            uncertainty=_uncertainty(document),
-            motions=_motions(document, n),
+            uncertainty=spread,
+            motions=tuple(
+                AlongMotion(one.name, one.fingerprint, one.set_points, *_stated(one.errors))
+                for one in document.motions
+            ),
         ),
         provenance=document.provenance,
     )
 
 
-def _uncertainty(document: ModelDocument) -> FloatArray | None:
-    stated = [row.uncertainty for row in document.errors if row.uncertainty is not None]
-    return np.array(stated) if len(stated) == len(document.errors) else None
-
-
-def _motions(document: ModelDocument, n_joints: int) -> tuple[OnMotion, ...]:
-    if isinstance(document.made_for, _SeveralMotions):
-        every = sum(one.set_points for one in document.motions)
-        require_equal("set_points of motions", every, document.made_for.set_points)
-    for one in document.motions:
-        require_equal(f"joints of motion {one.name}", len(one.peak_torque), n_joints)
-        if one.uncertainty is not None:
-            require_equal(f"joints of motion {one.name}", len(one.uncertainty), n_joints)
-    return tuple(
-        OnMotion(
-            one.name,
-            one.fingerprint,
-            one.set_points,
-            np.array(one.peak_torque),
-            None if one.uncertainty is None else np.array(one.uncertainty),
-        )
-        for one in document.motions
-    )
+def _stated(errors: list[_JointError]) -> tuple[FloatArray, ErrorTable, FloatArray | None]:
+    """Allowed errors, errors and uncertainty of all joints."""
+    rows = [(row.peak_torque, row.allowed_error, row.largest_error, row.rms_error) for row in errors]
+    peak, allowed, largest, rms = np.array(rows, dtype=float).reshape(-1, 4).T
+    spread = [row.uncertainty for row in errors if row.uncertainty is not None]
+    return allowed, ErrorTable(peak, largest, rms), np.array(spread) if len(spread) == len(errors) else None
 
 
 def checked(model: SimplifiedModel, document: ModelDocument) -> SimplifiedModel:
@@ -224,7 +211,11 @@ def checked(model: SimplifiedModel, document: ModelDocument) -> SimplifiedModel:
     require_equal("arm_fingerprint", document.arm_fingerprint, fingerprint(model.arm, model.drives))
     require_equal("operations", document.operations, model.operations)
     joints = [(joint.name, joint.effort_unit) for joint in model.arm.joints]
-    require_equal("joints of errors", [(row.joint, row.unit) for row in document.errors], joints)
+    for of in (document.errors, *(one.errors for one in document.motions)):
+        require_equal("joints of errors", [(row.joint, row.unit) for row in of], joints)
+    if document.motions or isinstance(document.made_for, _SeveralMotions):
+        every = sum(one.set_points for one in document.motions)
+        require_equal("set_points of motions", every, document.made_for.model_dump().get("set_points"))
     require_terms_computed(model)
     require_consistent(model)
     return measured_where_possible(model)

@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from gd_analyze.levels.budget import Budget
-from gd_analyze.levels.motions import OnMotion
 from gd_analyze.round_off import peak_magnitude, round_off_of
 from gd_analyze.vectors import FloatArray
 
@@ -27,20 +26,39 @@ class ErrorTable:
         Largest magnitude of the exact torque.
     largest, rms
         Largest and root mean square error.
+    weighed
+        Largest error times how much an error counts at its state, see `States.weights`; None where all count
+        alike.
     """
 
     peak_torque: FloatArray
     largest: FloatArray
     rms: FloatArray
+    weighed: FloatArray | None = None
 
     @classmethod
-    def of(cls, exact: FloatArray, simplified: FloatArray, explained: float = 0.0) -> ErrorTable:
+    def of(
+        cls,
+        exact: FloatArray,
+        simplified: FloatArray,
+        explained: float = 0.0,
+        weights: FloatArray | None = None,
+    ) -> ErrorTable:
         """Compare torques of shape (N, n); what is only round-off, see `round_off_of`, counts as no error."""
         error = simplified - exact
         error[np.abs(error) <= round_off_of(exact, explained)] = 0.0
+        size = np.abs(error)
         return cls(
-            peak_magnitude(exact, explained), np.abs(error).max(axis=0), np.sqrt(np.mean(error**2, axis=0))
+            peak_magnitude(exact, explained),
+            size.max(axis=0),
+            np.sqrt(np.mean(error**2, axis=0)),
+            None if weights is None else (size * weights).max(axis=0),
         )
+
+    @property
+    def counting(self) -> FloatArray:
+        """Largest error as it counts against a budget, N m, shape (n,)."""
+        return self.largest if self.weighed is None else self.weighed
 
     @property
     def largest_share(self) -> FloatArray:
@@ -56,6 +74,27 @@ class ErrorTable:
     def worst(self) -> int:
         """The joint, from 0, whose largest error is the largest share of its peak torque."""
         return int(self.largest_share.argmax())
+
+
+@dataclass(frozen=True, eq=False)
+class AlongMotion:
+    """What is promised along one of several motions.
+
+    Parameters
+    ----------
+    name, fingerprint, set_points
+        The motion, and how many set points it has.
+    allowed, errors, uncertainty
+        As of the whole, see `Promise`. At a joint that needs no torque along the motion, a share of it is one
+        of nothing; there it is allowed what it is over all motions.
+    """
+
+    name: str
+    fingerprint: str
+    set_points: int
+    allowed: FloatArray
+    errors: ErrorTable
+    uncertainty: FloatArray | None = None
 
 
 def share_of(error: FloatArray, peak: FloatArray) -> FloatArray:
@@ -108,8 +147,7 @@ class Promise:
         Largest standard uncertainty of the torque at these states, N m, shape (n,); None where none is
         stated of the arm's parameters.
     motions
-        What each of several motions asks of the joints, where the model was made for several: the budget
-        holds on each of them.
+        What is promised along each of several motions, where the model was made for several.
     """
 
     allowed: FloatArray
@@ -121,7 +159,7 @@ class Promise:
     cut_short: bool = False
     measured: bool = True
     uncertainty: FloatArray | None = None
-    motions: tuple[OnMotion, ...] = ()
+    motions: tuple[AlongMotion, ...] = ()
 
     @property
     def asked(self) -> Budget:
@@ -130,7 +168,7 @@ class Promise:
 
     @property
     def shares(self) -> FloatArray:
-        """Largest errors as shares of `whole`, shape (n,)."""
+        """Largest errors as shares of what the budget is a share of, see `Budget.shares_of`, shape (n,)."""
         return self.shares_of(self.errors.largest)
 
     def shares_of(self, error: FloatArray) -> FloatArray:
@@ -138,14 +176,9 @@ class Promise:
         return share_of(error, self.whole)
 
     @property
-    def whole_told(self) -> str:
-        """What errors are told as shares of: see `Budget.shares_of`; of several motions "allowed error"."""
-        return "allowed error" if self.motions else self.asked.shares_of
-
-    @property
     def whole(self) -> FloatArray:
         """What they are shares of, N m, shape (n,)."""
-        return self.errors.peak_torque if self.whole_told == "peak torque" else self.allowed
+        return self.errors.peak_torque if self.asked.shares_of == "peak torque" else self.allowed
 
     @property
     def search(self) -> str:

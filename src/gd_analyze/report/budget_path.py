@@ -67,7 +67,7 @@ class BudgetPath:
             "limit": [place(row["factor"], *DECADES) for row in self.rows],
             "allowed": allowed.tolist(),
             "whole": model.promise.whole.tolist(),
-            "shares_of": model.promise.whole_told,
+            "shares_of": model.promise.asked.shares_of,
             "unit": [joint.effort_unit for joint in findings.arm.joints],
         }
 

@@ -32,7 +32,7 @@ def document(findings: Findings) -> dict[str, Any]:
         "all_turning": all(arm.is_revolute),
         "warnings": list(findings.warnings),
         "budget": model.promise.budget,
-        "shares_of": model.promise.whole_told,
+        "shares_of": model.promise.asked.shares_of,
         "in_torque": model.promise.asked.wholes == {"torque"},
         "is_mechanical": model.level.is_mechanical,
         "saves": model.saves,

@@ -67,7 +67,7 @@ def trade_off_figure(findings: Findings) -> Canvas:
     canvas = Canvas(WIDTH, HEIGHT)
     panel = Panel(34.0, 24.0, WIDTH - 34.0 - 96.0, HEIGHT - 24.0 - 16.0, (0.0, 1.0), (0.0, 1.0))
     _frame(canvas, panel, across, upward)
-    told = f"largest error along the trajectory, % of the {model.promise.whole_told}"
+    told = f"largest error along the trajectory, % of the {model.promise.asked.shares_of}"
     canvas.text(panel.right, 4, told, 7.5, anchor="end")
     height = upward.place(exact)
     at = float(panel.upward(np.array(height)))

@@ -158,7 +158,7 @@ def _trade_off(findings: Findings) -> dict[str, Any]:
     return {
         "kind": "trade-off",
         "unit": "operations",
-        "shares_of": model.promise.whole_told,
+        "shares_of": model.promise.asked.shares_of,
         "traces": traces,
         "exact": model.operations_full.total,
         "path": {"x": _rounded(100 * errors.max(axis=1)), "y": path.operations.values.tolist()},

@@ -98,5 +98,5 @@ def trade_off(findings: Findings) -> dict[str, Any]:
         "operations": model.operations.total,
         "exact": model.operations_full.total,
         "error": percent(float(model.promise.shares.max(initial=0.0))),
-        "shares_of": model.promise.whole_told,
+        "shares_of": model.promise.asked.shares_of,
     }

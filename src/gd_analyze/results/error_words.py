@@ -56,7 +56,7 @@ def worst_error(model: SimplifiedModel, bound: FloatArray | None = None) -> Wors
     shares = promise.shares_of(error)
     joint = int(shares.argmax())
     share = float(shares[joint]) if bound is None else share_up(float(shares[joint]))
-    return WorstError(joint + 1, at_most(share), promise.whole_told)
+    return WorstError(joint + 1, at_most(share), asked.shares_of)
 
 
 def off_by(model: SimplifiedModel, bound: FloatArray | None = None) -> str:
@@ -70,7 +70,7 @@ def off_by(model: SimplifiedModel, bound: FloatArray | None = None) -> str:
     at_most_so = f"no joint's torque is off by more than {worst.size}"
     if not worst.of:
         return at_most_so
-    if worst.of == "peak torque":
+    if wholes == {"peak"}:
         return f"{at_most_so} of its peak"
     unit = model.arm.joints[worst.joint - 1].effort_unit
     allowed = amount(float(model.promise.allowed[worst.joint - 1]), unit)

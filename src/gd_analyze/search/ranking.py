@@ -10,8 +10,7 @@ import numpy as np
 from gd_analyze.formatting import percent
 from gd_analyze.formulas.plain import Plain
 from gd_analyze.formulas.writing import term_formula
-from gd_analyze.levels import TERM, Budget, ExactDynamics, Level, Yardsticks
-from gd_analyze.levels.exact import allowed_by
+from gd_analyze.levels import TERM, Budget, ExactDynamics, Level
 from gd_analyze.search.candidates import candidates_of
 from gd_analyze.search.elimination import eliminate
 from gd_analyze.shown import html_of
@@ -123,11 +122,10 @@ def rank_terms(exact: ExactDynamics, level: Level = TERM) -> TermRanking:
     TermRanking
         Of no terms, all of them unlisted, where no joint needs any torque at the states.
     """
-    exact = exact.thinned()
+    exact = exact.all_alike.thinned()
     if not exact.needs_torque:
         return TermRanking(unlisted=len(level.terms(exact.form)))
-    # Of the peak torque over all motions: what a term does is ranked over all of them together.
-    whole = allowed_by(_WHOLE, Yardsticks(exact.arm, exact.peak_torque), exact.round_off)
+    whole = exact.allowed(_WHOLE)
     candidates = candidates_of(exact, level, whole, np.inf)
     elimination = eliminate(candidates, by_cost=False)
     listed = 1.0 - candidates.swept

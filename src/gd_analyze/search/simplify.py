@@ -171,6 +171,7 @@ def simplify_exact(
         Called with the number of candidates dropped since the last call.
     """
     budget = Budget.of(budget)
+    exact = exact.under(budget)
     if how.operations is None:
         model = _within(exact, budget, how, progress)
     else:
@@ -187,15 +188,11 @@ def _within(exact: ExactDynamics, budget: Budget, how: How, progress: Progress =
         if known is exact:
             return model
         torque = model.torque(*exact.states.arrays)
-        errors = exact.errors_of(torque)
-        if (errors.largest <= allowed).all():
-            spread, motions = exact.uncertainty, exact.motions
-            promise = replace(
-                model.promise, allowed=allowed, errors=errors, uncertainty=spread, motions=motions
-            )
-            return replace(model, promise=promise)
-        worst = np.unique(np.abs(torque - exact.torque).argmax(axis=0))
-        known = known.at(known.states.joined_by(*(x[worst] for x in exact.states.arrays)))
+        if (exact.errors_of(torque).counting <= allowed).all():
+            return replace(model, promise=exact.held(replace(model.promise, allowed=allowed), torque))
+        off, weights = np.abs(torque - exact.torque), exact.states.weights
+        worst = exact.states.at(np.unique((off if weights is None else off * weights).argmax(axis=0)))
+        known = known.at(known.states.joined_by(*worst.arrays, worst.weights))
         margin *= 0.98
 
 
@@ -236,11 +233,11 @@ def _searched(
         promise=replace(everything.promise, steps=steps, solved=solved, cut_short=work.was_short),
     )
     model = measured(exact, model)
-    if not (model.promise.errors.largest <= allowed).all():
+    if not (model.promise.errors.counting <= allowed).all():
         raise GdAnalyzeError(
             "the simplified model misses its budget",
             expected=str(allowed.tolist()),
-            found=str(model.promise.errors.largest.tolist()),
+            found=str(model.promise.errors.counting.tolist()),
             next_step="please report this with the arm file and the states",
         )
     return model if how.dearer else no_dearer(exact, model)

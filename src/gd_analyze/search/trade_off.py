@@ -42,7 +42,7 @@ class TradeOffPoint:
         What one torque evaluation takes.
     error_share
         Largest error at the states, the worst joint's: over peak torque, or under a budget that is no share
-        of it, or over several motions, over the error allowed by the budget that was multiplied.
+        of it over the error allowed by the budget that was multiplied, see `Budget.shares_of`.
     """
 
     level: Level
@@ -103,10 +103,10 @@ def trade_off(
     budget, through = Budget.of(budget), through or {}
     tell = progress or (lambda _: None)
     points: list[TradeOffPoint] = []
+    exact = exact.under(budget)
     allowed, order = exact.allowed(budget), sorted(factors)
-    of_peak = budget.shares_of == "peak torque" and not exact.motions
-    whole = exact.peak_torque if of_peak else allowed
     exact = exact if thorough else exact.thinned()
+    whole = exact.peak_torque if budget.shares_of == "peak torque" else allowed
     known: dict[Level, Candidates | None] = {}
     without: dict[Level, list[_Found]] = {}
     found: Iterable[_Found]
@@ -157,10 +157,10 @@ def _best_of(
 ) -> Iterator[_Found]:
     """Of models that are at hand, and exact, those of fewest operations within each budget."""
     everything = exact.form.operations, np.zeros(len(allowed))
-    found = [(model.operations, model.promise.errors.largest) for model in models]
     for factor in factors:
-        within = [each for each in found if (each[1] <= factor * allowed).all()]
-        yield min([*within, everything], key=lambda each: each[0].total)
+        within = [model for model in models if (model.promise.errors.counting <= factor * allowed).all()]
+        found = [(model.operations, model.promise.errors.largest) for model in within]
+        yield min([*found, everything], key=lambda each: each[0].total)
 
 
 def _eliminated(
@@ -187,8 +187,10 @@ def _eliminated(
 
 def _errors(candidates: Candidates, weights: FloatArray) -> FloatArray:
     """Largest errors of the joints over what is allowed."""
-    error: FloatArray = np.abs(np.tensordot(weights, candidates.effects, axes=1)).max(axis=1)
-    return (1.0 - candidates.swept) * error + candidates.swept
+    error: FloatArray = np.abs(np.tensordot(weights, candidates.effects, axes=1))
+    if candidates.weights is not None:
+        error = error / candidates.weights.T
+    return (1.0 - candidates.swept) * error.max(axis=1) + candidates.swept
 
 
 def _share(error: FloatArray, whole: FloatArray) -> float:
