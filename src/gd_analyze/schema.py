@@ -140,6 +140,9 @@ OPTIONAL = {
     "budgets": {"kept", "kept_parts"},
 }
 
+# Groups that a run has only where there is something to say.
+OPTIONAL_GROUPS = {"motions"}
+
 
 def table(
     group: str,

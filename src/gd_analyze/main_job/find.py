@@ -31,13 +31,20 @@ from gd_analyze.provenance import provenance_of_run
 from gd_analyze.results import tables
 from gd_analyze.results.budgets_table import budgets_table
 from gd_analyze.results.findings import Findings
+from gd_analyze.results.motions_table import motions_table, rank_by_motion
 from gd_analyze.robots import RobotArm, arm_of, describe_in_full, warn_of_slips
 from gd_analyze.search import How, TermRanking, rank_terms, simplify_exact, trade_off
 from gd_analyze.search.budget_path import FACTORS, budget_path
 from gd_analyze.search.exact_model import no_dearer
 from gd_analyze.search.trade_off import KINDS
 from gd_analyze.states import states_in_box
-from gd_analyze.trajectories import Trajectory, check_against_arm, trajectory_of
+from gd_analyze.trajectories import (
+    GivenMotions,
+    Trajectory,
+    check_against_arm,
+    motions_of,
+    trajectory_of,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,7 +63,7 @@ _EFFORT, _EFFORT_OF_TUBE = 5_000, 100_000
 
 def find(
     arm: RobotArm | str | Path,
-    trajectory: Trajectory | str | Path,
+    trajectory: GivenMotions,
     settings: Settings | None = None,
     *,
     origin: Origin | None = None,
@@ -67,7 +74,8 @@ def find(
     Parameters
     ----------
     arm, trajectory
-        What to analyse; or a shipped name, or the path of a file.
+        What to analyse, along one motion or several; or a shipped name, or the path of a file. A folder
+        stands for all trajectories in it.
     settings
         How; see `Settings` for what is done by default.
     origin
@@ -96,7 +104,8 @@ def find(
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GdAnalyzeWarning)
         warn_of_slips(arm, stacklevel=2)
-        check_against_arm(trajectory, arm)
+        for motion in motions_of(trajectory):
+            check_against_arm(motion, arm)
         dataset = decompose_on_demand(
             arm,
             trajectory,
@@ -109,7 +118,7 @@ def find(
         stage("checking, ranking, simplifying")
         dataset.attrs |= source
         residuals = cross_check(arm, dataset)
-        exact = ExactDynamics.of(arm, dataset)
+        exact = ExactDynamics.of(arm, dataset).under(how.asked)
         warn_without_torque(exact)
         dominance = rank(dataset, budget=exact.allowed(how.asked))
         elements = simplify_exact(exact, how.asked, How(ELEMENT, dearer=True), provenance=source)
@@ -142,6 +151,7 @@ def find(
             "budgets": budgets_table(path, FACTORS, ranking),
             "beyond": _beyond(exact, model, ranking, many),
             "tube": _tube(exact, model, trajectory, Margin.of(how.margin), many),
+            **_by_motion(exact, dataset, trajectory, dominance, how, model),
         },
         model=model,
         element_model=elements,
@@ -153,9 +163,25 @@ def find(
 
 def source_of(arm: RobotArm, trajectory: Trajectory, how: Settings, command: str = "") -> dict[str, str]:
     """Where the results come from; what they depend on, and what of the motion they state, marks the run."""
-    asked = [arm.name, trajectory.name, how.described()]
+    asked = [arm.name, trajectory.name, how.described(), *(motion.name for motion in trajectory.motions)]
     motion = [trajectory.fingerprint, trajectory.origin, trajectory.rates_from]
     return provenance_of_run(command, asked, [describe_in_full(arm), motion], repeats=True)
+
+
+def _by_motion(
+    exact: ExactDynamics,
+    dataset: xr.Dataset,
+    trajectory: Trajectory,
+    dominance: xr.Dataset,
+    how: Settings,
+    model: SimplifiedModel,
+) -> dict[str, xr.Dataset]:
+    """Tell of each motion by itself, where there are several."""
+    if not trajectory.motions:
+        return {}
+    allowed = [alone.allowed(how.asked) for alone in exact.by_motion.values()]
+    ranked = rank_by_motion(exact.arm, dataset, trajectory, allowed)
+    return {"motions": motions_table(exact.arm, trajectory, dominance, ranked, model.promise)}
 
 
 def _level(exact: ExactDynamics, how: Settings) -> tuple[Level, bool]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from string import ascii_uppercase
 
 from gd_analyze.results import Findings, summary
+from gd_analyze.results.motion_words import changing
 from gd_analyze.results.rows import dropped_parts
 
 # By the name that templates call them, in the order in which a reader meets them.
@@ -25,6 +26,8 @@ _TABLES = {
     "trade_off": "operations and error by budget",
     "torques": "torques and errors of every joint",
     "ranking": "elements ranked by torque",
+    "motions": "each motion by itself",
+    "verdicts": "verdicts that depend on the motion",
     "terms": "single terms ranked by torque",
     "kept": "what the model keeps",
     "operations": "operations for one evaluation of all torques",
@@ -40,6 +43,7 @@ _APPENDICES = {
     "motion": "Motion, torque and error over time",
     "effects": "Inertia, velocity and gravity terms by effect",
     "ranking": "Elements ranked by torque",
+    "motions": "Motion by motion",
     "terms": "Single terms ranked by torque",
     "model": "What the model keeps and what that saves",
     "beyond": "Near this motion, and beyond it",
@@ -74,7 +78,10 @@ def _absent(findings: Findings) -> tuple[set[str], set[str], set[str]]:
     flat = {"trade_off"} if summary.nothing_to_trade(findings) else set()
     beyond = findings.tables["beyond"]
     of_elements = not findings.model.level.has_torque_terms
+    one = not summary.has_motions(findings)
     tables = {
+        "motions": one,
+        "verdicts": one or not changing(findings),
         "terms": not findings.is_written_out,
         "tube": summary.tube_proven(findings) is None,
         "beyond": not (beyond.attrs["states_drawn"] or beyond.certified.notnull().all()),
@@ -82,4 +89,5 @@ def _absent(findings: Findings) -> tuple[set[str], set[str], set[str]]:
         "dropped": not dropped_parts(findings).costing,
     }
     gone = {name for name, absent in tables.items() if absent}
-    return flat, flat | gone, {"elements"} if of_elements else set()
+    appendices = {"elements": of_elements, "motions": one}
+    return flat, flat | gone, {name for name, absent in appendices.items() if absent}
