@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli.given import drives_option, load_arm_carrying, payload_option
+from gd_analyze.cli.given import drives_option, load_arm_carrying, payload_option, read_motions
 from gd_analyze.cli.levels import budget_option, level_option, simplify_options
 from gd_analyze.cli.options import (
     command_line,
@@ -18,7 +18,7 @@ from gd_analyze.cli.options import (
     overwrite_option,
     robot_argument,
     top_option,
-    trajectory_argument,
+    trajectories_argument,
 )
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.outputs import require_outputs
@@ -43,7 +43,7 @@ class MainJob(click.Command):
 
 @click.command(cls=MainJob, hidden=True)
 @robot_argument
-@trajectory_argument()
+@trajectories_argument()
 @out_option("Folder for the results.  [default: reports/ROBOT-TRAJECTORY[-OPTIONS]]")
 @overwrite_option
 @formats_option(FORMATS)
@@ -62,7 +62,7 @@ class MainJob(click.Command):
 @reporting
 def analyze(
     robot: str,
-    trajectory: str,
+    trajectories: tuple[str, ...],
     out: Path | None,
     overwrite: bool,
     formats: tuple[str, ...],
@@ -84,7 +84,7 @@ def analyze(
 
         how = gd.Settings(budget=gd.Budget.parse(budget), coupling=not no_coupling, **settings)
         arm = load_arm_carrying(robot, payload)
-        motion = gd.read_trajectory(trajectory, arm)
+        motion = read_motions(trajectories, arm)
         folder = default_folder(arm, motion, how) if out is None else out
         require_outputs(*(folder / FILES[name] for name in formats))
         mark = source_of(arm, motion, how)["run"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gd_analyze.cli.motions import motions_document, show_motions
 from gd_analyze.cli.output import Output
 from gd_analyze.cli.terminal import line, sentence, table
 
@@ -66,6 +67,7 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
             "joints": joint_rows(findings, "tube"),
             **{name: tables["tube"].attrs[name] for name in ("margin", "coarse", "note")},
         },
+        "motions": motions_document(findings),
         "states_drawn": tables["beyond"].attrs["states_drawn"],
         "dominance": element_rows(findings),
         "residuals": rows_of(tables["cross_check"], "comparison"),
@@ -82,6 +84,7 @@ def _show(findings: Findings, files: list[Path], top: int) -> None:
     sentence(f"{summary.title(findings)} {summary.subtitle(findings)}", bold=True)
     sentence(summary.headline(findings))
     _show_errors(findings)
+    show_motions(findings, top)
     if findings.model.notice:
         line()
         sentence(findings.model.notice)

@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli.options import number_option, robot_argument, together, trajectory_argument
+from gd_analyze.cli.options import number_option, robot_argument, together, trajectories_argument, trajectory_argument
 
 if TYPE_CHECKING:
     from gd_analyze.robots import Payload
 
-trajectory_or_states = trajectory_argument("Without one: states drawn from the arm's limits.")
+_WITHOUT = "Without one: states drawn from the arm's limits."
+trajectory_or_states = trajectory_argument(_WITHOUT)
+trajectories_or_states = trajectories_argument(_WITHOUT)
 
 payload_option = click.option(
     "--payload",
@@ -42,7 +44,7 @@ class Given:
     """An arm and states of it, as words of the command."""
 
     robot: str
-    trajectory: str | None
+    trajectories: tuple[str, ...]
     drives: bool | None
     payload: str | None
     states: int
@@ -57,7 +59,7 @@ class Given:
         from gd_analyze.levels import warn_without_torque
 
         arm = load_arm_carrying(self.robot, self.payload)
-        motion = None if self.trajectory is None else gd.read_trajectory(self.trajectory, arm)
+        motion = read_motions(self.trajectories, arm) if self.trajectories else None
         states = gd.states_in_box(arm, self.states, self.seed) if motion is None else gd.states_of(motion)
         exact = gd.ExactDynamics.of(arm, states, self.drives)
         warn_without_torque(exact)
@@ -65,14 +67,14 @@ class Given:
 
 
 def given_dynamics(function: Callable[..., None]) -> Callable[..., None]:
-    """ROBOT, [TRAJECTORY], --[no-]drives, --payload, --states and --seed; the verb gets a `Given`."""
+    """ROBOT, [TRAJECTORY]..., --[no-]drives, --payload, --states and --seed; the verb gets a `Given`."""
     names = [entry.name for entry in dataclasses.fields(Given)]
 
     @functools.wraps(function)
     def verb(**words: Any) -> None:
         function(given=Given(**{name: words.pop(name) for name in names}), **words)
 
-    return together(robot_argument, trajectory_or_states, drives_option, payload_option, states_options)(verb)
+    return together(robot_argument, trajectories_or_states, drives_option, payload_option, states_options)(verb)
 
 
 def load_arm_carrying(robot: str, payload: str | None) -> gd.RobotArm:
@@ -81,6 +83,13 @@ def load_arm_carrying(robot: str, payload: str | None) -> gd.RobotArm:
 
     arm = gd.load_arm(robot)
     return arm if payload is None else carrying(arm, parse_payload(payload))
+
+
+def read_motions(words: tuple[str, ...], arm: gd.RobotArm) -> gd.Trajectory:
+    """Read the motions that words stand for, several of them as one trajectory."""
+    from gd_analyze.trajectories import trajectory_of
+
+    return trajectory_of(words, arm)
 
 
 def carrying(arm: gd.RobotArm, body: Payload) -> gd.RobotArm:

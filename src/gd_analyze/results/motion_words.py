@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.formatting import amount, named_joints, number, percent
-from gd_analyze.levels import Budget
+from gd_analyze.levels import Yardsticks
 from gd_analyze.levels.promise import share_of
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.words import LETTERS
@@ -112,6 +112,18 @@ def budget_sentence(findings: Findings) -> str:
     )
 
 
+def short_sentence(findings: Findings) -> str:
+    """Say both shortly: how the budget holds, and how many verdicts change."""
+    rows = motion_rows(findings)
+    worst, count = max(rows, key=lambda row: row["worst"]), len(changing(findings))
+    used = f" (at most {percent(worst['worst'])} of it used, by joint {worst['joint']} along {worst['motion']})"
+    verdicts = f"{count} of {len(verdict_rows(findings))} verdicts change" if count else "no verdict changes"
+    return (
+        f"The budget holds on each of the {len(rows)} motions by itself{used if worst['worst'] else ''}; "
+        f"{verdicts} between them."
+    )
+
+
 def strict_sentence(findings: Findings) -> str:
     """Name the joint of which one motion allows far less than another, and what settles it; "" if none."""
     table, arm = findings.tables["motions"], findings.arm
@@ -128,7 +140,7 @@ def strict_sentence(findings: Findings) -> str:
     return (
         f"Along {names[least]} joint {joint + 1} needs no more than {amount(float(peak[least]), unit)} and is "
         f"allowed {number(float(ratio[joint]))} times less than along {names[most]}{others}, which may cost "
-        f"operations; {_settling(findings)} sets a floor."
+        f"operations{_settled(findings)}."
     )
 
 
@@ -143,17 +155,17 @@ def changing_sentence(findings: Findings) -> str:
     return f"Verdicts on {len(rows)} of {every} elements {verb} between the motions: {told}."
 
 
-def _settling(findings: Findings) -> str:
-    asked, arm = findings.model.promise.asked, findings.arm
-    entry = asked.entries[0] if len(asked.entries) == 1 else None
-    if entry is not None and arm.drives and _has_friction(findings):
-        return f'`--budget "{Budget((entry,))} or 10% friction"`'
-    return "an amount in N m, or a share of friction, in `--budget`"
+def _settled(findings: Findings) -> str:
+    """How to allow more there; "" where the notice on friction and uncertainty says so."""
+    if findings.model.notice:
+        return ""
+    asked = findings.model.promise.asked
+    if len(asked.entries) == 1 and _has_friction(findings):
+        return f'; --budget "{asked} or 10% friction" sets a floor'
+    return "; an amount in N m in --budget, or a share of friction, sets a floor"
 
 
 def _has_friction(findings: Findings) -> bool:
-    from gd_analyze.levels import Yardsticks
-
     nothing = np.zeros(findings.arm.n_joints)
     return bool(np.isfinite(Yardsticks(findings.arm, nothing).all("friction")).all())
 

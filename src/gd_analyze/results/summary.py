@@ -19,6 +19,7 @@ from gd_analyze.results.motion_words import along_told
 from gd_analyze.results.motion_words import budget_sentence as budget_sentence
 from gd_analyze.results.motion_words import changing_sentence as changing_sentence
 from gd_analyze.results.motion_words import has_motions as has_motions
+from gd_analyze.results.motion_words import short_sentence
 from gd_analyze.results.motion_words import strict_sentence as strict_sentence
 from gd_analyze.results.proof_words import bound_ratio as bound_ratio
 from gd_analyze.results.proof_words import margins_told as margins_told
@@ -137,24 +138,22 @@ def _of(worst: WorstError) -> str:
     return f"{worst.of and f', of the {worst.of}'} (joint {worst.joint})"
 
 
+def notice(findings: Findings) -> str:
+    """How the budget holds on several motions, and the model's own notice; "" where there is neither."""
+    of_model = findings.model.notice
+    return f"{short_sentence(findings)} {of_model}".strip() if has_motions(findings) else of_model
+
+
 def opening(findings: Findings) -> dict[str, Any]:
     """What a report opens with."""
     return {
         "title": title(findings),
         "subtitle": subtitle(findings),
         "headline": headline(findings),
-        "notice": " ".join([*of_motions(findings), findings.model.notice]).strip(),
+        "notice": notice(findings),
         "facts": facts(findings),
         "kept_terms": kept(findings),
     }
-
-
-def of_motions(findings: Findings) -> list[str]:
-    """What is to be known of several motions, in sentences; none of one."""
-    if not has_motions(findings):
-        return []
-    told = budget_sentence(findings), changing_sentence(findings), strict_sentence(findings)
-    return [sentence for sentence in told if sentence]
 
 
 def cross_check_row(findings: Findings) -> Row:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from gd_analyze.errors import Location, TrajectoryError
+from gd_analyze.run import RESULT_FILES
 from gd_analyze.visible import visible
 
 # Files that a folder of motions may hold motions in; whatever has another suffix is passed over.
@@ -23,8 +24,8 @@ def is_folder_of_motions(path: Path) -> bool:
 def trajectory_files(folder: Path) -> list[Path]:
     """List the trajectories of a folder, by name.
 
-    Files with a suffix of `SUFFIXES` count, and folders that are a recording, hidden ones aside; what lies in
-    other folders does not.
+    Files with a suffix of `SUFFIXES` count, and folders that are a recording; hidden ones do not, nor what the
+    main job writes, nor what lies in other folders.
 
     Raises
     ------
@@ -59,4 +60,4 @@ def trajectory_files(folder: Path) -> list[Path]:
 def _may_be_one(path: Path) -> bool:
     if path.is_dir():
         return not is_folder_of_motions(path)
-    return path.suffix.lower() in SUFFIXES
+    return path.suffix.lower() in SUFFIXES and path.name not in RESULT_FILES.values()
