@@ -142,7 +142,7 @@ def states_of(trajectory: Trajectory) -> States:
 
 
 def motions_in(dataset: xr.Dataset) -> tuple[Motion, ...]:
-    """Which set points of a decomposition are of which motion; none where it is of one, or of a part of it."""
+    """Which set points of a decomposition are of which motion; none where it is of one or of a part."""
     about = dataset.attrs
     if "motions" not in about:
         return ()

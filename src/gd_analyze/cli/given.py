@@ -11,7 +11,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli.options import number_option, robot_argument, together, trajectories_argument, trajectory_argument
+from gd_analyze.cli.options import (
+    number_option,
+    robot_argument,
+    together,
+    trajectories_argument,
+    trajectory_argument,
+)
 
 if TYPE_CHECKING:
     from gd_analyze.robots import Payload
@@ -74,7 +80,9 @@ def given_dynamics(function: Callable[..., None]) -> Callable[..., None]:
     def verb(**words: Any) -> None:
         function(given=Given(**{name: words.pop(name) for name in names}), **words)
 
-    return together(robot_argument, trajectories_or_states, drives_option, payload_option, states_options)(verb)
+    return together(robot_argument, trajectories_or_states, drives_option, payload_option, states_options)(
+        verb
+    )
 
 
 def load_arm_carrying(robot: str, payload: str | None) -> gd.RobotArm:

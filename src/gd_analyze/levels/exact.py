@@ -32,7 +32,6 @@ from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude, round_off_of
 from gd_analyze.states import States, motions_in, require_dataset, states_for, states_of
 from gd_analyze.trajectories import GivenMotions, Motion, Trajectory, trajectory_of
 from gd_analyze.trajectories.motions import listed
-from gd_analyze.trajectories.pool import is_several
 from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
@@ -140,7 +139,7 @@ class ExactDynamics:
         arm = arm_of(arm)
         if isinstance(given, States):
             return cls(ExactForm(arm, arm.counts_drives(drives)), states_for(arm, given))
-        if isinstance(given, Trajectory | str | Path) or is_several(given):
+        if isinstance(given, Trajectory | str | Path | Sequence):
             return cls(ExactForm(arm, arm.counts_drives(drives)), states_of(trajectory_of(given, arm)))
         require_dataset(given)
         described = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import SerializerFunctionWrapHandler, TypeAdapter, model_serializer
+from pydantic import Field, SerializerFunctionWrapHandler, TypeAdapter, model_serializer
 
 from gd_analyze.levels.exact import ExactForm
 from gd_analyze.levels.level import Checked
@@ -83,7 +83,7 @@ class ModelDocument(Checked):
     errors: list[_JointError]
     made_for: _MadeFor
     # Of a model made for several motions: what is promised along each.
-    motions: list[_AlongMotion] = []
+    motions: list[_AlongMotion] = Field(default_factory=list)
     search: list[_Step]
     solved: bool
     cut_short: bool = False

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -160,6 +160,25 @@ class Promise:
     measured: bool = True
     uncertainty: FloatArray | None = None
     motions: tuple[AlongMotion, ...] = ()
+
+    def along(self, fingerprint: str) -> Promise:
+        """Take what is promised along one of several motions, by its fingerprint; itself of any other."""
+        for one in self.motions:
+            if one.fingerprint == fingerprint:
+                made_for: dict[str, str | int] = {
+                    "trajectory": one.name,
+                    "trajectory_fingerprint": one.fingerprint,
+                    "set_points": one.set_points,
+                }
+                return replace(
+                    self,
+                    allowed=one.allowed,
+                    errors=one.errors,
+                    uncertainty=one.uncertainty,
+                    made_for=made_for,
+                    motions=(),
+                )
+        return self
 
     @property
     def asked(self) -> Budget:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import Any
 
 from gd_analyze.formatting import amount, number, percent, pretty
@@ -68,12 +67,15 @@ def _matrix(findings: Findings, count: int) -> dict[str, Any]:
                 ]
                 if by_motion
                 else [
-                    {"mark": str(tally[verdict] or ""), "verdict": "neither", "told": VERDICTS[verdict]}
+                    {
+                        "mark": str(row["verdicts"].count(verdict) or ""),
+                        "verdict": "neither",
+                        "told": VERDICTS[verdict],
+                    }
                     for verdict in verdicts
                 ],
             }
             for row in rows
-            for tally in [Counter(row["verdicts"])]
         ],
     }
 

@@ -116,7 +116,9 @@ def short_sentence(findings: Findings) -> str:
     """Say both shortly: how the budget holds, and how many verdicts change."""
     rows = motion_rows(findings)
     worst, count = max(rows, key=lambda row: row["worst"]), len(changing(findings))
-    used = f" (at most {percent(worst['worst'])} of it used, by joint {worst['joint']} along {worst['motion']})"
+    used = (
+        f" (at most {percent(worst['worst'])} of it used, by joint {worst['joint']} along {worst['motion']})"
+    )
     verdicts = f"{count} of {len(verdict_rows(findings))} verdicts change" if count else "no verdict changes"
     return (
         f"The budget holds on each of the {len(rows)} motions by itself{used if worst['worst'] else ''}; "
@@ -134,13 +136,13 @@ def strict_sentence(findings: Findings) -> str:
         return ""
     joint = int(ratio.argmax())
     least, most = int(allowed[:, joint].argmin()), int(allowed[:, joint].argmax())
-    unit, names = arm.joints[joint].effort_unit, table.motion.values
-    peak = table.peak_torque.values[:, joint]
-    others = f" (and far less at {named_joints((strict + 1).tolist(), arm.n_joints)})" if strict.size > 1 else ""
+    names, peak = table.motion.values, float(table.peak_torque.values[least, joint])
+    rest = [int(k) + 1 for k in strict if k != joint]
+    others = f" (and far less at {named_joints(rest, arm.n_joints)})" if rest else ""
     return (
-        f"Along {names[least]} joint {joint + 1} needs no more than {amount(float(peak[least]), unit)} and is "
-        f"allowed {number(float(ratio[joint]))} times less than along {names[most]}{others}, which may cost "
-        f"operations{_settled(findings)}."
+        f"Along {names[least]} joint {joint + 1} needs no more than "
+        f"{amount(peak, arm.joints[joint].effort_unit)} and is allowed {number(float(ratio[joint]))} times "
+        f"less than along {names[most]}{others}, which may cost operations{_settled(findings)}."
     )
 
 

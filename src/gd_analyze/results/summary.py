@@ -15,11 +15,10 @@ from gd_analyze.results.error_words import off_by as off_by
 from gd_analyze.results.error_words import worst_error as worst_error
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
-from gd_analyze.results.motion_words import along_told
+from gd_analyze.results.motion_words import along_told, short_sentence
 from gd_analyze.results.motion_words import budget_sentence as budget_sentence
 from gd_analyze.results.motion_words import changing_sentence as changing_sentence
 from gd_analyze.results.motion_words import has_motions as has_motions
-from gd_analyze.results.motion_words import short_sentence
 from gd_analyze.results.motion_words import strict_sentence as strict_sentence
 from gd_analyze.results.proof_words import bound_ratio as bound_ratio
 from gd_analyze.results.proof_words import margins_told as margins_told

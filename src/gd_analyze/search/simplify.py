@@ -27,7 +27,7 @@ from gd_analyze.search.exact_model import exactly, measured, no_dearer
 from gd_analyze.search.search import Progress, search
 from gd_analyze.search.work import Work
 from gd_analyze.states import States
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.trajectories import GivenMotions
 from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ class How:
 
 def simplify(
     arm: RobotArm | str | Path,
-    states: States | Trajectory | xr.Dataset | str | Path,
+    states: States | GivenMotions | xr.Dataset,
     budget: Budget | str | None = None,
     *,
     level: str | Level = TERM,
@@ -111,8 +111,9 @@ def simplify(
     arm
         The arm, or the name of a built-in one, or the path of its file.
     states
-        States over which the budget holds: a trajectory's set points, or its shipped name or path; their
-        decomposition where it is at hand; or drawn ones, see `states_in_box`.
+        States over which the budget holds: a trajectory's set points, or its shipped name or path; those of
+        several, on each of which the budget then holds; their decomposition where it is at hand; or drawn
+        ones, see `states_in_box`.
     budget
         Allowed torque error per joint, or its text such as "1% or 10% friction", see `Budget.parse`; 1 % of
         each joint's peak torque over the states by default.

@@ -24,8 +24,8 @@ def is_folder_of_motions(path: Path) -> bool:
 def trajectory_files(folder: Path) -> list[Path]:
     """List the trajectories of a folder, by name.
 
-    Files with a suffix of `SUFFIXES` count, and folders that are a recording; hidden ones do not, nor what the
-    main job writes, nor what lies in other folders.
+    Files with a suffix of `SUFFIXES` count, and folders that are a recording; hidden ones do not, nor what
+    the main job writes, nor what lies in other folders.
 
     Raises
     ------

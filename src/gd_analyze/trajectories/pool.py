@@ -31,11 +31,6 @@ _SPELT_OUT, _LONGEST = 3, 80
 _PAUSE, _STILL = 0.1, 1.0
 
 
-def is_several(given: object) -> TypeGuard[Sequence[GivenMotion]]:
-    """Whether a sequence of motions is given, not one motion."""
-    return isinstance(given, Sequence) and not isinstance(given, str)
-
-
 def trajectory_of(
     given: GivenMotions,
     arm: RobotArm,
@@ -64,7 +59,7 @@ def trajectory_of(
     """
     if isinstance(given, Trajectory):
         return given
-    several = list(given) if is_several(given) else [given]
+    several = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else [given]
     motions: list[Trajectory] = []
     for one in several:
         if isinstance(one, Trajectory):
@@ -118,19 +113,19 @@ def pool(motions: Iterable[Trajectory], name: str | None = None) -> Trajectory:
     _require_alike(given)
     named = [replace(one, name=each) for one, each in zip(given, _distinct(given), strict=True)]
     pause = _pause(named)
-    ends = np.cumsum([one.n_set_points for one in named]).tolist()
+    ends: list[int] = np.cumsum([one.n_set_points for one in named]).tolist()
     begins = [0, *ends[:-1]]
     told = in_words([one.name for one in named])
     rates = {one.rates_from for one in named}
     return Trajectory(
         _time(named, pause),
-        *(np.concatenate([getattr(one, kind) for one in named]) for kind in ("q", "qd", "qdd")),
+        np.concatenate([one.q for one in named]),
+        np.concatenate([one.qd for one in named]),
+        np.concatenate([one.qdd for one in named]),
         name=name or _name([one.name for one in named]),
         origin=f"{told}, one after the other with {number(pause)} s between",
         rates_from=rates.pop() if len(rates) == 1 else "as each motion states",
-        gaps=tuple(
-            sorted({*begins[1:], *(k + row for k, one in zip(begins, named, strict=True) for row in one.gaps)})
-        ),
+        gaps=_gaps(named, begins),
         recording=_recording(named),
         motions=tuple(
             Motion(
@@ -166,10 +161,11 @@ def motions_of(trajectory: Trajectory) -> tuple[Trajectory, ...]:
 
 def _part(whole: Trajectory, motion: Motion) -> Trajectory:
     rows = motion.rows
-    time = whole.time[rows]
     return Trajectory(
-        time - time[0] + motion.start,
-        *(array[rows] for array in (whole.q, whole.qd, whole.qdd)),
+        whole.time[rows] - whole.time[motion.first] + motion.start,
+        whole.q[rows],
+        whole.qd[rows],
+        whole.qdd[rows],
         name=motion.name,
         origin=motion.origin,
         rates_from=motion.rates_from,
@@ -220,6 +216,11 @@ def _time(motions: Sequence[Trajectory], pause: float) -> FloatArray:
         clocks.append(one.time - one.time[0] + now)
         now = float(clocks[-1][-1]) + pause
     return np.concatenate(clocks)
+
+
+def _gaps(motions: Sequence[Trajectory], begins: Sequence[int]) -> tuple[int, ...]:
+    own = (first + row for first, one in zip(begins, motions, strict=True) for row in one.gaps)
+    return tuple(sorted({*begins[1:], *own}))
 
 
 def _recording(motions: Sequence[Trajectory]) -> Recording | None:
