@@ -7,14 +7,12 @@ import numpy as np
 from gd_analyze.trajectories import Trajectory
 
 
-def swung(duration: float, name: str, count: int = 41, still: int | None = None) -> Trajectory:
-    """Swing both joints to and fro in so many seconds; one of them, from 0, may stand still."""
+def swung(duration: float, name: str, count: int = 41) -> Trajectory:
+    """Swing both joints to and fro in so many seconds."""
     time = np.linspace(0.0, duration, count)
     rate = 2.0 * np.pi / duration
     size = np.array([0.6, 0.9])
-    if still is not None:
-        size[still] = 0.0
-    angle = np.outer(time, [rate, rate]) + [0.0, 0.7]
+    angle = np.stack([rate * time, rate * time + 0.7], axis=1)
     return Trajectory(
         time,
         0.3 + size * np.sin(angle),
