@@ -30,7 +30,7 @@ def test_round_trip_is_exact(stored, puma_findings):
         assert read.attrs[name] == attribute, name
 
 
-@pytest.mark.parametrize("which", ["puma_findings", "swing_findings"])
+@pytest.mark.parametrize("which", ["puma_findings", "swing_findings", "measured_findings"])
 def test_findings_come_back(which, request, tmp_path):
     """What is read makes the same reports and the same model file, byte by byte."""
     found = request.getfixturevalue(which)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from gd_analyze.errors import TrajectoryError, UsageError
 from gd_analyze.given_numbers import array_of, require_possible
-from gd_analyze.robots import RobotArm, arm_of
+from gd_analyze.robots import RobotArm, arm_of, box_limits
 from gd_analyze.trajectories import Motion, Trajectory
 from gd_analyze.trajectories.motions import in_words as motions_in_words
 from gd_analyze.trajectories.motions import listed
@@ -21,11 +21,6 @@ from gd_analyze.visible import in_python
 
 if TYPE_CHECKING:
     import xarray as xr
-
-# What is assumed of an arm that states no limits, where that is asked for: a full turn or half a metre, and
-# brisk but ordinary rates.
-_RANGE = {"revolute": np.pi, "prismatic": 0.5}
-_RATE, _ACCELERATION = 2.0, 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,9 +180,7 @@ def require_joints(arm: RobotArm, states: States) -> None:
         )
 
 
-def states_in_box(
-    arm: RobotArm | str | Path, count: int = 4000, seed: int = 0, *, assumed: bool = False
-) -> States:
+def states_in_box(arm: RobotArm | str | Path, count: int = 4000, seed: int = 0) -> States:
     """Draw states evenly from the arm's ranges and its rate and acceleration limits.
 
     Parameters
@@ -196,42 +189,31 @@ def states_in_box(
         The arm, or the name of a built-in one, or the path of its file.
     count, seed
         How many; the same seed draws the same.
-    assumed
-        Whether ordinary limits are assumed where the arm states none.
 
     Raises
     ------
     UsageError
-        If the arm lacks a limit and none shall be assumed.
+        If the number of states is none.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        Of limits that the arm does not state and that are assumed instead; what is drawn says so, too.
     """
     arm = arm_of(arm)
     if not isinstance(count, int | np.integer) or count < 1:
         raise UsageError(
             "this is no number of states", where="count", expected="1 or more", found=in_python(count)
         )
-    lower, upper, rate, acceleration = (
-        arm.limits(what) for what in ("lower", "upper", "rate_limit", "acceleration_limit")
-    )
-    if not arm.has_all_limits:
-        if not assumed:
-            raise UsageError(
-                f"arm {arm.name} does not state all its limits",
-                where=f"arm {arm.name}",
-                expected="range, rate and acceleration limits of every joint",
-                next_step="add them to the arm file, or name a trajectory",
-            )
-        ranges = np.array([_RANGE[joint.kind] for joint in arm.joints])
-        stated = np.isfinite(lower) & np.isfinite(upper)
-        lower, upper = np.where(stated, lower, -ranges), np.where(stated, upper, ranges)
-        rate = np.where(np.isfinite(rate), rate, _RATE)
-        acceleration = np.where(np.isfinite(acceleration), acceleration, _ACCELERATION)
+    limits = box_limits(arm)
     random = np.random.default_rng(seed)
     shape = (count, arm.n_joints)
+    box = f"the arm's ranges, rate and acceleration limits{limits.behind}"
     return States(
-        random.uniform(lower, upper, shape),
-        random.uniform(-rate, rate, shape),
-        random.uniform(-acceleration, acceleration, shape),
-        {"box": "the arm's ranges, rate and acceleration limits", "states": count, "seed": seed},
+        random.uniform(limits.lower, limits.upper, shape),
+        random.uniform(-limits.rate, limits.rate, shape),
+        random.uniform(-limits.acceleration, limits.acceleration, shape),
+        {"box": box, "states": count, "seed": seed},
     )
 
 

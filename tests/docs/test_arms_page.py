@@ -90,8 +90,6 @@ def test_the_example_is_a_possible_arm(example):
         ("inertia = 1.5", "inertia = -1.5", "drives[1].inertia"),
         ("range = [0.0, 0.8]", "range = [0.8, 0.0]", "empty"),
         ("rate_limit = 0.5", "rate_limit = 0.0", "not positive"),
-        ("yy = 0.09", "yy = 0.2", "triangle inequality"),
-        ("xx = 0.04", "xx = -0.04", "not positive semidefinite"),
         ("mass = 2.0", "mass = 2.0\naxial_only = true", "about the joint axis only"),
         ("mass = 2.0", "mass = nan", "links[2].mass"),
         ("mass = 2.0", "weight = 2.0", "links[2]"),
@@ -114,6 +112,10 @@ def test_the_stated_warnings_warn(example):
     example.write_text(text.replace("yy = 0.09", "yy = 0.125"), encoding="utf-8")
     with pytest.warns(UserWarning, match="as_measured = true"):
         load_arm(example)
+    for impossible, said in (("yy = 0.2", "triangle inequality by"), ("yy = -0.01", "moment is negative")):
+        example.write_text(text.replace("yy = 0.09", impossible), encoding="utf-8")
+        with pytest.warns(UserWarning, match=said):
+            load_arm(example)
     measured = text.replace("yy = 0.09", "yy = 0.125").replace("mass = 6.0", "mass = 6.0\nas_measured = true")
     example.write_text(measured, encoding="utf-8")
     load_arm(example)

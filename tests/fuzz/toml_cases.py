@@ -145,7 +145,9 @@ def use(arm: RobotArm) -> None:
     json.dumps(describe_in_full(arm), allow_nan=False)
     if n > MOST_JOINTS:
         return
-    drawn = states_in_box(arm, 3, assumed=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", GdAnalyzeWarning)  # of limits that are not stated
+        drawn = states_in_box(arm, 3)
     assert all(np.isfinite(x).all() for x in drawn.arrays), "states that are not finite"
     random = np.random.default_rng(0)
     states = States(*(random.uniform(-2.0, 2.0, (3, n)) for _ in range(3)))

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.trajectories import Trajectory, motions_of, pool, read_trajectory, trajectory_of
+from gd_analyze.trajectories import Trajectory, pool, read_trajectory, taken_apart, trajectory_of
 from gd_analyze.trajectories.recording import Recording
 from several_motions import swung
 
@@ -32,7 +32,7 @@ def test_every_motion_is_found_again(motions):
     whole = pool(motions)
     assert whole.n_set_points == sum(one.n_set_points for one in motions)
     assert len({motion.name for motion in whole.motions}) == len(motions)
-    for one, motion, again in zip(motions, whole.motions, motions_of(whole), strict=True):
+    for one, motion, again in zip(motions, whole.motions, taken_apart(whole), strict=True):
         for name in ("q", "qd", "qdd"):
             np.testing.assert_array_equal(getattr(again, name), getattr(one, name))
         # Instants are moved by at most some seconds and back, from and to at most 200 s.
@@ -55,7 +55,7 @@ def test_a_pool_of_pools_is_the_pool_of_all(motions):
 def test_one_motion_is_that_motion(swing, two_link):
     assert pool([swing]) is swing
     assert trajectory_of([swing], two_link) is swing
-    assert motions_of(swing) == (swing,)
+    assert taken_apart(swing) == (swing,)
 
 
 def test_time_runs_on_with_a_pause_that_is_told():
@@ -97,7 +97,7 @@ def test_how_rates_came_about():
     assert pool([derived, derived]).derived == ("qdd",)
     mixed = pool([given_, derived])
     assert (mixed.rates_from, mixed.derived) == ("as each motion states", ())
-    assert [one.rates_from for one in motions_of(mixed)] == ["given", "qdd derived from qd"]
+    assert [one.rates_from for one in taken_apart(mixed)] == ["given", "qdd derived from qd"]
 
 
 def test_readings_are_those_of_all_where_all_have_some():

@@ -8,15 +8,15 @@ from typing import Any
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli.given import drives_option, load_arm_carrying, payload_option, read_motions
+from gd_analyze.cli.given import GivenRobot, drives_option, load_arm_carrying, payload_option, robot_given
 from gd_analyze.cli.levels import budget_option, level_option, simplify_options
+from gd_analyze.cli.log_options import log_options, read_motions
 from gd_analyze.cli.options import (
     command_line,
     formats_option,
     margin_option,
     out_option,
     overwrite_option,
-    robot_argument,
     top_option,
     trajectories_argument,
 )
@@ -42,8 +42,9 @@ class MainJob(click.Command):
 
 
 @click.command(cls=MainJob, hidden=True)
-@robot_argument
+@robot_given
 @trajectories_argument()
+@log_options
 @out_option("Folder for the results.  [default: reports/ROBOT-TRAJECTORY[-OPTIONS]]")
 @overwrite_option
 @formats_option(FORMATS)
@@ -54,6 +55,11 @@ class MainJob(click.Command):
 @payload_option
 @margin_option("How far states may be from the motion for which the model's errors are proven")
 @click.option(
+    "--fit-friction",
+    is_flag=True,
+    help="Say which friction explains measured torques beside the model.",
+)
+@click.option(
     "--no-coupling", is_flag=True, help="Leave h_ijk out of analysis.h5: 2 n^3 numbers per set point."
 )
 @click.option("--by-link", is_flag=True, help="Also store what each link contributes.")
@@ -61,7 +67,7 @@ class MainJob(click.Command):
 @top_option
 @reporting
 def analyze(
-    robot: str,
+    robot: GivenRobot,
     trajectories: tuple[str, ...],
     out: Path | None,
     overwrite: bool,

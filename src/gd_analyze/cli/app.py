@@ -12,6 +12,7 @@ from gd_analyze.cache import folder
 from gd_analyze.cli.analyze import analyze
 from gd_analyze.cli.arms import arms
 from gd_analyze.cli.certify import certify
+from gd_analyze.cli.columns import columns
 from gd_analyze.cli.compare import compare
 from gd_analyze.cli.completion import completion
 from gd_analyze.cli.equations import equations
@@ -145,6 +146,7 @@ VERBS = (
     analyze,
     report,
     arms,
+    columns,
     plan,
     simplify,
     rank,

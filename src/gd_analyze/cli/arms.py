@@ -10,16 +10,16 @@ from typing import Any
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli.options import ROBOT, ROBOT_HELP
+from gd_analyze.cli.given import GivenRobot, robot_or_none
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.terminal import line, lines, sentence, table
 
 
 @click.command(short_help="List the built-in arms, or show one.")
-@click.argument("robot", type=ROBOT, required=False, help=ROBOT_HELP)
+@robot_or_none
 @click.option("--toml", is_flag=True, help="Print the arm's TOML file, a template for your own arm.")
 @reporting
-def arms(robot: str | None, toml: bool, output: Output) -> None:
+def arms(robot: GivenRobot | None, toml: bool, output: Output) -> None:
     r"""List the built-in arms, or show one: table, masses, limits, drives, sources.
 
     \b
@@ -30,11 +30,11 @@ def arms(robot: str | None, toml: bool, output: Output) -> None:
     if toml and (robot is None or output.as_json):
         raise click.UsageError("--toml needs the name of an arm, and goes without --json")
     with output.working():
-        shown = [gd.load_arm(name) for name in (gd.builtin_arms() if robot is None else [robot])]
+        shown = [gd.load_arm(name) for name in gd.builtin_arms()] if robot is None else [robot.load()]
     if toml and robot is not None:
         from gd_analyze.robots.arm_file import text_of_arm_file
 
-        lines(text_of_arm_file(Path(gd.builtin_arms().get(robot, robot))))
+        lines(text_of_arm_file(Path(gd.builtin_arms().get(robot.name, robot.name))))
     elif robot is None:
         output.give(lambda: [_summary(arm) for arm in shown], lambda: _list(shown))
     else:

@@ -11,6 +11,7 @@ import click
 
 import gd_analyze as gd
 from gd_analyze.cli.given import carrying, payload_option, states_options, trajectory_or_states
+from gd_analyze.cli.log_options import log_options, read_motion
 from gd_analyze.cli.options import FILE, out_option
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.outputs import require_outputs
@@ -45,6 +46,7 @@ class _Trial:
 @click.command(short_help="Try a simplified model elsewhere than it was made for.")
 @click.argument("model", type=FILE, help="A model.json that gd-analyze wrote.")
 @trajectory_or_states
+@log_options
 @payload_option
 @states_options
 @out_option("CSV file for exact and simplified torque over time.")
@@ -81,7 +83,7 @@ def evaluate(
         body = None if payload is None else parse_payload(payload)
         loaded = gd.load_model(model)
         held = loaded.arm if body is None else carrying(loaded.arm, body)
-        motion = None if trajectory is None else gd.read_trajectory(trajectory, loaded.arm)
+        motion = None if trajectory is None else read_motion(trajectory, loaded.arm)
         given = gd.states_in_box(loaded.arm, states, seed) if motion is None else gd.states_of(motion)
         made_for = loaded.promise.made_for
         if motion is not None:

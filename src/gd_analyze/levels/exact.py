@@ -24,6 +24,7 @@ from gd_analyze.levels.promise import AlongMotion, ErrorTable, Promise
 from gd_analyze.levels.torque_program import torque_program
 from gd_analyze.levels.uncertainty import torque_uncertainty
 from gd_analyze.levels.yardsticks import Yardsticks
+from gd_analyze.mass_matrix import require_positive_definite
 from gd_analyze.operations import OperationCount, Program, Trace
 from gd_analyze.operations.rewriting import rewritten
 from gd_analyze.pinocchio_check import round_off_bounds
@@ -134,13 +135,22 @@ class ExactDynamics:
         """Take states, the set points of a trajectory or of several, or a decomposition.
 
         Drives act where asked for; by default where the decomposition, or else the arm, has them. Arm and
-        trajectories may be shipped names, or paths of files.
+        trajectories may be shipped names, or paths of files. An ArmError says where D is not positive
+        definite.
         """
-        arm = arm_of(arm)
+        exact = cls._of(arm_of(arm), given, drives)
+        require_positive_definite(exact.arm, exact.states, exact.form.drives)
+        return exact
+
+    @classmethod
+    def _of(
+        cls, arm: RobotArm, given: States | GivenMotions | xr.Dataset, drives: bool | None
+    ) -> ExactDynamics:
         if isinstance(given, States):
             return cls(ExactForm(arm, arm.counts_drives(drives)), states_for(arm, given))
         if isinstance(given, Trajectory | str | Path | Sequence):
-            return cls(ExactForm(arm, arm.counts_drives(drives)), states_of(trajectory_of(given, arm)))
+            states = states_for(arm, states_of(trajectory_of(given, arm)))
+            return cls(ExactForm(arm, arm.counts_drives(drives)), states)
         require_dataset(given)
         described = {
             "trajectory": given.attrs["trajectory"],
@@ -150,7 +160,8 @@ class ExactDynamics:
         motions = motions_in(given)
         if motions:
             described["motions"] = listed(motions)
-        states = States(given["q"].values, given["qd"].values, given["qdd"].values, described, motions)
+        q, qd, qdd = (given[name].values for name in ("q", "qd", "qdd"))
+        states = states_for(arm, States(q, qd, qdd, described, motions))
         has_drives = "drive_torque" in given
         if drives not in (None, has_drives):
             return cls(ExactForm(arm, bool(drives)), states)

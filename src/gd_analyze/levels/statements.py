@@ -139,16 +139,15 @@ def _states_at_hand(arm: RobotArm, made_for: Mapping[str, str | int]) -> States 
     """States a model was made for, if they are drawn from the arm's limits or a shipped trajectory's."""
     count, seed = made_for.get("states"), made_for.get("seed")
     name = made_for.get("trajectory")
-    found = None
-    if isinstance(count, int) and isinstance(seed, int) and arm.has_all_limits:
-        if 0 < count <= _MOST_STATES and seed >= 0:
-            found = states_in_box(arm, count, seed)
-    elif name in shipped_trajectories():
-        # Another arm may bear the name of one that it was planned for, and limits that it breaks.
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", GdAnalyzeWarning)
-            try:
+    # Another arm may bear the name of one that a motion was planned for, and limits that it breaks.
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", GdAnalyzeWarning)
+        found = None
+        try:
+            if isinstance(count, int) and isinstance(seed, int):
+                found = states_in_box(arm, count, seed) if 0 < count <= _MOST_STATES and seed >= 0 else None
+            elif name in shipped_trajectories():
                 found = states_of(read_trajectory(str(name), arm))
-            except GdAnalyzeError:
-                return None
+        except GdAnalyzeError:
+            return None
     return found if found is not None and dict(found.described) == dict(made_for) else None

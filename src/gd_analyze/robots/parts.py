@@ -154,7 +154,7 @@ class Link:
         Link frame s in the joint frame after the joint's motion.
     as_measured
         The inertia is a measurement kept as published: breaking the triangle inequality by up to 10 % of
-        the largest principal moment is no slip then.
+        the largest principal moment is not worth a warning then.
     axial_only
         Only the moment about the joint's axis is known, and only it acts: allowed for the first link of
         an arm whose first joint turns; such an inertia need not satisfy the triangle inequality.
@@ -168,9 +168,12 @@ class Link:
     Raises
     ------
     ArmError
-        If the mass is negative, or the inertia is not symmetric, not positive semidefinite or breaks
-        the triangle inequality: no distribution of matter has such an inertia.
+        If a number is not finite, the mass is negative or the inertia is not symmetric.
 
+    Notes
+    -----
+    No body has principal moments that are negative, or one that is more than the other two together; yet
+    dynamics can be computed with them, and `gd_analyze.robots.slips_of` says of how far off they are.
     """
 
     name: str
@@ -198,7 +201,6 @@ class Link:
                 expected="I = I^T",
                 found=str(inertia.tolist()),
             )
-        self._check_principal_moments(where)
 
     @property
     def principal_moments(self) -> FloatArray:
@@ -208,30 +210,18 @@ class Link:
     @property
     def excess(self) -> float:
         """Share of the largest principal moment by which it is more than the other two: 0 of any body."""
-        principal = self.principal_moments
-        largest = float(np.abs(principal).max())
-        more = float(principal[2] - principal[0] - principal[1])
-        return 0.0 if self.axial_only or more <= ROUNDING_TOLERANCE * largest else more / largest
+        least, middle, most = self.principal_moments.tolist()
+        return 0.0 if self.axial_only else self._share(most - least - middle)
 
-    def _check_principal_moments(self, where: Location | str) -> None:
-        principal = self.principal_moments
-        largest = float(np.abs(principal).max())
-        if principal[0] < -ROUNDING_TOLERANCE * largest:
-            raise ArmError(
-                f"the inertia of link {self.name} is not positive semidefinite",
-                where=where,
-                expected="principal moments of 0 or more",
-                found=moments_told(principal),
-                next_step="check the signs of the products of inertia and the point the inertia is about",
-            )
-        if self.excess > MEASUREMENT_TOLERANCE:
-            raise ArmError(
-                f"the inertia of link {self.name} breaks the triangle inequality",
-                where=where,
-                expected="no principal moment larger than the sum of the other two",
-                found=moments_told(principal),
-                next_step="check units (cm against m) and the point the inertia is about (com or origin)",
-            )
+    @property
+    def deficit(self) -> float:
+        """Share of the largest principal moment by which the smallest is negative: 0 of any body."""
+        return self._share(-float(self.principal_moments[0]))
+
+    def _share(self, missing: float) -> float:
+        """Share of the largest principal moment; 0 where it is what rounding to 3 digits leaves."""
+        largest = float(np.abs(self.principal_moments).max())
+        return missing / largest if missing > ROUNDING_TOLERANCE * largest else 0.0
 
 
 def moments_told(values: FloatArray) -> str:

@@ -5,27 +5,24 @@ from __future__ import annotations
 from pathlib import Path
 
 from gd_analyze.errors import Location, TrajectoryError
+from gd_analyze.logs.open_log import format_by_name
 from gd_analyze.run import RESULT_FILES
 from gd_analyze.visible import visible
 
-# Files that a folder of motions may hold motions in; whatever has another suffix is passed over.
-SUFFIXES = frozenset(
-    {".csv", ".tsv", ".txt", ".dat", ".log", ".bag", ".mcap", ".db3", ".parquet", ".yaml", ".yml"}
-)
-# What a folder holds that is a recording by itself: rosbag2 keeps its messages beside this file.
-_OF_A_BAG = "metadata.yaml"
+# Text that may be a motion; whatever is neither that nor a log by its name is passed over.
+_TEXT = frozenset({".csv", ".tsv", ".txt", ".dat", ".log"})
 
 
 def is_folder_of_motions(path: Path) -> bool:
     """Whether a path is a folder, and not one that is a single recording."""
-    return path.is_dir() and not (path / _OF_A_BAG).is_file()
+    return path.is_dir() and format_by_name(path) is None
 
 
 def trajectory_files(folder: Path) -> list[Path]:
     """List the trajectories of a folder, by name.
 
-    Files with a suffix of `SUFFIXES` count, and folders that are a recording; hidden ones do not, nor what
-    the main job writes, nor what lies in other folders.
+    Files that end in .csv, .tsv, .txt, .dat or .log count, and logs that are told by their names, folders of
+    bags among them; hidden ones do not, nor what the main job writes, nor what lies in other folders.
 
     Raises
     ------
@@ -48,7 +45,7 @@ def trajectory_files(folder: Path) -> list[Path]:
         raise TrajectoryError(
             "the folder holds no trajectories",
             where=Location(folder),
-            expected=f"files that end in {', '.join(sorted(SUFFIXES))}",
+            expected=f"files that end in {', '.join(sorted(_TEXT))}; bags, .parquet or .yaml",
             found=", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
             if names
             else "nothing",
@@ -58,6 +55,6 @@ def trajectory_files(folder: Path) -> list[Path]:
 
 
 def _may_be_one(path: Path) -> bool:
-    if path.is_dir():
-        return not is_folder_of_motions(path)
-    return path.suffix.lower() in SUFFIXES and path.name not in RESULT_FILES.values()
+    if path.name in RESULT_FILES.values():
+        return False
+    return format_by_name(path) is not None or (path.is_file() and path.suffix.lower() in _TEXT)

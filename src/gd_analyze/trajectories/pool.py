@@ -105,7 +105,7 @@ def pool(motions: Iterable[Trajectory], name: str | None = None) -> Trajectory:
             raise TrajectoryError(
                 "this is no trajectory", where="motions", expected="a Trajectory", found=in_python(one)
             )
-        given += motions_of(one)
+        given += taken_apart(one)
     if not given:
         raise TrajectoryError("there are no motions", where="motions", expected="at least one", found="none")
     if len(given) == 1:
@@ -154,7 +154,7 @@ def _is_only_folder(given: Sequence[GivenMotion]) -> TypeGuard[Sequence[str | Pa
     return len(given) == 1 and _is_folder(given[0])
 
 
-def motions_of(trajectory: Trajectory) -> tuple[Trajectory, ...]:
+def taken_apart(trajectory: Trajectory) -> tuple[Trajectory, ...]:
     """Take a pool apart again, without readings; any other trajectory is its only motion."""
     return tuple(_part(trajectory, motion) for motion in trajectory.motions) or (trajectory,)
 
