@@ -23,7 +23,7 @@ from gd_analyze.results.summary import budget_sentence, changing_sentence, subti
 from gd_analyze.trajectories import Trajectory
 from levels.changed_files import refused
 from several_motions import swung
-from strategies import examples, motions, random_states
+from strategies import arms_with_states, examples, random_states
 
 # Allowed errors and shares of them are quotients, rounded once or twice.
 ROUNDED = 1.0 + 4 * float(np.finfo(float).eps)
@@ -63,14 +63,14 @@ def test_the_shipped_motions_of_the_puma(puma):
 
 @examples(25)
 @given(
-    motions(max_joints=3),
+    arms_with_states(max_joints=3, count=12, massive=True),
     st.integers(0, 2**32 - 1),
     st.sampled_from(["0.1%", "5%", "5% or 0.5", "0.3"]),
     st.sampled_from([*LEVELS]),
 )
 def test_the_model_is_within_the_budget_of_each(drawn, seed, budget, level):
-    arm, first = drawn
-    both = [first, other_motion(arm, seed)]
+    arm, states = drawn
+    both = [Trajectory(0.1 * np.arange(12), *states.arrays, "first"), other_motion(arm, seed)]
     model = gd.simplify(arm, both, budget, level=level)
     for motion, stated in zip(both, model.promise.motions, strict=True):
         exact = gd.ExactDynamics.of(arm, motion)

@@ -89,7 +89,7 @@ def test_another_set_of_motions_does_not_replace_the_first(run, folder):
     [
         ("b.csv", "time,q1\n0,1\n", "b.csv, line 1"),
         ("b.csv", "", "the trajectory file is empty"),
-        ("b.txt", "what these are\n", "column 'what these are' is unknown"),
+        ("b.txt", "what these are\n", "the log holds a header only"),
     ],
 )
 def test_what_is_no_trajectory_is_named(run, folder, name, content, said):
