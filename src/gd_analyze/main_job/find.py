@@ -24,6 +24,7 @@ from gd_analyze.levels import (
     payload_effect,
     warn_without_torque,
 )
+from gd_analyze.levels.many_terms import has_more_terms
 from gd_analyze.long_decomposition import decompose_on_demand
 from gd_analyze.main_job.how import Origin, Progress, Settings, Silent
 from gd_analyze.measured_torque.comparison import compared, require_torques
@@ -206,14 +207,14 @@ def _asked(exact: ExactDynamics, budget: Budget, model: SimplifiedModel) -> Budg
 
 def _is_large(exact: ExactDynamics) -> bool:
     """Whether an arm has too many joints, or its exact equations too many terms, to choose from."""
-    return exact.arm.n_joints > _MOST_JOINTS or len(exact.form.torques) > _MOST_TERMS
+    return exact.arm.n_joints > _MOST_JOINTS or has_more_terms(exact.form, _MOST_TERMS)
 
 
 def _tell_of_many_terms(exact: ExactDynamics, model: SimplifiedModel) -> None:
     if exact.arm.n_joints > _MOST_JOINTS:
         what = f"{exact.arm.n_joints} joints, more than {_MOST_JOINTS}"
     else:
-        what = f"exact equations of {len(exact.form.torques)} terms, more than {_MOST_TERMS}"
+        what = f"exact equations of more than {_MOST_TERMS} terms"
     done = "simplified by elements" if model.saves else "the exact model is given"
     warnings.warn(
         f"{exact.arm.name} has {what}: {done}, and single terms are not ranked here",
