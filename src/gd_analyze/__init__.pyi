@@ -44,6 +44,7 @@ from gd_analyze.states import states_in_box as states_in_box
 from gd_analyze.states import states_of as states_of
 from gd_analyze.trajectories import Schedule as Schedule
 from gd_analyze.trajectories import Trajectory as Trajectory
+from gd_analyze.trajectories import Treatment as Treatment
 from gd_analyze.trajectories import plan as plan
 from gd_analyze.trajectories import read_trajectory as read_trajectory
 from gd_analyze.trajectories import write_trajectory as write_trajectory

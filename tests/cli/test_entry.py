@@ -105,7 +105,7 @@ def test_debug_adds_the_traceback(run, words):
 def test_a_bug_is_called_a_bug(process, motion):
     before = """
 import gd_analyze.robots as robots
-def load_arm(name): raise ZeroDivisionError('oh')
+def load_arm(name, **picked): raise ZeroDivisionError('oh')
 robots.load_arm = load_arm"""
     result = process("two_link", motion, before=before)
     assert (result.code, result.out) == (1, "")

@@ -11,7 +11,7 @@ from gd_analyze.logs.joints import Family, families_of
 from gd_analyze.logs.reading import NONE, ROLES, Reading
 from gd_analyze.logs.roles import Meaning, is_of_set_points, known_joints, meaning_of
 from gd_analyze.logs.table import LogTable
-from gd_analyze.logs.text_table import floats_of, is_text
+from gd_analyze.logs.text_table import is_text
 from gd_analyze.logs.time_axis import TimeColumns, time_columns
 from gd_analyze.logs.units import TIME_UNITS, fitting_unit, units_of
 from gd_analyze.logs.words import as_written, words_of
@@ -130,7 +130,8 @@ def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]
         if role.startswith("joint:"):
             joint = _joint(role.removeprefix("joint:"), arm)
             known = {words: k for words, k in known.items() if k != joint} | {words_of(other): joint}
-    only = set(reading.columns) if table.names != reading.columns else set()
+    named = tuple(name or "-" for name in table.names) == reading.columns  # those of a file without a header
+    only = set() if named else set(reading.columns)
     missing = only - set(table.names)
     if missing:
         raise _no_column(sorted(missing)[0], table, "--columns")
@@ -334,16 +335,22 @@ def _no_positions(
         nearest = max(of_role, key=lambda family: len(family.columns))
         missing = [names[j] for j in range(arm.n_joints) if j not in nearest.columns]
         having = [table.names[c] for c in nearest.all_columns]
+        others = [name for name in table.names if name and name not in having]
         return TrajectoryError(
             f"the log has no position of joint {', '.join(missing)}",
             where=table.where(),
             expected=f"a position of every joint of arm {arm.name}: {', '.join(names)}",
-            found=_listed(having),
+            found=f"{_listed(having)}; beside it {_listed(others)}" if others else _listed(having),
             next_step=f"--map 'q:{missing[0]}=COLUMN' names a column, or choose the arm the log is of",
         )
     strangers = [k for k, m in enumerate(meanings) if m.role == "q" and m.token and m.joint is None]
     if strangers:
-        tokens = list(dict.fromkeys(as_written(meanings[k].token, table.names[k]) for k in strangers))
+        tokens = list(
+            dict.fromkeys(
+                as_written(meanings[k].token, table.names[k]) if meanings[k].label else table.names[k]
+                for k in strangers
+            )
+        )
         pairs = [f"--map joint:{own}={other}" for own, other in zip(names, tokens, strict=False)]
         return TrajectoryError(
             f"the log's joints are not those of arm {arm.name}",
@@ -428,7 +435,7 @@ def _time(
         unit = meanings[column].unit if meanings[column].unit in TIME_UNITS else ""
         found = TimeColumns((column,), unit, "as given")
     else:
-        stand = [meaning.role in ("time", "sec", "nanosec", "index") and _stands(table, k)
+        stand = [meaning.role in ("time", "sec", "nanosec", "index") and table.stands(k)
                  for k, meaning in enumerate(meanings)]  # fmt: skip
         found = time_columns(table.names, meanings, stand, table.where())
     if found is None and reading.rate is None:
@@ -440,11 +447,6 @@ def _time(
             next_step="name it with --map time=COLUMN, or give the samples per second with --rate HZ",
         )
     return found
-
-
-def _stands(table: LogTable, column: int) -> bool:
-    cells = floats_of(table.head(column))
-    return len(cells) > 1 and bool((cells == cells[0]).all())
 
 
 def _renaming(family: Family) -> list[str]:

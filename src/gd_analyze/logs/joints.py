@@ -97,7 +97,8 @@ def _matched(
     by_label: dict[Words, list[int]] = {}
     for column in rest:
         by_label.setdefault(meanings[column].label, []).append(column)
-    counted = {label: of for label, of in by_label.items() if all(meanings[c].number is not None for c in of)}
+    with_numbers = {l: [c for c in of if meanings[c].number is not None] for l, of in by_label.items()}
+    counted = {label: of for label, of in with_numbers.items() if of}
     affixed = _by_affix(rest, meanings, names)
     if affixed is not None:
         return [affixed]

@@ -48,6 +48,12 @@ class ParquetTable:
             return ["text"]
         return [float(x) for x in self._first[:, column]]
 
+    def stands(self, column: int) -> bool:
+        """Whether the first numbers are all the same; of whole numbers all digits count."""
+        batch = next(self._file.iter_batches(_HEAD_ROWS), None) if _is_number(self._fields[column].type) else None
+        first = np.empty(0) if batch is None else _instants(batch.column(column))
+        return len(first) > 1 and bool((first == first[0]).all())
+
     @cached_property
     def _first(self) -> Any:
         numeric = [k for k, f in enumerate(self._fields) if _is_number(f.type)]

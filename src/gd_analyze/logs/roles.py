@@ -49,7 +49,7 @@ _TIME_MORE = frozenset(
     {"from", "start", "since", "rel", "relative", "abs", "absolute", "unix", "system", "ros", "robot", "recv"}
     | {"recording", "log", "header", "field", "of", "sample", "utc", "controller", "receive", "received", "in"}
 )
-_INDEX = frozenset({"index", "idx", "sample", "samples", "tick", "ticks", "cycle", "frame", "counter", "seq", "n"})
+_INDEX = frozenset({"index", "idx", "sample", "samples", "tick", "ticks", "cycle", "counter", "seq", "n"})
 _COMPOSED = re.compile(
     r"(q|dq|qd|ddq|qdd|tau|pos|vel|acc|torque|position|velocity)"
     r"(act|actual|meas|des|desired|ref|cmd|target|tgt)"
@@ -158,7 +158,7 @@ def _time_said(segments: Sequence[Words]) -> Said | None:
         return "nanosec" if end.startswith("n") else "sec"
     if set(last) & _TIME_CORE and set(last) <= _TIME_CORE | _TIME_MORE:
         return "time"
-    if len(segments) <= 3 and set(last) <= _INDEX | {"number", "no", "id", "sample"} and set(last) & _INDEX:
+    if len(segments) <= 3 and set(last) <= _INDEX | {"number", "no"} and set(last) & _INDEX:
         return "index"
     return None
 
@@ -215,9 +215,10 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
         label, number = joint_of(token)
         if "name" in label or "names" in label:
             return Meaning("name", token)
-        # A3 counts; of other words only those beside "joint" are joints' for certain.
-        counts = number is not None and not set(label) - _SINGLE and len(label) <= 1
-        if joint is None and not counts and not set(token) & {"joint", "jnt", "axis"}:
+        # A3 counts, joint_a3 is a name; of other words only those beside "joint" are joints' for certain.
+        beside = bool(set(token) & {"joint", "jnt", "axis"})
+        counts = number is not None and (not label or (not beside and len(label) == 1 and label[0] in _SINGLE))
+        if joint is None and not counts and not beside:
             return Meaning("other", token, unit=unit)
         if counts:
             token = (str(number),)

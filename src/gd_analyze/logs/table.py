@@ -65,6 +65,9 @@ class LogTable(Protocol):
     def head(self, column: int) -> list[str | float]:
         """First cells of a column: floats, or text where they are no numbers."""
 
+    def stands(self, column: int) -> bool:
+        """Whether the first cells of a column, of which there are several, are all the same to their last digit."""
+
     def read(
         self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress = no_progress
     ) -> Columns:
@@ -110,6 +113,11 @@ class ArrayTable:
         if column in self.texts:
             return list(self.texts[column])
         return [float(x) for x in self.columns[column][:_HEAD]]
+
+    def stands(self, column: int) -> bool:
+        """Whether the first numbers are all the same."""
+        first = self.columns[column][:_HEAD]
+        return len(first) > 1 and bool((first == first[0]).all())
 
     def read(
         self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress = no_progress

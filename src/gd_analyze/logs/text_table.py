@@ -19,7 +19,6 @@ from gd_analyze.given_numbers import LARGEST, number_in
 from gd_analyze.logs.cells import number_of, split_cells, wrong_width
 from gd_analyze.logs.table import Columns, Progress, Stamps, no_progress
 from gd_analyze.logs.text_layout import EMPTY, Layout, layout_of
-from gd_analyze.vectors import FloatArray
 
 _BLOCK = 8_000_000  # bytes read at once
 _HEAD_BYTES = 1_000_000
@@ -115,6 +114,11 @@ class TextTable:
             number = number_in(cell.replace(",", ".") if self.layout.decimal == "," else cell)
             read.append(float("nan") if cell.lower() in EMPTY else cell if number is None else number)
         return read
+
+    def stands(self, column: int) -> bool:
+        """Whether the first cells are all the same."""
+        cells = {row[column] for row in self._head if column < len(row)}
+        return len(self._head) > 1 and len(cells) == 1
 
     def where(self, row: int | None = None, column: int | None = None) -> Location:
         """Place in the file; to find a row's line takes as long as to read the file."""
@@ -326,8 +330,3 @@ def _block(data: bytes, number: int, begin: int) -> tuple[_Block, int]:
 def is_text(column: Sequence[str | float]) -> bool:
     """Whether first cells are text, none of them a number."""
     return any(isinstance(cell, str) for cell in column)
-
-
-def floats_of(column: Sequence[str | float]) -> FloatArray:
-    """First cells as numbers; nan where they are none."""
-    return np.array([cell if isinstance(cell, float) else np.nan for cell in column], dtype=float)

@@ -53,7 +53,16 @@ def motion_figure(findings: Findings) -> Canvas:
                 y_ticks=ticks(span, 3 if row > 40 else 2),
                 labels="xy" if i == n - 1 else "y",
             )
-            add_curve(canvas, panel, trajectory.time, curve, "ink", 1.1, label=f"{name}{i + 1}")
+            add_curve(
+                canvas,
+                panel,
+                trajectory.time,
+                curve,
+                "ink",
+                1.1,
+                label=f"{name}{i + 1}",
+                gaps=trajectory.gaps,
+            )
     return canvas
 
 
@@ -63,7 +72,7 @@ def torque_figure(findings: Findings) -> Canvas:
     n = arm.n_joints
     row, half = min(540.0 / n, 110.0), (WIDTH - _NAME_WIDTH) / 2
     canvas = _canvas_of_rows(arm, row)
-    seconds, noise = findings.trajectory.time, findings.round_off
+    seconds, noise, gaps = findings.trajectory.time, findings.round_off, findings.trajectory.gaps
     time = whole_range(seconds)
     for c, title in enumerate(("torque: exact and simplified", "error: simplified − exact")):
         canvas.text(_NAME_WIDTH + c * half + 26, _FOOT + n * row + 4, title, 7.5)
@@ -94,9 +103,12 @@ def torque_figure(findings: Findings) -> Canvas:
             (panels[0], simplified, "simplified", "accent", 0.9),
             (panels[1], error, "error", "accent", 1.2),
         ):
-            add_curve(canvas, panel, seconds, curve, colour, width, label=f"{label} {i + 1}")
+            add_curve(canvas, panel, seconds, curve, colour, width, label=f"{label} {i + 1}", gaps=gaps)
+        # What is proven of a piece is drawn as its two ends; where the next begins later, nothing is proven.
+        between = 2 * np.flatnonzero(when[2::2] > when[1:-1:2]) + 2
         for sign in (1.0, -1.0) if len(when) else ():
-            add_curve(canvas, panels[1], when, sign * proven, "inertia", 0.8, label=f"proven {i + 1}")
+            name = f"proven {i + 1}"
+            add_curve(canvas, panels[1], when, sign * proven, "inertia", 0.8, label=name, gaps=between)
     return canvas
 
 

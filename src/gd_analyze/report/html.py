@@ -138,7 +138,7 @@ def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
         "run": findings.provenance.get("run", ""),
         "provenance": summary.provenance_lines(findings),
         "measured": measured_document(findings),
-        "still": stroboscope(arm, findings.trajectory.q),
+        "still": stroboscope(arm, findings.trajectory.q, findings.trajectory.gaps),
         "thinned_to": MOST_POINTS if count > MOST_POINTS else None,
     }
 

@@ -16,7 +16,7 @@ from gd_analyze.formatting import pretty
 from gd_analyze.report.colours import OF_LEVEL
 from gd_analyze.report.element_curves import element_curves, rank_of
 from gd_analyze.report.motion import motion_curve, motion_unit, skeleton
-from gd_analyze.report.thinning import evenly, thinned
+from gd_analyze.report.thinning import breaks, evenly, thinned
 from gd_analyze.report.views import flat_normal, upright_frame
 from gd_analyze.results import Findings, summary
 from gd_analyze.results.contributions import Contributions
@@ -46,7 +46,7 @@ def page_data(findings: Findings) -> dict[str, Any]:
         axis, unit and traces, and "trade-off" with its own abscissas; `viewer`: the arm's motion. Only JSON
         values.
     """
-    drawing = _Drawing(findings.trajectory.time)
+    drawing = _Drawing(findings.trajectory.time, findings.trajectory.gaps)
     _add_elements(drawing, findings)
     _add_motion(drawing, findings)
     _add_torques(drawing, findings)
@@ -61,8 +61,8 @@ def page_data(findings: Findings) -> dict[str, Any]:
 class _Drawing:
     """Collects figures and the abscissas they share."""
 
-    def __init__(self, time: FloatArray) -> None:
-        self.time = time
+    def __init__(self, time: FloatArray, gaps: tuple[int, ...]) -> None:
+        self.time, self.gaps = time, gaps
         self.axes: dict[str, dict[str, list[float]]] = {}
         self.figures: dict[str, dict[str, Any]] = {}
 
@@ -78,8 +78,10 @@ class _Drawing:
         values = np.array(list(curves.values()))
         chosen = thinned(values, MOST_POINTS)
         axis = "all" if len(chosen) == len(self.time) else identifier
+        at = chosen if points is None else points[chosen]
+        if cuts := breaks(at, self.gaps).tolist():
+            more["breaks"] = cuts
         if axis not in self.axes:
-            at = chosen if points is None else points[chosen]
             self.axes[axis] = {"point": (at + 1).tolist(), "time": _rounded(self.time[at])}
         traces = []
         for role, curve in zip(curves, values, strict=True):
@@ -196,12 +198,14 @@ def _viewer(findings: Findings) -> dict[str, Any]:
     torque = np.where(np.abs(torque) > ROUND_OFF * np.abs(torque).max(), torque, 0.0)
     frame = upright_frame(arm)
     posed = skeleton(arm, q[frames]) @ frame.T
-    path = skeleton(arm, q[evenly(count, MOST_PATH)])[:, -1] @ frame.T
+    places = evenly(count, MOST_PATH)
+    path = skeleton(arm, q[places])[:, -1] @ frame.T
     return {
         "at": (frames + 1).tolist(),
         "time": _rounded(findings.trajectory.time[frames]),
         "points": np.round(posed, 4).tolist(),
         "path": np.round(path, 4).tolist(),
+        "breaks": breaks(places, findings.trajectory.gaps).tolist(),
         "axes": np.round(frame.T, 5).tolist(),
         "flat": flat_normal(np.concatenate([posed.reshape(-1, 3), path])),
         "q": [_rounded(row) for row in q[frames]],

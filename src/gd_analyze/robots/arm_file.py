@@ -119,14 +119,6 @@ def _read(path: Path) -> str:
             expected="a TOML file in UTF-8",
             found=f"byte 0x{error.object[error.start]:02x} at offset {error.start}",
         ) from None
-    if content.lstrip("\ufeff \t\r\n").startswith("<"):
-        raise ArmError(
-            "the arm file is XML, such as URDF or MJCF, which is not read",
-            where=Location(path),
-            expected="a TOML file with a Denavit-Hartenberg table, masses, centres of mass and inertias",
-            found=content.lstrip("\ufeff \t\r\n").split("\n", 1)[0][:60],
-            next_step="`gd-analyze arms puma560 --toml` prints a complete example; docs/arms.md has the keys",
-        )
     return content
 
 

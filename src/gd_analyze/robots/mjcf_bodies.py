@@ -70,7 +70,7 @@ class Bodies:
             name += "_"
         if (what, name) in self.lines:
             raise ArmError(
-                f"there are two {node.tag}s {name!r}",
+                f"there are two {'bodies' if what == 'link' else 'joints'} {name!r}",
                 where=node.where,
                 expected=f"another name than in line {self.lines[what, name].line}",
                 next_step="rename one",

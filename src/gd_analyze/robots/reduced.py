@@ -39,8 +39,9 @@ def arm_of_tree(tree: Tree, pick: Pick) -> RobotArm:
     for index, joint in enumerate(chain.moving, start=1):
         joints.append(_joint(tree, joint, _placement(reduced.jointPlacements[index])))
         links.append(_link(tree, joint, reduced.inertias[index]))
-    parts = tree.links_of(chain.moving)
-    about = {"", *parts, *(joint.name for joint in chain.moving)}
+    carried = tree.carried(chain.moving)
+    placed = carried | tree.inboard(chain.moving[0])
+    about = {"", *carried, *(joint.name for joint in chain.moving)}
     return RobotArm(
         name=tree.name,
         title=tree.title,
@@ -50,8 +51,11 @@ def arm_of_tree(tree: Tree, pick: Pick) -> RobotArm:
         drives=_drives(tree, chain.moving),
         convention=tree.convention,
         sources=tree.sources,
-        assumptions=(*tree.assumptions, *tree.straightened.told(parts), *_held_told(tree, chain)),
-        doubts=tuple(told for name, told in (*tree.doubts, *tree.straightened.suspects) if name in about),
+        assumptions=(*tree.assumptions, *tree.straightened.told(placed), *_held_told(tree, chain)),
+        doubts=(
+            *(told for name, told in tree.doubts if name in about),
+            *(told for link, told in tree.straightened.suspects if link in placed),
+        ),
     )
 
 

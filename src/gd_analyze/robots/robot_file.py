@@ -14,18 +14,19 @@ from gd_analyze.robots.urdf import read_urdf
 from gd_analyze.robots.xml_nodes import read_nodes, text_of_xml
 from gd_analyze.visible import visible
 
+_SUFFIXES = (".urdf", ".xml", ".mjcf", ".xacro", ".sdf")
+
 
 def is_xml(path: Path) -> bool:
-    """Whether a file begins as XML does; not where it cannot be read."""
+    """Whether a file is meant to be XML, by its suffix or its first sign."""
+    if path.suffix.lower() in _SUFFIXES:
+        return True
     try:
         with path.open("rb") as file:
             start = file.read(512)
     except OSError:
         return False
-    return start.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<") or start[:2] in (
-        b"\xff\xfe",
-        b"\xfe\xff",
-    )
+    return start.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<")
 
 
 def read_tree(path: Path) -> Tree:

@@ -45,6 +45,8 @@ _HEAVIEST_CUBE, _LEAST_CUBE = 1000.0, 0.5
 _WIDEST, _LEAST_REACH = 2.0, 0.3
 # A centre of mass less far out than this is one's of an arm that reaches nowhere, m.
 LEAST_FAR = 0.1
+# Frames at the near ends of links, as in URDF, say nothing of how long the last link is, m.
+_LEAST_FAR_BEHIND = 1.0
 
 
 def slips_of(arm: RobotArm) -> tuple[str, ...]:
@@ -76,7 +78,8 @@ def _sentences(arm: RobotArm) -> Iterator[str]:
         # What is carried was not stated of the link.
         stated = link.bare or link
         yield from _mass_slips(stated, arm.reach)
-        yield from _centre_slip(stated, arm.reach)
+        least = LEAST_FAR if arm.dh_table else _LEAST_FAR_BEHIND
+        yield from _centre_slip(stated, max(arm.reach, least), arm.reach)
         if impossible := impossibility(stated):
             yield f"{_place(stated)}: {impossible}"
 
@@ -142,9 +145,9 @@ def _mass_slips(link: Link, reach: float) -> Iterator[str]:
         yield f"{where}: with {mass} no material is dense enough for so small an inertia; is it in grams?"
 
 
-def _centre_slip(link: Link, reach: float) -> Iterator[str]:
+def _centre_slip(link: Link, most: float, reach: float) -> Iterator[str]:
     distance = float(np.linalg.norm(link.com))
-    if link.mass > 0 and distance > max(reach, LEAST_FAR):
+    if link.mass > 0 and distance > most:
         yield (
             f"{_place(link)}: the centre of mass of link {link.name} is {distance:.3g} m from the link "
             f"frame, farther than the whole arm reaches ({reach:.3g} m); are its units metres?"

@@ -153,15 +153,19 @@ class Tree:
             index = found[-1].parent
         return found[::-1]
 
-    def links_of(self, moving: Sequence[TreeJoint]) -> set[str]:
-        """Links that a chain of joints moves, and those that its base hangs on."""
+    def carried(self, moving: Sequence[TreeJoint]) -> set[str]:
+        """Links that a chain of joints moves."""
         indices = {joint.index for joint in moving}
-        carried = {0: False} | {
+        moved = {0: False} | {
             joint.index: any(one.index in indices for one in self.path(joint.index)) for joint in self.joints
         }
-        found = {link for link, index in self.links.items() if carried[index]}
-        link: str | None = moving[0].link
-        while link is not None and (link == moving[0].link or link not in found):
+        return {link for link, index in self.links.items() if moved[index]}
+
+    def inboard(self, joint: TreeJoint) -> set[str]:
+        """Links that a joint's link hangs on."""
+        found: set[str] = set()
+        link = self.above.get(joint.link)
+        while link is not None and link not in found:
             found.add(link)
             link = self.above.get(link)
         return found

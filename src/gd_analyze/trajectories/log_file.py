@@ -12,13 +12,12 @@ from gd_analyze.logs.roles import is_of_set_points
 from gd_analyze.logs.table import Progress, no_progress
 from gd_analyze.logs.text_layout import LONGEST_NAME
 from gd_analyze.robots import RobotArm
-from gd_analyze.trajectories.checks import check_against_arm
 from gd_analyze.trajectories.measured import motion_of
 from gd_analyze.trajectories.trajectory import Trajectory
 from gd_analyze.trajectories.treatment import Treatment
 
 # Bytes by which a file is judged.
-HEAD = 1_000_000
+HEAD = 100_000
 
 
 def beginning_of(path: Path) -> bytes:
@@ -64,7 +63,7 @@ def motion_of_log(
     data: bytes | None = None,
     progress: Progress = no_progress,
 ) -> Trajectory:
-    """Read a log and make a motion of it, checked against the arm.
+    """Read a log and make a motion of it.
 
     Parameters
     ----------
@@ -78,6 +77,4 @@ def motion_of_log(
     TrajectoryError
         As these two.
     """
-    trajectory = motion_of(read_log(path, arm, reading, data=data, progress=progress), arm, treatment)
-    check_against_arm(trajectory, arm)
-    return trajectory
+    return motion_of(read_log(path, arm, reading, data=data, progress=progress), arm, treatment)

@@ -1,0 +1,60 @@
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.logs import Logged, Reading, read_log
+from gd_analyze.robots import Joint, Link, RobotArm
+
+UR = ("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint")
+
+
+def arm_of(*names: str, kinds: Sequence[str] = (), name: str = "made") -> RobotArm:
+    """An arm whose joints are called so; without limits, so that nothing is suspicious."""
+    of_kind = kinds or ["revolute"] * len(names)
+    joints = tuple(Joint(name, kind=kind) for name, kind in zip(names, of_kind, strict=True))
+    return RobotArm(name, joints, tuple(Link(name, 1.0, np.zeros(3), 0.1 * np.eye(3)) for name in names))
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Callable[..., Path]:
+    """Writes a log."""
+
+    def write(content: str | bytes, name: str = "log.csv") -> Path:
+        path = tmp_path / name
+        path.write_bytes(content.encode() if isinstance(content, str) else content)
+        return path
+
+    return write
+
+
+@pytest.fixture
+def read(log: Callable[..., Path]) -> Callable[..., Logged]:
+    """Writes a log of text and reads it; keywords are those of `Reading.of`."""
+
+    def call(content: str | bytes, arm: RobotArm, name: str = "log.csv", **asked: object) -> Logged:
+        return read_log(log(content, name), arm, Reading.of(**asked))  # type: ignore[arg-type]
+
+    return call
+
+
+@pytest.fixture
+def warned() -> Callable[[], object]:
+    """Collects the texts of our warnings; any other warning stays an error."""
+
+    @contextmanager
+    def collect() -> Iterator[list[str]]:
+        texts: list[str] = []
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("error")
+            warnings.simplefilter("always", GdAnalyzeWarning)
+            yield texts
+        texts += [str(warning.message) for warning in caught]
+
+    return collect
