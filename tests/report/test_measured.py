@@ -68,7 +68,7 @@ def test_tables_have_the_numbers(measured_findings: Findings, measured_page: Pag
     assert (shown["compared"], shown["filtered"]) == (500, False)
     first, second = shown["rows"]
     assert (first["told"], second["told"]) == ("follows", "too light by a factor 2")
-    assert (first["correlation"], second["slope"]) == ("1.00", "2.00")
+    assert (first["correlation"], second["slope"]) == ("1.000", "2.00")
     assert (first["explained"], second["explained"]) == ("100 %", "75 %")
     for row in shown["rows"]:
         for name in ("told", "bias", "rms_difference", "peak_measured", "coulomb", "offset"):
