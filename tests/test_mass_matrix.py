@@ -139,3 +139,19 @@ def test_what_is_refused_is_what_pinocchio_finds_singular(case):
     elif smallest < 1e-3 * floor:  # what is singular is so to a few roundings, far below any bound of them
         with pytest.raises(ArmError, match="mass matrix D is"):
             require_positive_definite(arm, states, drives=False)
+
+
+def test_what_is_definite_here_is_not_said_to_be_so_everywhere(two_link):
+    """At q2 = pi/2 D is positive definite, at 0 it is not: states prove nothing of a box."""
+    arm = below_zero(two_link, -0.2)
+    rng = np.random.default_rng(5)
+    q = np.column_stack([rng.uniform(-1, 1, 40), np.pi / 2 + rng.uniform(-0.1, 0.1, 40)])
+    states = States(q, rng.uniform(-1, 1, (40, 2)), rng.uniform(-1, 1, (40, 2)))
+    model = gd.simplify(arm, states, "1%", level="energy")
+    still = np.zeros(2)
+    everywhere = gd.Box(np.array([-1.0, -2.0]), np.array([1.0, 2.0]), still, still)
+    shown = gd.certify_positive_definite(model, everywhere)
+    assert not shown.is_proven
+    assert shown.smallest_found < 0.0
+    here = gd.Box(q.min(axis=0), q.max(axis=0), still, still)
+    assert gd.certify_positive_definite(model, here).is_proven
