@@ -145,7 +145,7 @@ OPTIONAL = {
 }
 
 # Groups that a run has only where there is something to say.
-OPTIONAL_GROUPS = {"measured_torque"}
+OPTIONAL_GROUPS = {"measured_torque", "motions"}
 
 
 def table(

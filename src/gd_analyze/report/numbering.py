@@ -5,6 +5,7 @@ from __future__ import annotations
 from string import ascii_uppercase
 
 from gd_analyze.results import Findings, summary
+from gd_analyze.results.motion_words import changing
 from gd_analyze.results.rows import dropped_parts
 from gd_analyze.results.torque_curves import measured_joints
 
@@ -29,6 +30,8 @@ _TABLES = {
     "measured": "measured torque beside the exact one",
     "friction": "friction beside the exact torque",
     "ranking": "elements ranked by torque",
+    "motions": "each motion by itself",
+    "verdicts": "verdicts that depend on the motion",
     "terms": "single terms ranked by torque",
     "kept": "what the model keeps",
     "operations": "operations for one evaluation of all torques",
@@ -45,6 +48,7 @@ _APPENDICES = {
     "measured": "Measured torque beside the model's",
     "effects": "Inertia, velocity and gravity terms by effect",
     "ranking": "Elements ranked by torque",
+    "motions": "Motion by motion",
     "terms": "Single terms ranked by torque",
     "model": "What the model keeps and what that saves",
     "beyond": "Near this motion, and beyond it",
@@ -81,7 +85,10 @@ def _absent(findings: Findings) -> tuple[set[str], set[str], set[str]]:
     unmeasured = {"measured"} if not measured_joints(findings) else set()
     beyond = findings.tables["beyond"]
     of_elements = not findings.model.level.has_torque_terms
+    one = not summary.has_motions(findings)
     tables = {
+        "motions": one,
+        "verdicts": one or not changing(findings),
         "terms": not findings.is_written_out,
         "tube": summary.tube_proven(findings) is None,
         "beyond": not (beyond.attrs["states_drawn"] or beyond.certified.notnull().all()),
@@ -90,5 +97,6 @@ def _absent(findings: Findings) -> tuple[set[str], set[str], set[str]]:
         "dropped": not dropped_parts(findings).costing,
     }
     gone = {name for name, absent in tables.items() if absent}
-    appendices = {"elements"} if of_elements else set()
+    without = {"elements": of_elements, "motions": one}
+    appendices = {name for name, absent in without.items() if absent}
     return flat | unmeasured, flat | unmeasured | gone, appendices | unmeasured

@@ -19,6 +19,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.fit import require_models_fit, require_tables_fit, require_terms_fit
 from gd_analyze.results.hdf5_reader import open_tables, read_attributes, read_table
 from gd_analyze.results.hdf5_writer import write_tables
+from gd_analyze.results.motions_table import motions_in
 from gd_analyze.results.refusal import damage_named
 from gd_analyze.results.seal import require_sealed, seal
 from gd_analyze.robots import RobotArm, arm_from_description, describe_in_full
@@ -102,6 +103,7 @@ def load_findings(path: str | Path) -> Findings:
         require_terms_fit(ranked, tables)
         warn_of_others(path, str(attributes.get("run", "")))
         motion, warnings = tables["trajectory"], attributes["warnings"]
+        motions = motions_in(tables["motions"]) if "motions" in tables else ()
         if motion.sizes["time"] <= MOST_KEPT:
             file.close()
         return Findings(
@@ -114,6 +116,8 @@ def load_findings(path: str | Path) -> Findings:
                 motion.attrs["name"],
                 motion.attrs["origin"],
                 motion.attrs["rates"],
+                gaps=tuple(one.first for one in motions[1:]),
+                motions=motions,
             ),
             tables=tables,
             model=model,

@@ -48,17 +48,6 @@ def shipped_trajectories() -> dict[str, Path]:
     return shipped("trajectories", ".csv")
 
 
-def trajectory_of(given: Trajectory | str | Path, arm: RobotArm) -> Trajectory:
-    """Take a trajectory, or read the one that a shipped name or a path stands for.
-
-    Raises
-    ------
-    TrajectoryError
-        As `read_trajectory`.
-    """
-    return given if isinstance(given, Trajectory) else read_trajectory(given, arm)
-
-
 def read_trajectory(
     path_or_name: str | Path,
     arm: RobotArm,
