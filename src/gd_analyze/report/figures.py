@@ -19,6 +19,7 @@ from gd_analyze.report.panel import (
     value_range,
     whole_range,
 )
+from gd_analyze.report.thinning import breaks
 from gd_analyze.results import Findings
 from gd_analyze.results.torque_curves import measured_joints, torque_curves
 from gd_analyze.robots import RobotArm
@@ -161,6 +162,7 @@ def measured_figure(findings: Findings) -> Canvas:
     for k, i in enumerate(joints):
         curves, bottom = torque_curves(findings, i), _FOOT + (len(joints) - 1 - k) * row
         seconds, parts = findings.trajectory.time[curves.points], [curves.difference]
+        cuts = breaks(curves.points, findings.trajectory.gaps)
         left = [
             (curves.read, "read", "line", 0.6),
             (curves.measured, "measured", "combined", 2.2),
@@ -181,5 +183,6 @@ def measured_figure(findings: Findings) -> Canvas:
             )
             canvas.text(panel.left, panel.top + 2, scale.unit, 6.5, colour="soft")
             for curve, label, colour, width in drawn:
-                add_curve(canvas, panel, seconds, curve, colour, width, label=f"{label} {i + 1}")
+                name = f"{label} {i + 1}"
+                add_curve(canvas, panel, seconds, curve, colour, width, label=name, gaps=cuts)
     return canvas
