@@ -118,7 +118,7 @@ class TextTable:
     def stands(self, column: int) -> bool:
         """Whether the first cells are all the same."""
         cells = {row[column] for row in self._head if column < len(row)}
-        return len(self._head) > 1 and len(cells) == 1
+        return len(self._head) > 1 and len(cells) == 1 and "" not in cells
 
     def where(self, row: int | None = None, column: int | None = None) -> Location:
         """Place in the file; to find a row's line takes as long as to read the file."""
