@@ -10,6 +10,7 @@ from types import ModuleType
 import csv_cases
 import hdf5_cases
 import json_cases
+import log_cases
 import toml_cases
 from hypothesis import strategies as st
 from plans import Plan
@@ -50,6 +51,7 @@ def _text_format(cases: ModuleType) -> Format:
 
 FORMATS = {
     "csv": _text_format(csv_cases),
+    "log": _text_format(log_cases),
     "toml": _text_format(toml_cases),
     "json": _text_format(json_cases),
     "h5": Format(1, hdf5_cases.cases, hdf5_cases.write, hdf5_cases.judged),

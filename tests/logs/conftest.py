@@ -12,7 +12,14 @@ from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.logs import Logged, Reading, read_log
 from gd_analyze.robots import Joint, Link, RobotArm
 
-UR = ("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint")
+UR = (
+    "shoulder_pan_joint",
+    "shoulder_lift_joint",
+    "elbow_joint",
+    "wrist_1_joint",
+    "wrist_2_joint",
+    "wrist_3_joint",
+)
 
 
 def arm_of(*names: str, kinds: Sequence[str] = (), name: str = "made") -> RobotArm:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import builtins
 import importlib
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from conftest import arm_of
 
+from conftest import arm_of
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.logs import Reading, read_log
 
@@ -20,7 +19,7 @@ pytest.importorskip("rosbags", reason="bags need the extra `logs`")
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
-from rosbags.typesys import Stores, get_typestore, get_types_from_msg
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 TWO = arm_of("hip", "knee")
 STEP = 8_000_000
@@ -45,7 +44,8 @@ def state(store: Any, k: int, ros1: bool = False) -> Any:
 
 def trajectory(store: Any, points: int) -> Any:
     point, duration = (
-        store.types[f"{of}"] for of in ("trajectory_msgs/msg/JointTrajectoryPoint", "builtin_interfaces/msg/Duration")
+        store.types[f"{of}"]
+        for of in ("trajectory_msgs/msg/JointTrajectoryPoint", "builtin_interfaces/msg/Duration")
     )
     return store.types["trajectory_msgs/msg/JointTrajectory"](
         header=header(store, 0),
@@ -63,9 +63,7 @@ def trajectory(store: Any, points: int) -> Any:
     )
 
 
-def bag2(
-    path: Path, messages: dict[str, list[Any]], store: Any, plugin: Any = StoragePlugin.SQLITE3
-) -> Path:
+def bag2(path: Path, messages: dict[str, list[Any]], store: Any, plugin: Any = StoragePlugin.SQLITE3) -> Path:
     with Writer2(path, version=9, storage_plugin=plugin) as writer:
         for topic, sent in messages.items():
             kind = sent[0].__msgtype__

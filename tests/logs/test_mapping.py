@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import arm_of
 
+from conftest import arm_of
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.logs import Logged, Reading, read_log
 
@@ -17,13 +17,19 @@ TWO = arm_of("hip", "knee")
 Read = Callable[..., Logged]
 
 LOGS: dict[str, tuple[str, dict[str, object]]] = {
-    "names and units": ("time_ms,knee_deg,hip,tau2,tau1\n0,90,1,2,3\n8,45,2,3,4\n", {"map": ["q:hip=hip", "q:2=knee_deg"]}),
+    "names and units": (
+        "time_ms,knee_deg,hip,tau2,tau1\n0,90,1,2,3\n8,45,2,3,4\n",
+        {"map": ["q:hip=hip", "q:2=knee_deg"]},
+    ),
     "samples": ("Time,Position1,Position2\n5,1,2\n6,2,3\n", {"rate": 1000.0}),
     "rows": ("Position1,Position2\n1,2\n2,3\n", {"rate": 125.0}),
     "no header": ("0,9,1,2\n0.1,9,3,4\n", {"columns": "time,-,q0,q1", "measured": False}),
     "twice": ("time,q_0,q_1,q_1\n0,1,2,3\n0.1,1,2,4\n", {"map": ["q:knee=#4"]}),
     "echo": ("15,8,,knee,hip,1,2\n15,9,,knee,hip,3,4\n", {}),
-    "target": ("t,actual_q_0,actual_q_1,target_q_0,target_q_1\n0,1,2,3,4\n0.1,1,2,3,5\n", {"family": "target"}),
+    "target": (
+        "t,actual_q_0,actual_q_1,target_q_0,target_q_1\n0,1,2,3,4\n0.1,1,2,3,5\n",
+        {"family": "target"},
+    ),
     "strange names": ('time,"q ""1"" \\ [deg]",q_2 é\n0,1,2\n0.1,2,3\n', {"map": ["q:1=#2", "q:2=#3"]}),
 }
 
@@ -38,7 +44,9 @@ def test_reading_by_a_mapping_gives_the_same(case: str, log, tmp_path: Path) -> 
         np.testing.assert_array_equal(getattr(first, what), getattr(again, what))
     assert first.measured == again.measured
     used = [(use.column, use.role, use.joint, use.unit) for use in first.columns if use.role != "unused"]
-    assert used == [(use.column, use.role, use.joint, use.unit) for use in again.columns if use.role != "unused"]
+    assert used == [
+        (use.column, use.role, use.joint, use.unit) for use in again.columns if use.role != "unused"
+    ]
 
 
 def test_what_is_written(log, tmp_path: Path) -> None:
@@ -87,9 +95,18 @@ CASES: dict[str, tuple[str, list[str]]] = {
     "unknown joint": (GOOD.replace("hip", "hipp"), ["line 12", "hip, knee (hip?)", "found: hipp"]),
     "unknown unit": (GOOD.replace("deg", "gon"), ["line 13", "expected: rad, mrad, deg, rev", "found: gon"]),
     "unit of time": (GOOD.replace('"s"', '"h"'), ["line 7", "expected: s, ms, us, ns, sample", "found: h"]),
-    "unknown column": (GOOD.replace('"a"', '"A"'), ["no column 'A'", "ours.toml, line 10", "found: time, a, b"]),
-    "a joint twice": (GOOD.replace("knee", "hip"), ["2 columns for q of hip", "one column for q of every joint"]),
-    "no time": (GOOD.replace('role = "time"\nunit = "s"', 'role = "q"\njoint = "hip"\nunit = "rad"'), ["2 columns for q of hip"]),
+    "unknown column": (
+        GOOD.replace('"a"', '"A"'),
+        ["no column 'A'", "ours.toml, line 10", "found: time, a, b"],
+    ),
+    "a joint twice": (
+        GOOD.replace("knee", "hip"),
+        ["2 columns for q of hip", "one column for q of every joint"],
+    ),
+    "no time": (
+        GOOD.replace('role = "time"\nunit = "s"', 'role = "q"\njoint = "hip"\nunit = "rad"'),
+        ["2 columns for q of hip"],
+    ),
     "samples without a rate": (GOOD.replace('unit = "s"', 'unit = "sample"'), ["1 columns of time, no rate"]),
     "a rate of words": (GOOD.replace("measured", 'rate = "fast"\nmeasured'), ["line 2", "found: 'fast'"]),
     "a rate of 0": (GOOD.replace("measured", "rate = 0.0\nmeasured"), ["line 2", "greater than 0"]),

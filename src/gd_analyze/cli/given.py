@@ -129,7 +129,9 @@ def given_dynamics(function: Callable[..., None]) -> Callable[..., None]:
     def verb(**words: Any) -> None:
         function(given=Given(**{name: words.pop(name) for name in names}), **words)
 
-    return together(robot_given, trajectory_or_states, log_options, drives_option, payload_option, states_options)(verb)
+    return together(
+        robot_given, trajectory_or_states, log_options, drives_option, payload_option, states_options
+    )(verb)
 
 
 def load_arm_carrying(robot: GivenRobot, payload: str | None) -> gd.RobotArm:

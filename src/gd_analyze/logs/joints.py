@@ -1,4 +1,4 @@
-"""Which joint of the arm is which of the log: by name, by number where the log itself counts, never by place."""
+"""Which joint of the arm is which of the log: by name, or by number where the log itself counts."""
 
 from __future__ import annotations
 
@@ -97,7 +97,9 @@ def _matched(
     by_label: dict[Words, list[int]] = {}
     for column in rest:
         by_label.setdefault(meanings[column].label, []).append(column)
-    with_numbers = {l: [c for c in of if meanings[c].number is not None] for l, of in by_label.items()}
+    with_numbers = {
+        label: [c for c in of if meanings[c].number is not None] for label, of in by_label.items()
+    }
     counted = {label: of for label, of in with_numbers.items() if of}
     affixed = _by_affix(rest, meanings, names)
     if affixed is not None:
@@ -111,9 +113,7 @@ def _matched(
     return families
 
 
-def _family(
-    label: Words, columns: Mapping[int, tuple[int, ...]], extra: Sequence[int], why: str
-) -> Family:
+def _family(label: Words, columns: Mapping[int, tuple[int, ...]], extra: Sequence[int], why: str) -> Family:
     return Family("", (), "plain", 0, label, columns, tuple(extra), why)
 
 
@@ -134,7 +134,7 @@ def _by_number(
     written: Sequence[str],
     beside: bool,
 ) -> Family | None:
-    """Match columns that count; where words stand beside the numbers, only with an arm that counts as well."""
+    """Match columns that count; with words beside the numbers, only with an arm that counts as well."""
     counts = arms_numbers(names)
     if label and not beside and counts is None:
         return None
@@ -161,9 +161,7 @@ def _by_number(
     return replace(_family(label, matched, extra, f"by number, from {base}"), renamed=renamed)
 
 
-def _by_affix(
-    columns: Sequence[int], meanings: Sequence[Meaning], names: Sequence[str]
-) -> Family | None:
+def _by_affix(columns: Sequence[int], meanings: Sequence[Meaning], names: Sequence[str]) -> Family | None:
     """Match names that are alike but for the same words before, such as a prefix of the robot."""
     own = [_bare(words_of(name)) for name in names]
     logged = {c: _bare(meanings[c].token) for c in columns}
@@ -177,9 +175,7 @@ def _by_affix(
             if joint[-len(words) :] == words and words:
                 shortest.setdefault(("", *joint[: -len(words)]))
     for prefix in sorted(shortest, key=len):
-        wanted = [
-            joint[len(prefix) - 1 :] if prefix[:1] == ("",) else prefix + joint for joint in own
-        ]
+        wanted = [joint[len(prefix) - 1 :] if prefix[:1] == ("",) else prefix + joint for joint in own]
         if prefix[:1] == ("",) and any(("", *joint[: len(prefix) - 1]) != prefix for joint in own):
             continue
         matched = {j: tuple(c for c in columns if logged[c] == words) for j, words in enumerate(wanted)}

@@ -20,14 +20,26 @@ _ROLE_WORDS: dict[str, Said] = {
     **dict.fromkeys(("qdd", "ddq", "qddot", "acc", "accel", "acceleration", "accelerations"), "qdd"),
     **dict.fromkeys(("ddtheta", "thetaddot", "thetadd"), "qdd"),
     **dict.fromkeys(("tau", "torque", "torques", "trq", "effort", "efforts", "moment", "moments"), "torque"),
-}  # type: ignore[dict-item]
+}
 # A log with q has theta of something else, as libfranka's that of the motors.
 _SECOND_CHOICE = frozenset({"theta", "th", "phi", "dtheta", "thetadot", "thetad", "omega"})
 _MEASURED = frozenset(
     {"actual", "act", "measured", "meas", "msr", "feedback", "fbk", "fb", "real", "current", "present"}
 )
 _TARGET = frozenset(
-    {"target", "tgt", "command", "commanded", "cmd", "cmptd", "desired", "des", "reference", "ref", "setpoint"}
+    {
+        "target",
+        "tgt",
+        "command",
+        "commanded",
+        "cmd",
+        "cmptd",
+        "desired",
+        "des",
+        "reference",
+        "ref",
+        "setpoint",
+    }
     | {"setpoints", "planned", "plan", "goal", "nominal", "demand", "demanded", "interpolated"}
 )
 # What is near a joint in a log and no quantity of its motion.
@@ -35,11 +47,36 @@ _BLOCKED = frozenset(
     {"temp", "temps", "temperature", "temperatures", "cur", "currents", "amps", "voltage", "voltages", "pose"}
     | {"tcp", "cartesian", "ext", "external", "contact", "collision", "tool", "scaling", "fraction", "mode"}
     | {"error", "errors", "err", "deviation", "force", "forces", "wrench", "imu", "status", "power", "jerk"}
-    | {"covariance", "variance", "std", "limit", "limits", "max", "min", "offset", "dtau", "stiffness", "window"}
+    | {
+        "covariance",
+        "variance",
+        "std",
+        "limit",
+        "limits",
+        "max",
+        "min",
+        "offset",
+        "dtau",
+        "stiffness",
+        "window",
+    }
     | {"damping", "gravity", "friction", "quaternion", "orientation", "tf", "success", "digital", "analog"}
 )
 _CONTAINERS = frozenset(
-    {"states", "state", "msg", "message", "field", "data", "points", "point", "header", "robot", "values", "value"}
+    {
+        "states",
+        "state",
+        "msg",
+        "message",
+        "field",
+        "data",
+        "points",
+        "point",
+        "header",
+        "robot",
+        "values",
+        "value",
+    }
     | {"interface", "rtde", "log", "record", "joint", "joints", "dynamic", "multi", "dof"}
 )
 _TIME_CORE = frozenset(
@@ -47,7 +84,19 @@ _TIME_CORE = frozenset(
 )
 _TIME_MORE = frozenset(
     {"from", "start", "since", "rel", "relative", "abs", "absolute", "unix", "system", "ros", "robot", "recv"}
-    | {"recording", "log", "header", "field", "of", "sample", "utc", "controller", "receive", "received", "in"}
+    | {
+        "recording",
+        "log",
+        "header",
+        "field",
+        "of",
+        "sample",
+        "utc",
+        "controller",
+        "receive",
+        "received",
+        "in",
+    }
 )
 _INDEX = frozenset({"index", "idx", "sample", "samples", "tick", "ticks", "cycle", "counter", "seq", "n"})
 _COMPOSED = re.compile(
@@ -176,9 +225,7 @@ def _is_blocked(segments: Sequence[Words]) -> bool:
     return bool(blocked) or ("current" in last and not moving)
 
 
-def _known_joint(
-    segments: list[Words], joints: Mapping[Words, int]
-) -> tuple[int, int | None, list[Words]]:
+def _known_joint(segments: list[Words], joints: Mapping[Words, int]) -> tuple[int, int | None, list[Words]]:
     """Segment and number of the arm's joint that is named, and the segments without its words."""
     for words in sorted(joints, key=len, reverse=True):
         for k, segment in enumerate(segments):
@@ -217,7 +264,9 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
             return Meaning("name", token)
         # A3 counts, joint_a3 is a name; of other words only those beside "joint" are joints' for certain.
         beside = bool(set(token) & {"joint", "jnt", "axis"})
-        counts = number is not None and (not label or (not beside and len(label) == 1 and label[0] in _SINGLE))
+        counts = number is not None and (
+            not label or (not beside and len(label) == 1 and label[0] in _SINGLE)
+        )
         if joint is None and not counts and not beside:
             return Meaning("other", token, unit=unit)
         if counts:

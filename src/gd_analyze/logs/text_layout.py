@@ -62,7 +62,9 @@ def layout_of(lines: Sequence[str], path: object) -> Layout:
         If there is no row, or the names cannot be.
     """
     place = Location(str(path))
-    rows = [(k, line) for k, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
+    rows = [
+        (k, line) for k, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")
+    ]
     if not rows:
         raise TrajectoryError(
             "the log is empty",
@@ -89,7 +91,7 @@ def layout_of(lines: Sequence[str], path: object) -> Layout:
     else:
         names, header = _commented_names(lines[: number - 1], delimiter, len(cells))
         begin, row = number, first
-    _refuse_long(names, Location(str(path), header))
+    refuse_long_names(names, Location(str(path), header))
     values = [cell.strip() for cell in split_cells(row, delimiter, Location(str(path), begin))]
     comma = delimiter != "," and any(WITH_COMMA.fullmatch(cell) for cell in values)
     return Layout(delimiter, "," if comma else ".", names, header, begin)
@@ -124,7 +126,8 @@ def _commented_names(before: Sequence[str], delimiter: str, width: int) -> tuple
     return ("",) * width, 0
 
 
-def _refuse_long(names: Sequence[str], where: Location) -> None:
+def refuse_long_names(names: Sequence[str], where: Location) -> None:
+    """Raise a TrajectoryError where a name is longer than any column's."""
     for column, name in enumerate(names, start=1):
         if len(name) > LONGEST_NAME:
             raise TrajectoryError(
