@@ -41,14 +41,16 @@ def _echoed() -> Table:
     return Table(rows)
 
 
+STEPS = [0.008 * k for k in range(9)]
+EPOCH = [1_700_000_000_000_000_000 + 8_000_000 * k for k in range(9)]
 BASES = [
-    _log("timestamp,actual_q_0,actual_q_1,actual_qd_0,actual_qd_1,target_q_0,target_q_1", [0.008 * k for k in range(9)]),
-    _log("Time [ms];shoulder [deg];elbow [deg];mode".replace(";", ","), list(range(0, 90, 10)), ";"),
-    _log("header.stamp,q_0,q_1,tau_0,tau_1,sm_torque_0,sm_torque_1", [1_700_000_000_000_000_000 + k for k in range(9)]),
-    _log("__time,/joint_states/elbow/position,/joint_states/shoulder/position", [1.7e9 + 0.1 * k for k in range(9)], "\t"),
-    _log("t,theta_1,theta_2,comment", [0.1 * k for k in range(9)], " "),
+    _log("timestamp,actual_q_0,actual_q_1,actual_qd_0,actual_qd_1,target_q_0,target_q_1", STEPS),
+    _log("Time [ms],shoulder [deg],elbow [deg],mode", list(range(0, 90, 10)), ";"),
+    _log("header.stamp,q_0,q_1,tau_0,tau_1,sm_torque_0,sm_torque_1", EPOCH),
+    _log("__time,/joint_states/elbow/position,/joint_states/shoulder/position", STEPS, "\t"),
+    _log("t,theta_1,theta_2,comment", STEPS, " "),
     _echoed(),
-]  # fmt: skip
+]
 
 
 def _other_name(random: Random, table: Table) -> Table:

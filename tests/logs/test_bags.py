@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from log_arms import arm_of
 
-from conftest import arm_of
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.logs import Reading, read_log
 

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
+from log_arms import UR, arm_of
 
-from conftest import UR, arm_of
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.logs import Logged
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from log_arms import UR
 
-from conftest import UR
 from gd_analyze.logs.roles import known_joints, meaning_of
 
 KNOWN = known_joints(UR)

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from log_arms import UR, arm_of
 
-from conftest import UR, arm_of
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.logs import Logged, Reading, read_log, text_table
 
@@ -233,7 +233,8 @@ def test_families_of_zeros_are_left_out(read: Read, warned) -> None:
     with warned() as texts:
         logged = read(f"{header}\n0,{line}\n1,{line}\n", arm_of("joint_1", "joint_2"), rate=1000.0)
     assert texts == [
-        "log log.csv: Torque1 and TorqueSm1 and so on are 0 throughout; torques are taken from TorqueCur1 and so on"
+        "log log.csv: Torque1 and TorqueSm1 and so on are 0 throughout; "
+        "torques are taken from TorqueCur1 and so on"
     ]
     np.testing.assert_array_equal(logged.torque[0], [9, 10])
     np.testing.assert_array_equal(logged.time, [0, 0.001])

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from log_arms import arm_of
 
-from conftest import arm_of
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.logs import Logged
 

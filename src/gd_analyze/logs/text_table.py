@@ -190,7 +190,7 @@ class TextTable:
         return frame
 
     def _widths_fit(self, block: _Block, last: Any) -> bool:
-        """Whether every line has as many cells as there are names; delimiters tell, unless there are quotes."""
+        """Whether every line has as many cells as there are names; delimiters tell, quotes aside."""
         sign = self.layout.delimiter
         if sign == " ":
             return all(len(line.split()) == self.layout.width for line in block.data.splitlines())
