@@ -24,7 +24,7 @@ def test_table(run, log):
     assert result.out.startswith("log: 200 rows of readings for ")
     lines = result.out.splitlines()
     assert max(map(len, lines)) <= 80
-    assert [line.split() for line in lines[4:7]] == [
+    assert [line.split() for line in lines[5:8]] == [
         ["timestamp", "time", "s"],
         ["actual_q_0", "q", "shoulder", "rad"],
         ["actual_q_1", "q", "elbow", "rad"],

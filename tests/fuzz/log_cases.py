@@ -93,7 +93,7 @@ def read(path: Path) -> Logged:
 
 
 def use(logged: Any) -> None:
-    """Time is known and begins at 0; what is read has the arm's joints, is possible, and stands in the table."""
+    """Time is known and begins at 0; the rest has the arm's joints, is possible, and stands in the table."""
     count = len(logged.time)
     assert count > 0, "no rows"
     assert np.isfinite(logged.time).all(), "an instant that is not finite"
