@@ -18,8 +18,9 @@ from gd_analyze.harmonics.equations import equations
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.robots import load_arm
+from parallel_axes import scara
 
-ARMS = ("puma560", "stanford", "two_link")
+ARMS = ("puma560", "stanford", "two_link", "scara")
 DOTTED = {("p", "˙"): "p", ("p", "¨"): "pd", ("q", "˙"): "qd", ("q", "¨"): "qdd"}
 PAGE, PLAIN = PageMathML(), Plain()
 
@@ -55,7 +56,7 @@ def assert_reads_as_plain(formula: Formula) -> None:
 
 @pytest.fixture(scope="module", params=ARMS)
 def harmonics(request: pytest.FixtureRequest) -> Harmonics:
-    return harmonics_of(load_arm(request.param))
+    return harmonics_of(scara() if request.param == "scara" else load_arm(request.param))
 
 
 @pytest.fixture(scope="module")
@@ -96,8 +97,9 @@ def test_the_legend_names_every_shared_rate(harmonics: Harmonics, torques: Torqu
     legend = [*map(plainly, PAGE.legend(torque_legend(harmonics.rates, torques)))]
     for run in harmonics.rates.runs:
         for place, joint in enumerate(run[1:], start=2):
-            parts = "+".join(f"qdd{j + 1}" for j in run[:place])
-            assert f"pd{joint + 1}={parts}" in legend
+            same = {j: harmonics.rates.signs[j] == harmonics.rates.signs[joint] for j in run[:place]}
+            parts = "".join(f"{'+' if same[j] else '-'}qdd{j + 1}" for j in run[:place])
+            assert f"pd{joint + 1}={parts.removeprefix('+')}" in legend
     assert any(meaning.startswith("C") and "=cos(" in meaning for meaning in legend)
 
 

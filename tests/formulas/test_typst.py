@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from itertools import pairwise
 
 import pytest
 import typst
@@ -15,8 +16,9 @@ from gd_analyze.harmonics import Harmonics, harmonics_of
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.robots import load_arm
+from parallel_axes import scara
 
-ARMS = ("two_link", "puma560", "stanford")
+ARMS = ("two_link", "puma560", "stanford", "scara")
 TYPST, PLAIN = Typst(), Plain()
 
 C2, S23, D3 = Symbol("C", "2"), Symbol("S", "23"), Symbol("d", "3")
@@ -59,7 +61,7 @@ def test_an_effect_stands_above() -> None:
 
 @pytest.fixture(scope="module", params=ARMS)
 def harmonics(request: pytest.FixtureRequest) -> Harmonics:
-    return harmonics_of(load_arm(request.param))
+    return harmonics_of(scara() if request.param == "scara" else load_arm(request.param))
 
 
 @pytest.fixture(scope="module")
@@ -87,10 +89,12 @@ def test_signs_and_brackets_are_in_order(harmonics: Harmonics, torques: Torques)
             depth += body.count("paren.l") - body.count("paren.r")
             assert depth in (0, 1)
         assert depth == 0
-    carried = {joint: joint + 2 for run in harmonics.rates.runs for joint in run[:-1]}
-    for joint, by in carried.items():
-        first = formulas[joint].pieces[0]
-        assert (TYPST.body(first), first.quantity) == (f"tau_({by})", "carried")
+    signs = harmonics.rates.signs
+    for run in harmonics.rates.runs:
+        for inner, outer in pairwise(run):
+            first = formulas[inner].pieces[0]
+            assert (TYPST.body(first), first.quantity) == (f"tau_({outer + 1})", "carried")
+            assert first.negative == (signs[inner] != signs[outer])
 
 
 def test_brackets_multiply_out_to_the_terms(harmonics: Harmonics, torques: Torques) -> None:

@@ -22,6 +22,7 @@ from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.robots import RobotArm, load_arm
 from gd_analyze.vectors import FloatArray
+from parallel_axes import arms_with_runs
 from strategies import States, arms_with_states, examples, random_states
 from transforms import derivative, link_frames
 
@@ -34,7 +35,12 @@ built_in = st.builds(
     st.sampled_from(BUILT_IN),
     st.integers(0, 2**32 - 1),
 )
-every_arm = st.one_of(arms_with_states(), built_in)
+parallel = st.builds(
+    lambda arm, seed: (arm, random_states(arm.n_joints, 6, seed)),
+    arms_with_runs(8),
+    st.integers(0, 2**32 - 1),
+)
+every_arm = st.one_of(arms_with_states(), built_in, parallel)
 
 
 def by_every_method(arm: RobotArm, states: States) -> dict[str, dict[str, FloatArray]]:

@@ -1,44 +1,12 @@
-"""Arms for the harmonic form: with runs of parallel axes, and how far two exact forms may differ."""
+"""States for the harmonic form, and how far two exact forms may differ."""
 
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import strategies as st
 
 from gd_analyze.harmonics import Harmonics
-from gd_analyze.robots import Joint, Link, Placement, RobotArm
-from strategies import States, random_inertia, random_rotation, random_states
-
-
-def flipped() -> np.ndarray:
-    return np.diag([1.0, -1.0, -1.0])
-
-
-@st.composite
-def arms_with_runs(draw: st.DrawFn, max_joints: int = 6) -> RobotArm:
-    """Arms whose next axis often is parallel to the one before, the same way or opposite."""
-    turns = draw(
-        st.lists(st.sampled_from(["same", "opposite", "askew", "slides"]), min_size=1, max_size=max_joints)
-    )
-    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-    return arm_of(turns, rng)
-
-
-def arm_of(turns: list[str], rng: np.random.Generator) -> RobotArm:
-    """Joint i stands to the one before as turns[i] says; the first to the base."""
-    joints, links = [], []
-    for i, turn in enumerate(turns):
-        kind = "prismatic" if turn == "slides" else "revolute"
-        rotation = {"same": np.eye(3), "opposite": flipped()}.get(turn)
-        before = Placement(random_rotation(rng) if rotation is None else rotation, rng.uniform(-0.5, 0.5, 3))
-        # About z, or it would not leave the next axis parallel.
-        angle = rng.uniform(-np.pi, np.pi)
-        c, s = np.cos(angle), np.sin(angle)
-        behind = Placement(np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]), rng.uniform(-0.5, 0.5, 3))
-        joints.append(Joint(f"{i + 1}", kind, before))
-        com = rng.uniform(-0.05, 0.05, 3)
-        links.append(Link(f"{i + 1}", rng.uniform(0.5, 3.0), com, random_inertia(rng), behind))
-    return RobotArm("drawn", tuple(joints), tuple(links), rng.uniform(-10, 10, 3))
+from gd_analyze.robots import RobotArm
+from strategies import States, random_states
 
 
 def states_of(arm: RobotArm, count: int, seed: int) -> States:

@@ -6,16 +6,19 @@ import dataclasses
 
 import numpy as np
 import pytest
-from harmonic_arms import arms_with_runs, states_of, tolerances
+from harmonic_arms import states_of, tolerances
 from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.decomposition import decompose_states
+from gd_analyze.formulas.plain import Plain
+from gd_analyze.formulas.writing import term_formula
 from gd_analyze.harmonics import Harmonics, harmonics_of
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of, torques_of_energies
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.robots import RobotArm, load_arm
 from gd_analyze.robots.parts import Drive
+from parallel_axes import arms_with_runs, scara
 from strategies import States, arms, examples, two_link_of
 
 BUILT_IN = ("puma560", "stanford", "two_link")
@@ -124,6 +127,23 @@ def test_two_rods_as_everybody_writes_them(length, m1, m2):
     scale = max(wanted.values())
     for key, value in wanted.items():
         assert found[key] == pytest.approx(value, rel=0, abs=100 * np.finfo(float).eps * scale)
+
+
+def test_a_scara_collapses_to_few_terms():
+    """Angles of parallel axes add up across the slide; with the roll on its own there were 19 and 59."""
+    assert_exact(scara(), 3, 50)
+    harmonics = harmonics_of(scara())
+    energies = energy_terms(harmonics)
+    assert (len(energies), len(torques_of_energies(energies, harmonics.rates))) == (10, 25)
+    lines = {
+        f"{term.i + 1}{term.j + 1}": Plain().right(term_formula(term, 1.0))
+        for term in energies
+        if term.i < term.j
+    }
+    # Of two links' angles only the difference counts, and nothing of how far the slide is out.
+    assert lines.keys() == {"12", "14", "24"}
+    assert lines["12"] == "C2"
+    assert {f.multiples for t in energies for f in t.monomial if (t.i, t.j) == (0, 3)} == {(0, 1, 0, -1)}
 
 
 def test_absolute_rates_of_a_run(puma):

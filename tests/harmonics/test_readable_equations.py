@@ -7,7 +7,7 @@ import re
 
 import numpy as np
 import pytest
-from harmonic_arms import arm_of, arms_with_runs, states_of
+from harmonic_arms import states_of
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -19,6 +19,7 @@ from gd_analyze.harmonics.equations import equations
 from gd_analyze.harmonics.terms import Factor, Monomial
 from gd_analyze.robots import load_arm
 from gd_analyze.vectors import FloatArray
+from parallel_axes import arm_of, arms_with_runs
 from strategies import arms, examples
 
 EVERYTHING = ("D", "h", "c")

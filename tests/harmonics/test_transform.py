@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from harmonic_arms import arm_of, arms_with_runs, states_of, tolerances
+from harmonic_arms import states_of, tolerances
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -14,6 +14,7 @@ from gd_analyze.decomposition import decompose_states
 from gd_analyze.harmonics import Harmonics, Waves, harmonics_of
 from gd_analyze.harmonics.conversion import to_terms
 from gd_analyze.robots import load_arm
+from parallel_axes import arm_of, arms_with_runs
 from strategies import arms, examples, two_link_of
 
 BUILT_IN = ("puma560", "stanford", "two_link")

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from harmonic_arms import arm_of, arms_with_runs, states_of
+from harmonic_arms import states_of
 from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.harmonics import AbsoluteRates, Waves
 from gd_analyze.harmonics.conversion import to_terms, to_waves
 from gd_analyze.harmonics.waves import DEGREE, numbers
+from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.robots import RobotArm
+from parallel_axes import arm_of, arms_with_runs
 from strategies import examples
 
 EPS = float(np.finfo(float).eps)
@@ -103,17 +105,25 @@ def test_numbers_order_rows_as_their_places_do():
 
 
 @pytest.mark.parametrize(
-    ("turns", "runs"),
+    ("turns", "runs", "signs"),
     [
-        (["same"] * 3, ((0, 1, 2),)),
-        (["same", "opposite", "same", "opposite"], ((0, 1, 2, 3),)),
-        (["askew", "same", "askew"], ((0, 1), (2,))),
-        (["same", "slides", "same", "same"], ((0,), (1,), (2, 3))),
-        (["slides", "slides"], ((0,), (1,))),
+        (["same"] * 3, ((0, 1, 2),), (1, 1, 1)),
+        (["same", "opposite", "same", "opposite"], ((0, 1, 2, 3),), (1, -1, -1, 1)),
+        (["askew", "same", "askew"], ((0, 1), (2,)), (1, 1, 1)),
+        (["same", "slides", "same", "same"], ((0,), (1,), (2, 3)), (1, 1, 1, 1)),
+        (["slides", "slides"], ((0,), (1,)), (1, 1)),
+        # SCARA: the slide is across the angles' sum; where its axis is opposite the roll is subtracted.
+        (["same", "same", "slides along", "same"], ((0, 1, 3), (2,)), (1, 1, 1, 1)),
+        (["same", "same", "slides along", "opposite"], ((0, 1, 3), (2,)), (1, 1, 1, -1)),
+        (["same", "slides across", "slides along", "opposite"], ((0, 3), (1,), (2,)), (1, 1, 1, -1)),
+        (["slides across", "same", "slides along"], ((0,), (1,), (2,)), (1, 1, 1)),
+        # What stands between turns about another axis.
+        (["same", "askew", "slides along", "askew"], ((0,), (1,), (2,), (3,)), (1, 1, 1, 1)),
     ],
 )
-def test_runs(turns, runs, rng):
-    assert AbsoluteRates.of(arm_of(turns, rng)).runs == runs
+def test_runs(turns, runs, signs, rng):
+    rates = AbsoluteRates.of(arm_of(turns, rng))
+    assert (rates.runs, rates.signs) == (runs, signs)
 
 
 @examples(20)
@@ -126,5 +136,23 @@ def test_absolute_rates_and_rows_are_those_of_the_matrix(arm, seed):
     np.testing.assert_allclose(rates.absolute(own), back @ own, rtol=0, atol=100 * EPS)
     np.testing.assert_allclose(rates.joint_rows(own), back.T @ own, rtol=0, atol=100 * EPS)
     for joint in range(arm.n_joints):
-        assert np.flatnonzero(back[joint]).tolist() == list(rates.inboard(joint))
-        assert rates.carries_next(joint) == (joint + 1 < arm.n_joints and back[joint + 1, joint] == 1.0)
+        rate = np.zeros(arm.n_joints)
+        for inner, sign in rates.inboard(joint):
+            rate[inner] = sign
+        np.testing.assert_array_equal(back[joint], rate)
+
+
+@examples(40)
+@given(arms_with_runs(max_joints=6), st.integers(0, 2**32 - 1))
+def test_absolute_rates_are_those_of_the_links_about_their_axes(arm, seed):
+    rates, states = AbsoluteRates.of(arm), states_of(arm, 3, seed)
+    axes = solve_kinematics(arm, states.q.T).joint_axes
+    own = states.qd.T
+    absolute = rates.absolute(own)
+    for run in (run for run in rates.runs if arm.is_revolute[run[0]]):
+        omega = np.zeros((3, own.shape[1]))
+        for joint in run:
+            omega = omega + axes[joint] * own[joint]
+            # A run turns a link about one direction, at this rate. Axes are parallel to 1e-9; some six rates
+            # below 3 add up.
+            np.testing.assert_allclose(axes[joint] * absolute[joint], omega, rtol=0, atol=1e-9 * 6 * 3)

@@ -102,11 +102,3 @@ def test_stated_uncertainties(file):
     assert second.com.tolist() == [1 * 1e-3, 2 * 1e-3, 3 * 1e-3]
     assert second.inertia.tolist() == [[1e-3, 0, 4e-3], [0, 2e-3, 0], [4e-3, 0, 3e-3]]
     assert fingerprint(arm, drives=True) == fingerprint(plain, drives=True)
-
-
-def test_urdf_is_named_for_what_it_is(tmp_path):
-    path = tmp_path / "arm.urdf"
-    path.write_text('<?xml version="1.0"?>\n<robot name="arm"/>\n', encoding="utf-8")
-    with pytest.raises(ArmError, match="which is not read") as caught:
-        read_arm(path)
-    assert "docs/arms.md" in str(caught.value)

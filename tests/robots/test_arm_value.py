@@ -160,8 +160,10 @@ def slip(of: Link) -> str:
 
 
 def test_com_far_away_is_a_slip():
-    assert "centre of mass of link l is 0.2 m from" in slip(link(com=np.array([0.2, 0, 0])))
-    assert "centre of mass" not in slip(link(com=np.array([0.2, 0, 0]), mass=0.0))
+    """Of an arm without a table a metre is not far: how long its last link is nothing says."""
+    assert "centre of mass of link l is 1.2 m from" in slip(link(com=np.array([1.2, 0, 0])))
+    assert "centre of mass" not in slip(link(com=np.array([0.9, 0, 0])))
+    assert "centre of mass" not in slip(link(com=np.array([1.2, 0, 0]), mass=0.0))
 
 
 def test_values_cannot_be_changed(puma):

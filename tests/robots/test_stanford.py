@@ -113,7 +113,7 @@ def test_metres_for_centimetres_are_told(tmp_path):
     path = tmp_path / "stanford.toml"
     path.write_text(re.sub(r"^com = \[(.*)\]", hundredfold, text, flags=re.MULTILINE), encoding="utf-8")
     with pytest.warns(GdAnalyzeWarning) as caught:
-        arm = load_arm(path)
+        load_arm(path)
     told = [str(item.message) for item in caught]
     for link in range(1, 7):
         [one] = [text for text in told if f"the inertia of link {link} " in text]

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gd_analyze.cli.measured_torque import show_measured_torque
+from gd_analyze.cli.motions import motions_document, show_motions
 from gd_analyze.cli.output import Output
 from gd_analyze.cli.terminal import line, sentence, table
 
@@ -66,12 +68,28 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
             "joints": joint_rows(findings, "tube"),
             **{name: tables["tube"].attrs[name] for name in ("margin", "coarse", "note")},
         },
+        "measured_torque": _measured_torque(findings),
+        "motions": motions_document(findings),
         "states_drawn": tables["beyond"].attrs["states_drawn"],
         "dominance": element_rows(findings),
         "residuals": rows_of(tables["cross_check"], "comparison"),
         "warnings": list(dict.fromkeys([*findings.warnings, *warned])),
         "provenance": dict(findings.provenance),
         "files": [str(path) for path in files],
+    }
+
+
+def _measured_torque(findings: Findings) -> dict[str, Any] | None:
+    from gd_analyze.results.torque_words import is_described, measured_rows, torque_sentence
+
+    if "measured_torque" not in findings.tables:
+        return None
+    table = findings.tables["measured_torque"]
+    return {
+        "described": is_described(table),
+        "said": torque_sentence(table),
+        "compared": table.attrs["compared"],
+        "joints": measured_rows(findings),
     }
 
 
@@ -82,6 +100,8 @@ def _show(findings: Findings, files: list[Path], top: int) -> None:
     sentence(f"{summary.title(findings)} {summary.subtitle(findings)}", bold=True)
     sentence(summary.headline(findings))
     _show_errors(findings)
+    show_measured_torque(findings)
+    show_motions(findings, top)
     if findings.model.notice:
         line()
         sentence(findings.model.notice)

@@ -127,6 +127,16 @@ def read_motion(path: str | Path, arm: gd.RobotArm) -> gd.Trajectory:
     return gd.read_trajectory(path, arm, reading_asked(), treatment_asked(), progress=told_by_stages())
 
 
+def read_motions(words: tuple[str, ...], arm: gd.RobotArm) -> gd.Trajectory:
+    """Read what words stand for, trajectories, logs or folders of them, as the command's options say.
+
+    Several motions are one trajectory.
+    """
+    from gd_analyze.trajectories import trajectory_of
+
+    return trajectory_of(words, arm, read_motion)
+
+
 def told_by_stages() -> Progress:
     """Tell the terminal how much of a log is read, where the command shows its stages."""
     context = click.get_current_context(silent=True)

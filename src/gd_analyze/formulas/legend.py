@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from gd_analyze.formulas.formula import Formula, Function, Legend, Piece, Symbol, one
+from gd_analyze.formulas.formula import Formula, Function, Legend, Piece, Power, Product, Symbol, one
 from gd_analyze.formulas.writing import abbreviation, rate_symbol, written_out
-from gd_analyze.harmonics.absolute_rates import AbsoluteRates
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates, Signed
 from gd_analyze.harmonics.equations import Equation
-from gd_analyze.harmonics.terms import Factor, TorqueTerm
+from gd_analyze.harmonics.terms import Factor, Rate, TorqueTerm
 from gd_analyze.labels import joined
 
 
@@ -24,7 +24,7 @@ def torque_legend(rates: AbsoluteRates, terms: Iterable[TorqueTerm]) -> Legend:
     used = sorted({rate for term in terms for rate in term.rates})
     inner = {joint: rates.inboard(joint) for joint in range(rates.n_joints)}
     shared = tuple(
-        _equal(rate_symbol(rate), *(Symbol("q", joined((j,)), dots=rate.order) for j in joints))
+        Formula(rate_symbol(rate), tuple(Piece(_own(rate, signed)) for signed in joints))
         for joint, joints in inner.items()
         for rate in used
         if rate.joint == joint and len(joints) > 1
@@ -45,6 +45,11 @@ def _factors(factors: set[Factor]) -> tuple[Formula, ...]:
     slides = sorted((factor for factor in factors if factor.kind == "power"), key=lambda f: f.joints)
     out += [_equal(abbreviation(slide), Symbol("q", joined(slide.joints)), unit="m") for slide in slides]
     return tuple(out)
+
+
+def _own(rate: Rate, signed: Signed) -> Product:
+    """Rate or acceleration of one of the joints that add up to an absolute one."""
+    return Product(float(signed.sign), (Power(Symbol("q", joined((signed.joint,)), dots=rate.order)),))
 
 
 def _equal(left: Symbol, *right: Symbol | Function, unit: str = "") -> Formula:

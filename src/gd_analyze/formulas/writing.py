@@ -14,7 +14,6 @@ from gd_analyze.formulas.formula import (
     Product,
     Symbol,
     bracketed,
-    one,
 )
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.equations import Equation
@@ -52,7 +51,7 @@ def torque_formulas(rates: AbsoluteRates, torques: Torques) -> tuple[Formula, ..
     """
     out = []
     for joint, groups in enumerate(grouped(rates.n_joints, torques)):
-        pieces = [carried(joint)] if rates.carries_next(joint) else []
+        pieces = carried(rates, joint)
         for before, terms in groups:
             products = tuple(Product(torques[term], powers(term.monomial)) for term in terms)
             pieces += bracketed(quantity_of(before), products, rate_powers(before))
@@ -68,9 +67,12 @@ def grouped(n_joints: int, torques: Torques) -> list[list[tuple[tuple[Rate, ...]
     return [sorted(row.items(), key=lambda item: _ORDER.index(quantity_of(item[0]))) for row in rows]
 
 
-def carried(joint: int) -> Piece:
-    """Torque of the next joint, which one with a parallel axis carries."""
-    return Piece(one(torque_symbol(joint + 1)), "carried")
+def carried(rates: AbsoluteRates, joint: int) -> list[Piece]:
+    """Torque of the next joint with a parallel axis, which a joint carries; nothing where there is none."""
+    outer = rates.carried[joint]
+    if outer is None:
+        return []
+    return [Piece(Product(float(outer.sign), (Power(torque_symbol(outer.joint)),)), "carried")]
 
 
 def energy_formulas(energies: Energies) -> tuple[Formula, ...]:

@@ -119,7 +119,9 @@ class _Spin:
 
 @dataclass(frozen=True)
 class _Run:
-    """Neighbouring joints of parallel axes: how far they have turned together, from the frame before them.
+    """Joints of parallel axes: how far they have turned together, from the frame before them.
+
+    Sliding joints among them turn nothing, and their frames stand as those before.
 
     Parameters
     ----------

@@ -41,7 +41,7 @@ class RegroupedLink:
     sign, offset
         The frame turns by sign * q + offset, rad; the sign is -1 where axes are antiparallel.
     is_parallel
-        Whether this joint and the one before turn, about axes that are parallel for every q.
+        Whether this joint turns, and the turning one before it about an axis that is parallel for every q.
     is_round
         Whether the link is the last and round about its axis, so that its angle does not matter.
     mass, first, second
@@ -122,13 +122,16 @@ def _at_zero(arm: RobotArm) -> tuple[list[FloatArray], list[Array], list[Array]]
 
 
 def _aligned(turns: Sequence[bool], axes: list[FloatArray]) -> tuple[list[int], list[bool]]:
-    """Make parallel neighbours' axes one direction to the last bit; signs of the joints, and which are so."""
+    """Make parallel axes one direction to the last bit; signs of the joints, and which turn so on."""
     signs, parallel = [], []
+    before = None
     for i, axis in enumerate(axes):
-        parallel.append(i > 0 and turns[i - 1] and turns[i] and _are_parallel(axes[i - 1], axis))
-        signs.append(-1 if parallel[i] and axes[i - 1] @ axis < 0.0 else 1)
-        if parallel[i]:
-            axes[i] = axes[i - 1]
+        parallel.append(before is not None and turns[i] and _are_parallel(before, axis))
+        signs.append(1)
+        if before is not None and parallel[i]:
+            signs[i] = -1 if before @ axis < 0.0 else 1
+            axes[i] = before
+        before = axes[i] if turns[i] else before
     return signs, parallel
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -48,7 +49,7 @@ def to_terms(
     }
     for r, run in enumerate(rates.runs):
         if not waves.sliding[run[0]]:
-            table = with_products(table, r, 2 * noise)
+            table = with_products(table, r, 2 * noise, rates.is_part)
     joined = {tuple(sorted(f for factors in key for f in factors)): value for key, value in table.items()}
     return dict(sorted(joined.items(), key=lambda item: (falling(item[1][0]), item[0])))
 
@@ -57,15 +58,16 @@ def _split(waves: Waves, rates: AbsoluteRates) -> tuple[NDArray[np.int64], Float
     """Waves as products of one cosine or sine, or power, per run.
 
     A wave is Re(C prod_r exp(i s_r a_r)), a_r the angle of run r with the sign s_r taken out that makes its
-    multiples lexically positive, and exp(i s a) = cos a + i s sin a. Keys, shape (T, n + runs), are every
-    run's multiples and then whether it is a sine, ascending; weights have shape (P, T).
+    multiples lexically positive, and exp(i s a) = cos a + i s sin a. Keys, shape (T, n + runs), are one run
+    behind the other its multiples and then whether it is a sine, ascending; weights have shape (P, T).
     """
     ends = np.cumsum([len(run) for run in rates.runs])
-    keys, weights = np.insert(waves.multiples, ends, 0, axis=1), waves.coefficients
-    for r, run in enumerate(rates.runs):
+    keys = np.insert(waves.multiples[:, [*itertools.chain(*rates.runs)]], ends, 0, axis=1)
+    weights = waves.coefficients
+    for r, (run, end) in enumerate(zip(rates.runs, ends.tolist(), strict=True)):
         if waves.sliding[run[0]]:
             continue
-        place = slice(run[0] + r, run[-1] + r + 1)
+        place = slice(end + r - len(run), end + r)
         sign = np.sign(numbers(keys[:, place]))
         keys[:, place] *= np.where(sign < 0, -1, 1)[:, None]
         turned = np.flatnonzero(sign)
@@ -90,13 +92,17 @@ def _gathered(keys: NDArray[np.int64], weights: Array) -> tuple[NDArray[np.int64
 def _factors(key: list[int], sliding: tuple[bool, ...], rates: AbsoluteRates) -> tuple[Monomial, ...]:
     """Factors of every run."""
     out: list[Monomial] = []
-    for r, run in enumerate(rates.runs):
-        part, sine = key[run[0] + r : run[-1] + r + 1], key[run[-1] + r + 1]
-        multiples = (0,) * run[0] + tuple(part) + (0,) * (len(sliding) - run[-1] - 1)
+    rest = iter(key)
+    for run in rates.runs:
+        part = {joint: next(rest) for joint in run}
+        sine = next(rest)
         if sliding[run[0]]:
-            out.append((Factor("power", tuple(int(j == run[0]) for j in range(len(sliding)))),) * part[0])
+            out.append(
+                (Factor("power", tuple(int(j == run[0]) for j in range(len(sliding)))),) * part[run[0]]
+            )
         else:
-            out.append((Factor("sin" if sine else "cos", multiples),) if any(part) else ())
+            multiples = tuple(part.get(j, 0) for j in range(len(sliding)))
+            out.append((Factor("sin" if sine else "cos", multiples),) if any(part.values()) else ())
     return tuple(out)
 
 

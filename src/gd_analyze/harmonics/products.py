@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import itertools
 from collections import defaultdict
+from collections.abc import Callable
 
 import numpy as np
 
-from gd_analyze.harmonics.terms import Factor, FactorKind, Monomial, is_plain
+from gd_analyze.harmonics.terms import Factor, FactorKind, Monomial
 from gd_analyze.vectors import FloatArray
 
 # Beyond it, trying every choice of squares would take longer than it helps; no arm known comes near.
@@ -21,7 +22,7 @@ _MOST_CHOICES = 2**10
 ByRun = dict[tuple[Monomial, ...], FloatArray]
 
 
-def with_products(table: ByRun, r: int, close: float) -> ByRun:
+def with_products(table: ByRun, r: int, close: float, is_part: Callable[[FloatArray], bool]) -> ByRun:
     """Rewrite run r, for every combination of the other runs' factors apart.
 
     Parameters
@@ -32,18 +33,23 @@ def with_products(table: ByRun, r: int, close: float) -> ByRun:
         Place of a run of turning joints.
     close
         Weights no farther apart are taken for equal; nothing larger is ever lost.
+    is_part
+        Whether multiples are those of an angle between two links, see `AbsoluteRates.is_part`: a product is
+        one of two such angles.
     """
     groups: dict[tuple[Monomial, ...], dict[Monomial, FloatArray]] = defaultdict(dict)
     for key, value in table.items():
         groups[(*key[:r], *key[r + 1 :])][key[r]] = value
     out: ByRun = {}
     for others, group in groups.items():
-        for product, value in _squared(_paired(group, close), close).items():
+        for product, value in _squared(_paired(group, close, is_part), close).items():
             out[(*others[:r], product, *others[r:])] = value
     return out
 
 
-def _paired(group: dict[Monomial, FloatArray], close: float) -> dict[Monomial, FloatArray]:
+def _paired(
+    group: dict[Monomial, FloatArray], close: float, is_part: Callable[[FloatArray], bool]
+) -> dict[Monomial, FloatArray]:
     """Turn two functions of equal weight, of a sum and a difference of two angles, into one product."""
     out = dict(group)
     for one, other in itertools.combinations(list(group), 2):
@@ -56,7 +62,7 @@ def _paired(group: dict[Monomial, FloatArray], close: float) -> dict[Monomial, F
         for (u, v), sign in itertools.product(((f, g), (g, f)), (1, -1)):
             total, difference = np.array(u.multiples), sign * np.array(v.multiples)
             alpha, beta = (total + difference) / 2, (total - difference) / 2
-            if is_plain(alpha) and is_plain(beta) and not np.array_equal(alpha, beta):
+            if is_part(alpha) and is_part(beta) and not np.array_equal(alpha, beta):
                 a, b = tuple(int(x) for x in alpha), tuple(int(x) for x in beta)
                 # kind(a + b) and kind(a - b); an odd function takes the sign out of its argument.
                 same_sign = ratio * (sign if u.kind == "sin" else 1) > 0

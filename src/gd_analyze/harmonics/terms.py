@@ -10,8 +10,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Literal, NamedTuple
 
-import numpy as np
-
 FactorKind = Literal["cos", "sin", "power"]
 
 
@@ -39,14 +37,8 @@ class Factor(NamedTuple):
 
     @property
     def is_plain(self) -> bool:
-        """Whether the argument is a sum of neighbouring angles, each once: what C23 and S234 can name."""
-        return is_plain(np.array(self.multiples))
-
-
-def is_plain(multiples: np.ndarray) -> bool:
-    """Whether multiples are a sum of neighbouring angles, each once."""
-    used = np.flatnonzero(multiples)
-    return len(used) > 0 and bool((multiples[used] == 1).all()) and int(used[-1] - used[0]) + 1 == len(used)
+        """Whether the argument is a sum of angles, each once: what C23 and S234 can name."""
+        return any(self.multiples) and all(m in (0, 1) for m in self.multiples)
 
 
 # Factors in ascending order, each as often as its power.

@@ -53,7 +53,7 @@ def torque_program(rates: AbsoluteRates, terms: Torques, effort: Effort) -> Prog
         return nested_program(rates, terms)
     if not effort.rearranging:
         return next(_shared(rates, terms, effort))
-    key = ["torques", rates.runs, _listed(terms), effort]
+    key = ["torques", rates.runs, rates.signs, _listed(terms), effort]
 
     def are_right(programs: Sequence[Program]) -> bool:
         return len(programs) == 1 and _is_right(rates, terms, *programs)
@@ -84,7 +84,7 @@ def torque_programs(rates: AbsoluteRates, steps: Sequence[Torques], most: int) -
     for number, terms in enumerate(steps):
         joins |= dict.fromkeys(terms.keys() - joins.keys(), number)
     listed = [[*entry, joins[entry[0]]] for entry in _listed(steps[-1])]
-    key = ["growing torques", rates.runs, len(steps), listed, most]
+    key = ["growing torques", rates.runs, rates.signs, len(steps), listed, most]
 
     def are_right(programs: Sequence[Program]) -> bool:
         # Fewer where the next took too many operations.

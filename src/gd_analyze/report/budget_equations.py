@@ -85,9 +85,9 @@ def budget_equations(findings: Findings, path: BudgetPath) -> tuple[TorqueLines,
         for before, terms in groups:
             made = _group(terms, torques, flags, model.torques)
             lines.setdefault(quantity_of(before), []).append(made)
-        first = _math(_MATHS.body(carried(joint))) if rates.carries_next(joint) else Markup("")
+        first = Formula(torque_symbol(joint), tuple(carried(rates, joint)))
         left = Markup(_MATHS.left(Formula(torque_symbol(joint), NOTHING)))
-        out.append(TorqueLines(left, first, lines))
+        out.append(TorqueLines(left, _math(_MATHS.right(first)) if first.pieces else Markup(""), lines))
     return tuple(out)
 
 

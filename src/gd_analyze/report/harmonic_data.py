@@ -35,7 +35,11 @@ def harmonic_data(model: SimplifiedModel) -> dict[str, Any] | None:
             [{"kept": tally.kept, "of": tally.total} for tally in row]
             for row in tallies(form.torques, model.torques, rates.n_joints)
         ],
-        "carried": [{"joint": joint + 1, "by": joint + 2} for run in rates.runs for joint in run[:-1]],
+        "carried": [
+            {"joint": joint + 1, "by": outer.joint + 1, "negative": outer.sign < 0}
+            for joint, outer in enumerate(rates.carried)
+            if outer
+        ],
     }
 
 

@@ -16,6 +16,8 @@ from gd_analyze.report.beyond_chart import beyond_chart, place
 from gd_analyze.report.budget_equations import budget_equations
 from gd_analyze.report.budget_path import DECADES, BudgetPath
 from gd_analyze.report.interactive import MOST_POINTS, NEAR, page_data
+from gd_analyze.report.measured_document import measured_document
+from gd_analyze.report.motions_document import motions_told
 from gd_analyze.report.numbering import numbering
 from gd_analyze.report.page_environment import environment, style, template_text
 from gd_analyze.report.stroboscope import stroboscope
@@ -34,8 +36,10 @@ SCRIPTS = ("chart.js", "trade_off.js", "plots.js", "viewer.js", "budget.js", "ta
 # What the appendices are called where there is little room.
 SHORT_TITLES = {
     "motion": "Motion",
+    "measured": "Measured",
     "effects": "Effects",
     "ranking": "Elements",
+    "motions": "Motions",
     "terms": "Terms",
     "model": "Savings",
     "beyond": "Beyond",
@@ -108,6 +112,7 @@ def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
         "verdict_counts": summary.verdict_counts(findings),
         "text": summary.text_comparison(findings),
         "dropped": dropped_parts(findings),
+        "by_motion": motions_told(findings),
         "terms": ranked_rows(findings, TERMS_SHOWN),
         "terms_total": tables["terms"].attrs["total"],
         "not_worth_keeping": summary.not_worth_keeping(findings),
@@ -135,7 +140,8 @@ def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
         "cross_check": rows_of(tables["cross_check"], "comparison"),
         "run": findings.provenance.get("run", ""),
         "provenance": summary.provenance_lines(findings),
-        "still": stroboscope(arm, findings.trajectory.q),
+        "measured": measured_document(findings),
+        "still": stroboscope(arm, findings.trajectory.q, findings.trajectory.gaps),
         "thinned_to": MOST_POINTS if count > MOST_POINTS else None,
     }
 

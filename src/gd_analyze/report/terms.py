@@ -46,8 +46,8 @@ def torque_names(findings: Findings) -> Legend:
 
 def shared_accelerations(rates: AbsoluteRates) -> Legend:
     """Meaning of the accelerations that add up those of parallel joints."""
-    inner = [joint for run in rates.runs for joint in run[1:]]
-    return torque_legend(rates, [TorqueTerm(0, (Rate(2, joint),), ()) for joint in inner])
+    outer = [joint for joint, inner in enumerate(rates.before) if inner]
+    return torque_legend(rates, [TorqueTerm(0, (Rate(2, joint),), ()) for joint in outer])
 
 
 def tallies(

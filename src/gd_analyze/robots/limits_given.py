@@ -21,7 +21,8 @@ from gd_analyze.robots.joint_values import value_in
 from gd_analyze.robots.parts import Joint
 from gd_analyze.visible import in_python, visible
 
-LARGEST_FILE = 1_000_000
+# MoveIt writes 0.2 kB per joint.
+LARGEST_FILE = 200_000
 _SUFFIXES = (".yaml", ".yml", ".toml")
 _EVERY = "all"
 # MoveIt's keys: what says that a limit holds, the keys of its values, and the arm's name of each.
@@ -59,14 +60,14 @@ def with_limits(arm: RobotArm, given: Given) -> RobotArm:
         arm = _replaced(arm, _by_joint(arm, dict(given)))
         told.append(_accelerations_told(arm))
     for word in [] if isinstance(given, Mapping) else _words(given):
-        if isinstance(word, PathLike) or word.lower().endswith(_SUFFIXES):
+        if isinstance(word, PathLike) or str(word).lower().endswith(_SUFFIXES):
             path = Path(word)
             found = _from_file(arm, path)
             arm = _replaced(arm, found)
             told.append(f"Limits of {', '.join(found)} from {visible(path.name)}.")
         else:
             arm = _replaced(arm, _from_text(arm, word))
-            told.append(f"Limits of acceleration as given: {visible(word)}.")
+            told.append(f"Limits of acceleration as given: {visible(str(word))}.")
     return dataclasses.replace(arm, assumptions=(*arm.assumptions, *told))
 
 
@@ -220,7 +221,7 @@ def _yaml(text: str, path: Path) -> Any:
     """Read YAML with the units that some robots' limits have: !degrees and !radians."""
     import yaml
 
-    class Loader(yaml.CSafeLoader):
+    class Loader(yaml.SafeLoader):  # the one in C crashes where lists nest deep
         pass
 
     def scaled(factor: float) -> Any:

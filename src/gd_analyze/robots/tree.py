@@ -12,6 +12,7 @@ import numpy as np
 from gd_analyze.errors import Location
 from gd_analyze.robots.right_angles import Straightened
 from gd_analyze.vectors import FloatArray
+from gd_analyze.visible import shortened, visible
 
 # Pinocchio's kinds of joints that are none of ours, by what their names begin with.
 _KINDS = {
@@ -153,15 +154,16 @@ class Tree:
             index = found[-1].parent
         return found[::-1]
 
-    def links_of(self, moving: Sequence[TreeJoint]) -> set[str]:
-        """Links that a chain of joints moves, and those that its base hangs on."""
-        indices = {joint.index for joint in moving}
-        carried = {0: False} | {
-            joint.index: any(one.index in indices for one in self.path(joint.index)) for joint in self.joints
-        }
-        found = {link for link, index in self.links.items() if carried[index]}
-        link: str | None = moving[0].link
-        while link is not None and (link == moving[0].link or link not in found):
+    def carried(self, moving: Sequence[TreeJoint]) -> set[str]:
+        """Links that a chain of joints moves."""
+        moved = self.beyond({joint.index for joint in moving})
+        return {link for link, index in self.links.items() if index in moved}
+
+    def inboard(self, joint: TreeJoint) -> set[str]:
+        """Links that a joint's link hangs on."""
+        found: set[str] = set()
+        link = self.above.get(joint.link)
+        while link is not None and link not in found:
             found.add(link)
             link = self.above.get(link)
         return found
@@ -176,10 +178,15 @@ class Tree:
 
     def carries_mass(self, index: int) -> bool:
         """Whether a joint moves anything that has mass."""
-        return any(
-            self.mass(joint.index) > 0 and any(one.index == index for one in self.path(joint.index))
-            for joint in self.joints
-        )
+        return any(self.mass(one) > 0 for one in self.beyond({index}))
+
+    def beyond(self, indices: set[int]) -> set[int]:
+        """Joints that are among some or follow one of them."""
+        found = set(indices)
+        for joint in self.joints:  # parents come first
+            if joint.parent in found:
+                found.add(joint.index)
+        return found
 
 
 def joints_of(model: Any, mimics: Collection[str] = ()) -> tuple[tuple[TreeJoint, ...], dict[str, int]]:
@@ -230,6 +237,11 @@ def limits_of(model: Any, index: int) -> Limits:
         upper if has_range else None,
         rate if 0 < rate < np.inf else None,
     )
+
+
+def title_of(name: str) -> str:
+    """Make a name for people out of a robot's."""
+    return shortened(visible(name), 120)
 
 
 def identifier(name: str, stem: str) -> str:

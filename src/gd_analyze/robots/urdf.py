@@ -15,7 +15,7 @@ import numpy as np
 from gd_analyze.errors import ArmError, Location
 from gd_analyze.robots.quiet_parser import parsed
 from gd_analyze.robots.right_angles import Straightened
-from gd_analyze.robots.tree import Limits, Mimic, Tree, identifier, joints_of
+from gd_analyze.robots.tree import Limits, Mimic, Tree, identifier, joints_of, title_of
 from gd_analyze.robots.xml_nodes import Node
 from gd_analyze.visible import visible
 
@@ -86,7 +86,7 @@ def _tree(path: Path, name: str, model: Any, reading: _Reading) -> Tree:
     return Tree(
         model=model,
         name=identifier(name, path.stem),
-        title=visible(name),
+        title=title_of(name),
         convention="placements from URDF",
         where=visible(str(path)),
         joints=tree_joints,
@@ -269,6 +269,15 @@ def _joint(node: Node, reading: _Reading) -> Node:
     bare.children += [_axis(node, reading), *_dynamics(node)]
     limit = node.first("limit") or Node("limit", {}, node.where)
     stated = {key: limit.numbers(key, 1, "0")[0] for key in ("lower", "upper", "effort", "velocity")}
+    for key in ("effort", "velocity"):
+        if stated[key] < 0:
+            raise ArmError(
+                f"the {key} limit of joint {name} is negative",
+                where=limit.where,
+                expected="a positive number, or 0 where it is unknown",
+                found=f"{stated[key]:g}",
+                next_step="mend the limit",
+            )
     bare.children.append(Node("limit", {key: repr(value) for key, value in stated.items()}, limit.where))
     lower, upper = stated["lower"], stated["upper"]
     has_range = kind in ("revolute", "prismatic") and (lower, upper) != (0.0, 0.0)

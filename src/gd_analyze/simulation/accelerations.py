@@ -74,7 +74,8 @@ def solve_accelerations(
     still = np.zeros_like(q)
     floor = round_off_bounds(arm, q, still, still)["inertia"]
     try:
-        is_sound = (np.diagonal(np.linalg.cholesky(inertia), axis1=-2, axis2=-1) ** 2 > floor).all()
+        pivots = np.diagonal(np.linalg.cholesky(inertia), axis1=-2, axis2=-1) ** 2
+        is_sound = bool((pivots > floor).all())
     except np.linalg.LinAlgError:
         is_sound = False
     if not is_sound:

@@ -25,6 +25,7 @@ from gd_analyze.resources import shipped
 from gd_analyze.robots import RobotArm
 from gd_analyze.trajectories.checks import check_against_arm, warn_if_radians
 from gd_analyze.trajectories.csv_columns import KINDS, Columns, header_for, read_columns
+from gd_analyze.trajectories.csv_lines import Lines
 from gd_analyze.trajectories.csv_rows import Rows
 from gd_analyze.trajectories.derived_rates import FEWEST_SET_POINTS, complete_rates
 from gd_analyze.trajectories.log_file import HEAD, beginning_of, keeps_contract, motion_of_log
@@ -36,23 +37,15 @@ from gd_analyze.visible import in_python, visible
 # A million set points of a seven-joint arm, every number with all its digits, are 0.45 GB.
 LARGEST_FILE = 1_000_000_000
 
+# A line of its own where nothing is known of the motion between the set points above and below.
+GAP = "# gap"
+
 _COMMAND = re.compile(r"#\s*(gd-analyze plan .*\S)\s*")
 
 
 def shipped_trajectories() -> dict[str, Path]:
     """Shipped trajectory files by name, in alphabetical order."""
     return shipped("trajectories", ".csv")
-
-
-def trajectory_of(given: Trajectory | str | Path, arm: RobotArm) -> Trajectory:
-    """Take a trajectory, or read the one that a shipped name or a path stands for.
-
-    Raises
-    ------
-    TrajectoryError
-        As `read_trajectory`.
-    """
-    return given if isinstance(given, Trajectory) else read_trajectory(given, arm)
 
 
 def read_trajectory(
@@ -148,7 +141,8 @@ def _by_contract(
     path: str | Path, name: str, source: str, data: bytes, arm: RobotArm
 ) -> tuple[Trajectory, FloatArray | None]:
     """Read a file of set points, and its angles that are said to be in degrees as they stand there."""
-    lines = _decode(data, path).replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    _require_text(data, path)
+    lines = Lines(data)
     numbers = [i for i, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
     if not numbers:
         raise TrajectoryError(
@@ -158,7 +152,7 @@ def _by_contract(
             found="no data" if data.strip() else "0 bytes",
             next_step="`gd-analyze plan --help` shows how to make a trajectory",
         )
-    rows = Rows(path, [lines[i - 1] for i in numbers], numbers)
+    rows = Rows(path, lines.at(np.array(numbers) - 1), numbers)
     columns = read_columns(rows.cells(0), arm, rows.place(0))
     if len(numbers) == 1:
         raise TrajectoryError(
@@ -171,13 +165,14 @@ def _by_contract(
     table = rows.numbers(columns.names, columns.time)
     # From here on they are shown, on pages too, and no path any more.
     name, origin = visible(name), visible(_origin(source, lines))
-    trajectory = _build(table, columns, arm, name, origin, rows.place(-1))
+    gaps = _gaps(lines, numbers)
+    trajectory = _build(table, columns, arm, name, origin, rows.place(-1), gaps)
     angles = [c for c in columns.by_kind["q"] if c in columns.degrees]
     return trajectory, table[:, angles] if angles else None
 
 
 def trajectory_csv(trajectory: Trajectory, comments: Iterable[str] = ()) -> str:
-    """Text of a trajectory's CSV file: comments, header and every number in full precision.
+    """Text of a trajectory's CSV file: comments, header and every number in full precision; gaps as `# gap`.
 
     Parameters
     ----------
@@ -188,7 +183,9 @@ def trajectory_csv(trajectory: Trajectory, comments: Iterable[str] = ()) -> str:
     """
     table = np.column_stack([trajectory.time, trajectory.q, trajectory.qd, trajectory.qdd])
     # Adding 0.0 turns -0.0 into 0.0; repr is the shortest text that reads back as the same number.
-    rows = (",".join(map(repr, row)) for row in (table + 0.0).tolist())
+    rows = [",".join(map(repr, row)) for row in (table + 0.0).tolist()]
+    for gap in reversed(trajectory.gaps):
+        rows.insert(gap, GAP)
     lines = [f"# {line}".rstrip() for comment in comments for line in comment.splitlines()]
     return "\n".join([*lines, header_for(trajectory.n_joints), *rows]) + "\n"
 
@@ -274,7 +271,7 @@ def _standard_input() -> bytes:
     return _limited(data, "standard input")
 
 
-def _decode(data: bytes, path: str | Path) -> str:
+def _require_text(data: bytes, path: str | Path) -> None:
     next_step = "save it as CSV in UTF-8"
     if data.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in data:
         raise TrajectoryError(
@@ -285,7 +282,7 @@ def _decode(data: bytes, path: str | Path) -> str:
             next_step=next_step,
         )
     try:
-        return data.decode("utf-8-sig")
+        data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise TrajectoryError(
@@ -303,24 +300,39 @@ def _origin(source: str, lines: Sequence[str]) -> str:
     return source + (f"; made by: {command}" if command else "")
 
 
+def _gaps(lines: Sequence[str], numbers: Sequence[int]) -> tuple[int, ...]:
+    """Set points before which a line says that there is a gap; of the first there is nothing before."""
+    said = [i for i, line in enumerate(lines, 1) if line.startswith(GAP) and line.strip() == GAP]
+    before = np.unique(np.searchsorted(numbers, said) - 1)
+    return tuple(before[(before > 0) & (before < len(numbers) - 1)].tolist())
+
+
 def _build(
-    table: FloatArray, columns: Columns, arm: RobotArm, name: str, origin: str, end: Location
+    table: FloatArray,
+    columns: Columns,
+    arm: RobotArm,
+    name: str,
+    origin: str,
+    end: Location,
+    gaps: tuple[int, ...],
 ) -> Trajectory:
     degrees = sorted(columns.degrees)
-    radians = table.copy()
+    radians = table.copy() if degrees else table
     radians[:, degrees] = np.deg2rad(table[:, degrees])
     given = {kind: radians[:, list(places)] for kind, places in columns.by_kind.items()}
     absent = [kind for kind in KINDS if kind not in given]
-    if absent and len(table) < FEWEST_SET_POINTS:
+    shortest = int(np.diff([0, *gaps, len(table)]).min())
+    if absent and shortest < FEWEST_SET_POINTS:
         raise TrajectoryError(
             f"too few set points to derive {' and '.join(absent)}",
             where=end,
-            expected=f"at least {FEWEST_SET_POINTS} set points, or columns for {' and '.join(absent)}",
-            found=f"{len(table)} set point{'s' if len(table) > 1 else ''}",
+            expected=f"at least {FEWEST_SET_POINTS} set points{' between gaps' if gaps else ''}, or columns for "
+            f"{' and '.join(absent)}",
+            found=f"{shortest} set point{'s' if shortest > 1 else ''}",
             next_step=f"add columns {', '.join(f'{k}1..{k}{arm.n_joints}' for k in absent)}, or set points",
         )
     time, q = table[:, columns.time], given["q"]
-    qd, qdd, rates_from = complete_rates(time, q, given.get("qd"), given.get("qdd"))
+    qd, qdd, rates_from = complete_rates(time, q, given.get("qd"), given.get("qdd"), gaps)
     for kind, rates in (("qd", qd), ("qdd", qdd)):
         if kind in absent and not are_possible(rates):
             raise TrajectoryError(
@@ -330,4 +342,4 @@ def _build(
                 found=f"time steps of {np.diff(time).min():g} s to {np.diff(time).max():g} s",
                 next_step=f"check the instants, or add columns for {kind}",
             )
-    return Trajectory(time, q, qd, qdd, name=name, origin=origin, rates_from=rates_from)
+    return Trajectory(time, q, qd, qdd, name=name, origin=origin, rates_from=rates_from, gaps=gaps)

@@ -59,7 +59,7 @@ class Rows:
         below = self.lines[1:]
         try:
             # As lines: a text in memory would take four bytes a character once more.
-            table = np.loadtxt(below, delimiter=self.delimiter, comments=None, quotechar='"', ndmin=2)
+            table = np.loadtxt(iter(below), delimiter=self.delimiter, comments=None, quotechar='"', ndmin=2)
             sound = table.shape == (len(below), len(names)) and are_possible(table)
         except ValueError:
             sound = False

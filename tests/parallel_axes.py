@@ -1,0 +1,73 @@
+"""Arms with runs of parallel axes, across sliding joints, too."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import strategies as st
+
+from gd_analyze.robots import Joint, Link, Placement, RobotArm
+from strategies import random_inertia, random_rotation
+
+
+def flipped() -> np.ndarray:
+    return np.diag([1.0, -1.0, -1.0])
+
+
+@st.composite
+def arms_with_runs(draw: st.DrawFn, max_joints: int = 6) -> RobotArm:
+    """Arms whose axes often are parallel, the same way or opposite, across sliding joints, too."""
+    turns = draw(
+        st.lists(
+            st.sampled_from(["same", "opposite", "askew", "slides", "slides along", "slides across"]),
+            min_size=1,
+            max_size=max_joints,
+        )
+    )
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    return arm_of(turns, rng)
+
+
+def arm_of(turns: list[str], rng: np.random.Generator) -> RobotArm:
+    """Joint i stands to the one before as turns[i] says; the first to the base.
+
+    What slides turns the next joint only where it stands askew itself: plainly "slides".
+    """
+    joints, links = [], []
+    for i, turn in enumerate(turns):
+        kind = "prismatic" if turn.startswith("slides") else "revolute"
+        rotation = flipped() if turn == "opposite" else None if turn in ("askew", "slides") else np.eye(3)
+        before = Placement(random_rotation(rng) if rotation is None else rotation, rng.uniform(-0.5, 0.5, 3))
+        # About z, or it would not leave the next axis parallel.
+        angle = rng.uniform(-np.pi, np.pi)
+        c, s = np.cos(angle), np.sin(angle)
+        behind = Placement(np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]), rng.uniform(-0.5, 0.5, 3))
+        axis = np.array([0.6, 0.0, 0.8] if turn == "slides across" else [0.0, 0.0, 1.0])
+        joints.append(Joint(f"{i + 1}", kind, before, axis))
+        com = rng.uniform(-0.05, 0.05, 3)
+        links.append(Link(f"{i + 1}", rng.uniform(0.5, 3.0), com, random_inertia(rng), behind))
+    return RobotArm("drawn", tuple(joints), tuple(links), rng.uniform(-10, 10, 3))
+
+
+def scara() -> RobotArm:
+    """Fanuc SR-6iA, Lloyd et al. 2021, Table 1: two turns, a slide, and a roll whose axis is opposite."""
+    flip = flipped()
+    steps = [
+        Placement(np.eye(3), np.array([0.35, 0.0, 0.16])),
+        Placement(flip, np.array([0.3, 0.0, 0.0])),
+        Placement(),
+        Placement(),
+    ]
+    coms = [(0.2096, 0.0, 0.0447), (-0.1662, 0.0, -0.1464), (0.0, 0.0, -0.1751), (0.0041, -0.0124, -0.0168)]
+    moments = [
+        [[0.0104, 0.0, 0.0056], [0.0, 0.1355, 0.0], [0.0056, 0.0, 0.1413]],
+        [[0.0494, 0.0, -0.0129], [0.0, 0.1553, 0.0], [-0.0129, 0.0, 0.1336]],
+        [[0.0069, 0.0, 0.0], [0.0, 0.0069, 0.0], [0.0, 0.0, 0.0]],
+        [[0.0023, 0.0, 0.0], [0.0, 0.0004, 0.0001], [0.0, 0.0001, 0.0025]],
+    ]
+    masses, kinds = (6.25, 9.49, 0.4, 1.1), ("revolute", "revolute", "prismatic", "revolute")
+    links = (
+        Link(str(i), mass, np.array(com), np.array(inertia), step, as_measured=True)
+        for i, (mass, com, inertia, step) in enumerate(zip(masses, coms, moments, steps, strict=True), 1)
+    )
+    joints = (Joint(str(i), kind) for i, kind in enumerate(kinds, 1))
+    return RobotArm("scara", tuple(joints), tuple(links), np.array([0.0, 0.0, -9.81]))
