@@ -31,7 +31,7 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
     \b
     Examples:
       gd-analyze columns puma560 log.csv
-      gd-analyze columns my_robot.urdf log.csv --map time=Clock --save-mapping ours.toml
+      gd-analyze columns my_robot.urdf log.csv --save-mapping ours.toml
       gd-analyze my_robot.urdf log.csv --mapping ours.toml
     """
     with output.working() as stage:
