@@ -74,6 +74,20 @@ def test_columns_as_the_user_says(read: Read) -> None:
     np.testing.assert_array_equal(logged.qd[0], [2, 2])
 
 
+def test_what_is_of_another_topic_is_not_set_beside(read: Read) -> None:
+    text = "time,/left/hip/position,/left/knee/position,/right/hip/velocity,/right/knee/velocity\n"
+    logged = read(text + "0,1,2,3,4\n0.1,1,2,3,4\n", arm_of("hip", "knee"))
+    np.testing.assert_array_equal(logged.q[0], [1, 2])
+    assert logged.qd is None
+
+
+def test_other_words_beside_numbers_where_the_log_counts(read: Read) -> None:
+    logged = read(
+        "time,q1,q2,torque_sensor1,torque_sensor2\n0,1,2,3,4\n1,1,2,3,4\n", arm_of(*UR[:2]), rate=1.0
+    )
+    np.testing.assert_array_equal(logged.torque[0], [3, 4])
+
+
 def test_a_role_left_out(read: Read) -> None:
     text = "time,q1,qd1,tau1\n0,1,2,3\n0.5,1,2,3\n"
     assert read(text, arm_of("hip"), map=["qd=none"]).qd is None

@@ -105,6 +105,13 @@ def test_units_of_names(read: Read) -> None:
     assert [use.unit for use in logged.columns] == ["ms", "deg", "deg", "rpm", "deg/s"]
 
 
+def test_a_line_of_units(read: Read) -> None:
+    logged = read("t;pos1;pos2;tau1;tau2;note\nms;deg;°;Nm;mNm;-\n5;90;180;1;2;x\n13;45;0;3;4;y\n", TWO)
+    np.testing.assert_allclose(logged.time, [0, 0.008], rtol=1e-15)
+    np.testing.assert_allclose(logged.q, np.pi * np.array([[0.5, 1], [0.25, 0]]), rtol=1e-15)
+    np.testing.assert_allclose(logged.torque, [[1, 0.002], [3, 0.004]], rtol=1e-15)
+
+
 def test_degrees_as_said(read: Read) -> None:
     rail = arm_of("turn", "slide", kinds=["revolute", "prismatic"])
     logged = read("time,q0,q1,tau0,tau1\n0,90,0.25,3,4\n0.1,180,0.5,5,6\n", rail, degrees=True)

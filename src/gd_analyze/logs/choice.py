@@ -191,7 +191,8 @@ def _family(
         family for family in families if family.role == role and all(word in family.words for word in words)
     ]
     if role != "q" and q is not None:
-        of_role = [family for family in of_role if (family.kind == "target") == (q.kind == "target") or words]
+        # Beside positions belong what is of the same source: of the same topic, and commanded as they are.
+        of_role = [f for f in of_role if words or _are_of_one_source(f, q)]
     complete = [f for f in of_role if all(j in f.columns or j in given for j in range(arm.n_joints))]
     alive = [family for family in complete if family.key not in zero]
     if not complete or (not alive and role != "q"):
@@ -204,6 +205,10 @@ def _family(
     if len(choices) > 1:
         raise ambiguous(role, choices, table)
     return choices[0]
+
+
+def _are_of_one_source(family: Family, q: Family) -> bool:
+    return family.topic == q.topic and (family.kind == "target") == (q.kind == "target")
 
 
 def _preference(family: Family, q: Family | None) -> tuple[int, ...]:

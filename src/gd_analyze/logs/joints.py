@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from gd_analyze.logs.roles import Kind, Meaning
+from gd_analyze.logs.reading import ROLES
+from gd_analyze.logs.roles import Kind, Meaning, topic_of
 from gd_analyze.logs.words import FILLERS, Words, as_written, joint_of, words_of
 
 
@@ -51,6 +52,11 @@ class Family:
         return frozenset((*self.group, *self.label, self.kind, self.word))
 
     @property
+    def topic(self) -> Words:
+        """Words of where it comes from, be it measured or commanded."""
+        return topic_of(self.group)
+
+    @property
     def all_columns(self) -> tuple[int, ...]:
         """Every column of it."""
         return tuple(column for columns in self.columns.values() for column in columns)
@@ -69,19 +75,27 @@ def families_of(meanings: Sequence[Meaning], names: Sequence[str], columns: Sequ
         Names of the log's columns.
     """
     groups: dict[tuple[str, Words, Kind, int, str], list[int]] = {}
+    # A log that counts its joints tells by other words what else it has of each: TorqueSm1 beside Position1.
+    counts = any(
+        meaning.role in ROLES and meaning.number is not None and not meaning.label for meaning in meanings
+    )
     for column, meaning in enumerate(meanings):
-        if meaning.role in ("q", "qd", "qdd", "torque"):
+        if meaning.role in ROLES:
             key = (meaning.role, meaning.group, meaning.kind, meaning.rank, meaning.word)
             groups.setdefault(key, []).append(column)
     found = []
     for (role, group, kind, rank, word), of in groups.items():
-        for family in _matched(of, meanings, names, columns):
+        for family in _matched(of, meanings, names, columns, counts):
             found.append(replace(family, role=role, group=group, kind=kind, rank=rank, word=word))
     return found
 
 
 def _matched(
-    columns: Sequence[int], meanings: Sequence[Meaning], names: Sequence[str], written: Sequence[str]
+    columns: Sequence[int],
+    meanings: Sequence[Meaning],
+    names: Sequence[str],
+    written: Sequence[str],
+    beside: bool,
 ) -> list[Family]:
     """Families among columns whose names differ in the joint alone."""
     named = [c for c in columns if meanings[c].joint is not None]
@@ -105,7 +119,7 @@ def _matched(
     if affixed is not None:
         return [affixed]
     for label, of in counted.items():
-        matched = _by_number(label, of, meanings, names, written, beside=() in counted)
+        matched = _by_number(label, of, meanings, names, written, beside)
         if matched is not None:
             families.append(matched)
     if len(names) == 1 and len(rest) == 1 and not families and not meanings[rest[0]].label:

@@ -107,7 +107,8 @@ _DERIVED = {("q", "dot"): "qd", ("theta", "dot"): "thetadot", ("qd", "dot"): "qd
             ("d", "q"): "dq", ("dd", "q"): "ddq", ("thetadot", "dot"): "thetaddot"}  # fmt: skip
 # Columns of the trajectories that gd-analyze writes itself.
 SET_POINT_COLUMN = re.compile(r"(qdd|qd|q)([1-9][0-9]{0,5})(_deg)?")
-_SINGLE = frozenset({"a", "s", "l", "r", "u", "b", "t", "e"})
+# A1 to A6 of a KUKA count as joints; its E1 and S, L, U of others do not tell which they are.
+_SINGLE = frozenset({"a"})
 
 
 @dataclass(frozen=True)
@@ -297,6 +298,11 @@ def is_of_set_points(name: str) -> bool:
     """Whether a column's name is one of a file of set points: time, q1, qd1_deg."""
     lowered = name.strip().lower()
     return lowered == "time" or SET_POINT_COLUMN.fullmatch(lowered) is not None
+
+
+def topic_of(group: Words) -> Words:
+    """Words of a group that say neither measured nor target."""
+    return tuple(sorted(set(group) - _MEASURED - _TARGET))
 
 
 def says_target(words: Words) -> bool:
