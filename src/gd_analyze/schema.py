@@ -129,6 +129,7 @@ GROUPS = _declared()
 
 # Variables that a group may lack.
 OPTIONAL = {
+    "trajectory": {"stretch_from"},
     "decomposition": {
         "coupling",
         "drive_torque",
@@ -139,6 +140,9 @@ OPTIONAL = {
     },
     "budgets": {"kept", "kept_parts"},
 }
+
+# Groups that a run has only where there is something to say.
+OPTIONAL_GROUPS = {"recording"}
 
 
 def table(

@@ -31,6 +31,7 @@ from gd_analyze.provenance import provenance_of_run
 from gd_analyze.results import tables
 from gd_analyze.results.budgets_table import budgets_table
 from gd_analyze.results.findings import Findings
+from gd_analyze.results.recording_table import recording_table
 from gd_analyze.robots import RobotArm, arm_of, describe_in_full, warn_of_slips
 from gd_analyze.search import How, TermRanking, rank_terms, simplify_exact, trade_off
 from gd_analyze.search.budget_path import FACTORS, budget_path
@@ -127,6 +128,9 @@ def find(
     path = budget_path(exact, asked, model)
     through = {(level, how.refit): path}
     points = trade_off(exact, asked, factors=_FACTORS, kinds=kinds, thorough=False, through=through)
+    recorded = {}
+    if trajectory.recording is not None and trajectory.recording.measured:
+        recorded["recording"] = recording_table(arm, trajectory, dataset, dominance)
     return Findings(
         arm=arm,
         trajectory=trajectory,
@@ -142,6 +146,7 @@ def find(
             "budgets": budgets_table(path, FACTORS, ranking),
             "beyond": _beyond(exact, model, ranking, many),
             "tube": _tube(exact, model, trajectory, Margin.of(how.margin), many),
+            **recorded,
         },
         model=model,
         element_model=elements,
