@@ -12,6 +12,7 @@ from gd_analyze.report.model_document import founding_method, kept_matrix, opera
 from gd_analyze.report.numbering import numbering
 from gd_analyze.report.panel import MOST_POINTS
 from gd_analyze.report.ranking_document import elements_ranked, founding_text, terms_ranked
+from gd_analyze.report.recording_document import recording_document
 from gd_analyze.results import Findings, rows_of, summary
 from gd_analyze.results.contributions import Contributions
 from gd_analyze.results.rows import element_rows
@@ -59,6 +60,7 @@ def document(findings: Findings) -> dict[str, Any]:
         "terms": terms_ranked(findings),
         "beyond": beyond(findings),
         "cross_check": _cross_check(findings),
+        "recording": recording_document(findings),
         "arm": arm_data(arm),
         "run": findings.provenance.get("run", ""),
         "provenance": [

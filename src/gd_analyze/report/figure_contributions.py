@@ -8,7 +8,7 @@ from gd_analyze.formatting import amount, pretty
 from gd_analyze.report.canvas import Canvas
 from gd_analyze.report.panel import MOST_POINTS, WIDTH, Panel, Scale, add_frame, ticks, whole_range
 from gd_analyze.report.thinning import breaks, broken, thinned
-from gd_analyze.results import Findings
+from gd_analyze.results import Findings, summary
 from gd_analyze.results.contributions import Contributions
 from gd_analyze.robots import Joint
 
@@ -39,7 +39,7 @@ def contributions_figure(findings: Findings) -> Canvas:
 def _said_above(findings: Findings) -> float:
     """Height that a notice and warnings take of the first page, beyond the two lines that have room."""
     warnings = [-(-len(said) // _LETTERS) for said in findings.warnings]
-    notice = -(-len(findings.model.notice) // _LETTERS)
+    notice = -(-len(str(summary.opening(findings)["notice"])) // _LETTERS)
     said = _LINE * (sum(warnings) + bool(warnings) + notice) + _FRAME * bool(warnings)
     return max(0.0, said - 2 * _LINE)
 

@@ -17,6 +17,7 @@ from gd_analyze.report.panel import (
     value_range,
     whole_range,
 )
+from gd_analyze.report.reading_curves import ReadingCurves
 from gd_analyze.results import Findings
 from gd_analyze.robots import RobotArm
 from gd_analyze.vectors import FloatArray
@@ -106,6 +107,40 @@ def torque_figure(findings: Findings) -> Canvas:
         for sign in (1.0, -1.0) if len(when) else ():
             name = f"proven {i + 1}"
             add_curve(canvas, panels[1], when, sign * proven, "inertia", 0.8, label=name, gaps=between)
+    return canvas
+
+
+def recording_figure(findings: Findings) -> Canvas:
+    """Readings of every joint and the smoothed motion, and their difference where the joint is fastest."""
+    arm, motion = findings.arm, findings.trajectory
+    n = arm.n_joints
+    row, half = min(540.0 / n, 90.0), (WIDTH - _NAME_WIDTH) / 2
+    canvas = _canvas_of_rows(arm, row)
+    for c, title in enumerate(
+        ("readings and smoothed motion", "readings minus smoothed, around the fastest")
+    ):
+        canvas.text(_NAME_WIDTH + c * half + 26, _FOOT + n * row + 4, title, 7.5)
+    for i, joint in enumerate(arm.joints):
+        drawn, bottom = ReadingCurves.of(findings, i), _FOOT + (n - 1 - i) * row
+        near = motion.time[drawn.near]
+        columns = (
+            (whole_range(motion.time), _around(drawn.read), "xy" if i == n - 1 else "y"),
+            # Each joint is fastest at a time of its own.
+            (whole_range(near), value_range(drawn.difference), "xy"),
+        )
+        panels = []
+        for c, (time, span, labels) in enumerate(columns):
+            panel = Panel(_NAME_WIDTH + c * half + 26, bottom + 6, half - 34, row - 19, time, span)
+            add_frame(canvas, panel, x_ticks=ticks(time, 4), y_ticks=ticks(span, 3), labels=labels, size=5)
+            canvas.text(panel.left, panel.top + 2, pretty(motion_unit(joint, "q")), 6, colour="soft")
+            panels.append(panel)
+        for curve, label, colour, width in (
+            (drawn.read, "readings", "combined", 2.6),
+            (drawn.smooth, "smoothed", "accent", 0.9),
+        ):
+            name = f"{label} {i + 1}"
+            add_curve(canvas, panels[0], motion.time, curve, colour, width, label=name, gaps=motion.gaps)
+        add_curve(canvas, panels[1], near, drawn.difference, "combined", 0.7, label=f"difference {i + 1}")
     return canvas
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from string import ascii_uppercase
 
 from gd_analyze.results import Findings, summary
+from gd_analyze.results.recording_words import is_recorded
 from gd_analyze.results.rows import dropped_parts
 
 # By the name that templates call them, in the order in which a reader meets them.
@@ -13,6 +14,7 @@ _FIGURES = {
     "contributions": "torque by what makes it",
     "trade_off": "operations against error",
     "motion": "the motion of every joint",
+    "recording": "readings beside the smoothed motion",
     "errors": "torque and error over time",
     "inertia": "the inertia matrix by effect",
     "coriolis": "the Coriolis and centrifugal vector by effect",
@@ -24,6 +26,8 @@ _TABLES = {
     "errors": "error of every joint",
     "trade_off": "operations and error by budget",
     "torques": "torques and errors of every joint",
+    "recording": "noise of readings, accelerations and torques",
+    "columns": "columns of the log",
     "ranking": "elements ranked by torque",
     "terms": "single terms ranked by torque",
     "kept": "what the model keeps",
@@ -38,6 +42,7 @@ _TABLES = {
 }
 _APPENDICES = {
     "motion": "Motion, torque and error over time",
+    "recording": "Readings behind the motion",
     "effects": "Inertia, velocity and gravity terms by effect",
     "ranking": "Elements ranked by torque",
     "terms": "Single terms ranked by torque",
@@ -82,4 +87,7 @@ def _absent(findings: Findings) -> tuple[set[str], set[str], set[str]]:
         "dropped": not dropped_parts(findings).costing,
     }
     gone = {name for name, absent in tables.items() if absent}
-    return flat, flat | gone, {"elements"} if of_elements else set()
+    planned = set() if is_recorded(findings) else {"recording"}
+    if planned or not findings.tables["recording"].sizes["column"]:
+        gone.add("columns")
+    return flat | planned, flat | planned | gone, planned | ({"elements"} if of_elements else set())

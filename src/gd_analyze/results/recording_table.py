@@ -41,7 +41,7 @@ def recording_table(
     sigma = recording.noise_qdd
     drives = np.diag(arm.drive_inertia) if "drive_torque" in dataset else 0.0
     torque_noise = np.sqrt(np.square((inertia + drives) * sigma).sum(axis=2).mean(axis=0))
-    noise = _element_noise(inertia, sigma, dominance)
+    noise = np.where(dominance.peak.values > 0.0, _element_noise(inertia, sigma, dominance), 0.0)
     peak = dominance.torque_peak.values
     floor = np.asarray(dominance.attrs["floor"])[dominance.torque_joint.values - 1]
     columns = recording.columns

@@ -20,6 +20,7 @@ from gd_analyze.results.proof_words import margins_told as margins_told
 from gd_analyze.results.proof_words import tube_bound as tube_bound
 from gd_analyze.results.proof_words import tube_proven as tube_proven
 from gd_analyze.results.proof_words import tube_sentence as tube_sentence
+from gd_analyze.results.recording_words import recording_told as recording_told
 from gd_analyze.results.rows import Row, dropped_parts, element_rows
 from gd_analyze.results.symmetry_words import unsymmetric_told as unsymmetric_told
 from gd_analyze.results.words import drives_told
@@ -134,7 +135,7 @@ def opening(findings: Findings) -> dict[str, Any]:
         "title": title(findings),
         "subtitle": subtitle(findings),
         "headline": headline(findings),
-        "notice": findings.model.notice,
+        "notice": " ".join([*recording_told(findings), findings.model.notice]).strip(),
         "facts": facts(findings),
         "kept_terms": kept(findings),
     }
