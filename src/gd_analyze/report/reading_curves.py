@@ -1,4 +1,4 @@
-"""What is drawn of a joint's readings: beside the smoothed motion, and their difference where it is fastest."""
+"""What is drawn of a joint's readings: beside the smoothed motion, and their difference from it."""
 
 from __future__ import annotations
 
@@ -43,7 +43,9 @@ class ReadingCurves:
         first, last = min(first, fastest - _FEWEST // 2), max(last, fastest + _FEWEST // 2)
         near = np.arange(max(first, stretch.start), min(last, stretch.stop))
         turns = findings.arm.joints[joint].kind == "revolute"
-        return cls(*((np.degrees(x) if turns else x) for x in (read, smooth)), near)
+        if turns:
+            read, smooth = np.degrees(read), np.degrees(smooth)
+        return cls(read, smooth, near)
 
     @property
     def difference(self) -> FloatArray:

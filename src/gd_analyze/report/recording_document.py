@@ -17,7 +17,7 @@ def recording_document(findings: Findings) -> dict[str, Any] | None:
     -------
     dict
         `said`: sentences; `treatment`: what was done, a sentence each; `rows`: cells, one per joint;
-        `columns`: how the log's columns were understood, cells of the used ones; `unused`: names of the others.
+        `columns`: cells of how the log's columns were understood; `unused`: names of those left out, and why.
     """
     if not is_recorded(findings):
         return None

@@ -1,4 +1,4 @@
-"""What is said of a measured motion: that it is no plan, what noise is left, and what that does to results."""
+"""What is said of a measured motion: that it is no plan, what noise is left, and what that does."""
 
 from __future__ import annotations
 
@@ -33,24 +33,19 @@ def recording_told(findings: Findings) -> list[str]:
 
 def noise_rows(findings: Findings) -> list[Row]:
     """Cut-off and noise of every joint, and what the noise makes of torque beside the budget."""
-    allowed = findings.model.promise.allowed
+    names = ["cutoff", "noise_q", "noise_qdd", "torque_noise"]
+    rows = rows_of(findings.tables["recording"][names], "joint")
+    allowed = findings.model.promise.allowed.tolist()
     return [
         row
         | {
             "joint_name": joint.name,
             "unit": joint.unit,
             "effort_unit": joint.effort_unit,
-            "allowed": float(budget),
-            "of_allowed": row["torque_noise"] / float(budget) if budget > 0.0 else np.inf,
+            "allowed": budget,
+            "of_allowed": row["torque_noise"] / budget,
         }
-        for row, joint, budget in zip(
-            rows_of(
-                findings.tables["recording"][["cutoff", "noise_q", "noise_qdd", "torque_noise"]], "joint"
-            ),
-            findings.arm.joints,
-            allowed,
-            strict=True,
-        )
+        for row, joint, budget in zip(rows, findings.arm.joints, allowed, strict=True)
     ]
 
 
@@ -59,16 +54,14 @@ def _of_budget(findings: Findings) -> str:
     rows = noise_rows(findings)
     worst = max(rows, key=lambda row: row["of_allowed"])
     noise = f"{amount(worst['torque_noise'], worst['effort_unit'])} of torque at joint {worst['joint']}"
+    share = f"{percent(worst['of_allowed'])} of what the budget allows (standard deviation)"
     beyond = [row["joint"] for row in rows if row["of_allowed"] > 1.0]
     if not beyond:
-        return (
-            f"The noise left in the accelerations makes at most {noise}, {percent(worst['of_allowed'])} of what "
-            "the budget allows (standard deviation)."
-        )
+        return f"The noise left in the accelerations makes at most {noise}, {share}."
     return (
-        f"The noise left in the accelerations makes {noise}, {percent(worst['of_allowed'])} of what the budget "
-        f"allows (standard deviation), and more than it allows at {named_joints(beyond, len(rows))}: models for "
-        "such a budget follow the noise, too; a lower cut-off leaves less."
+        f"The noise left in the accelerations makes {noise}, {share}, and more than it allows at "
+        f"{named_joints(beyond, len(rows))}: models for such a budget follow the noise, too; a lower cut-off "
+        "leaves less."
     )
 
 
@@ -79,9 +72,10 @@ def _of_ranking(findings: Findings) -> list[str]:
     within, undecided = labels[table.within_noise.values].tolist(), labels[table.verdict_open.values].tolist()
     told = []
     if within:
+        count = np.count_nonzero(table.element_noise.values)
         told.append(
-            f"Of {np.count_nonzero(table.element_noise.values)} elements of D, {len(within)} make no more torque "
-            "than that noise may (three standard deviations): how they rank is not told by this recording."
+            f"Of {count} elements of D, {len(within)} make no more torque than that noise may (three standard "
+            "deviations): how they rank is not told by this recording."
         )
     if undecided:
         told.append(f"The noise decides whether {_listed(undecided)} is negligible.")
