@@ -114,10 +114,10 @@ def recording_figure(findings: Findings) -> Canvas:
     """Readings of every joint and the smoothed motion, and their difference where the joint is fastest."""
     arm, motion = findings.arm, findings.trajectory
     n = arm.n_joints
-    row, half = min(540.0 / n, 90.0), (WIDTH - _NAME_WIDTH) / 2
+    row, half = min(400.0 / n, 80.0), (WIDTH - _NAME_WIDTH) / 2
     canvas = _canvas_of_rows(arm, row)
     for c, title in enumerate(
-        ("readings and smoothed motion", "readings minus smoothed, around the fastest")
+        ("readings and smoothed motion", "readings minus smoothed, where fastest")
     ):
         canvas.text(_NAME_WIDTH + c * half + 26, _FOOT + n * row + 4, title, 7.5)
     for i, joint in enumerate(arm.joints):

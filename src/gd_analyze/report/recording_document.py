@@ -27,7 +27,7 @@ def recording_document(findings: Findings) -> dict[str, Any] | None:
     return {
         "said": recording_told(findings),
         "treatment": [
-            line[:1].upper() + line[1:] + "." for line in table.attrs["treatment"].split("\n") if line
+            pretty(f"{line[:1].upper()}{line[1:]}.") for line in table.attrs["treatment"].split("\n") if line
         ],
         "rows": [_cells(row) for row in noise_rows(findings)],
         "columns": [column for column in columns if column[1] != "unused"],
