@@ -26,6 +26,8 @@ from gd_analyze.logs import read_log as read_log
 from gd_analyze.main_job import Settings as Settings
 from gd_analyze.main_job import analyze as analyze
 from gd_analyze.main_job import find as find
+from gd_analyze.measured_torque import TorqueComparison as TorqueComparison
+from gd_analyze.measured_torque import compare_torque as compare_torque
 from gd_analyze.pinocchio_check import cross_check as cross_check
 from gd_analyze.results import Findings as Findings
 from gd_analyze.results import load_findings as load_findings

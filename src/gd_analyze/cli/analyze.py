@@ -55,6 +55,11 @@ class MainJob(click.Command):
 @payload_option
 @margin_option("How far states may be from the motion for which the model's errors are proven")
 @click.option(
+    "--fit-friction",
+    is_flag=True,
+    help="Say which friction explains measured torques beside the model.",
+)
+@click.option(
     "--no-coupling", is_flag=True, help="Leave h_ijk out of analysis.h5: 2 n^3 numbers per set point."
 )
 @click.option("--by-link", is_flag=True, help="Also store what each link contributes.")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gd_analyze.cli.measured_torque import show_measured_torque
 from gd_analyze.cli.output import Output
 from gd_analyze.cli.terminal import line, sentence, table
 
@@ -67,6 +68,7 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
             **{name: tables["tube"].attrs[name] for name in ("margin", "coarse", "note")},
         },
         "recording": _recording(findings),
+        "measured_torque": _measured_torque(findings),
         "states_drawn": tables["beyond"].attrs["states_drawn"],
         "dominance": element_rows(findings),
         "residuals": rows_of(tables["cross_check"], "comparison"),
@@ -96,6 +98,20 @@ def _recording(findings: Findings) -> dict[str, Any] | None:
     }
 
 
+def _measured_torque(findings: Findings) -> dict[str, Any] | None:
+    from gd_analyze.results.torque_words import is_described, measured_rows, torque_sentence
+
+    if "measured_torque" not in findings.tables:
+        return None
+    table = findings.tables["measured_torque"]
+    return {
+        "described": is_described(table),
+        "said": torque_sentence(table),
+        "compared": table.attrs["compared"],
+        "joints": measured_rows(findings),
+    }
+
+
 def _show(findings: Findings, files: list[Path], top: int) -> None:
     from gd_analyze.formatting import number
     from gd_analyze.results import summary
@@ -105,6 +121,7 @@ def _show(findings: Findings, files: list[Path], top: int) -> None:
     for told in summary.recording_told(findings):
         sentence(told)
     _show_errors(findings)
+    show_measured_torque(findings)
     if findings.model.notice:
         line()
         sentence(findings.model.notice)

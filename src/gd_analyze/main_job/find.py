@@ -26,12 +26,15 @@ from gd_analyze.levels import (
 )
 from gd_analyze.long_decomposition import decompose_on_demand
 from gd_analyze.main_job.how import Origin, Progress, Settings, Silent
+from gd_analyze.measured_torque.comparison import compared, require_torques
 from gd_analyze.pinocchio_check import cross_check
 from gd_analyze.provenance import provenance_of_run
 from gd_analyze.results import tables
 from gd_analyze.results.budgets_table import budgets_table
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.recording_table import recording_table
+from gd_analyze.results.torque_table import measured_torque_table
+from gd_analyze.results.torque_words import is_described, torque_warning
 from gd_analyze.robots import RobotArm, arm_of, describe_in_full, warn_of_slips
 from gd_analyze.search import How, TermRanking, rank_terms, simplify_exact, trade_off
 from gd_analyze.search.budget_path import FACTORS, budget_path
@@ -85,10 +88,13 @@ def find(
     Raises
     ------
     GdAnalyzeError
-        If the input does not fit together, or a result disagrees with Pinocchio.
+        If the input does not fit together, friction shall be fitted where no torque was measured, or a result
+        disagrees with Pinocchio.
     """
     arm, how = arm_of(arm), settings or Settings()
     trajectory = trajectory_of(trajectory, arm)
+    if how.fit_friction:
+        require_torques(trajectory)
     none = np.zeros(arm.n_joints)
     _ = how.asked.allowed(Yardsticks(arm, none, none))  # what does not fit shall fail before any computing
     before, stage = origin or Origin(), progress or Silent()
@@ -112,6 +118,7 @@ def find(
         residuals = cross_check(arm, dataset)
         exact = ExactDynamics.of(arm, dataset)
         warn_without_torque(exact)
+        measured = _measured_torque(arm, trajectory, dataset, how)
         dominance = rank(dataset, budget=exact.allowed(how.asked))
         elements = simplify_exact(exact, how.asked, How(ELEMENT, dearer=True), provenance=source)
         level, many = _level(exact, how)
@@ -147,6 +154,7 @@ def find(
             "beyond": _beyond(exact, model, ranking, many),
             "tube": _tube(exact, model, trajectory, Margin.of(how.margin), many),
             **recorded,
+            **measured,
         },
         model=model,
         element_model=elements,
@@ -191,6 +199,19 @@ def _tell_of_many_terms(exact: ExactDynamics, model: SimplifiedModel) -> None:
         GdAnalyzeWarning,
         stacklevel=3,
     )
+
+
+def _measured_torque(
+    arm: RobotArm, trajectory: Trajectory, dataset: xr.Dataset, how: Settings
+) -> dict[str, xr.Dataset]:
+    """Hold the exact torque against the measured one, where there is one, and warn where it is another."""
+    if trajectory.recording is None or trajectory.recording.torque is None:
+        return {}
+    comparison = compared(arm, trajectory, np.asarray(dataset.torque.values))
+    table = measured_torque_table(comparison, trajectory, fit_friction=how.fit_friction)
+    if not is_described(table):
+        warnings.warn(torque_warning(table, arm.name), GdAnalyzeWarning, stacklevel=3)
+    return {"measured_torque": table}
 
 
 def _beyond(exact: ExactDynamics, model: SimplifiedModel, ranking: TermRanking, many: bool) -> xr.Dataset:

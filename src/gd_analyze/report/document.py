@@ -8,6 +8,7 @@ from gd_analyze.formatting import figures, percent, pretty
 from gd_analyze.report.arm_data import arm_data
 from gd_analyze.report.harmonic_data import harmonic_data
 from gd_analyze.report.joint_document import beyond, joints, longest_bar
+from gd_analyze.report.measured_document import measured_document
 from gd_analyze.report.model_document import founding_method, kept_matrix, operations, trade_off
 from gd_analyze.report.numbering import numbering
 from gd_analyze.report.panel import MOST_POINTS
@@ -59,6 +60,7 @@ def document(findings: Findings) -> dict[str, Any]:
         "trade_off": trade_off(findings),
         "terms": terms_ranked(findings),
         "beyond": beyond(findings),
+        "measured": measured_document(findings),
         "cross_check": _cross_check(findings),
         "recording": recording_document(findings),
         "arm": arm_data(arm),

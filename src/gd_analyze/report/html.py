@@ -16,6 +16,7 @@ from gd_analyze.report.beyond_chart import beyond_chart, place
 from gd_analyze.report.budget_equations import budget_equations
 from gd_analyze.report.budget_path import DECADES, BudgetPath
 from gd_analyze.report.interactive import MOST_POINTS, NEAR, page_data
+from gd_analyze.report.measured_document import measured_document
 from gd_analyze.report.numbering import numbering
 from gd_analyze.report.page_environment import environment, style, template_text
 from gd_analyze.report.recording_document import recording_document
@@ -36,6 +37,7 @@ SCRIPTS = ("chart.js", "trade_off.js", "plots.js", "viewer.js", "budget.js", "ta
 SHORT_TITLES = {
     "motion": "Motion",
     "recording": "Readings",
+    "measured": "Measured",
     "effects": "Effects",
     "ranking": "Elements",
     "terms": "Terms",
@@ -138,6 +140,7 @@ def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
         "cross_check": rows_of(tables["cross_check"], "comparison"),
         "run": findings.provenance.get("run", ""),
         "provenance": summary.provenance_lines(findings),
+        "measured": measured_document(findings),
         "still": stroboscope(arm, findings.trajectory.q, findings.trajectory.gaps),
         "thinned_to": MOST_POINTS if count > MOST_POINTS else None,
     }

@@ -22,6 +22,7 @@ from gd_analyze.report.views import flat_normal, upright_frame
 from gd_analyze.results import Findings, summary
 from gd_analyze.results.contributions import Contributions
 from gd_analyze.results.recording_words import is_recorded
+from gd_analyze.results.torque_curves import measured_joints, torque_curves
 from gd_analyze.results.words import CONTRIBUTIONS, kind_name
 from gd_analyze.vectors import Array, FloatArray
 
@@ -54,6 +55,7 @@ def page_data(findings: Findings) -> dict[str, Any]:
     _add_piles(drawing, findings)
     if is_recorded(findings):
         _add_readings(drawing, findings)
+    _add_measured(drawing, findings)
     figures = drawing.figures
     if not summary.nothing_to_trade(findings):
         figures["trade-off"] = _trade_off(findings)
@@ -145,6 +147,19 @@ def _add_readings(drawing: _Drawing, findings: Findings) -> None:
         both = {"reading: readings": drawn.read, "smooth: smoothed": drawn.smooth}
         drawing.add(f"reading-{i + 1}", unit, both)
         drawing.add(f"residue-{i + 1}", unit, {"residue": drawn.difference}, drawn.near, zero=True)
+
+
+def _add_measured(drawing: _Drawing, findings: Findings) -> None:
+    """Measured and exact torque of every joint that was measured, and what is between them."""
+    for i in measured_joints(findings):
+        made, unit = torque_curves(findings, i), findings.arm.joints[i].effort_unit
+        torque = {"read: as read": made.read, "measured": made.measured, "model: exact": made.exact}
+        between = {"measured: measured − exact": made.difference}
+        if made.friction is not None:
+            torque["friction: exact and friction"] = made.exact + made.friction
+            between["friction: friction and offset"] = made.friction
+        drawing.add(f"measured-{i + 1}", unit, torque, made.points)
+        drawing.add(f"difference-{i + 1}", unit, between, made.points, zero=True)
 
 
 def _trade_off(findings: Findings) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from string import ascii_uppercase
 from gd_analyze.results import Findings, summary
 from gd_analyze.results.recording_words import is_recorded
 from gd_analyze.results.rows import dropped_parts
+from gd_analyze.results.torque_curves import measured_joints
 
 # By the name that templates call them, in the order in which a reader meets them.
 _FIGURES = {
@@ -14,8 +15,9 @@ _FIGURES = {
     "contributions": "torque by what makes it",
     "trade_off": "operations against error",
     "motion": "the motion of every joint",
-    "recording": "readings beside the smoothed motion",
     "errors": "torque and error over time",
+    "recording": "readings beside the smoothed motion",
+    "measured": "measured torque and the exact one",
     "inertia": "the inertia matrix by effect",
     "coriolis": "the Coriolis and centrifugal vector by effect",
     "gravity": "the gravity loading vector",
@@ -28,6 +30,8 @@ _TABLES = {
     "torques": "torques and errors of every joint",
     "recording": "noise of readings, accelerations and torques",
     "columns": "columns of the log",
+    "measured": "measured torque beside the exact one",
+    "friction": "friction beside the exact torque",
     "ranking": "elements ranked by torque",
     "terms": "single terms ranked by torque",
     "kept": "what the model keeps",
@@ -43,6 +47,7 @@ _TABLES = {
 _APPENDICES = {
     "motion": "Motion, torque and error over time",
     "recording": "Readings behind the motion",
+    "measured": "Measured torque beside the model's",
     "effects": "Inertia, velocity and gravity terms by effect",
     "ranking": "Elements ranked by torque",
     "terms": "Single terms ranked by torque",
@@ -77,6 +82,8 @@ def numbering(findings: Findings) -> dict[str, dict[str, str]]:
 def _absent(findings: Findings) -> tuple[set[str], set[str], set[str]]:
     """Figures, tables and appendices of which there is nothing to show."""
     flat = {"trade_off"} if summary.nothing_to_trade(findings) else set()
+    measured = findings.tables.get("measured_torque")
+    unmeasured = {"measured"} if not measured_joints(findings) else set()
     beyond = findings.tables["beyond"]
     of_elements = not findings.model.level.has_torque_terms
     tables = {
@@ -84,10 +91,13 @@ def _absent(findings: Findings) -> tuple[set[str], set[str], set[str]]:
         "tube": summary.tube_proven(findings) is None,
         "beyond": not (beyond.attrs["states_drawn"] or beyond.certified.notnull().all()),
         "operations": of_elements and not findings.model.saves,
+        "friction": measured is None or "coulomb" not in measured or bool(unmeasured),
         "dropped": not dropped_parts(findings).costing,
     }
     gone = {name for name, absent in tables.items() if absent}
-    planned = set() if is_recorded(findings) else {"recording"}
-    if planned or not findings.tables["recording"].sizes["column"]:
+    unread = set() if is_recorded(findings) else {"recording"}
+    if unread or not findings.tables["recording"].sizes["column"]:
         gone.add("columns")
-    return flat | planned, flat | planned | gone, planned | ({"elements"} if of_elements else set())
+    lacking = unmeasured | unread
+    appendices = {"elements"} if of_elements else set()
+    return flat | lacking, flat | lacking | gone, appendices | lacking

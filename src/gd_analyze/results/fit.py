@@ -12,6 +12,7 @@ from gd_analyze.errors import StoreError
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.levels import ELEMENT, SimplifiedModel, level_named, parts_of
 from gd_analyze.robots import RobotArm, describe
+from gd_analyze.schema import OPTIONAL
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,6 +43,8 @@ def require_tables_fit(tables: Mapping[str, xr.Dataset], arm: RobotArm) -> None:
     _require_stretches(tables["trajectory"])
     _require_known_together(tables)
     _require_path(tables)
+    if "measured_torque" in tables:
+        _require_readings(tables["measured_torque"])
     kinds = [joint.kind for joint in arm.joints]
     _require_equal("joint_kind of decomposition", tables["decomposition"].joint_kind.values.tolist(), kinds)
 
@@ -79,6 +82,17 @@ def _require_known_together(tables: Mapping[str, xr.Dataset]) -> None:
     for name in ("torque_peak", "torque_share"):
         if (parts[name].isnull() & ~parts.kept).any():
             raise StoreError(f"{name} of parts is not known of a part that is left out")
+
+
+def _require_readings(measured: xr.Dataset) -> None:
+    """Check that every joint that is said to be measured has a reading, and friction all its terms."""
+    there = (measured.measured.notnull() & measured.filtered.notnull()).any("time").values
+    for joint, read, verdict in zip(measured.joint.values, there, measured.verdict.values, strict=True):
+        if verdict != "not measured" and not read:
+            raise StoreError(f"measured_torque has no reading of joint {joint}, of which it says: {verdict}")
+    fitted = sorted(OPTIONAL["measured_torque"] & {*measured.data_vars})
+    if fitted:
+        _require_equal("friction of measured_torque", fitted, sorted(OPTIONAL["measured_torque"]))
 
 
 def _require_path(tables: Mapping[str, xr.Dataset]) -> None:
