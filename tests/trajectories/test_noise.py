@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gd_analyze.trajectories.noise import Noise
+from gd_analyze.trajectories.noise import Noise, best_cutoff
 from gd_analyze.trajectories.smoothing import smoothed
 from gd_analyze.trajectories.spectrum import Spectrum
 from recordings import Motion, instants, rms
@@ -31,7 +31,7 @@ def test_the_rule_comes_close_to_the_best_cutoff_there_is(rate, deviation):
     time, motion = instants(rate, SECONDS), Motion.of(1, 1)
     truth = motion.at(time, 2)[:, 0]
     x = motion.at(time)[:, 0] + deviation * np.random.default_rng(2).normal(size=len(time))
-    cutoff = noise_in(time, x, rate).best_cutoff(min(30.0, 0.2 * rate))
+    cutoff = best_cutoff([noise_in(time, x, rate)], min(30.0, 0.2 * rate))
     best = min(error_at(time, x, truth, tried) for tried in np.geomspace(0.5, min(30.0, 0.2 * rate), 40))
     # The error grows as f_c^2.5 with the noise and f_c^-6 with the motion: a cut-off 1.5 times off the best
     # costs up to 1.5^2.5 = 2.8.
@@ -45,7 +45,7 @@ def test_late_and_early_stamps_are_noise_too():
     late = np.cumsum(np.random.default_rng(4).normal(size=len(time))) * 2e-5
     x = motion.at(time + late)[:, 0]
     found = noise_in(time, x, rate)
-    cutoff = found.best_cutoff(30.0)
+    cutoff = best_cutoff([found], 30.0)
     assert cutoff < 15.0
     actual = smoothed(time, x - motion.at(time)[:, 0], cutoff).derivative(2)(time).std()
     # The law of such noise is fitted, not known.
@@ -57,20 +57,31 @@ def test_two_frequencies_with_quiet_between_are_both_motion():
     time = instants(rate, SECONDS)
     x = 0.3 * np.sin(2 * np.pi * 0.5 * time) + 2e-3 * np.sin(2 * np.pi * 8.0 * time)
     x += 1e-5 * np.random.default_rng(5).normal(size=len(time))
-    assert noise_in(time, x, rate).best_cutoff(30.0) > 12.0
+    assert best_cutoff([noise_in(time, x, rate)], 30.0) > 12.0
 
 
 def test_readings_without_noise_have_the_highest_cutoff():
     time, motion = instants(100.0, SECONDS), Motion.of(6, 1)
     found = noise_in(time, motion.at(time)[:, 0], 100.0)
-    assert found.best_cutoff(20.0) > 10.0
+    assert best_cutoff([found], 20.0) > 10.0
     assert found.left(5.0) < 1e-3
+
+
+def test_a_joint_at_rest_does_not_take_the_motion_from_others():
+    rate, rng = 200.0, np.random.default_rng(7)
+    time, motion = instants(rate, SECONDS), Motion.of(6, 1)
+    moving = noise_in(time, motion.at(time)[:, 0] + 1e-4 * rng.normal(size=len(time)), rate)
+    still = noise_in(time, 1e-4 * rng.normal(size=len(time)), rate)
+    alone, together = best_cutoff([moving], 30.0), best_cutoff([moving, *[still] * 5], 30.0)
+    # The noise of the five counts, as its expected square grows as f_c^5, by up to (1 + 5 * 100)^(1/5) = 3.5
+    # where ends decide; the motion up to 1.4 Hz still passes.
+    assert 2.0 < together <= alone
 
 
 def test_a_joint_at_rest_has_a_low_cutoff():
     time = instants(200.0, SECONDS)
     x = 1e-4 * np.random.default_rng(7).normal(size=len(time))
-    assert noise_in(time, x, 200.0).best_cutoff(30.0) < 1.0
+    assert best_cutoff([noise_in(time, x, 200.0)], 30.0) < 1.0
 
 
 @given(seed=st.integers(0, 10_000), rate=st.sampled_from([60.0, 125.0, 500.0]), fine=st.booleans())
