@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 # Standard deviations within which noise stays nearly always.
-NEARLY_ALWAYS = 3.0
+_NEARLY_ALWAYS = 3.0
+# Times the noise's own torque up to which a torque may be noise: at ends of a stretch there is more of it.
+_MAY_BE_NOISE = 2.0
 # Set points at which D is looked at, evenly spaced.
 _MOST = 1000
 
@@ -37,11 +39,14 @@ def recording_table(
     """
     recording = trajectory.recording
     assert recording is not None  # asked for of a recording only
-    inertia = _inertia(dataset)
+    count = dataset.sizes["time"]
+    points = np.unique(np.linspace(0, count - 1, min(count, _MOST)).round().astype(int))
+    inertia = np.asarray(dataset.inertia.isel(time=points).values.sum(axis=1))
     sigma = recording.noise_qdd
     drives = np.diag(arm.drive_inertia) if "drive_torque" in dataset else 0.0
     torque_noise = np.sqrt(np.square((inertia + drives) * sigma).sum(axis=2).mean(axis=0))
-    noise = np.where(dominance.peak.values > 0.0, _element_noise(inertia, sigma, dominance), 0.0)
+    noise = _of_elements(inertia, np.broadcast_to(sigma, (len(points), len(sigma))), dominance)
+    made = _of_elements(inertia, trajectory.qdd[points], dominance)
     peak = dominance.torque_peak.values
     floor = np.asarray(dominance.attrs["floor"])[dominance.torque_joint.values - 1]
     columns = recording.columns
@@ -54,8 +59,8 @@ def recording_table(
             "noise_qdd": sigma,
             "torque_noise": torque_noise,
             "element_noise": noise,
-            "within_noise": (noise > 0.0) & (peak <= NEARLY_ALWAYS * noise),
-            "verdict_open": (noise > 0.0) & (np.abs(peak - floor) <= NEARLY_ALWAYS * noise),
+            "within_noise": (noise > 0.0) & (made <= _MAY_BE_NOISE * noise),
+            "verdict_open": (noise > 0.0) & (np.abs(peak - floor) <= _NEARLY_ALWAYS * noise),
             "column_role": np.array([use.role for use in columns], dtype=str),
             "column_joint": np.array([use.joint for use in columns], dtype=str),
             "column_unit": np.array([use.unit for use in columns], dtype=str),
@@ -95,27 +100,20 @@ def recording_in(tables: Mapping[str, xr.Dataset]) -> Recording | None:
     )
 
 
-def _inertia(dataset: xr.Dataset) -> FloatArray:
-    """D at some set points, shape (N, n, n)."""
-    count = dataset.sizes["time"]
-    points = np.unique(np.linspace(0, count - 1, min(count, _MOST)).round().astype(int))
-    return np.asarray(dataset.inertia.isel(time=points).values.sum(axis=1))
+def _of_elements(inertia: FloatArray, qdd: FloatArray, dominance: xr.Dataset) -> FloatArray:
+    """Root mean square of every element's torque, at its torque_joint and in the order of the ranking.
 
-
-def _element_noise(inertia: FloatArray, sigma: FloatArray, dominance: xr.Dataset) -> FloatArray:
-    """What noise of accelerations makes of every element's torque, in the order of the ranking.
-
-    Elements of h and c have no part in it: noise of positions and rates is far smaller.
+    Noise of accelerations has no part in elements of h and c: 0; that of positions and rates is far smaller.
     """
-    size = np.sqrt(np.square(inertia).mean(axis=0))
-    of_label = {element.label: element for element in elements(len(sigma))}
+    of_label = {element.label: element for element in elements(qdd.shape[1])}
     out = np.zeros(dominance.sizes["element"])
-    for row, (label, at) in enumerate(
-        zip(dominance.element.values.tolist(), (dominance.torque_joint.values - 1).tolist(), strict=True)
+    there = dominance.peak.values > 0.0
+    for row, (label, joint) in enumerate(
+        zip(dominance.element.values.tolist(), dominance.torque_joint.values.tolist(), strict=True)
     ):
         element = of_label[label]
-        if element.j is not None:
+        if element.j is not None and there[row]:
             # At one of its joints it makes torque of the other's acceleration.
-            other = element.i if element.j == at else element.j
-            out[row] = size[element.i, element.j] * sigma[other]
+            other = element.i if element.j == joint - 1 else element.j
+            out[row] = np.sqrt(np.square(inertia[:, element.i, element.j] * qdd[:, other]).mean())
     return out

@@ -74,8 +74,8 @@ def _of_ranking(findings: Findings) -> list[str]:
     if within:
         count = np.count_nonzero(table.element_noise.values)
         told.append(
-            f"Of {count} elements of D, {len(within)} make no more torque than that noise may (three "
-            "standard deviations): how they rank is not told by this recording."
+            f"Of {count} elements of D, {len(within)} make no more torque than twice that of the noise: how "
+            "they rank is not told by this recording."
         )
     if undecided:
         told.append(f"The noise decides whether {_listed(undecided)} is negligible.")
