@@ -96,9 +96,11 @@ def arms_with_states(
 
 
 @st.composite
-def motions(draw: st.DrawFn, max_joints: int = 4, count: int = 12) -> tuple[RobotArm, Trajectory]:
+def motions(
+    draw: st.DrawFn, max_joints: int = 4, count: int = 12, massive: bool = False
+) -> tuple[RobotArm, Trajectory]:
     """An arm and set points of unrelated states: harder than any motion."""
-    arm, states = draw(arms_with_states(max_joints, count))
+    arm, states = draw(arms_with_states(max_joints, count, massive))
     return arm, Trajectory(0.1 * np.arange(count), states.q, states.qd, states.qdd, "drawn")
 
 

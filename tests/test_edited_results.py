@@ -16,14 +16,15 @@ from gd_analyze.results import load_findings, load_results, save_results
 from gd_analyze.results.seal import SEAL_LENGTH, seal
 from gd_analyze.schema import GROUPS
 from gd_analyze.schema_labels import ATTRIBUTES, COORDINATES
+from recorded_logs import MEASURED
 
 Edit = Callable[[h5py.File], None]
 
 
 @pytest.fixture(scope="module")
-def content(swing_findings, tmp_path_factory) -> bytes:
+def content(measured_findings, tmp_path_factory) -> bytes:
     path = tmp_path_factory.mktemp("edited") / "analysis.h5"
-    save_results(swing_findings, path)
+    save_results(measured_findings, path)
     return path.read_bytes()[:-SEAL_LENGTH]
 
 
@@ -150,6 +151,14 @@ EDITS: dict[str, tuple[Edit, str]] = {
         entry("tube/tube_along", 9.9, (0, 0)),
         "tube_certified of tube is not the largest of tube_along",
     ),
+    "a torque of no readings": (
+        lambda file: file["measured_torque/measured"].write_direct(np.full((MEASURED, 2), np.nan)),
+        "measured_torque has no reading of joint 1, of which it says: follows",
+    ),
+    "friction in part": (
+        without("measured_torque/offset"),
+        "friction of measured_torque is not what belongs",
+    ),
     "errors of no states": (attribute("beyond", "states_drawn", 0), "within_limits of beyond is known where"),
     "a loss that is not known": (
         lambda file: file["parts/torque_peak"].write_direct(np.full(12, np.nan)),
@@ -195,12 +204,12 @@ def test_every_attribute_must_be_there(content, tmp_path, group, name):
     assert says == f"{group} lacks the attribute {name}"
 
 
-def test_every_coordinate_and_attribute_is_declared(swing_findings):
-    for group, table in swing_findings.tables.items():
+def test_every_coordinate_and_attribute_is_declared(measured_findings):
+    for group, table in measured_findings.tables.items():
         own = set(table.coords)
         assert own <= set(COORDINATES[group])
         more = set(table.attrs) - set(ATTRIBUTES.get(group, {}))
-        assert more <= set(swing_findings.provenance)
+        assert more <= set(measured_findings.provenance)
         assert group in GROUPS
 
 

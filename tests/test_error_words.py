@@ -62,7 +62,7 @@ def test_the_larger_of_several_is_answered_by_what_is_used_of_it(of_budget):
 
 def test_sliding_joints_err_in_newtons():
     stanford = gd.load_arm("stanford")
-    swing = gd.states_in_box(stanford, 200, assumed=True)
+    swing = gd.states_in_box(stanford, 200)
     model = gd.simplify(stanford, swing, "50 N m", drives=False)
     assert re.search(r"off by at most .*[\d.]+ N m, [\d.]+ N m, [\d.]+ N, ", off_by(model))
 

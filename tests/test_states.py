@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
 
-from gd_analyze.errors import UsageError
+from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.robots import box_limits, load_arm
 from gd_analyze.states import States, in_words, states_in_box, states_of
 
 
@@ -27,13 +29,6 @@ def test_states_in_the_box(puma):
     assert states.described["states"] == 300
 
 
-def test_a_box_without_a_limit(puma):
-    joints = (dataclasses.replace(puma.joints[0], rate_limit=None), *puma.joints[1:])
-    with pytest.raises(UsageError, match="does not state all its limits") as caught:
-        states_in_box(dataclasses.replace(puma, joints=joints))
-    assert "trajectory" in caught.value.details["next"]
-
-
 def test_states_of_a_trajectory(pick_and_place):
     states = states_of(pick_and_place)
     np.testing.assert_array_equal(states.qd, pick_and_place.qd)
@@ -43,15 +38,29 @@ def test_states_of_a_trajectory(pick_and_place):
 
 
 def test_a_box_that_is_assumed(puma):
-    """Only what is not stated: the other joints keep their limits."""
+    """Only what is not stated: the other joints keep their limits, and what is assumed is said."""
     joints = (dataclasses.replace(puma.joints[0], rate_limit=None, upper=None), *puma.joints[1:])
-    drawn = states_in_box(dataclasses.replace(puma, joints=joints), 500, assumed=True)
+    arm = dataclasses.replace(puma, joints=joints)
+    assumed = "a range of +-3.142 rad of joint waist; a rate of 2 rad/s of joint waist"
+    with pytest.warns(GdAnalyzeWarning, match=re.escape(f"for a box of states, {assumed} is assumed")):
+        drawn = states_in_box(arm, 500)
+    assert drawn.described["box"].endswith(f"acceleration limits (assumed, as none are stated: {assumed})")
+    assert assumed in drawn.in_words
     as_stated = states_in_box(puma, 500)
     np.testing.assert_array_equal(drawn.q[:, 1:], as_stated.q[:, 1:])
     np.testing.assert_array_equal(drawn.qd[:, 1:], as_stated.qd[:, 1:])
     np.testing.assert_array_equal(drawn.qdd, as_stated.qdd)
     assert np.abs(drawn.q[:, 0]).max() <= np.pi
     assert np.abs(drawn.qd[:, 0]).max() <= 2.0
+
+
+def test_defaults_of_sliding_and_turning_joints_are_told_apart():
+    stanford = load_arm("stanford")
+    joints = tuple(dataclasses.replace(joint, acceleration_limit=None) for joint in stanford.joints)
+    with pytest.warns(GdAnalyzeWarning, match=r"an acceleration of 5 m/s\^2 of joint"):
+        limits = box_limits(dataclasses.replace(stanford, joints=joints))
+    np.testing.assert_array_equal(limits.acceleration, np.full(6, 5.0))
+    assert "an acceleration of 5 rad/s^2 of joint" in limits.behind
 
 
 def test_some_of_them(puma):

@@ -16,21 +16,21 @@ from gd_analyze.levels import TERM, Budget, ExactDynamics
 from gd_analyze.main_job.folder import write_findings
 from gd_analyze.results import load_findings, load_results, save_results
 from gd_analyze.results.hdf5_layout import OF_SCALES
-from gd_analyze.schema import GROUPS, require_numbers
+from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS, require_numbers
 from gd_analyze.search import rank_terms, trade_off
 from gd_analyze.search.budget_path import budget_path
 
 
 def test_round_trip_is_exact(stored, puma_findings):
     read = load_results(stored)
-    assert set(read.children) == set(GROUPS)
+    assert set(read.children) == set(GROUPS) - OPTIONAL_GROUPS
     for group, table in puma_findings.tables.items():
         xr.testing.assert_identical(read[group].to_dataset().drop_attrs(), table.drop_attrs())
     for name, attribute in puma_findings.provenance.items():
         assert read.attrs[name] == attribute, name
 
 
-@pytest.mark.parametrize("which", ["puma_findings", "swing_findings"])
+@pytest.mark.parametrize("which", ["puma_findings", "swing_findings", "measured_findings"])
 def test_findings_come_back(which, request, tmp_path):
     """What is read makes the same reports and the same model file, byte by byte."""
     found = request.getfixturevalue(which)
@@ -62,7 +62,7 @@ def test_plain_xarray_opens_it(stored, puma_findings):
 
 def test_plain_h5py_opens_it(stored, puma_findings):
     with h5py.File(stored) as file:
-        assert set(file) == set(GROUPS)
+        assert set(file) == set(GROUPS) - OPTIONAL_GROUPS
         inertia = file["decomposition/inertia"]
         assert inertia.shape == (31, 2, 6, 6)
         np.testing.assert_array_equal(inertia[()], puma_findings.decomposition.inertia)

@@ -21,9 +21,13 @@ from gd_analyze.levels import load_model as load_model
 from gd_analyze.levels import payload_effect as payload_effect
 from gd_analyze.levels import save_model as save_model
 from gd_analyze.levels import torque_uncertainty as torque_uncertainty
+from gd_analyze.logs import Reading as Reading
+from gd_analyze.logs import read_log as read_log
 from gd_analyze.main_job import Settings as Settings
 from gd_analyze.main_job import analyze as analyze
 from gd_analyze.main_job import find as find
+from gd_analyze.measured_torque import TorqueComparison as TorqueComparison
+from gd_analyze.measured_torque import compare_torque as compare_torque
 from gd_analyze.pinocchio_check import cross_check as cross_check
 from gd_analyze.results import Findings as Findings
 from gd_analyze.results import load_findings as load_findings
@@ -40,7 +44,9 @@ from gd_analyze.states import states_in_box as states_in_box
 from gd_analyze.states import states_of as states_of
 from gd_analyze.trajectories import Schedule as Schedule
 from gd_analyze.trajectories import Trajectory as Trajectory
+from gd_analyze.trajectories import Treatment as Treatment
 from gd_analyze.trajectories import plan as plan
+from gd_analyze.trajectories import pool as pool
 from gd_analyze.trajectories import read_trajectory as read_trajectory
 from gd_analyze.trajectories import write_trajectory as write_trajectory
 from gd_analyze.version import __version__ as __version__

@@ -16,6 +16,7 @@ UNITS: dict[str, tuple[str, ...]] = {
     "rate": ("m/s", "rad/s"),
     "acceleration": ("m/s^2", "rad/s^2"),
     "effort": ("N", "N m"),
+    "viscous": ("N s/m", "N m s"),
     "effort per mass": ("N/kg", "N m/kg"),
     "inertia": ("kg", "kg m", "kg m^2"),
     "coupling": ("kg/m", "kg", "kg m", "kg m^2"),

@@ -111,6 +111,25 @@ def amount(value: float, unit: str) -> str:
     return f"{number(value / factor)} {shown}"
 
 
+def with_error(value: float, error: float, digits: int = 2) -> str:
+    """Format a value as far as the digits that its standard error is told with, and the error.
+
+    Examples
+    --------
+    >>> with_error(15.4512, 0.3811), with_error(-2043.0, 120.0), with_error(0.0, float("nan"))
+    ('15.45 ± 0.38', '-2040 ± 120', '0')
+    """
+    if not math.isfinite(value):
+        return "–"
+    if not 0.0 < error < math.inf:
+        return number(value)
+    if not 1e-3 <= max(abs(value), error) < 1e5:
+        return f"{number(value)} ± {error:.{digits - 1}e}"
+    place = digits - 1 - math.floor(math.log10(float(f"{error:.{digits - 1}e}")))
+    shown, decimals = (round(x, place) + 0.0 for x in (value, error)), max(place, 0)
+    return " ± ".join(f"{x:.{decimals}f}" for x in shown)
+
+
 def percent(share: float) -> str:
     """Format a share as percent with two significant digits."""
     if not math.isfinite(share):

@@ -149,6 +149,8 @@ def pinocchio_model(arm: RobotArm) -> Any:
             parent, unaligned(np.array(joint.axis)), behind * placed(joint.placement), f"joint_{i + 1}"
         )
         behind = placed(link.frame)
-        body = pin.Inertia(link.mass, np.array(link.com), np.array(link.inertia_com))
+        # Given when it is made, an inertia that no body has would be refused.
+        body = pin.Inertia(link.mass, np.array(link.com), np.eye(3))
+        body.inertia = np.array(link.inertia_com)
         model.appendBodyToJoint(parent, body, behind)
     return model

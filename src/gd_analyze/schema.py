@@ -129,6 +129,7 @@ GROUPS = _declared()
 
 # Variables that a group may lack.
 OPTIONAL = {
+    "trajectory": {"stretch_from"},
     "decomposition": {
         "coupling",
         "drive_torque",
@@ -138,7 +139,14 @@ OPTIONAL = {
         "coriolis_centrifugal_terms",
     },
     "budgets": {"kept", "kept_parts"},
+    "measured_torque": {
+        *("coulomb", "coulomb_error", "viscous", "viscous_error", "offset", "offset_error"),
+        *("rms_beside_friction", "correlation_beside_friction", "explained_beside_friction"),
+    },
 }
+
+# Groups that a run has only where there is something to say.
+OPTIONAL_GROUPS = {"measured_torque", "motions", "recording"}
 
 
 def table(

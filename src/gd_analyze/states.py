@@ -5,22 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from gd_analyze.errors import TrajectoryError, UsageError
 from gd_analyze.given_numbers import array_of, require_possible
-from gd_analyze.robots import RobotArm, arm_of
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.robots import RobotArm, arm_of, box_limits
+from gd_analyze.trajectories import Motion, Trajectory
+from gd_analyze.trajectories.motions import in_words as motions_in_words
+from gd_analyze.trajectories.motions import listed
 from gd_analyze.vectors import Array, FloatArray, set_points_last
 from gd_analyze.visible import in_python
 
-# What is assumed of an arm that states no limits, where that is asked for: a full turn or half a metre, and
-# brisk but ordinary rates.
-_RANGE = {"revolute": np.pi, "prismatic": 0.5}
-_RATE, _ACCELERATION = 2.0, 5.0
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,11 @@ class States:
         rad (m) and per s, s^2, shape (..., n); mostly (N, n).
     described
         Where they come from, in plain values: "trajectory", "trajectory_fingerprint" and "set_points", or
-        "box", "states" and "seed".
+        "box", "states" and "seed". Of several motions "motions" has the names, comma-separated.
+    motions
+        Which of them are of which motion, where they are all those of several.
+    weights
+        How much a torque error counts at each of them, shape of q; None where all count alike.
 
     Raises
     ------
@@ -45,6 +49,8 @@ class States:
     qd: FloatArray
     qdd: FloatArray
     described: Mapping[str, str | int] = field(default_factory=dict)
+    motions: tuple[Motion, ...] = ()
+    weights: FloatArray | None = None
 
     def __post_init__(self) -> None:
         for name in ("q", "qd", "qdd"):
@@ -90,12 +96,17 @@ class States:
 
     def at(self, chosen: Any) -> States:
         """Take some of them, by a slice, numbers or a mask."""
-        return States(self.q[chosen], self.qd[chosen], self.qdd[chosen], self.described)
+        weights = None if self.weights is None else self.weights[chosen]
+        return States(self.q[chosen], self.qd[chosen], self.qdd[chosen], self.described, weights=weights)
 
-    def joined_by(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> States:
-        """Add more, shape (M, n)."""
+    def joined_by(
+        self, q: FloatArray, qd: FloatArray, qdd: FloatArray, weights: FloatArray | None = None
+    ) -> States:
+        """Add more, shape (M, n); they count alike unless weights are given."""
         more = (np.vstack([self.q, q]), np.vstack([self.qd, qd]), np.vstack([self.qdd, qdd]))
-        return States(*more, self.described)
+        if self.weights is not None:
+            weights = np.vstack([self.weights, np.ones_like(q) if weights is None else weights])
+        return States(*more, self.described, weights=weights)
 
     def evenly(self, most: int) -> States:
         """Take all, or `most` evenly spaced ones."""
@@ -106,22 +117,35 @@ class States:
 def in_words(described: Mapping[str, str | int]) -> str:
     """Say where states come from, given `States.described`."""
     if "trajectory" in described:
-        return f"{described['set_points']} set points of {described['trajectory']}"
+        of = described["trajectory"]
+        if "motions" in described:
+            of = motions_in_words(str(described["motions"]).split(", "))
+        return f"{described['set_points']} set points of {of}"
     return f"{described['states']} states drawn from {described['box']}, seed {described['seed']}"
 
 
 def states_of(trajectory: Trajectory) -> States:
     """Take the set points of a trajectory."""
-    return States(
-        trajectory.q,
-        trajectory.qd,
-        trajectory.qdd,
-        {
-            "trajectory": trajectory.name,
-            "trajectory_fingerprint": trajectory.fingerprint,
-            "set_points": trajectory.n_set_points,
-        },
-    )
+    described: dict[str, str | int] = {
+        "trajectory": trajectory.name,
+        "trajectory_fingerprint": trajectory.fingerprint,
+        "set_points": trajectory.n_set_points,
+    }
+    if trajectory.motions:
+        described["motions"] = listed(trajectory.motions)
+    return States(trajectory.q, trajectory.qd, trajectory.qdd, described, trajectory.motions)
+
+
+def motions_in(dataset: xr.Dataset) -> tuple[Motion, ...]:
+    """Which set points of a decomposition are of which motion; none where it is of one or of a part."""
+    about = dataset.attrs
+    if "motions" not in about:
+        return ()
+    ends = list(map(int, about["motion_ends"]))
+    if ends[-1] != dataset.sizes["time"]:
+        return ()
+    rows = zip(about["motions"], [0, *ends[:-1]], ends, about["motion_fingerprints"], strict=True)
+    return tuple(Motion(str(name), first, end, fingerprint=str(sha)) for name, first, end, sha in rows)
 
 
 def states_for(arm: RobotArm, states: States) -> States:
@@ -156,9 +180,7 @@ def require_joints(arm: RobotArm, states: States) -> None:
         )
 
 
-def states_in_box(
-    arm: RobotArm | str | Path, count: int = 4000, seed: int = 0, *, assumed: bool = False
-) -> States:
+def states_in_box(arm: RobotArm | str | Path, count: int = 4000, seed: int = 0) -> States:
     """Draw states evenly from the arm's ranges and its rate and acceleration limits.
 
     Parameters
@@ -167,42 +189,31 @@ def states_in_box(
         The arm, or the name of a built-in one, or the path of its file.
     count, seed
         How many; the same seed draws the same.
-    assumed
-        Whether ordinary limits are assumed where the arm states none.
 
     Raises
     ------
     UsageError
-        If the arm lacks a limit and none shall be assumed.
+        If the number of states is none.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        Of limits that the arm does not state and that are assumed instead; what is drawn says so, too.
     """
     arm = arm_of(arm)
     if not isinstance(count, int | np.integer) or count < 1:
         raise UsageError(
             "this is no number of states", where="count", expected="1 or more", found=in_python(count)
         )
-    lower, upper, rate, acceleration = (
-        arm.limits(what) for what in ("lower", "upper", "rate_limit", "acceleration_limit")
-    )
-    if not arm.has_all_limits:
-        if not assumed:
-            raise UsageError(
-                f"arm {arm.name} does not state all its limits",
-                where=f"arm {arm.name}",
-                expected="range, rate and acceleration limits of every joint",
-                next_step="add them to the arm file, or name a trajectory",
-            )
-        ranges = np.array([_RANGE[joint.kind] for joint in arm.joints])
-        stated = np.isfinite(lower) & np.isfinite(upper)
-        lower, upper = np.where(stated, lower, -ranges), np.where(stated, upper, ranges)
-        rate = np.where(np.isfinite(rate), rate, _RATE)
-        acceleration = np.where(np.isfinite(acceleration), acceleration, _ACCELERATION)
+    limits = box_limits(arm)
     random = np.random.default_rng(seed)
     shape = (count, arm.n_joints)
+    box = f"the arm's ranges, rate and acceleration limits{limits.behind}"
     return States(
-        random.uniform(lower, upper, shape),
-        random.uniform(-rate, rate, shape),
-        random.uniform(-acceleration, acceleration, shape),
-        {"box": "the arm's ranges, rate and acceleration limits", "states": count, "seed": seed},
+        random.uniform(limits.lower, limits.upper, shape),
+        random.uniform(-limits.rate, limits.rate, shape),
+        random.uniform(-limits.acceleration, limits.acceleration, shape),
+        {"box": box, "states": count, "seed": seed},
     )
 
 

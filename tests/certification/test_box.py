@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.certification.box import Box
-from gd_analyze.errors import UsageError
+from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.robots import RobotArm
 from strategies import examples, random_states, two_link_of
 
@@ -20,9 +20,13 @@ def test_the_arms_limits(puma: RobotArm) -> None:
     assert box.acceleration == pytest.approx([joint.acceleration_limit for joint in puma.joints], abs=0.0)
 
 
-def test_an_arm_without_limits_has_none() -> None:
-    with pytest.raises(UsageError, match="does not state all its limits"):
-        Box.of(two_link_of(1.0, 1.0, 1.0))
+def test_an_arm_without_limits_has_assumed_ones_and_says_so() -> None:
+    with pytest.warns(GdAnalyzeWarning, match="does not state all limits"):
+        box = Box.of(two_link_of(1.0, 1.0, 1.0))
+    assert (box.upper == np.pi).all()
+    assert box.where.startswith(
+        "the arm's limits (assumed, as none are stated: a range of +-3.142 rad of every"
+    )
 
 
 @examples(20)

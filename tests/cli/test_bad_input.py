@@ -54,8 +54,10 @@ CASES = (
     trajectory("empty file", "", "is empty", "expected: the header time,q1,q2", "found: 0 bytes", "next:"),
     trajectory("comments only", "# nothing\n\n", "is empty"),
     trajectory("header only", HEADER + "\n", "holds a header only"),
-    trajectory("no header", "\n".join(ROWS), "line 1", "no header line", "time,q1,q2"),
-    trajectory("wrong column", csv(*ROWS, header="time,q1,shoulder"), "line 1, column 3", "shoulder"),
+    trajectory("no header", "\n".join(ROWS), "line 1", "no header line", "--columns time,q1"),
+    trajectory(
+        "wrong column", csv(*ROWS, header="time,q1,shoulder"), "line 1", "no position of joint", "shoulder"
+    ),
     trajectory("duplicate column", csv(*ROWS, header="time,q1,q1"), "line 1, column 3", "q1 is given twice"),
     trajectory("no time", csv(*ROWS, header="q3,q1,q2"), "line 1", "time is missing", "found: q3, q1, q2"),
     trajectory(
@@ -119,8 +121,16 @@ CASES = (
     arm("huge gravity", ARM.replace("[[joints]]", "gravity = [0.0, 0.0, -1e308]\n[[joints]]", 1), "line 3"),
     arm("huge length", ARM.replace("a = 1.0", "a = 1e300", 1), "line 4", "joints[1].a"),
     arm("negative mass", ARM.replace("mass = 2.0", "mass = -2.0"), "line 7", "mass of link 1 is negative"),
-    arm("triangle inequality", ARM.replace("yy = 0.2", "yy = 0.7"), "line 7", "triangle inequality", "next:"),
-    arm("not positive", ARM.replace("zz = 0.2", "zz = -0.2"), "line 7", "not positive semidefinite"),
+    arm(
+        "a joint that moves no mass",
+        ARM.replace("mass = 1.0", "mass = 0.0").replace(
+            "xx = 0.0, yy = 0.1, zz = 0.1", "xx = 0, yy = 0, zz = 0"
+        ),
+        "D is singular: joint 2 (2) moves no mass",
+        "set point 1 of 9 set points of x",
+        "smallest eigenvalue 0",
+        "line 11",
+    ),
     arm("infinite mass", ARM.replace("mass = 2.0", "mass = inf"), "line 8", "finite"),
     arm("a link too few", ARM[: ARM.rindex("[[links]]")], "expected: 2 [[links]] tables", "found: 1"),
     arm("binary arm", b"\xff\xfe\0\0", "not text"),
@@ -179,7 +189,7 @@ CASES = (
     words("vias the profile cannot take", PLAN + " --via 1,1", "where: --via", "found: 1"),
     words("too fast", PLAN.replace("duration 2", "duration 0.1"), "too fast", "--allow-violations"),
     words("plan into a file's inside", PLAN.replace("made.csv", "x.csv/made.csv"), "where: x.csv/made.csv"),
-    words("--toml without an arm", "arms --toml", "--toml needs the name of an arm"),
+    words("--to without an arm", "arms --to toml", "--to needs a ROBOT"),
     words("missing model", "evaluate nowhere.json x.csv", "where: nowhere.json"),
     words("a foreign model", "evaluate x.csv x.csv", "where: x.csv", "not valid JSON"),
     Case("other JSON", ("evaluate", "m.json", "x.csv"), ("not a gd-analyze model",), {"m.json": "{}"}),
@@ -199,7 +209,7 @@ def test_bad_input(run, here: Path, listing: Callable[[], set[str]], case: Case,
     for name, content in case.files.items():
         (here / name).write_bytes(content if isinstance(content, bytes) else content.encode())
     before = listing()
-    flags = ("--json",) if as_json and case.words[0] != "completion" and "--toml" not in case.words else ()
+    flags = ("--json",) if as_json and case.words[0] != "completion" and "toml" not in case.words else ()
     result = run(*case.words, *flags)
     assert result.code == 2, result
     assert result.out == ""
@@ -209,6 +219,25 @@ def test_bad_input(run, here: Path, listing: Callable[[], set[str]], case: Case,
     assert "Traceback" not in result.err
     assert not re.search(r"\bNone\b|<class|object at 0x", result.err)
     assert listing() == before
+
+
+def test_an_inertia_that_makes_d_indefinite_is_told_and_refused(run, here):
+    (here / "own.toml").write_text(ARM.replace("zz = 0.1", "zz = -1.0"))
+    (here / "x.csv").write_text(csv(*ROWS))
+    for words in (
+        "own.toml x.csv",
+        "simplify own.toml x.csv",
+        "rank own.toml x.csv",
+        "compare own.toml x.csv",
+    ):
+        result = run(*words.split())
+        assert (result.code, result.out) == (2, "")
+        told, error = result.err.split("error: ")
+        assert "line 11: the inertia of link 2 is of no body" in told
+        assert "D is not positive definite, by the inertia of link 2" in error
+        assert "where: own.toml, line 11" in error
+        assert "at set point " in error
+        assert "next: mend that inertia" in error
 
 
 def test_a_damaged_model_is_refused(run, here, motion):

@@ -14,6 +14,7 @@ from gd_analyze.trajectories import shipped_trajectories
 VERBS = [
     "report",
     "arms",
+    "columns",
     "plan",
     "simplify",
     "rank",

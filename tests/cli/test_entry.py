@@ -105,7 +105,7 @@ def test_debug_adds_the_traceback(run, words):
 def test_a_bug_is_called_a_bug(process, motion):
     before = """
 import gd_analyze.robots as robots
-def load_arm(name): raise ZeroDivisionError('oh')
+def load_arm(name, **picked): raise ZeroDivisionError('oh')
 robots.load_arm = load_arm"""
     result = process("two_link", motion, before=before)
     assert (result.code, result.out) == (1, "")
@@ -143,7 +143,7 @@ def test_a_full_disk_behind_standard_output(here):
 @pytest.mark.skipif(not hasattr(signal, "SIGPIPE"), reason="no SIGPIPE on this system")
 def test_a_reader_that_leaves_early_is_no_error(here):
     code = "from gd_analyze.cli import main; main()"
-    words = [sys.executable, "-c", code, "arms", "puma560", "--toml"]
+    words = [sys.executable, "-c", code, "arms", "puma560", "--to", "toml"]
     read, write = os.pipe()
     os.close(read)
     done = subprocess.run(words, stdout=write, stderr=subprocess.PIPE, text=True, check=False)

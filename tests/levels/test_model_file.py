@@ -85,7 +85,7 @@ def test_round_trip_of_any_arm_is_exact(tmp_path_factory, case, level):
 
 
 @examples(5)
-@given(arms_with_states(max_joints=3, count=12))
+@given(arms_with_states(max_joints=3, count=12, massive=True))
 def test_so_it_is_of_simplified_ones(tmp_path_factory, case):
     arm, states = case
     model = by_elements(arm, states, Budget.parse("10%"))

@@ -21,8 +21,8 @@ def figures_closed():
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_every_plot_gives_axes_that_can_be_drawn(swing_findings, name, tmp_path):
-    axes = getattr(swing_findings.plot, name)()
+def test_every_plot_gives_axes_that_can_be_drawn(measured_findings, name, tmp_path):
+    axes = getattr(measured_findings.plot, name)()
     assert isinstance(axes, Axes)
     assert axes.figure in map(pyplot.figure, pyplot.get_fignums()), "a notebook shows it"
     axes.figure.savefig(tmp_path / "plot.png")

@@ -12,7 +12,16 @@ from hypothesis import strategies as st
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, UsageError
 from gd_analyze.formulations.methods import METHODS
 from gd_analyze.pinocchio_check import pinocchio_model, round_off_bounds
-from gd_analyze.robots import Joint, Link, Payload, RobotArm, fingerprint, parse_payload, with_payload
+from gd_analyze.robots import (
+    Joint,
+    Link,
+    Payload,
+    RobotArm,
+    fingerprint,
+    parse_payload,
+    slips_of,
+    with_payload,
+)
 from gd_analyze.vectors import FloatArray
 from strategies import arms_with_states, examples, random_inertia
 
@@ -177,13 +186,22 @@ def test_text_that_is_no_payload(text, what, found):
     [
         ("-1,0,0,0.1", "mass of link payload is negative"),
         ("1e300,0,0,0.1", "too large for any arm"),
-        ("1,0,0,0.1,0.1,0.1,0.3", "triangle inequality"),
-        ("1,0,0,0.1,-0.1,0.1,0.1", "not positive semidefinite"),
     ],
 )
 def test_payloads_that_cannot_be(text, what):
     with pytest.raises(ArmError, match=what):
         parse_payload(text)
+
+
+@pytest.mark.parametrize(
+    ("moments", "said"),
+    [((0.1, 0.1, 0.3), "breaks the triangle inequality by 33 %"), ((-0.1, 0.1, 0.1), "negative, by 100 %")],
+)
+def test_a_payload_that_no_body_can_be_is_told_once(puma, moments, said):
+    with pytest.warns(GdAnalyzeWarning, match=f"payload: the inertia of link payload .*{said}") as told:
+        loaded = with_payload(puma, 1.0, [0.0, 0.0, 0.1], moments)
+    assert len(told) == 1
+    assert slips_of(loaded) == ()
 
 
 def test_shapes_that_do_not_fit(puma):

@@ -77,7 +77,7 @@ def test_where_nothing_can_be_dropped_the_path_begins_beyond(puma, pick_and_plac
 
 
 @examples(10)
-@given(motions(max_joints=3), st.sampled_from(KINDS), st.sampled_from([0.001, 0.02, 0.2]))
+@given(motions(max_joints=3, massive=True), st.sampled_from(KINDS), st.sampled_from([0.001, 0.02, 0.2]))
 def test_of_any_arm_and_motion(moved, kind, share):
     exact, budget = ExactDynamics.of(*moved), Budget.parse(f"{100 * share:g}%")
     model = simplify_exact(exact, budget, How(*kind, thorough=False))

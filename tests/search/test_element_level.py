@@ -49,7 +49,7 @@ def motion_of(arm, count, seed) -> Trajectory:
 
 
 @examples(40)
-@given(motions(max_joints=4), budgets)
+@given(motions(max_joints=4, massive=True), budgets)
 def test_the_promise_holds_and_is_the_torque_of_what_was_dropped(case, budget):
     arm, motion = case
     dataset = decompose(arm, motion)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gd_analyze.errors import UsageError
 from gd_analyze.given_numbers import array_of
-from gd_analyze.robots import RobotArm
+from gd_analyze.robots import RobotArm, box_limits
 from gd_analyze.vectors import FloatArray
 
 
@@ -88,23 +88,16 @@ class Box:
 
     @classmethod
     def of(cls, arm: RobotArm) -> Box:
-        """Take the arm's own limits.
+        """Take the arm's own limits, and assumed ones where it states none.
 
-        Raises
-        ------
-        UsageError
-            If the arm lacks one.
+        Warns
+        -----
+        GdAnalyzeWarning
+            Of limits that are assumed; `where` says so, too.
         """
-        limits = [arm.limits(what) for what in ("lower", "upper", "rate_limit", "acceleration_limit")]
-        if not np.isfinite(limits).all():
-            raise UsageError(
-                f"arm {arm.name} does not state all its limits",
-                where=f"arm {arm.name}",
-                expected="range, rate and acceleration limits of every joint",
-                next_step="add them to the arm file, or give the box",
-            )
-        lower, upper, rate, acceleration = limits
-        return cls(lower, upper, rate, acceleration, "the arm's limits")
+        limits = box_limits(arm)
+        where = f"the arm's limits{limits.behind}"
+        return cls(limits.lower, limits.upper, limits.rate, limits.acceleration, where)
 
     @classmethod
     def around(cls, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> Box:

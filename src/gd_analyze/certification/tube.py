@@ -34,7 +34,7 @@ class Tube:
     A state belongs to a box where each of its q, qd and qdd is within the margin of what the motion takes
     between two instants, see `Between` for what that is between the set points. Where the motions that are
     possible there differ by more than the margin, all that any of them takes from one set point to the next
-    belongs to every box in between.
+    belongs to every box in between. Across a gap of the motion there is no box.
 
     Parameters
     ----------
@@ -111,25 +111,38 @@ class Tube:
             state = np.stack([motion.q, motion.qd, motion.qdd], axis=1)
             return cls(state - margins, state + margins, motion.time, motion.time, margins, where)
         path = _Path(motion, margins)
-        lower, upper, begin, end = path.boxes(most)
+        boxes = [path.boxes(most), _single(motion)]
+        lower, upper, begin, end = (np.concatenate(arrays) for arrays in zip(*boxes, strict=True))
+        order = np.argsort(begin, kind="stable")
+        lower, upper, begin, end = lower[order], upper[order], begin[order], end[order]
         coarse = path.unsure.any(axis=(1, 2))
-        return cls(
-            lower - margins,
-            upper + margins,
-            begin,
-            end,
-            margins,
-            where,
-            int(coarse.sum()),
-            path.note(motion),
-        )
+        note = " ".join(filter(None, (_gaps_told(motion), path.note(motion))))
+        return cls(lower - margins, upper + margins, begin, end, margins, where, int(coarse.sum()), note)
+
+
+def _single(motion: Trajectory) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Set points between two gaps, as boxes without extent."""
+    at = [part.start for part in motion.stretches if part.stop - part.start == 1]
+    state = np.stack([motion.q[at], motion.qd[at], motion.qdd[at]], axis=1)
+    return state, state, motion.time[at], motion.time[at]
+
+
+def _gaps_told(motion: Trajectory) -> str:
+    if not motion.gaps:
+        return ""
+    count = len(motion.gaps)
+    return (
+        f"The motion has {count} gap{'s' * (count > 1)}: each of its {count + 1} stretches has a tube of its "
+        "own, and nothing is said of what lies between."
+    )
 
 
 class _Path:
     """What a motion takes between its set points, interval by interval.
 
     `lower` and `upper` are the limits in every interval, `differences` how far the possible motions are
-    apart, `unsure` where that is more than the margin; shape (intervals, 3, n).
+    apart, `unsure` where that is more than the margin; shape (intervals, 3, n). An interval across a gap has
+    nan for limits, and joins no other.
     """
 
     def __init__(self, motion: Trajectory, margins: FloatArray) -> None:
@@ -145,9 +158,16 @@ class _Path:
                 differences.append(between.differences)
         self.lower, self.upper = np.concatenate(lower), np.concatenate(upper)
         self.differences = np.concatenate(differences)
+        self.known = np.ones(len(self.lower), dtype=bool)
+        across = np.array(motion.gaps, dtype=int) - 1
+        # Number of each interval in its stretch.
+        self.place = np.concatenate([np.arange(part.stop - part.start) for part in motion.stretches])[:-1]
+        self.known[across] = False
+        self.lower[across] = self.upper[across] = np.nan
+        self.differences[across] = 0.0
         self._require_possible()
         # Round-off of numbers that are the same is no difference.
-        noise = 64 * np.finfo(float).eps * np.maximum(np.abs(self.lower), np.abs(self.upper))
+        noise = 64 * np.finfo(float).eps * np.nan_to_num(np.maximum(np.abs(self.lower), np.abs(self.upper)))
         self.unsure = self.differences > np.maximum(margins, noise)
 
     def _between(self, chosen: slice | NDArray[np.intp]) -> Between:
@@ -156,6 +176,7 @@ class _Path:
     def _require_possible(self) -> None:
         with np.errstate(invalid="ignore"):
             wrong = ~((np.abs(self.lower) <= LARGEST) & (np.abs(self.upper) <= LARGEST)).all(axis=(1, 2))
+        wrong &= self.known
         if wrong.any():
             at = int(np.flatnonzero(wrong)[0])
             time = self.motion.time
@@ -169,35 +190,42 @@ class _Path:
 
     def boxes(self, most: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Limits and instants of at most `most` boxes, as small as the margins where that is possible."""
+        if not self.known.any():
+            nothing = np.empty((0, *self.margins.shape))
+            return nothing, nothing, np.empty(0), np.empty(0)
         scale = 2 * np.maximum(self.margins, _LEAST_SHARE * self._reach())
-        widths = np.where(self.unsure, 0.0, self.upper - self.lower)
+        widths = np.where(self.unsure | ~self.known[:, None, None], 0.0, self.upper - self.lower)
         sizes = np.divide(widths, scale, out=np.zeros_like(widths), where=scale > 0.0).max(axis=(1, 2))
         size = 1.0
         while True:
             first, count = self._joined(size, scale)
+            kept = self.known[first]
+            first, count = first[kept], count[kept]
             parts = np.where(count == 1, np.clip(np.ceil(sizes[first] / size), 1, _MOST_OF_ONE), 1).astype(
                 int
             )
-            if parts.sum() <= most or len(first) == 1:
+            # As few as there are stretches are what it takes.
+            if parts.sum() <= most or len(first) <= len(self.motion.gaps) + 1:
                 return self._cut(first, count, np.minimum(parts, most))
             size *= 1.5
 
     def _reach(self) -> FloatArray:
         """What positions range over, and the largest rates and accelerations, shape (3, n)."""
-        largest = np.maximum(np.abs(self.lower), np.abs(self.upper)).max(axis=0)
-        largest[0] = (self.upper[:, 0].max(axis=0) - self.lower[:, 0].min(axis=0)) / 2
-        return largest
+        lower, upper = self.lower[self.known], self.upper[self.known]
+        largest = np.maximum(np.abs(lower), np.abs(upper)).max(axis=0)
+        largest[0] = (upper[:, 0].max(axis=0) - lower[:, 0].min(axis=0)) / 2
+        return np.asarray(largest)
 
     def _joined(self, size: float, scale: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """First interval and number of intervals of every run that fits a box of `size` margins.
 
-        Neighbours are joined in pairs, the pairs in pairs, and so on.
+        Neighbours of one stretch are joined in pairs, the pairs in pairs, and so on.
         """
         first, count = np.arange(len(self.lower)), np.ones(len(self.lower), dtype=np.intp)
         lower, upper = self.lower, self.upper
         span = 1
         while span < len(self.lower):
-            left = np.flatnonzero((first % (2 * span) == 0) & (count == span))
+            left = np.flatnonzero((self.place[first] % (2 * span) == 0) & (count == span))
             left = left[left + 1 < len(first)]
             left = left[first[left + 1] == first[left] + span]
             low, high = np.minimum(lower[left], lower[left + 1]), np.maximum(upper[left], upper[left + 1])
@@ -221,8 +249,11 @@ class _Path:
         """Limits and instants of runs of intervals, those of one interval cut into parts of equal length."""
         runs = np.repeat(np.arange(len(first)), parts)
         place = np.arange(len(runs)) - np.repeat(np.cumsum(parts) - parts, parts)
-        lower = np.minimum.reduceat(self.lower, first)[runs]
-        upper = np.maximum.reduceat(self.upper, first)[runs]
+        # A run ends before the next begins, or before the interval across a gap behind it.
+        edges = np.stack([first, first + count], axis=1).ravel()
+        edges = edges[edges < len(self.lower)]
+        lower = np.minimum.reduceat(self.lower, edges)[::2][runs]
+        upper = np.maximum.reduceat(self.upper, edges)[::2][runs]
         time = self.motion.time
         width = (time[first + count] - time[first]) / parts
         begin = time[first][runs] + place * width[runs]
@@ -234,7 +265,8 @@ class _Path:
             unsure = self.unsure[intervals]
             lower[cut] = np.where(unsure, lower[cut], low)
             upper[cut] = np.where(unsure, upper[cut], high)
-        return lower, upper, begin, np.append(begin[1:], time[-1])
+        end = np.where(place + 1 < parts[runs], np.append(begin[1:], 0.0), time[first + count][runs])
+        return lower, upper, begin, end
 
     def note(self, motion: Trajectory) -> str:
         """Say where the set points leave the motion open by more than the margins, or ""."""
@@ -250,7 +282,7 @@ class _Path:
         by = f"by {most:.2g} times its margin" if np.isfinite(most) else "though it has no margin"
         return (
             f"The set points are too far apart to tell the motion to within the margins in {many} of "
-            f"{len(self.unsure)} intervals ({named_joints(joints, motion.n_joints)}; most from "
+            f"{self.known.sum()} intervals ({named_joints(joints, motion.n_joints)}; most from "
             f"{motion.time[at]:.4g} to {motion.time[at + 1]:.4g} s, where the {what} of joint {joint + 1} is "
             f"open {by}): the tube is wider there."
         )

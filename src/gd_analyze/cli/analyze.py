@@ -8,17 +8,17 @@ from typing import Any
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli.given import drives_option, load_arm_carrying, payload_option
+from gd_analyze.cli.given import GivenRobot, drives_option, load_arm_carrying, payload_option, robot_given
 from gd_analyze.cli.levels import budget_option, level_option, simplify_options
+from gd_analyze.cli.log_options import log_options, read_motions
 from gd_analyze.cli.options import (
     command_line,
     formats_option,
     margin_option,
     out_option,
     overwrite_option,
-    robot_argument,
     top_option,
-    trajectory_argument,
+    trajectories_argument,
 )
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.outputs import require_outputs
@@ -42,8 +42,9 @@ class MainJob(click.Command):
 
 
 @click.command(cls=MainJob, hidden=True)
-@robot_argument
-@trajectory_argument()
+@robot_given
+@trajectories_argument()
+@log_options
 @out_option("Folder for the results.  [default: reports/ROBOT-TRAJECTORY[-OPTIONS]]")
 @overwrite_option
 @formats_option(FORMATS)
@@ -54,6 +55,11 @@ class MainJob(click.Command):
 @payload_option
 @margin_option("How far states may be from the motion for which the model's errors are proven")
 @click.option(
+    "--fit-friction",
+    is_flag=True,
+    help="Say which friction explains measured torques beside the model.",
+)
+@click.option(
     "--no-coupling", is_flag=True, help="Leave h_ijk out of analysis.h5: 2 n^3 numbers per set point."
 )
 @click.option("--by-link", is_flag=True, help="Also store what each link contributes.")
@@ -61,8 +67,8 @@ class MainJob(click.Command):
 @top_option
 @reporting
 def analyze(
-    robot: str,
-    trajectory: str,
+    robot: GivenRobot,
+    trajectories: tuple[str, ...],
     out: Path | None,
     overwrite: bool,
     formats: tuple[str, ...],
@@ -84,7 +90,7 @@ def analyze(
 
         how = gd.Settings(budget=gd.Budget.parse(budget), coupling=not no_coupling, **settings)
         arm = load_arm_carrying(robot, payload)
-        motion = gd.read_trajectory(trajectory, arm)
+        motion = read_motions(trajectories, arm)
         folder = default_folder(arm, motion, how) if out is None else out
         require_outputs(*(folder / FILES[name] for name in formats))
         mark = source_of(arm, motion, how)["run"]

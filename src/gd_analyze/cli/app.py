@@ -12,6 +12,7 @@ from gd_analyze.cache import folder
 from gd_analyze.cli.analyze import analyze
 from gd_analyze.cli.arms import arms
 from gd_analyze.cli.certify import certify
+from gd_analyze.cli.columns import columns
 from gd_analyze.cli.compare import compare
 from gd_analyze.cli.completion import completion
 from gd_analyze.cli.equations import equations
@@ -29,6 +30,7 @@ from gd_analyze.version import __version__
 EPILOG = """\b
 Examples:
   gd-analyze puma560 pick-and-place
+  gd-analyze puma560 pick-and-place large-slew
   gd-analyze my_arm.toml my_move.csv --budget 0.5% --out results
   gd-analyze arms puma560
   gd-analyze evaluate results/model.json other.csv
@@ -93,7 +95,7 @@ class MainJobGroup(click.Group):
 
     def format_usage(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Show the main job's usage beside the verbs'."""
-        formatter.write_usage(ctx.command_path, "ROBOT TRAJECTORY [OPTIONS]")
+        formatter.write_usage(ctx.command_path, "ROBOT TRAJECTORY... [OPTIONS]")
         formatter.write_usage(ctx.command_path, "VERB [ARGUMENTS] [OPTIONS]", prefix="       ")
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -144,6 +146,7 @@ VERBS = (
     analyze,
     report,
     arms,
+    columns,
     plan,
     simplify,
     rank,

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 import gd_analyze as gd
+from gd_analyze.cli.log_options import log_options, read_motion
 from gd_analyze.cli.options import FILE, TRAJECTORY, margin_option
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.terminal import line, sentence
@@ -45,6 +46,7 @@ class _Shown:
     help="Take all states within --margin of a motion: a CSV file, a shipped name, or - for standard input. "
     "Without it, all within the arm's ranges and its rate and acceleration limits.",
 )
+@log_options
 @margin_option("With --along: how far states may be from the motion")
 @click.option(
     "--effort",
@@ -82,7 +84,9 @@ def certify(model: Path, along: str | None, margin: str | None, effort: int, out
 
         around = gd.Margin.of(margin)
         loaded = gd.load_model(model)
-        motion = None if along is None else gd.read_trajectory(along, loaded.arm)
+        motion = None if along is None else read_motion(along, loaded.arm)
+        if motion:
+            loaded = replace(loaded, promise=loaded.promise.along(motion.fingerprint))
         if motion and loaded.promise.made_for.get("trajectory_fingerprint") == motion.fingerprint:
             loaded = measured_at(loaded, gd.states_of(motion))
         stage("certifying")

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-import gd_analyze as gd
-from gd_analyze.cli.given import load_arm_carrying, payload_option
+from gd_analyze.cli.given import GivenRobot, load_arm_carrying, payload_option, robot_given
+from gd_analyze.cli.log_options import log_options, read_motion
 from gd_analyze.cli.options import (
     command_line,
     formats_option,
     out_option,
     overwrite_option,
-    robot_argument,
     trajectory_argument,
 )
 from gd_analyze.cli.output import Output, reporting
@@ -28,8 +27,9 @@ FORMATS = ("html", "pdf", "json")
 
 
 @click.command(short_help="Compare the formulations' cost, speed and torques.")
-@robot_argument
+@robot_given
 @trajectory_argument("Left out, torques are compared at random states.")
+@log_options
 @payload_option
 @click.option(
     "--symbolic", is_flag=True, help="Only print FGL87's two-link arm in symbols, by every formulation."
@@ -39,7 +39,7 @@ FORMATS = ("html", "pdf", "json")
 @formats_option(FORMATS)
 @reporting
 def compare(
-    robot: str,
+    robot: GivenRobot,
     trajectory: str | None,
     payload: str | None,
     symbolic: bool,
@@ -61,7 +61,7 @@ def compare(
       gd-analyze compare two_link --symbolic
     """
     if symbolic:
-        _symbolic(robot, output.as_json)
+        _symbolic(robot.name, output.as_json)
         return
     with output.working() as stage:
         stage("reading")
@@ -76,7 +76,7 @@ def compare(
         )
 
         arm = load_arm_carrying(robot, payload)
-        motion = None if trajectory is None else gd.read_trajectory(trajectory, arm)
+        motion = None if trajectory is None else read_motion(trajectory, arm)
         folder = default_folder(arm, motion) if out is None else out
         files = [folder / FILES[name] for name in formats]
         require_outputs(*files)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli.options import digits_option, number_read, out_option, robot_argument
+from gd_analyze.cli.given import GivenRobot, robot_given
+from gd_analyze.cli.options import digits_option, number_read, out_option
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.outputs import require_outputs
 from gd_analyze.cli.terminal import WIDTH, lines, table
@@ -34,7 +35,7 @@ class Share(click.ParamType[float]):
 
 
 @click.command(short_help="Print the exact equations of motion.")
-@robot_argument
+@robot_given
 @click.option(
     "--element",
     "elements",
@@ -64,7 +65,7 @@ class Share(click.ParamType[float]):
 @out_option("Write the equations into this file.")
 @reporting
 def equations(
-    robot: str,
+    robot: GivenRobot,
     elements: tuple[str, ...],
     min_share: float,
     form: str,
@@ -91,7 +92,7 @@ def equations(
 
         from gd_analyze.files import write_text
 
-        arm = gd.load_arm(robot)
+        arm = robot.load()
         stage("identifying")
         start = time.perf_counter()
         harmonics = gd.harmonics_of(arm)

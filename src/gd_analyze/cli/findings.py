@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gd_analyze.cli.measured_torque import show_measured_torque
+from gd_analyze.cli.motions import motions_document, show_motions
 from gd_analyze.cli.output import Output
 from gd_analyze.cli.terminal import line, sentence, table
 
@@ -66,6 +68,9 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
             "joints": joint_rows(findings, "tube"),
             **{name: tables["tube"].attrs[name] for name in ("margin", "coarse", "note")},
         },
+        "recording": _recording(findings),
+        "measured_torque": _measured_torque(findings),
+        "motions": motions_document(findings),
         "states_drawn": tables["beyond"].attrs["states_drawn"],
         "dominance": element_rows(findings),
         "residuals": rows_of(tables["cross_check"], "comparison"),
@@ -75,13 +80,51 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
     }
 
 
+def _recording(findings: Findings) -> dict[str, Any] | None:
+    """Of a measured motion: what was done with the readings, and what their noise does."""
+    from gd_analyze.results import rows_of, summary
+    from gd_analyze.results.recording_words import noise_rows
+
+    if "recording" not in findings.tables:
+        return None
+    table = findings.tables["recording"]
+    return {
+        "said": summary.recording_told(findings),
+        "treatment": table.attrs["treatment"].split("\n"),
+        "joints": noise_rows(findings),
+        "elements": rows_of(table[["element_noise", "within_noise", "verdict_open"]], "element"),
+        "columns": [
+            {key.removeprefix("column_"): value for key, value in row.items()}
+            for row in rows_of(table, "column")
+        ],
+    }
+
+
+def _measured_torque(findings: Findings) -> dict[str, Any] | None:
+    from gd_analyze.results.torque_words import is_described, measured_rows, torque_sentence
+
+    if "measured_torque" not in findings.tables:
+        return None
+    table = findings.tables["measured_torque"]
+    return {
+        "described": is_described(table),
+        "said": torque_sentence(table),
+        "compared": table.attrs["compared"],
+        "joints": measured_rows(findings),
+    }
+
+
 def _show(findings: Findings, files: list[Path], top: int) -> None:
     from gd_analyze.formatting import number
     from gd_analyze.results import summary
 
     sentence(f"{summary.title(findings)} {summary.subtitle(findings)}", bold=True)
     sentence(summary.headline(findings))
+    for told in summary.recording_told(findings):
+        sentence(told)
     _show_errors(findings)
+    show_measured_torque(findings)
+    show_motions(findings, top)
     if findings.model.notice:
         line()
         sentence(findings.model.notice)

@@ -11,12 +11,22 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli.options import number_option, robot_argument, together, trajectory_argument
+from gd_analyze.cli.log_options import log_options, read_motions
+from gd_analyze.cli.options import (
+    ROBOT,
+    ROBOT_HELP,
+    number_option,
+    together,
+    trajectories_argument,
+    trajectory_argument,
+)
 
 if TYPE_CHECKING:
     from gd_analyze.robots import Payload
 
-trajectory_or_states = trajectory_argument("Without one: states drawn from the arm's limits.")
+_WITHOUT = "Without one: states drawn from the arm's limits."
+trajectory_or_states = trajectory_argument(_WITHOUT)
+trajectories_or_states = trajectories_argument(_WITHOUT)
 
 payload_option = click.option(
     "--payload",
@@ -37,12 +47,68 @@ states_options = together(
 )
 
 
+_picking_options = together(
+    click.option(
+        "--tip",
+        metavar="LINK",
+        help="Of URDF or MJCF: the link that the arm ends with; what is beyond is held.",
+    ),
+    click.option("--base", metavar="LINK", help="Of URDF or MJCF: the link that the arm begins with."),
+    click.option(
+        "--lock",
+        metavar="JOINT=VALUE",
+        multiple=True,
+        help="Of URDF or MJCF: hold a joint, in rad, m, or with a unit (90deg, 20mm); what it carries stays. "
+        "May be repeated.",
+    ),
+    click.option(
+        "--limits",
+        metavar="FILE|JOINT=VALUE",
+        multiple=True,
+        help="Add limits of acceleration, in rad/s^2, m/s^2, or with a unit: elbow=10, all=600deg, a list in "
+        "the joints' order, or a YAML or TOML file such as MoveIt's joint_limits.yaml. May be repeated.",
+    ),
+)
+
+
+@dataclass(frozen=True)
+class GivenRobot:
+    """An arm as words of the command: its name or file, and what is picked out of it and added to it."""
+
+    name: str
+    tip: str | None = None
+    base: str | None = None
+    lock: tuple[str, ...] = ()
+    limits: tuple[str, ...] = ()
+
+    def load(self) -> gd.RobotArm:
+        """Read the arm."""
+        return gd.load_arm(self.name, tip=self.tip, base=self.base, lock=self.lock, limits=self.limits)
+
+
+def _robot(required: bool) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    def decorate(function: Callable[..., None]) -> Callable[..., None]:
+        @functools.wraps(function)
+        def verb(robot: str | None, **words: Any) -> None:
+            picked = {name: words.pop(name) for name in ("tip", "base", "lock", "limits")}
+            function(robot=None if robot is None else GivenRobot(robot, **picked), **words)
+
+        argument = click.argument("robot", type=ROBOT, required=required, help=ROBOT_HELP)
+        return together(argument, _picking_options)(verb)
+
+    return decorate
+
+
+# ROBOT, --tip, --base, --lock and --limits; the verb gets a `GivenRobot`, or None without a ROBOT.
+robot_given, robot_or_none = _robot(required=True), _robot(required=False)
+
+
 @dataclass(frozen=True)
 class Given:
     """An arm and states of it, as words of the command."""
 
-    robot: str
-    trajectory: str | None
+    robot: GivenRobot
+    trajectories: tuple[str, ...]
     drives: bool | None
     payload: str | None
     states: int
@@ -57,7 +123,7 @@ class Given:
         from gd_analyze.levels import warn_without_torque
 
         arm = load_arm_carrying(self.robot, self.payload)
-        motion = None if self.trajectory is None else gd.read_trajectory(self.trajectory, arm)
+        motion = read_motions(self.trajectories, arm) if self.trajectories else None
         states = gd.states_in_box(arm, self.states, self.seed) if motion is None else gd.states_of(motion)
         exact = gd.ExactDynamics.of(arm, states, self.drives)
         warn_without_torque(exact)
@@ -65,21 +131,22 @@ class Given:
 
 
 def given_dynamics(function: Callable[..., None]) -> Callable[..., None]:
-    """ROBOT, [TRAJECTORY], --[no-]drives, --payload, --states and --seed; the verb gets a `Given`."""
+    """ROBOT with its options, [TRAJECTORY]..., --[no-]drives, --payload, --states, --seed; a `Given`."""
     names = [entry.name for entry in dataclasses.fields(Given)]
 
     @functools.wraps(function)
     def verb(**words: Any) -> None:
         function(given=Given(**{name: words.pop(name) for name in names}), **words)
 
-    return together(robot_argument, trajectory_or_states, drives_option, payload_option, states_options)(verb)
+    options = (log_options, drives_option, payload_option, states_options)
+    return together(robot_given, trajectories_or_states, *options)(verb)
 
 
-def load_arm_carrying(robot: str, payload: str | None) -> gd.RobotArm:
+def load_arm_carrying(robot: GivenRobot, payload: str | None) -> gd.RobotArm:
     """Load an arm and put the payload, if any, into its hand; its name and title say so."""
     from gd_analyze.robots import parse_payload
 
-    arm = gd.load_arm(robot)
+    arm = robot.load()
     return arm if payload is None else carrying(arm, parse_payload(payload))
 
 

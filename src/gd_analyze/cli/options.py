@@ -111,7 +111,7 @@ TRAJECTORY = NameOrFile("trajectory", "trajectories", ".csv")
 
 FILE = click.Path(path_type=Path)
 
-ROBOT_HELP = "Built-in arm (see `gd-analyze arms`), or path of an arm's TOML file."
+ROBOT_HELP = "Built-in arm (see `gd-analyze arms`), or path of an arm's URDF, MJCF or TOML file."
 
 # A double has no more.
 _MOST_DIGITS = 17
@@ -183,9 +183,25 @@ def margin_option(told: str) -> Callable[[F], F]:
     )
 
 
+def trajectories_argument(without: str | None = None) -> Callable[[F], F]:
+    """TRAJECTORY..., one or several, or none where `without` says what happens then."""
+    told = (
+        "CSV file, name of a shipped trajectory, - for standard input, or a folder of trajectories; "
+        "of several motions the budget holds on each."
+    )
+    return click.argument(
+        "trajectories",
+        type=TRAJECTORY,
+        nargs=-1,
+        required=without is None,
+        metavar="TRAJECTORY..." if without is None else "[TRAJECTORY]...",
+        help=told if without is None else f"{told} {without}",
+    )
+
+
 def trajectory_argument(without: str | None = None) -> Callable[[F], F]:
     """TRAJECTORY, which may be left out where `without` says what happens then."""
-    told = "CSV file, name of a shipped trajectory, or - for standard input."
+    told = "CSV file, log, name of a shipped trajectory, or - for standard input."
     return click.argument(
         "trajectory",
         type=TRAJECTORY,
@@ -193,7 +209,5 @@ def trajectory_argument(without: str | None = None) -> Callable[[F], F]:
         help=told if without is None else f"{told} {without}",
     )
 
-
-robot_argument = click.argument("robot", type=ROBOT, help=ROBOT_HELP)
 
 top_option = number_option("--top", 12, "Rows of the ranking to print.")

@@ -12,6 +12,7 @@ from typing import Any
 import click
 
 from gd_analyze.cache import without_cache
+from gd_analyze.cli.log_options import STAGE
 from gd_analyze.cli.options import together
 from gd_analyze.cli.terminal import Stages, line, print_json, stages, warnings_told
 
@@ -28,6 +29,7 @@ class Output:
     def working(self) -> Iterator[Stages]:
         """Show the stages of the work while it lasts, and its warnings in the end."""
         with warnings_told(self.quiet, self.warnings), stages(self.quiet) as stage:
+            click.get_current_context().meta[STAGE] = stage
             yield stage
 
     def about(self, wrote: Path | None) -> dict[str, list[str]]:

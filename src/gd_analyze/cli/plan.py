@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import gd_analyze as gd
+from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.options import (
     PositiveNumber,
     command_line,
     number_option,
     number_read,
     out_option,
-    robot_argument,
 )
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.outputs import require_outputs
@@ -34,7 +34,7 @@ _OPTIONS = {"start": "--from", "goal": "--to", "via": "--via"}
 
 
 @click.command(short_help="Plan a trajectory and hold it against the arm's limits.")
-@robot_argument
+@robot_given
 @click.option("--from", "start", required=True, metavar="LIST", help="Start, comma-separated: degrees (m).")
 @click.option("--to", "goal", required=True, metavar="LIST", help="Goal, comma-separated: degrees (m).")
 @click.option("--via", multiple=True, metavar="LIST", help="A point in between; repeatable, in order.")
@@ -56,7 +56,7 @@ _OPTIONS = {"start": "--from", "goal": "--to", "via": "--via"}
 @out_option("CSV file; left out, the CSV goes to standard output.")
 @reporting
 def plan(
-    robot: str,
+    robot: GivenRobot,
     start: str,
     goal: str,
     via: tuple[str, ...],
@@ -82,7 +82,7 @@ def plan(
         stage("planning")
         from gd_analyze.trajectories import trajectory_csv
 
-        arm = gd.load_arm(robot)
+        arm = robot.load()
         try:
             made = gd.plan(
                 arm,

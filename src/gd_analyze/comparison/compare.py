@@ -11,9 +11,10 @@ from gd_analyze.comparison.costs import SIZES, Cost, Growth, count_cost, growth
 from gd_analyze.comparison.timing import N_SET_POINTS, REPEATS, Timing, time_methods
 from gd_analyze.formulations.methods import METHODS
 from gd_analyze.levels import ExactForm
+from gd_analyze.mass_matrix import require_positive_definite
 from gd_analyze.operations import OperationCount
 from gd_analyze.provenance import provenance_of_run
-from gd_analyze.robots import RobotArm, describe_in_full, warn_of_slips
+from gd_analyze.robots import RobotArm, box_limits, describe_in_full, warn_of_slips
 from gd_analyze.states import States, states_in_box, states_of
 from gd_analyze.trajectories import Trajectory, check_against_arm
 from gd_analyze.trajectories.checks import require_joints
@@ -102,6 +103,8 @@ def compare(
     ------
     TrajectoryError
         If the trajectory is of another number of joints.
+    ArmError
+        If D is not positive definite somewhere.
     """
     # Two runs measure other times.
     source = provenance_of_run(command, names_of(arm, trajectory), describe_in_full(arm), repeats=False)
@@ -111,6 +114,7 @@ def compare(
         if trajectory is not None:
             check_against_arm(trajectory, arm)
         compared, origin = _compared(arm, trajectory)
+        require_positive_definite(arm, compared, arm.counts_drives())
         agreed = agreement(arm, compared)
         progress(1)
         times = time_methods(arm, _drawn(arm, N_SET_POINTS), progress=progress)
@@ -140,7 +144,8 @@ def names_of(arm: RobotArm, trajectory: Trajectory | None) -> tuple[str, str]:
 def _compared(arm: RobotArm, trajectory: Trajectory | None) -> tuple[States, str]:
     """States to compare at, and what they are."""
     if trajectory is None:
-        return _drawn(arm, N_RANDOM), f"{N_RANDOM} random states within the arm's limits"
+        limits = f"the arm's limits{box_limits(arm).behind}"
+        return _drawn(arm, N_RANDOM), f"{N_RANDOM} random states within {limits}"
     require_joints(trajectory, arm)
     every = states_of(trajectory)
     few = every.evenly(MOST_SET_POINTS)
@@ -149,4 +154,4 @@ def _compared(arm: RobotArm, trajectory: Trajectory | None) -> tuple[States, str
 
 def _drawn(arm: RobotArm, count: int) -> States:
     """Draw random states within the arm's limits, the same ones every time."""
-    return states_in_box(arm, count, 1987, assumed=True)
+    return states_in_box(arm, count, 1987)

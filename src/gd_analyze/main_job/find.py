@@ -27,18 +27,29 @@ from gd_analyze.levels import (
 from gd_analyze.levels.many_terms import has_more_terms
 from gd_analyze.long_decomposition import decompose_on_demand
 from gd_analyze.main_job.how import Origin, Progress, Settings, Silent
+from gd_analyze.measured_torque.comparison import compared, require_torques
 from gd_analyze.pinocchio_check import cross_check
 from gd_analyze.provenance import provenance_of_run
 from gd_analyze.results import tables
 from gd_analyze.results.budgets_table import budgets_table
 from gd_analyze.results.findings import Findings
+from gd_analyze.results.motions_table import motions_table, rank_by_motion
+from gd_analyze.results.recording_table import recording_table
+from gd_analyze.results.torque_table import measured_torque_table
+from gd_analyze.results.torque_words import is_described, torque_warning
 from gd_analyze.robots import RobotArm, arm_of, describe_in_full, warn_of_slips
 from gd_analyze.search import How, TermRanking, rank_terms, simplify_exact, trade_off
 from gd_analyze.search.budget_path import FACTORS, budget_path
 from gd_analyze.search.exact_model import no_dearer
 from gd_analyze.search.trade_off import KINDS
 from gd_analyze.states import states_in_box
-from gd_analyze.trajectories import Trajectory, check_against_arm, trajectory_of
+from gd_analyze.trajectories import (
+    GivenMotions,
+    Trajectory,
+    check_against_arm,
+    taken_apart,
+    trajectory_of,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,7 +68,7 @@ _EFFORT, _EFFORT_OF_TUBE = 5_000, 100_000
 
 def find(
     arm: RobotArm | str | Path,
-    trajectory: Trajectory | str | Path,
+    trajectory: GivenMotions,
     settings: Settings | None = None,
     *,
     origin: Origin | None = None,
@@ -68,7 +79,8 @@ def find(
     Parameters
     ----------
     arm, trajectory
-        What to analyse; or a shipped name, or the path of a file.
+        What to analyse, along one motion or several; or a shipped name, or the path of a file. A folder
+        stands for all trajectories in it.
     settings
         How; see `Settings` for what is done by default.
     origin
@@ -85,10 +97,13 @@ def find(
     Raises
     ------
     GdAnalyzeError
-        If the input does not fit together, or a result disagrees with Pinocchio.
+        If the input does not fit together, friction shall be fitted where no torque was measured, or a result
+        disagrees with Pinocchio.
     """
     arm, how = arm_of(arm), settings or Settings()
     trajectory = trajectory_of(trajectory, arm)
+    if how.fit_friction:
+        require_torques(trajectory)
     none = np.zeros(arm.n_joints)
     _ = how.asked.allowed(Yardsticks(arm, none, none))  # what does not fit shall fail before any computing
     before, stage = origin or Origin(), progress or Silent()
@@ -97,7 +112,8 @@ def find(
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GdAnalyzeWarning)
         warn_of_slips(arm, stacklevel=2)
-        check_against_arm(trajectory, arm)
+        for motion in taken_apart(trajectory):
+            check_against_arm(motion, arm)
         dataset = decompose_on_demand(
             arm,
             trajectory,
@@ -110,8 +126,9 @@ def find(
         stage("checking, ranking, simplifying")
         dataset.attrs |= source
         residuals = cross_check(arm, dataset)
-        exact = ExactDynamics.of(arm, dataset)
+        exact = ExactDynamics.of(arm, dataset).under(how.asked)
         warn_without_torque(exact)
+        measured = _measured_torque(arm, trajectory, dataset, how)
         dominance = rank(dataset, budget=exact.allowed(how.asked))
         elements = simplify_exact(exact, how.asked, How(ELEMENT, dearer=True), provenance=source)
         level, many = _level(exact, how)
@@ -128,6 +145,9 @@ def find(
     path = budget_path(exact, asked, model)
     through = {(level, how.refit): path}
     points = trade_off(exact, asked, factors=_FACTORS, kinds=kinds, thorough=False, through=through)
+    recorded = {}
+    if trajectory.recording is not None and trajectory.recording.measured:
+        recorded["recording"] = recording_table(arm, trajectory, dataset, dominance)
     return Findings(
         arm=arm,
         trajectory=trajectory,
@@ -143,6 +163,9 @@ def find(
             "budgets": budgets_table(path, FACTORS, ranking),
             "beyond": _beyond(exact, model, ranking, many),
             "tube": _tube(exact, model, trajectory, Margin.of(how.margin), many),
+            **recorded,
+            **measured,
+            **_by_motion(exact, dataset, trajectory, dominance, how, model),
         },
         model=model,
         element_model=elements,
@@ -154,9 +177,25 @@ def find(
 
 def source_of(arm: RobotArm, trajectory: Trajectory, how: Settings, command: str = "") -> dict[str, str]:
     """Where the results come from; what they depend on, and what of the motion they state, marks the run."""
-    asked = [arm.name, trajectory.name, how.described()]
+    asked = [arm.name, trajectory.name, how.described(), *(motion.name for motion in trajectory.motions)]
     motion = [trajectory.fingerprint, trajectory.origin, trajectory.rates_from]
     return provenance_of_run(command, asked, [describe_in_full(arm), motion], repeats=True)
+
+
+def _by_motion(
+    exact: ExactDynamics,
+    dataset: xr.Dataset,
+    trajectory: Trajectory,
+    dominance: xr.Dataset,
+    how: Settings,
+    model: SimplifiedModel,
+) -> dict[str, xr.Dataset]:
+    """Tell of each motion by itself, where there are several."""
+    if not trajectory.motions:
+        return {}
+    allowed = [alone.allowed(how.asked) for alone in exact.by_motion.values()]
+    ranked = rank_by_motion(exact.arm, dataset, trajectory, allowed)
+    return {"motions": motions_table(exact.arm, trajectory, dominance, ranked, model.promise)}
 
 
 def _level(exact: ExactDynamics, how: Settings) -> tuple[Level, bool]:
@@ -187,6 +226,19 @@ def _tell_of_many_terms(exact: ExactDynamics, model: SimplifiedModel) -> None:
         GdAnalyzeWarning,
         stacklevel=3,
     )
+
+
+def _measured_torque(
+    arm: RobotArm, trajectory: Trajectory, dataset: xr.Dataset, how: Settings
+) -> dict[str, xr.Dataset]:
+    """Hold the exact torque against the measured one, where there is one, and warn where it is another."""
+    if trajectory.recording is None or trajectory.recording.torque is None:
+        return {}
+    comparison = compared(arm, trajectory, np.asarray(dataset.torque.values))
+    table = measured_torque_table(comparison, trajectory, fit_friction=how.fit_friction)
+    if not is_described(table):
+        warnings.warn(torque_warning(table, arm.name), GdAnalyzeWarning, stacklevel=3)
+    return {"measured_torque": table}
 
 
 def _beyond(exact: ExactDynamics, model: SimplifiedModel, ranking: TermRanking, many: bool) -> xr.Dataset:

@@ -31,6 +31,9 @@ class Settings:
     margin
         How far states may be from the motion for which the model's errors are bounded, or its text such as
         "1deg,1mm,qd=2%,qdd=5%", which is the default.
+    fit_friction
+        Say which friction, fitted to measured torques beside the model, explains them best; none of it
+        becomes part of the model.
     coupling, by_link, terms
         What else to keep of the decomposition, see `decompose`.
 
@@ -46,6 +49,7 @@ class Settings:
     operations: int | None = None
     drives: bool | None = None
     margin: Margin | str | None = None
+    fit_friction: bool = False
     coupling: bool = True
     by_link: bool = False
     terms: bool = False

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gd_analyze.report.canvas import Canvas
 from gd_analyze.report.motion import skeleton
 from gd_analyze.report.panel import MOST_POINTS, WIDTH, Panel, add_frame, ticks
-from gd_analyze.report.thinning import evenly, thinned
+from gd_analyze.report.thinning import breaks, broken, evenly, thinned
 from gd_analyze.report.views import View, oblique_view, plain_views, upright_frame
 from gd_analyze.results import Findings
 from gd_analyze.vectors import FloatArray
@@ -30,8 +31,9 @@ def arm_figure(findings: Findings) -> Canvas:
     hand = moved[:, -1]
     low = float((moved @ frame[2]).min())
     shadow = hand + np.outer(low - hand @ frame[2], frame[2])
-    _draw_path(canvas, panel, view.project(shadow), "soft", 0.6, dashes=(1.5, 1.5))
-    _draw_motion(canvas, panel, view, moved)
+    cuts = _cuts(findings)
+    _draw_path(canvas, panel, view.project(shadow), "soft", 0.6, dashes=(1.5, 1.5), cuts=cuts)
+    _draw_motion(canvas, panel, view, moved, cuts)
     return canvas
 
 
@@ -49,22 +51,31 @@ def views_figure(findings: Findings) -> Canvas:
         add_frame(canvas, panel, x_ticks=ticks(panel.x, 5), y_ticks=ticks(panel.y, 4))
         axes = f"{_axis_name(view.right)} to the right, {_axis_name(view.up)} up, m"
         canvas.text(panel.right, height - 9, axes, 6.5, colour="soft", anchor="end")
-        _draw_motion(canvas, panel, view, moved)
+        _draw_motion(canvas, panel, view, moved, _cuts(findings))
     return canvas
 
 
 def _moved(findings: Findings) -> FloatArray:
     """Where the arm is along the trajectory, m, shape (places, points, 3)."""
-    q = findings.trajectory.q
-    return skeleton(findings.arm, q[evenly(len(q), MOST_PLACES)])
+    return skeleton(findings.arm, findings.trajectory.q[_places(findings)])
 
 
-def _draw_motion(canvas: Canvas, panel: Panel, view: View, moved: FloatArray) -> None:
+def _places(findings: Findings) -> NDArray[np.intp]:
+    """Set points at which the arm is looked at."""
+    return evenly(findings.trajectory.n_set_points, MOST_PLACES)
+
+
+def _cuts(findings: Findings) -> NDArray[np.intp]:
+    """Places among them before which the path of the hand breaks."""
+    return breaks(_places(findings), findings.trajectory.gaps)
+
+
+def _draw_motion(canvas: Canvas, panel: Panel, view: View, moved: FloatArray, cuts: NDArray[np.intp]) -> None:
     """Draw some postures, and the path of the hand from an open to a filled circle."""
     poses, hand = evenly(len(moved), POSES), view.project(moved[:, -1])
     for rank, k in enumerate(poses):
         _draw_pose(canvas, panel, view.project(moved[k]), (rank + 1) / len(poses))
-    _draw_path(canvas, panel, hand, "rotation", 1.4, order=5, label=f"hand {view.title}")
+    _draw_path(canvas, panel, hand, "rotation", 1.4, cuts=cuts, order=5, label=f"hand {view.title}")
     for end, fill in ((hand[:1], "paper"), (hand[-1:], "rotation")):
         canvas.mark(panel.place(*end.T), "rotation", 4.5, fill=fill, edge=1.0, order=6)
 
@@ -103,12 +114,14 @@ def _draw_path(
     colour: str,
     width: float,
     *,
+    cuts: NDArray[np.intp],
     dashes: tuple[float, ...] = (),
     order: float = 2.0,
     label: str = "",
 ) -> None:
-    chosen = path[thinned(path.T, MOST_POINTS)]
-    canvas.line(panel.place(*chosen.T), colour, width, dashes=dashes, order=order, label=label)
+    chosen = thinned(path.T, MOST_POINTS)
+    points = broken(panel.place(*path[chosen].T), breaks(chosen, cuts))
+    canvas.line(points, colour, width, dashes=dashes, order=order, label=label)
 
 
 def _floor(points: FloatArray, frame: FloatArray) -> FloatArray:

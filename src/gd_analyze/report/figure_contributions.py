@@ -7,8 +7,8 @@ import numpy as np
 from gd_analyze.formatting import amount, pretty
 from gd_analyze.report.canvas import Canvas
 from gd_analyze.report.panel import MOST_POINTS, WIDTH, Panel, Scale, add_frame, ticks, whole_range
-from gd_analyze.report.thinning import thinned
-from gd_analyze.results import Findings
+from gd_analyze.report.thinning import breaks, broken, thinned
+from gd_analyze.results import Findings, summary
 from gd_analyze.results.contributions import Contributions
 from gd_analyze.robots import Joint
 
@@ -39,7 +39,7 @@ def contributions_figure(findings: Findings) -> Canvas:
 def _said_above(findings: Findings) -> float:
     """Height that a notice and warnings take of the first page, beyond the two lines that have room."""
     warnings = [-(-len(said) // _LETTERS) for said in findings.warnings]
-    notice = -(-len(findings.model.notice) // _LETTERS)
+    notice = -(-len(str(summary.opening(findings)["notice"])) // _LETTERS)
     said = _LINE * (sum(warnings) + bool(warnings) + notice) + _FRAME * bool(warnings)
     return max(0.0, said - 2 * _LINE)
 
@@ -86,7 +86,8 @@ def _joint_panel(
     if not idle:
         _draw_piles(canvas, parts, panel, piles, i)
     chosen = thinned(total[None], MOST_POINTS)
-    canvas.line(panel.place(parts.time[chosen], total[chosen]), "ink", 1.2, order=3, label=f"total {i + 1}")
+    line = broken(panel.place(parts.time[chosen], total[chosen]), breaks(parts.points[chosen], parts.gaps))
+    canvas.line(line, "ink", 1.2, order=3, label=f"total {i + 1}")
     if near:
         for sign in (1.0, -1.0):
             if span[0] <= sign * limit <= span[1]:
@@ -107,11 +108,13 @@ def _draw_piles(
     chosen = thinned(every, MOST_POINTS)
     # A single set point is as wide as the panel.
     time = parts.time[chosen] if len(chosen) > 1 else np.array(panel.x)
+    cuts = breaks(parts.points[chosen], parts.gaps)
     for pile in piles:
         for name, edges in pile.items():
-            inner, outer = (np.broadcast_to(edge[chosen], time.shape) for edge in edges)
-            around = np.concatenate([panel.place(time, outer), panel.place(time, inner)[::-1]])
-            canvas.area(around, f"area-{name}", order=1.5, label=f"{name} {i + 1}")
+            inner, outer = (np.split(np.broadcast_to(edge[chosen], time.shape), cuts) for edge in edges)
+            for when, near, far in zip(np.split(time, cuts), inner, outer, strict=True):
+                around = np.concatenate([panel.place(when, far), panel.place(when, near)[::-1]])
+                canvas.area(around, f"area-{name}", order=1.5, label=f"{name} {i + 1}")
 
 
 def _name(canvas: Canvas, panel: Panel, i: int, joint: Joint, unit: str, limit: float) -> None:

@@ -20,6 +20,7 @@ from gd_analyze.report.panel import (
     value_range,
     whole_range,
 )
+from gd_analyze.report.thinning import breaks
 from gd_analyze.results import Findings
 from gd_analyze.results.words import LETTERS
 
@@ -87,7 +88,8 @@ def _element_panel(
     # An element that is zero but for round-off must not fill its panel with noise.
     span = (-1.0, 1.0) if zero else value_range(*curves.values())
     scale = Scale.of((0.0, peak), unit)
-    time = findings.trajectory.time[findings.drawn[0]]
+    points, motion = findings.drawn[0], findings.trajectory
+    time, gaps = motion.time[points], breaks(points, motion.gaps)
     panel = Panel(left, bottom + 3, width, row - (19 if roomy else 23), whole_range(time), span)
     add_frame(
         canvas,
@@ -102,7 +104,15 @@ def _element_panel(
         thickness, look = _CURVES[effect]
         label = f"{element.label} {effect}"
         add_curve(
-            canvas, panel, time, curve, effect, thickness * (1.0 if roomy else 0.6), label=label, **look
+            canvas,
+            panel,
+            time,
+            curve,
+            effect,
+            thickness * (1.0 if roomy else 0.6),
+            label=label,
+            gaps=gaps,
+            **look,
         )
     _title(canvas, panel, element, str(dominance.dominant.values[rank]), scale.unit, roomy)
     if not roomy:

@@ -16,8 +16,11 @@ from gd_analyze.report.beyond_chart import beyond_chart, place
 from gd_analyze.report.budget_equations import budget_equations
 from gd_analyze.report.budget_path import DECADES, BudgetPath
 from gd_analyze.report.interactive import MOST_POINTS, NEAR, page_data
+from gd_analyze.report.measured_document import measured_document
+from gd_analyze.report.motions_document import motions_told
 from gd_analyze.report.numbering import numbering
 from gd_analyze.report.page_environment import environment, style, template_text
+from gd_analyze.report.recording_document import recording_document
 from gd_analyze.report.stroboscope import stroboscope
 from gd_analyze.report.terms import (
     exact_elements,
@@ -34,8 +37,11 @@ SCRIPTS = ("chart.js", "trade_off.js", "plots.js", "viewer.js", "budget.js", "ta
 # What the appendices are called where there is little room.
 SHORT_TITLES = {
     "motion": "Motion",
+    "recording": "Readings",
+    "measured": "Measured",
     "effects": "Effects",
     "ranking": "Elements",
+    "motions": "Motions",
     "terms": "Terms",
     "model": "Savings",
     "beyond": "Beyond",
@@ -108,6 +114,7 @@ def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
         "verdict_counts": summary.verdict_counts(findings),
         "text": summary.text_comparison(findings),
         "dropped": dropped_parts(findings),
+        "by_motion": motions_told(findings),
         "terms": ranked_rows(findings, TERMS_SHOWN),
         "terms_total": tables["terms"].attrs["total"],
         "not_worth_keeping": summary.not_worth_keeping(findings),
@@ -123,6 +130,7 @@ def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
         "contributions": {
             name: words for name, words in CONTRIBUTIONS.items() if name != "drives" or model.drives
         },
+        "recording": recording_document(findings),
         **_limits(findings),
         "short_titles": SHORT_TITLES,
         "proven": any(row.get("tube_certified") is not None for row in joints),
@@ -135,7 +143,8 @@ def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
         "cross_check": rows_of(tables["cross_check"], "comparison"),
         "run": findings.provenance.get("run", ""),
         "provenance": summary.provenance_lines(findings),
-        "still": stroboscope(arm, findings.trajectory.q),
+        "measured": measured_document(findings),
+        "still": stroboscope(arm, findings.trajectory.q, findings.trajectory.gaps),
         "thinned_to": MOST_POINTS if count > MOST_POINTS else None,
     }
 

@@ -16,10 +16,13 @@ from gd_analyze.formatting import pretty
 from gd_analyze.report.colours import OF_LEVEL
 from gd_analyze.report.element_curves import element_curves, rank_of
 from gd_analyze.report.motion import motion_curve, motion_unit, skeleton
-from gd_analyze.report.thinning import evenly, thinned
+from gd_analyze.report.reading_curves import ReadingCurves
+from gd_analyze.report.thinning import breaks, evenly, thinned
 from gd_analyze.report.views import flat_normal, upright_frame
 from gd_analyze.results import Findings, summary
 from gd_analyze.results.contributions import Contributions
+from gd_analyze.results.recording_words import is_recorded
+from gd_analyze.results.torque_curves import measured_joints, torque_curves
 from gd_analyze.results.words import CONTRIBUTIONS, kind_name
 from gd_analyze.vectors import Array, FloatArray
 
@@ -45,11 +48,14 @@ def page_data(findings: Findings) -> dict[str, Any]:
         axis, unit and traces, and "trade-off" with its own abscissas; `viewer`: the arm's motion. Only JSON
         values.
     """
-    drawing = _Drawing(findings.trajectory.time)
+    drawing = _Drawing(findings.trajectory.time, findings.trajectory.gaps)
     _add_elements(drawing, findings)
     _add_motion(drawing, findings)
     _add_torques(drawing, findings)
     _add_piles(drawing, findings)
+    if is_recorded(findings):
+        _add_readings(drawing, findings)
+    _add_measured(drawing, findings)
     figures = drawing.figures
     if not summary.nothing_to_trade(findings):
         figures["trade-off"] = _trade_off(findings)
@@ -59,8 +65,8 @@ def page_data(findings: Findings) -> dict[str, Any]:
 class _Drawing:
     """Collects figures and the abscissas they share."""
 
-    def __init__(self, time: FloatArray) -> None:
-        self.time = time
+    def __init__(self, time: FloatArray, gaps: tuple[int, ...]) -> None:
+        self.time, self.gaps = time, gaps
         self.axes: dict[str, dict[str, list[float]]] = {}
         self.figures: dict[str, dict[str, Any]] = {}
 
@@ -76,8 +82,10 @@ class _Drawing:
         values = np.array(list(curves.values()))
         chosen = thinned(values, MOST_POINTS)
         axis = "all" if len(chosen) == len(self.time) else identifier
+        at = chosen if points is None else points[chosen]
+        if cuts := breaks(at, self.gaps).tolist():
+            more["breaks"] = cuts
         if axis not in self.axes:
-            at = chosen if points is None else points[chosen]
             self.axes[axis] = {"point": (at + 1).tolist(), "time": _rounded(self.time[at])}
         traces = []
         for role, curve in zip(curves, values, strict=True):
@@ -133,6 +141,27 @@ def _add_piles(drawing: _Drawing, findings: Findings) -> None:
         )
 
 
+def _add_readings(drawing: _Drawing, findings: Findings) -> None:
+    for i, joint in enumerate(findings.arm.joints):
+        drawn, unit = ReadingCurves.of(findings, i), motion_unit(joint, "q")
+        both = {"reading: readings": drawn.read, "smooth: smoothed": drawn.smooth}
+        drawing.add(f"reading-{i + 1}", unit, both)
+        drawing.add(f"residue-{i + 1}", unit, {"residue": drawn.difference}, drawn.near, zero=True)
+
+
+def _add_measured(drawing: _Drawing, findings: Findings) -> None:
+    """Measured and exact torque of every joint that was measured, and what is between them."""
+    for i in measured_joints(findings):
+        made, unit = torque_curves(findings, i), findings.arm.joints[i].effort_unit
+        torque = {"read: as read": made.read, "measured": made.measured, "model: exact": made.exact}
+        between = {"measured: measured − exact": made.difference}
+        if made.friction is not None:
+            torque["friction: exact and friction"] = made.exact + made.friction
+            between["friction: friction and offset"] = made.friction
+        drawing.add(f"measured-{i + 1}", unit, torque, made.points)
+        drawing.add(f"difference-{i + 1}", unit, between, made.points, zero=True)
+
+
 def _trade_off(findings: Findings) -> dict[str, Any]:
     """Operations against error in percent: a curve for every kind, this report's model, the exact one."""
     model, table = findings.model, findings.tables["trade_off"]
@@ -181,12 +210,14 @@ def _viewer(findings: Findings) -> dict[str, Any]:
     torque = np.where(np.abs(torque) > ROUND_OFF * np.abs(torque).max(), torque, 0.0)
     frame = upright_frame(arm)
     posed = skeleton(arm, q[frames]) @ frame.T
-    path = skeleton(arm, q[evenly(count, MOST_PATH)])[:, -1] @ frame.T
+    places = evenly(count, MOST_PATH)
+    path = skeleton(arm, q[places])[:, -1] @ frame.T
     return {
         "at": (frames + 1).tolist(),
         "time": _rounded(findings.trajectory.time[frames]),
         "points": np.round(posed, 4).tolist(),
         "path": np.round(path, 4).tolist(),
+        "breaks": breaks(places, findings.trajectory.gaps).tolist(),
         "axes": np.round(frame.T, 5).tolist(),
         "flat": flat_normal(np.concatenate([posed.reshape(-1, 3), path])),
         "q": [_rounded(row) for row in q[frames]],

@@ -5,7 +5,10 @@ from __future__ import annotations
 from string import ascii_uppercase
 
 from gd_analyze.results import Findings, summary
+from gd_analyze.results.motion_words import changing
+from gd_analyze.results.recording_words import is_recorded
 from gd_analyze.results.rows import dropped_parts
+from gd_analyze.results.torque_curves import measured_joints
 
 # By the name that templates call them, in the order in which a reader meets them.
 _FIGURES = {
@@ -14,6 +17,8 @@ _FIGURES = {
     "trade_off": "operations against error",
     "motion": "the motion of every joint",
     "errors": "torque and error over time",
+    "recording": "readings beside the smoothed motion",
+    "measured": "measured torque and the exact one",
     "inertia": "the inertia matrix by effect",
     "coriolis": "the Coriolis and centrifugal vector by effect",
     "gravity": "the gravity loading vector",
@@ -24,7 +29,13 @@ _TABLES = {
     "errors": "error of every joint",
     "trade_off": "operations and error by budget",
     "torques": "torques and errors of every joint",
+    "recording": "noise of readings, accelerations and torques",
+    "columns": "columns of the log",
+    "measured": "measured torque beside the exact one",
+    "friction": "friction beside the exact torque",
     "ranking": "elements ranked by torque",
+    "motions": "each motion by itself",
+    "verdicts": "verdicts that depend on the motion",
     "terms": "single terms ranked by torque",
     "kept": "what the model keeps",
     "operations": "operations for one evaluation of all torques",
@@ -38,8 +49,11 @@ _TABLES = {
 }
 _APPENDICES = {
     "motion": "Motion, torque and error over time",
+    "recording": "Readings behind the motion",
+    "measured": "Measured torque beside the model's",
     "effects": "Inertia, velocity and gravity terms by effect",
     "ranking": "Elements ranked by torque",
+    "motions": "Motion by motion",
     "terms": "Single terms ranked by torque",
     "model": "What the model keeps and what that saves",
     "beyond": "Near this motion, and beyond it",
@@ -72,14 +86,26 @@ def numbering(findings: Findings) -> dict[str, dict[str, str]]:
 def _absent(findings: Findings) -> tuple[set[str], set[str], set[str]]:
     """Figures, tables and appendices of which there is nothing to show."""
     flat = {"trade_off"} if summary.nothing_to_trade(findings) else set()
+    measured = findings.tables.get("measured_torque")
+    unmeasured = {"measured"} if not measured_joints(findings) else set()
     beyond = findings.tables["beyond"]
     of_elements = not findings.model.level.has_torque_terms
+    one = not summary.has_motions(findings)
     tables = {
+        "motions": one,
+        "verdicts": one or not changing(findings),
         "terms": not findings.is_written_out,
         "tube": summary.tube_proven(findings) is None,
         "beyond": not (beyond.attrs["states_drawn"] or beyond.certified.notnull().all()),
         "operations": of_elements and not findings.model.saves,
+        "friction": measured is None or "coulomb" not in measured or bool(unmeasured),
         "dropped": not dropped_parts(findings).costing,
     }
     gone = {name for name, absent in tables.items() if absent}
-    return flat, flat | gone, {"elements"} if of_elements else set()
+    unread = set() if is_recorded(findings) else {"recording"}
+    if unread or not findings.tables["recording"].sizes["column"]:
+        gone.add("columns")
+    lacking = unmeasured | unread
+    without = {"elements": of_elements, "motions": one}
+    appendices = {name for name, absent in without.items() if absent}
+    return flat | lacking, flat | lacking | gone, appendices | lacking

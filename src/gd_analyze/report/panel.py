@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gd_analyze.formatting import prefixed, pretty
 from gd_analyze.report.canvas import Canvas, Frame
-from gd_analyze.report.thinning import thinned
+from gd_analyze.report.thinning import breaks, broken, thinned
 from gd_analyze.vectors import FloatArray
 
 # Set points to draw of a long trajectory: some four per point (1/72 in) of a wide panel.
@@ -85,10 +86,12 @@ def add_curve(
     *,
     dashes: Sequence[float] = (),
     label: str = "",
+    gaps: Sequence[int] | NDArray[np.intp] = (),
 ) -> None:
-    """Draw a curve over the set points, thinned where it is long."""
+    """Draw a curve over the set points, thinned where it is long, and broken before those of `gaps`."""
     chosen = thinned(y[None], MOST_POINTS)
-    canvas.line(panel.place(x[chosen], y[chosen]), colour, width, dashes=dashes, label=label)
+    points = broken(panel.place(x[chosen], y[chosen]), breaks(chosen, gaps))
+    canvas.line(points, colour, width, dashes=dashes, label=label)
 
 
 def add_frame(

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from gd_analyze.errors import UsageError
 from gd_analyze.report.figure_arm import arm_figure, views_figure
 from gd_analyze.report.figure_contributions import contributions_figure
 from gd_analyze.report.figure_elements import inertia_figure, vector_figure
 from gd_analyze.report.figure_trade_off import trade_off_figure
-from gd_analyze.report.figures import motion_figure, torque_figure
+from gd_analyze.report.figures import measured_figure, motion_figure, torque_figure
+from gd_analyze.results.torque_curves import measured_joints
 from gd_analyze.results.words import CONTRIBUTIONS
 
 if TYPE_CHECKING:
@@ -59,6 +61,18 @@ class Plots:
     def errors(self) -> Axes:
         """Exact and simplified torque and the error beside what is allowed; two panels per joint."""
         return _axes(torque_figure(self.findings))
+
+    def measured(self) -> Axes:
+        """Measured and exact torque and the difference; two panels per joint that was measured.
+
+        Raises
+        ------
+        UsageError
+            If no torque was measured.
+        """
+        if not measured_joints(self.findings):
+            raise UsageError("no torque was measured along this trajectory", where="measured()")
+        return _axes(measured_figure(self.findings))
 
     def trade_off(self) -> Axes:
         """Operations against largest error."""

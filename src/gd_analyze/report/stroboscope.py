@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from markupsafe import Markup
 
 from gd_analyze.report.motion import skeleton
-from gd_analyze.report.thinning import evenly
+from gd_analyze.report.thinning import breaks, evenly
 from gd_analyze.report.views import oblique_view, plain_views, upright_frame
 from gd_analyze.robots import RobotArm
 from gd_analyze.vectors import FloatArray
@@ -16,7 +18,7 @@ POSTURES = 6
 MOST_PATH_POINTS = 400
 
 
-def stroboscope(arm: RobotArm, q: FloatArray) -> Markup:
+def stroboscope(arm: RobotArm, q: FloatArray, gaps: Sequence[int] = ()) -> Markup:
     """Draw some postures from first (faint) to last (strong), and the path of the hand.
 
     Parameters
@@ -25,9 +27,12 @@ def stroboscope(arm: RobotArm, q: FloatArray) -> Markup:
         The arm.
     q
         Joint variables along the trajectory, shape (N, n).
+    gaps
+        Set points before which nothing is known of the motion: the path breaks there.
     """
     postures = skeleton(arm, q[evenly(len(q), POSTURES)])
-    path = skeleton(arm, q[evenly(len(q), MOST_PATH_POINTS)])[:, -1]
+    places = evenly(len(q), MOST_PATH_POINTS)
+    path = skeleton(arm, q[places])[:, -1]
     every = np.concatenate([postures.reshape(-1, 3), path])
     frame = upright_frame(arm)
     plain = plain_views(frame, every)
@@ -46,13 +51,15 @@ def stroboscope(arm: RobotArm, q: FloatArray) -> Markup:
     ]
     dots = [Markup('<circle cx="{}" cy="{}" r="4"/>').format(f"{x:.1f}", f"{y:.1f}") for x, y in drawn[-1]]
     return Markup(
-        '<svg class="stroboscope" viewBox="0 0 {} {}" role="img" aria-label="{}">'
-        '<polyline class="path" points="{}"/>{}{}</svg>'
+        '<svg class="stroboscope" viewBox="0 0 {} {}" role="img" aria-label="{}">{}{}{}</svg>'
     ).format(
         f"{WIDTH:.0f}",
         f"{HEIGHT:.0f}",
         f"{len(postures)} postures of the arm along the trajectory and the path of its hand",
-        _points(placed[-len(path) :]),
+        Markup("").join(
+            Markup('<polyline class="path" points="{}"/>').format(_points(part))
+            for part in np.split(placed[-len(path) :], breaks(places, gaps))
+        ),
         Markup("").join(lines),
         Markup("").join(dots),
     )

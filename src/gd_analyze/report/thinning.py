@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -38,3 +40,27 @@ def thinned(curves: FloatArray, most: int) -> NDArray[np.intp]:
     starts = np.arange(stretches) * length
     extremes = [(windows.argmin(axis=2) + starts).ravel(), (windows.argmax(axis=2) + starts).ravel()]
     return np.unique(np.minimum(np.concatenate([[0, count - 1], *extremes]), count - 1))
+
+
+def breaks(chosen: NDArray[np.intp], gaps: Sequence[int] | NDArray[np.intp]) -> NDArray[np.intp]:
+    """Places among the chosen set points, increasing, before which a curve has to break.
+
+    Parameters
+    ----------
+    chosen
+        Increasing indices of set points.
+    gaps
+        Set points before which there is a gap.
+
+    Examples
+    --------
+    >>> breaks(np.array([0, 2, 4, 6]), [3, 4]).tolist()
+    [2]
+    """
+    places = np.unique(np.searchsorted(chosen, gaps))
+    return np.asarray(places[(places > 0) & (places < len(chosen))])
+
+
+def broken(points: FloatArray, places: NDArray[np.intp]) -> FloatArray:
+    """Points of a line, shape (N, 2), with one that is not a number where it breaks."""
+    return np.insert(points, places, np.nan, axis=0)

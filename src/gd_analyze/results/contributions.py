@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gd_analyze.results.findings import Findings
 from gd_analyze.vectors import FloatArray
@@ -23,6 +24,10 @@ class Contributions:
     ----------
     time
         Of these set points, s, shape (N,).
+    points
+        Their numbers, from 0, shape (N,).
+    gaps
+        Set points, by their numbers, before which nothing is known of the motion.
     parts
         Torque by the names of `gd_analyze.results.words.CONTRIBUTIONS` and in their order, N m (N where the
         joint slides), shape (N, n) each; "drives" only where they are part of the torque.
@@ -33,6 +38,8 @@ class Contributions:
     """
 
     time: FloatArray
+    points: NDArray[np.intp]
+    gaps: tuple[int, ...]
     parts: Mapping[str, FloatArray]
     total: FloatArray
     limit: FloatArray
@@ -47,6 +54,8 @@ class Contributions:
         limits = [drive.torque_limit for drive in findings.arm.drives] or [None] * findings.arm.n_joints
         return cls(
             time=findings.trajectory.time[points],
+            points=points,
+            gaps=findings.trajectory.gaps,
             parts=parts,
             total=findings.exact_torque[points],
             limit=np.array([np.nan if limit is None else limit for limit in limits]),

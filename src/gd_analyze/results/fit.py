@@ -12,6 +12,7 @@ from gd_analyze.errors import StoreError
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.levels import ELEMENT, SimplifiedModel, level_named, parts_of
 from gd_analyze.robots import RobotArm, describe
+from gd_analyze.schema import OPTIONAL
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,10 +40,23 @@ def require_tables_fit(tables: Mapping[str, xr.Dataset], arm: RobotArm) -> None:
             _require_equal(f"joint_name of {group}", table.joint_name.values.tolist(), names)
         if "time" in table.dims and not np.array_equal(table.time.values, time):
             raise StoreError(f"time of {group} is not that of the trajectory")
+    _require_stretches(tables["trajectory"])
     _require_known_together(tables)
     _require_path(tables)
+    if "motions" in tables:
+        _require_motions(tables)
+    if "measured_torque" in tables:
+        _require_readings(tables["measured_torque"])
     kinds = [joint.kind for joint in arm.joints]
     _require_equal("joint_kind of decomposition", tables["decomposition"].joint_kind.values.tolist(), kinds)
+
+
+def _require_stretches(motion: xr.Dataset) -> None:
+    """Check that stretches begin with the first set point, and then at later and later ones."""
+    if "stretch_from" in motion:
+        begins = motion.stretch_from.values
+        if begins[0] != 1 or (np.diff(begins) <= 0).any() or begins[-1] > motion.sizes["time"]:
+            raise StoreError("stretch_from of trajectory is not where stretches begin", found=str(begins[:9]))
 
 
 def _require_known_together(tables: Mapping[str, xr.Dataset]) -> None:
@@ -72,6 +86,17 @@ def _require_known_together(tables: Mapping[str, xr.Dataset]) -> None:
             raise StoreError(f"{name} of parts is not known of a part that is left out")
 
 
+def _require_readings(measured: xr.Dataset) -> None:
+    """Check that every joint that is said to be measured has a reading, and friction all its terms."""
+    there = (measured.measured.notnull() & measured.filtered.notnull()).any("time").values
+    for joint, read, verdict in zip(measured.joint.values, there, measured.verdict.values, strict=True):
+        if verdict != "not measured" and not read:
+            raise StoreError(f"measured_torque has no reading of joint {joint}, of which it says: {verdict}")
+    fitted = sorted(OPTIONAL["measured_torque"] & {*measured.data_vars})
+    if fitted:
+        _require_equal("friction of measured_torque", fitted, sorted(OPTIONAL["measured_torque"]))
+
+
 def _require_path(tables: Mapping[str, xr.Dataset]) -> None:
     """Check that budgets lead through the model that is shown, and name terms or parts as others do."""
     path, shown = tables["budgets"], tables["simplified_model"].attrs
@@ -83,6 +108,19 @@ def _require_path(tables: Mapping[str, xr.Dataset]) -> None:
     at_one = path.operations.values[path.factor.values == 1.0].tolist()
     operations = [int(shown["multiplications"] + shown["additions"])]
     _require_equal("operations of budgets at a factor of 1", at_one, operations)
+
+
+def _require_motions(tables: Mapping[str, xr.Dataset]) -> None:
+    """Check that what is told motion by motion is about all set points, and of the elements as ranked."""
+    motions, ranking = tables["motions"], tables["dominance"]
+    count = tables["trajectory"].sizes["time"]
+    _require_equal("set_points of motions, summed up,", int(motions.set_points.values.sum()), count)
+    for name in ("element", "quantity"):
+        _require_equal(f"{name} of motions", motions[name].values.tolist(), ranking[name].values.tolist())
+    over_all = tables["simplified_model"]
+    for name in ("peak_torque", "largest_error"):
+        if (motions[name].max("motion") > over_all[name]).any():
+            raise StoreError(f"{name} of motions is above that over all of them")
 
 
 def require_models_fit(
@@ -99,6 +137,8 @@ def require_models_fit(
         if describe(one.arm) != describe(arm):
             raise StoreError("a model is of another arm than the tables")
     _require_equal("level of the model", model.level.name, tables["simplified_model"].attrs["level"])
+    stated = tables["motions"].motion.values.tolist() if "motions" in tables else []
+    _require_equal("motions of the model", [one.name for one in model.promise.motions], stated)
     _require_equal("level of the model by elements", element_model.level.name, ELEMENT.name)
 
 

@@ -19,11 +19,14 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.fit import require_models_fit, require_tables_fit, require_terms_fit
 from gd_analyze.results.hdf5_reader import open_tables, read_attributes, read_table
 from gd_analyze.results.hdf5_writer import write_tables
+from gd_analyze.results.motions_table import motions_in
+from gd_analyze.results.recording_table import recording_in
 from gd_analyze.results.refusal import damage_named
 from gd_analyze.results.seal import require_sealed, seal
+from gd_analyze.results.tables import gaps_in
 from gd_analyze.robots import RobotArm, arm_from_description, describe_in_full
 from gd_analyze.run import warn_of_others
-from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
+from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS, SCHEMA_VERSION, table
 from gd_analyze.trajectories import Trajectory
 
 if TYPE_CHECKING:
@@ -102,6 +105,7 @@ def load_findings(path: str | Path) -> Findings:
         require_terms_fit(ranked, tables)
         warn_of_others(path, str(attributes.get("run", "")))
         motion, warnings = tables["trajectory"], attributes["warnings"]
+        motions = motions_in(tables["motions"]) if "motions" in tables else ()
         if motion.sizes["time"] <= MOST_KEPT:
             file.close()
         return Findings(
@@ -114,6 +118,9 @@ def load_findings(path: str | Path) -> Findings:
                 motion.attrs["name"],
                 motion.attrs["origin"],
                 motion.attrs["rates"],
+                gaps=gaps_in(motion),
+                motions=motions,
+                recording=recording_in(tables),
             ),
             tables=tables,
             model=model,
@@ -134,7 +141,7 @@ def load_results(path: str | Path) -> xr.DataTree:
     Returns
     -------
     xarray.DataTree
-        The groups of `gd_analyze.schema.GROUPS`, in memory.
+        The groups of `gd_analyze.schema.GROUPS` that the run has, in memory.
 
     Raises
     ------
@@ -164,7 +171,7 @@ def _read(
     stored = read_table(file, "documents", ())
     documents = json.loads(stored.json.values.tobytes())
     arm = arm_from_description(documents["arm"])
-    names = [name for name in GROUPS if name != "documents"]
+    names = [name for name in GROUPS if name != "documents" and (name in file or name not in OPTIONAL_GROUPS)]
     tables = {name: read_table(file, name, arm.is_revolute, most_rows) for name in names}
     require_tables_fit(tables, arm)
     return tables | {"documents": stored}, documents, arm
@@ -209,7 +216,7 @@ def _require_ours(file: h5py.File, path: Path) -> None:
             found=str(schema),
             next_step="use the gd-analyze that wrote it, or run the analysis again",
         )
-    if attributes.get("format") != FORMAT or not set(GROUPS) <= set(groups):
+    if attributes.get("format") != FORMAT or not set(GROUPS) - OPTIONAL_GROUPS <= set(groups):
         raise StoreError(
             "this HDF5 file does not hold gd-analyze results",
             where=Location(path),

@@ -2,6 +2,8 @@
 
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm
+from gd_analyze.robots.arm_toml import toml_of
+from gd_analyze.robots.box_limits import BoxLimits, box_limits
 from gd_analyze.robots.catalogue import arm_of, builtin_arms, load_arm
 from gd_analyze.robots.description import (
     arm_from_description,
@@ -16,6 +18,7 @@ from gd_analyze.robots.payload import Payload, parse_payload, with_payload
 from gd_analyze.robots.slips import slips_of, warn_of_slips
 
 __all__ = [
+    "BoxLimits",
     "DHRow",
     "Drive",
     "Joint",
@@ -26,6 +29,7 @@ __all__ = [
     "RobotArm",
     "arm_from_description",
     "arm_of",
+    "box_limits",
     "builtin_arms",
     "describe",
     "describe_in_full",
@@ -35,6 +39,7 @@ __all__ = [
     "parse_payload",
     "read_arm",
     "slips_of",
+    "toml_of",
     "warn_of_slips",
     "with_payload",
 ]

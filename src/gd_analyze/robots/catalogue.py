@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from os import PathLike
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from gd_analyze.errors import ArmError
 from gd_analyze.resources import shipped
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm
+from gd_analyze.robots.chain import Pick
+from gd_analyze.robots.joint_values import locks_of
+from gd_analyze.robots.limits_given import Given, with_limits
+from gd_analyze.robots.reduced import arm_of_tree
+from gd_analyze.robots.robot_file import is_pinocchio_model, is_xml, read_tree, tree_of_model
+from gd_analyze.robots.slips import warn_of_slips
 from gd_analyze.visible import in_python
+
+if TYPE_CHECKING:
+    import pinocchio
 
 
 def builtin_arms() -> dict[str, Path]:
@@ -30,13 +41,30 @@ def arm_of(given: RobotArm | str | Path) -> RobotArm:
     return given if isinstance(given, RobotArm) else load_arm(given)
 
 
-def load_arm(name_or_path: str | Path) -> RobotArm:
-    """Load a built-in arm by name or any arm by its TOML file.
+def load_arm(
+    name_or_path: str | Path | pinocchio.Model,
+    *,
+    tip: str | None = None,
+    base: str | None = None,
+    lock: Mapping[str, float] | Sequence[str] = (),
+    limits: Given = None,
+) -> RobotArm:
+    """Load a built-in arm by name, any arm by its TOML, URDF or MJCF file, or that of a `pinocchio.Model`.
 
     Parameters
     ----------
     name_or_path
-        A name that `builtin_arms` lists, or the path of a TOML file.
+        A name that `builtin_arms` lists, the path of a file, or a model in memory.
+    tip, base
+        Of URDF, MJCF and models: the links that the arm ends and begins with. Joints that are not between
+        them are held.
+    lock
+        Joints held at a value, rad or m: a mapping, or texts such as "elbow=90deg" and "slide=20mm". All
+        other held joints are held at 0.
+    limits
+        Limits of acceleration, which URDF and MJCF do not have: a mapping by joint, texts such as
+        "elbow=10", "all=600deg" or "10,10,20", or a file such as MoveIt's joint_limits.yaml, which may state
+        ranges and rates as well.
 
     Returns
     -------
@@ -47,31 +75,62 @@ def load_arm(name_or_path: str | Path) -> RobotArm:
     ------
     ArmError
         If there is neither such an arm nor such a file, or the file is not a possible arm.
+    UsageError
+        If `lock` or `limits` cannot be read.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        Of what looks like a slip in the file.
 
     Examples
     --------
     >>> load_arm("puma560").n_joints
     6
     """
+    pick = Pick(tip, base, locks_of(lock))
+    if is_pinocchio_model(name_or_path):
+        return _checked(arm_of_tree(tree_of_model(name_or_path), pick), limits)
+    path = _path_of(name_or_path)
+    if is_xml(path):
+        return _checked(arm_of_tree(read_tree(path), pick), limits)
+    if pick:
+        raise ArmError(
+            f"arm {name_or_path} has no other links or joints to choose from",
+            where="--tip, --base, --lock",
+            expected="none of them: its file describes one chain, all of which moves",
+            next_step="leave them out",
+        )
+    return with_limits(read_arm(path), limits)
+
+
+def _checked(arm: RobotArm, limits: Given) -> RobotArm:
+    """Add limits to an arm that was read, and warn of what looks like a slip in it."""
+    limited = with_limits(arm, limits)
+    warn_of_slips(limited, stacklevel=3)
+    return limited
+
+
+def _path_of(name_or_path: object) -> Path:
     if not isinstance(name_or_path, str | PathLike):
         raise ArmError(
             "this is no arm",
             where="arm",
-            expected="the name of a built-in one, or the path of an arm's TOML file",
+            expected="the name of a built-in one, the path of an arm's file, or a pinocchio.Model",
             found=in_python(name_or_path),
         )
     builtin = builtin_arms()
     given = str(name_or_path)
     if given in builtin:
-        return read_arm(builtin[given])
+        return builtin[given]
     path = Path(name_or_path)
     with suppress(OSError):  # a name too long for the file system is no file either
         if path.is_file():
-            return read_arm(path)
+            return path
     near = difflib.get_close_matches(given, builtin, n=1)
     raise ArmError(
         f"there is no arm {given!r}",
-        expected=f"a built-in arm ({', '.join(builtin)}) or the path of an arm's TOML file",
+        expected=f"a built-in arm ({', '.join(builtin)}) or the path of an arm's TOML, URDF or MJCF file",
         found="neither a known name nor an existing file",
         next_step=f"did you mean {near[0]!r}?" if near else "`gd-analyze arms` lists the built-in arms",
     )

@@ -25,6 +25,8 @@ MEASUREMENT_TOLERANCE = 0.1
 ROUNDING_TOLERANCE = 1e-3
 # Products of inertia are typed once and mirrored; a rotation into other axes adds round-off only.
 SYMMETRY_TOLERANCE = 1e-9
+# Radius of gyration of what is no body but a point, m: moved over metres, round-off leaves a zero of 1e-8.
+_POINT = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +77,7 @@ class Joint:
     source: Location | None = None
 
     def __post_init__(self) -> None:
-        where = self.source or f"joint {self.name}"
+        where = self.place
         require_name(self.name, "a joint's name", where)
         if self.kind not in ("revolute", "prismatic"):
             raise ArmError(
@@ -113,6 +115,11 @@ class Joint:
                     expected="a positive number",
                     found=f"{value:g}",
                 )
+
+    @property
+    def place(self) -> str:
+        """Where the joint is described, or else which one it is."""
+        return str(self.source or f"joint {self.name}")
 
     @property
     def unit(self) -> str:
@@ -154,7 +161,7 @@ class Link:
         Link frame s in the joint frame after the joint's motion.
     as_measured
         The inertia is a measurement kept as published: breaking the triangle inequality by up to 10 % of
-        the largest principal moment is no slip then.
+        the largest principal moment is not worth a warning then.
     axial_only
         Only the moment about the joint's axis is known, and only it acts: allowed for the first link of
         an arm whose first joint turns; such an inertia need not satisfy the triangle inequality.
@@ -168,9 +175,12 @@ class Link:
     Raises
     ------
     ArmError
-        If the mass is negative, or the inertia is not symmetric, not positive semidefinite or breaks
-        the triangle inequality: no distribution of matter has such an inertia.
+        If a number is not finite, the mass is negative or the inertia is not symmetric.
 
+    Notes
+    -----
+    No body has principal moments that are negative, or one that is more than the other two together; yet
+    dynamics can be computed with them, and `gd_analyze.robots.slips_of` says of how far off they are.
     """
 
     name: str
@@ -185,7 +195,7 @@ class Link:
     bare: Link | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        where = self.source or f"link {self.name}"
+        where = self.place
         require_name(self.name, "a link's name", where)
         keep(self, "mass", (), f"the mass of link {self.name}", where, nonnegative="kg")
         keep(self, "com", (3,), f"the com of link {self.name}", where)
@@ -198,7 +208,16 @@ class Link:
                 expected="I = I^T",
                 found=str(inertia.tolist()),
             )
-        self._check_principal_moments(where)
+
+    @property
+    def place(self) -> str:
+        """Where the link is described, or else which one it is."""
+        return str(self.source or f"link {self.name}")
+
+    @property
+    def is_point(self) -> bool:
+        """Whether it has no inertia, or what round-off leaves of one that was moved from place to place."""
+        return bool(np.abs(self.inertia_com).max() <= self.mass * _POINT**2)
 
     @property
     def principal_moments(self) -> FloatArray:
@@ -208,30 +227,18 @@ class Link:
     @property
     def excess(self) -> float:
         """Share of the largest principal moment by which it is more than the other two: 0 of any body."""
-        principal = self.principal_moments
-        largest = float(np.abs(principal).max())
-        more = float(principal[2] - principal[0] - principal[1])
-        return 0.0 if self.axial_only or more <= ROUNDING_TOLERANCE * largest else more / largest
+        least, middle, most = self.principal_moments.tolist()
+        return 0.0 if self.axial_only else self._share(most - least - middle)
 
-    def _check_principal_moments(self, where: Location | str) -> None:
-        principal = self.principal_moments
-        largest = float(np.abs(principal).max())
-        if principal[0] < -ROUNDING_TOLERANCE * largest:
-            raise ArmError(
-                f"the inertia of link {self.name} is not positive semidefinite",
-                where=where,
-                expected="principal moments of 0 or more",
-                found=moments_told(principal),
-                next_step="check the signs of the products of inertia and the point the inertia is about",
-            )
-        if self.excess > MEASUREMENT_TOLERANCE:
-            raise ArmError(
-                f"the inertia of link {self.name} breaks the triangle inequality",
-                where=where,
-                expected="no principal moment larger than the sum of the other two",
-                found=moments_told(principal),
-                next_step="check units (cm against m) and the point the inertia is about (com or origin)",
-            )
+    @property
+    def deficit(self) -> float:
+        """Share of the largest principal moment by which the smallest is negative: 0 of any body."""
+        return self._share(-float(self.principal_moments[0]))
+
+    def _share(self, missing: float) -> float:
+        """Share of the largest principal moment; 0 where it is what rounding to 3 digits leaves."""
+        largest = float(np.abs(self.principal_moments).max())
+        return missing / largest if missing > ROUNDING_TOLERANCE * largest and not self.is_point else 0.0
 
 
 def moments_told(values: FloatArray) -> str:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, UsageError
 from gd_analyze.given_numbers import array_of, number_in
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.impossible import impossibility
 from gd_analyze.robots.inertia import of_point_mass, symmetric_tensor
 from gd_analyze.robots.parts import Link
 from gd_analyze.robots.slips import LEAST_FAR, heaviest_carried
@@ -36,7 +37,7 @@ class Payload:
     Raises
     ------
     ArmError
-        If a number is not finite, the mass is negative, or no body can have this inertia.
+        If a number is not finite, the mass is negative, or the inertia is not symmetric.
     """
 
     mass: float
@@ -44,7 +45,7 @@ class Payload:
     inertia: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
 
     def __post_init__(self) -> None:
-        # A payload is as possible or impossible as a link is, so a link is what checks it.
+        # What is wrong with a link is wrong with a payload, so a link is what checks it.
         body = Link("payload", self.mass, self.position, _tensor(self.inertia))
         object.__setattr__(self, "mass", body.mass)
         object.__setattr__(self, "position", body.com)
@@ -73,13 +74,13 @@ def with_payload(
     Raises
     ------
     ArmError
-        If a number is not finite, the mass is negative, or no body can have this inertia.
+        If a number is not finite, the mass is negative, or the inertia is not symmetric.
 
     Warns
     -----
     GdAnalyzeWarning
         If the payload lies farther out than the whole arm reaches: are the units metres? And if the mass is
-        beyond what such an arm carries: is it in grams?
+        beyond what such an arm carries: is it in grams? And if no body has its inertia.
 
     Examples
     --------
@@ -95,6 +96,8 @@ def with_payload(
             GdAnalyzeWarning,
             stacklevel=2,
         )
+    if impossible := impossibility(Link("payload", payload.mass, payload.position, payload.inertia)):
+        warnings.warn(f"payload: {impossible}", GdAnalyzeWarning, stacklevel=2)
     distance = float(np.linalg.norm(payload.position))
     if payload.mass > 0 and distance > max(arm.reach, LEAST_FAR):
         warnings.warn(

@@ -48,6 +48,7 @@ class Candidates:
         The candidates, with their numbers in the exact dynamics.
     effects
         Torque of every candidate over the allowed error, shape (K, n, N); their sum is the exact torque.
+        Where an error counts more, so do they.
     costs
         Operations by the set of candidates that need them.
     parameter, magnitude
@@ -59,6 +60,8 @@ class Candidates:
         beforehand; `effects` are over what they leave of the budget.
     swept
         Share of the budget that those others take together, 0 where there are none.
+    weights
+        How much an error counts, shape (N, n), see `gd_analyze.states.States.weights`.
     """
 
     level: Level
@@ -71,6 +74,7 @@ class Candidates:
     ratio: FloatArray
     total: int
     swept: float = 0.0
+    weights: FloatArray | None = None
 
     def __len__(self) -> int:
         return len(self.effects)
@@ -124,7 +128,8 @@ def candidates_of(
     terms, swept = every, 0.0
     if len(every) > MANY:
         terms, swept = _swept(exact, level, every, allowed, sweep)
-    effects = _effects(exact, level, terms, len(every)) / ((1.0 - swept) * allowed)[:, None]
+    effects = _weighed(_effects(exact, level, terms, len(every)), exact)
+    effects = effects / ((1.0 - swept) * allowed)[:, None]
     listed = list(terms)
     numbers = level.numbers(exact.form, listed)
     return Candidates(
@@ -138,6 +143,7 @@ def candidates_of(
         ratio=np.ones(len(listed)),
         total=len(every),
         swept=swept,
+        weights=exact.states.weights,
     )
 
 
@@ -164,12 +170,12 @@ def _swept(
     step = max(_AT_ONCE // (len(items) * n), 1)
     for start in range(0, len(few), step):
         some = exact.at(few.at(slice(start, start + step)))
-        np.maximum(peaks, np.abs(level.effects(some, every)).max(axis=2), out=peaks)
+        np.maximum(peaks, np.abs(_weighed(level.effects(some, every), some)).max(axis=2), out=peaks)
     order = np.argsort((peaks / allowed).max(axis=1), kind="stable")
     if np.isinf(sweep):
         left = dict(items[k] for k in np.sort(order[-MANY:]))
         rest = exact.torque.T - level.effects(exact, left).sum(axis=0)
-        return left, float((np.abs(rest).max(axis=1) / allowed).max())
+        return left, float((np.abs(_weighed(rest, exact)).max(axis=1) / allowed).max())
     gone, share = _gone(exact.at(few), level, [items[k] for k in order], allowed, sweep)
     if len(few) < len(states) and len(items) - gone <= _MOST:
         gone, share = _gone(exact, level, [items[k] for k in order], allowed, sweep)
@@ -194,9 +200,14 @@ def _gone(
     for start in range(0, len(items) - MANY, step):
         some = dict(items[start : min(start + step, len(items) - MANY)])
         sums = lost + np.cumsum(level.effects(exact, some), axis=0)
-        errors = (np.abs(sums).max(axis=2) / allowed).max(axis=1)
+        errors = (np.abs(_weighed(sums, exact)).max(axis=2) / allowed).max(axis=1)
         within = np.flatnonzero(errors <= sweep)
         if within.size:
             gone, share = start + int(within[-1]) + 1, float(errors[within[-1]])
         lost = sums[-1]
     return gone, share
+
+
+def _weighed(effects: FloatArray, exact: ExactDynamics) -> FloatArray:
+    """Effects (K, n, N) as they count."""
+    return effects if exact.states.weights is None else effects * exact.states.weights.T

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.formulations.interface import Method
 from gd_analyze.formulations.methods import known_method
+from gd_analyze.mass_matrix import refusal
 from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import RobotArm
 from gd_analyze.simulation.drivetrain import NO_DRIVES, Drivetrain
@@ -51,9 +51,8 @@ def joint_accelerations(
     UsageError
         If the method is unknown, shapes do not fit the arm or a number is not finite.
     ArmError
-        If drives or friction are asked for and the arm describes no drives.
-    GdAnalyzeError
-        If D is singular: then a joint moves nothing that has mass, and its acceleration can be anything.
+        If drives or friction are asked for and the arm describes no drives. If D is singular: then a joint
+        moves nothing that has mass, and its acceleration can be anything. If D has a negative eigenvalue.
     """
     _, (q, qd, torque) = checked_states(arm, q=q, qd=qd, torque=torque)
     formulation = known_method(method)
@@ -76,34 +75,17 @@ def solve_accelerations(
     floor = round_off_bounds(arm, q, still, still)["inertia"]
     try:
         pivots = np.diagonal(np.linalg.cholesky(inertia), axis1=-2, axis2=-1) ** 2
+        is_sound = bool((pivots > floor).all())
     except np.linalg.LinAlgError:
-        raise _singular(arm, inertia, floor) from None
-    if not (pivots > floor).all():
-        raise _singular(arm, inertia, floor)
+        is_sound = False
+    if not is_sound:
+        worst = int(np.linalg.eigvalsh(inertia)[:, 0].argmin())
+        raise refusal(
+            arm,
+            q.reshape(-1, arm.n_joints)[worst],
+            inertia[worst],
+            np.full(arm.n_joints, floor),
+            f"set point {worst + 1}",
+        )
     solution: FloatArray = np.linalg.solve(inertia, accelerating[..., None])
     return solution.reshape(q.shape)
-
-
-def _singular(arm: RobotArm, inertia: FloatArray, floor: float) -> GdAnalyzeError:
-    """Say which joint of which set point moves nothing, by elimination from the first joint on."""
-    left = inertia.copy()
-    for i, joint in enumerate(arm.joints):
-        pivots = left[:, i, i]
-        if not (pivots > floor).all():
-            worst = int(np.argmin(pivots))
-            return GdAnalyzeError(
-                f"D is singular: joint {i + 1} ({joint.name}) has no effective inertia",
-                where=f"arm {arm.name}, set point {worst + 1}",
-                expected=f"more than {floor:.1e} (what round-off can explain) with the joints before it free",
-                found=f"{pivots[worst]:.1e}",
-                next_step="give the links behind that joint mass and inertia about its axis, or add the "
-                "inertia of the drives (Drivetrain(inertia=True))",
-            )
-        column = left[:, i:, i]
-        left[:, i:, i:] -= np.einsum("na,nb,n->nab", column, column, 1.0 / pivots)
-    return GdAnalyzeError(
-        "D is singular",
-        where=f"arm {arm.name}",
-        expected="a positive definite D",
-        next_step="give every link mass and inertia about its joint's axis, or add the drives' inertia",
-    )

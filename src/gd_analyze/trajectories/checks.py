@@ -124,7 +124,10 @@ def _limit_warning(trajectory: Trajectory, violation: Violation) -> str:
     set_point = int(np.searchsorted(trajectory.time, violation.time)) + 1
     message = f"trajectory {trajectory.name}: {violation}, at set point {set_point} ({violation.time:.4g} s)"
     derived = {"rate": "qd", "acceleration": "qdd"}.get(violation.quantity)
-    if derived in trajectory.derived:
+    if trajectory.recording is not None and trajectory.recording.measured:
+        if derived:
+            message += "; it is of smoothed readings: a lower --cutoff smooths more"
+    elif derived in trajectory.derived:
         message += (
             f"; {derived} was derived from the file's numbers, which amplifies their noise and rounding: "
             f"smooth them or add {derived} columns if that is the cause"

@@ -5,32 +5,19 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.given_numbers import number_in
+from gd_analyze.logs.roles import SET_POINT_COLUMN
+from gd_analyze.logs.text_layout import LONGEST_NAME
 from gd_analyze.robots import RobotArm
 from gd_analyze.visible import in_python
 
 KINDS = ("q", "qd", "qdd")
 
-_COLUMN = re.compile(r"(qdd|qd|q)([1-9][0-9]{0,5})(_deg)?")
-# Names that logs of robots and simulators give their columns, most specific first.
-_KIND_HINTS = (
-    ("qdd", re.compile(r"acc|qdd")),
-    ("qd", re.compile(r"vel|speed|rate|qd")),
-    ("q", re.compile(r"pos|joint|angle|theta|axis|q")),
-)
-_TIME_HINT = re.compile(r"t|.*(time|stamp|sec)\w*")
-_EFFORT_HINT = re.compile(r"torque|effort|tau|force|current")
-# Names of columns in logs of robots, topics included, are shorter; only such names are looked into.
-_LONGEST_NAME = 200
 # Names that a message lists.
 _MOST_LISTED = 40
-# Columns per joint that a message can name and still be read.
-_MOST_NAMED = 8
 
 
 @dataclass(frozen=True)
@@ -70,23 +57,27 @@ def read_columns(cells: Sequence[str], arm: RobotArm, header: Location) -> Colum
     Raises
     ------
     TrajectoryError
-        If the line holds numbers, or a column is unknown, given twice or missing, or the columns are
-        those of an arm with another number of joints.
+        If a column is unknown, given twice or missing, or the columns are those of an arm with another
+        number of joints.
     """
     names = tuple(cell.strip() for cell in cells)
     _refuse_long_names(names, header)
-    _refuse_numbers(names, header)
     found: dict[tuple[str, int], int] = {}
     degrees = set()
     for column, name in enumerate(names):
         where = replace(header, column=column + 1)
-        match = _COLUMN.fullmatch(name.lower())
+        match = SET_POINT_COLUMN.fullmatch(name.lower())
         if name.lower() == "time":
             key = ("time", 0)
         elif match:
             key = (match[1], int(match[2]))
         else:
-            raise _unknown_column(name, names, arm, where)
+            raise TrajectoryError(
+                f"column {name!r} is unknown",
+                where=where,
+                expected=f"time, q1..q{arm.n_joints}, qd1.., qdd1..; _deg appended for degrees",
+                found=repr(name),
+            )
         if key in found:
             raise TrajectoryError(
                 f"column {name} is given twice",
@@ -161,31 +152,14 @@ def _listed(names: Sequence[str]) -> str:
 
 def _refuse_long_names(names: Sequence[str], where: Location) -> None:
     for column, name in enumerate(names, start=1):
-        if len(name) > _LONGEST_NAME:
+        if len(name) > LONGEST_NAME:
             raise TrajectoryError(
                 f"the name of column {column} is far too long",
                 where=replace(where, column=column),
-                expected=f"a name such as time or q1, up to {_LONGEST_NAME} characters",
+                expected=f"a name such as time or q1, up to {LONGEST_NAME} characters",
                 found=in_python(name),
                 next_step="check that the file is a trajectory",
             )
-
-
-def _refuse_numbers(names: Sequence[str], where: Location) -> None:
-    # A log without a header may have names among its first row's numbers.
-    if sum(number_in(name) is not None for name in names) <= len(names) / 2:
-        return
-    values = len(names) - 1
-    kinds = next((count for count in (3, 2) if values % count == 0 and values // count > 1), 1)
-    joints = values // kinds
-    header = header_for(joints, KINDS[:kinds]) if joints <= _MOST_LISTED else "time,q1,q2 and so on"
-    raise TrajectoryError(
-        "the file has no header line",
-        where=where,
-        expected="the names of the columns",
-        found="numbers",
-        next_step=f"if these are the columns, put this line first: {header}",
-    )
 
 
 def _refuse_degrees_of_length(arm: RobotArm, number: int, name: str, where: Location) -> None:
@@ -197,63 +171,3 @@ def _refuse_degrees_of_length(arm: RobotArm, number: int, name: str, where: Loca
             found=name,
             next_step="rename the column and give metres",
         )
-
-
-def _unknown_column(name: str, names: Sequence[str], arm: RobotArm, where: Location) -> TrajectoryError:
-    n = arm.n_joints
-    if name:
-        what = f"column {name!r} is unknown"
-        next_step = _renaming(names, n) or (
-            f"rename or remove it; of a robot's log the position columns become q1..q{n}, in the order of "
-            "the arm's joints"
-        )
-    else:
-        what = f"column {where.column} has no name"
-        next_step = "name or remove it (pandas writes such a column unless told index=False)"
-    return TrajectoryError(
-        what,
-        where=where,
-        expected=f"time, q1..q{n}, qd1..qd{n}, qdd1..qdd{n}; _deg appended for degrees",
-        found=repr(name),
-        next_step=next_step,
-    )
-
-
-def _renaming(names: Sequence[str], n: int) -> str | None:
-    """How to rename the columns of a robot's log, or None when the names do not tell which joint is which."""
-    guesses = [(name, _guess(name)) for name in names]
-    from_zero = {guess[0] for _, guess in guesses if guess and guess[1] == 0}
-    new_names = [
-        (old, guess[0] if guess[1] is None else f"{guess[0]}{guess[1] + (guess[0] in from_zero)}")
-        for old, guess in guesses
-        if guess
-    ]
-    pairs = [f"{old} -> {new}" for old, new in new_names if new != old.lower().removesuffix("_deg")]
-    if not pairs or len({new for _, new in new_names}) < len(new_names):
-        return None
-    unguessed = [name or "(no name)" for name, guess in guesses if guess is None]
-    # wrist_1 beside shoulder_pan is not the arm's first joint: a wrong order would pass unnoticed.
-    if any(_is_of_a_joint(name) for name in unguessed) or len(pairs) + len(unguessed) > _MOST_NAMED * n:
-        return None
-    advice = "if this is a robot's log, rename " + ", ".join(pairs)
-    if unguessed:
-        advice += "; remove " + ", ".join(unguessed)
-    return advice + " (append _deg where the numbers are degrees; time in s)"
-
-
-def _is_of_a_joint(name: str) -> bool:
-    lowered = name.lower()
-    hinted = any(hint.search(lowered) for _, hint in _KIND_HINTS[:2]) or re.search(r"pos|joint", lowered)
-    return bool(hinted) and not _EFFORT_HINT.search(lowered)
-
-
-def _guess(name: str) -> tuple[str, int | None] | None:
-    """What a column of a robot's log holds: a kind and the number of the joint there, or time and none."""
-    lowered = name.lower().removesuffix("_deg")
-    numbers = re.findall(r"[0-9]+", lowered)
-    if not numbers:
-        return ("time", None) if _TIME_HINT.fullmatch(lowered) else None
-    if _EFFORT_HINT.search(lowered):
-        return None
-    kind = next((kind for kind, hint in _KIND_HINTS if hint.search(lowered)), None)
-    return (kind, int(numbers[-1])) if kind else None

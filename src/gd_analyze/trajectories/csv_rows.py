@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,11 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.given_numbers import LARGEST, are_possible, number_in
+from gd_analyze.given_numbers import are_possible
+from gd_analyze.logs.cells import number_of, split_cells, wrong_width
 from gd_analyze.vectors import FloatArray
-from gd_analyze.visible import in_python
-
-_WITH_COMMA = re.compile(r"[-+]?[0-9]+,[0-9]+([eE][-+]?[0-9]+)?")
 
 
 @dataclass(frozen=True)
@@ -43,16 +39,7 @@ class Rows:
         TrajectoryError
             If a quote is left open, or a cell is far too long for a number.
         """
-        try:
-            return next(csv.reader([self.lines[row]], delimiter=self.delimiter, strict=True))
-        except csv.Error as error:
-            raise TrajectoryError(
-                "the line is not CSV",
-                where=self.place(row),
-                expected="short cells between commas, every quote closed",
-                found=str(error),
-                next_step="check that the file is a trajectory",
-            ) from None
+        return split_cells(self.lines[row], self.delimiter, self.place(row))
 
     def numbers(self, names: Sequence[str], time: int) -> FloatArray:
         """All numbers below the header, finite and in time, shape (rows, columns).
@@ -84,15 +71,9 @@ class Rows:
     def _numbers_of(self, row: int, names: Sequence[str]) -> list[float]:
         cells = self.cells(row)
         if len(cells) != len(names):
-            raise TrajectoryError(
-                f"the line has too {'few' if len(cells) < len(names) else 'many'} columns",
-                where=self.place(row, min(len(cells), len(names))),
-                expected=f"{len(names)} columns, as in the header",
-                found=str(len(cells)),
-                next_step="complete the line, or remove it if the recording broke off there",
-            )
+            raise wrong_width(len(cells), len(names), self.place(row, min(len(cells), len(names))))
         return [
-            _number(cell.strip(), name, self.place(row, column))
+            number_of(cell.strip(), name, self.place(row, column))
             for column, (cell, name) in enumerate(zip(cells, names, strict=True))
         ]
 
@@ -107,35 +88,3 @@ class Rows:
                 found=f"{time[k + 1]!s} s",
                 next_step="sort the set points by time and keep one for each instant",
             )
-
-
-def _number(cell: str, name: str, where: Location) -> float:
-    number = number_in(cell)
-    if number is None:
-        if cell.lower().lstrip("+-") in ("nan", "inf", "infinity"):
-            raise TrajectoryError(
-                f"{name} is not a finite number",
-                where=where,
-                expected="a finite number",
-                found=cell,
-                next_step="replace or remove the set point; gaps are not filled in",
-            )
-        comma = _WITH_COMMA.fullmatch(cell)
-        raise TrajectoryError(
-            f"{name} is not a number",
-            where=where,
-            expected="a number in the digits 0 to 9, such as -1.5 or 2e-3",
-            found=in_python(cell) if cell else "an empty cell",
-            next_step="write decimal points, not commas"
-            if comma
-            else "give a number there, or remove the set point",
-        )
-    if not are_possible(number):
-        raise TrajectoryError(
-            f"{name} is too large for any motion",
-            where=where,
-            expected=f"numbers up to {LARGEST:g}",
-            found=in_python(cell),
-            next_step="check its unit: time is in seconds, and may start at 0",
-        )
-    return number

@@ -10,6 +10,8 @@ stated, which a spline through the positions would contradict.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from gd_analyze.vectors import FloatArray
@@ -21,7 +23,11 @@ _LAST_DIGITS = 4 * float(np.finfo(float).eps)
 
 
 def complete_rates(
-    time: FloatArray, q: FloatArray, qd: FloatArray | None, qdd: FloatArray | None
+    time: FloatArray,
+    q: FloatArray,
+    qd: FloatArray | None,
+    qdd: FloatArray | None,
+    gaps: Sequence[int] = (),
 ) -> tuple[FloatArray, FloatArray, str]:
     """Fill in the rates and accelerations that are missing.
 
@@ -33,6 +39,8 @@ def complete_rates(
         Joint variables, rad (m), shape (N, n).
     qd, qdd
         Their rates and accelerations, same shape, or None.
+    gaps
+        Set points before which nothing is known: every stretch has a spline of its own, and N >= 6 there.
 
     Returns
     -------
@@ -45,11 +53,17 @@ def complete_rates(
     if qd is not None and qdd is not None:
         return qd, qdd, "given"
     if qd is not None:
-        return qd, _differentiate(time, qd, 1), "qdd derived: C4 (quintic) spline through the given qd"
-    rates = _differentiate(time, q, 1)
+        return qd, _along(time, qd, 1, gaps), "qdd derived: C4 (quintic) spline through the given qd"
+    rates = _along(time, q, 1, gaps)
     if qdd is not None:
         return rates, qdd, "qd derived: C4 (quintic) spline through the given q"
-    return rates, _differentiate(time, q, 2), "qd and qdd derived: C4 (quintic) spline through the given q"
+    return rates, _along(time, q, 2, gaps), "qd and qdd derived: C4 (quintic) spline through the given q"
+
+
+def _along(time: FloatArray, values: FloatArray, order: int, gaps: Sequence[int]) -> FloatArray:
+    """Differentiate stretch by stretch."""
+    parts = zip(np.split(time, gaps), np.split(values, gaps), strict=True)
+    return np.concatenate([_differentiate(*part, order) for part in parts])
 
 
 def _differentiate(time: FloatArray, values: FloatArray, order: int) -> FloatArray:

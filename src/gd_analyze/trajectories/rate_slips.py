@@ -44,22 +44,28 @@ def rate_slips(trajectory: Trajectory) -> list[str]:
     ):
         joints_of: dict[float | None, list[int]] = {}
         if name not in trajectory.derived:
-            for joint, factor in _contradicted(trajectory.time, values, derivative).items():
+            found = _contradicted(trajectory.time, values, derivative, trajectory.gaps)
+            for joint, factor in found.items():
                 joints_of.setdefault(factor, []).append(joint + 1)
         if joints_of:
             return [_sentence(name, factor, joints) for factor, joints in joints_of.items()]
     return []
 
 
-def _contradicted(time: FloatArray, x: FloatArray, v: FloatArray) -> dict[int, float | None]:
+def _contradicted(
+    time: FloatArray, x: FloatArray, v: FloatArray, gaps: tuple[int, ...]
+) -> dict[int, float | None]:
     """Joints (from 0) where v is not the derivative of x, and the factor by which v is too large.
 
-    None where it is no factor; of the known factors the exact one.
+    None where it is no factor; of the known factors the exact one. Changes across gaps do not count.
     """
     steps = np.diff(time)[:, None]
     changes = np.diff(x, axis=0)
     integrals = steps * (v[1:] + v[:-1]) / 2
     unsure = steps * np.abs(np.diff(v, axis=0)) / 2
+    across = np.array(gaps, dtype=int) - 1
+    for array in (changes, integrals, unsure):
+        array[across] = 0.0
     worst = np.argsort(np.abs(changes - integrals), axis=0)[-_LEFT_OUT:]
     for array in (changes, integrals, unsure):
         np.put_along_axis(array, worst, 0.0, axis=0)

@@ -10,7 +10,7 @@ from gd_analyze.vectors import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Readings of a motion at its set points, and what was made of them.
+    """Readings of a motion at its set points, and what was made of them; of a plan its numbers as logged.
 
     Parameters
     ----------
@@ -19,7 +19,7 @@ class Recording:
     torque
         Torques at the joints as read, N m (N), shape (N, n); None where the log has none.
     torque_filtered
-        The same through the filter that the motion passed.
+        The same through the filter that the motion passed, without delay like it.
     cutoff
         Cut-off frequency of the filter, Hz, shape (n,); None where none was used.
     noise_q, noise_qdd
@@ -39,3 +39,8 @@ class Recording:
     noise_qdd: FloatArray
     columns: tuple[ColumnUse, ...] = ()
     treatment: tuple[str, ...] = ()
+
+    @property
+    def measured(self) -> bool:
+        """Whether these are readings that were smoothed; else a plan that a log holds."""
+        return self.cutoff is not None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,13 +13,20 @@ from gd_analyze.errors import TrajectoryError
 from gd_analyze.formatting import number
 from gd_analyze.given_numbers import LARGEST, are_possible, array_of
 from gd_analyze.shown import html_of
+from gd_analyze.trajectories.motions import Motion
 from gd_analyze.trajectories.recording import Recording
 from gd_analyze.vectors import FloatArray
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from gd_analyze.robots import RobotArm
+    from gd_analyze.trajectories.treatment import Treatment
 
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """Set points of one motion.
+    """Set points of one motion, or of several one after the other.
 
     Parameters
     ----------
@@ -37,6 +45,8 @@ class Trajectory:
         broke off there, or another motion begins.
     recording
         The readings behind a measured motion; None of a plan.
+    motions
+        Which set points are whose, where the trajectory is a pool of several motions.
 
     Raises
     ------
@@ -54,6 +64,7 @@ class Trajectory:
     rates_from: str = "given"
     gaps: tuple[int, ...] = ()
     recording: Recording | None = None
+    motions: tuple[Motion, ...] = ()
 
     def __post_init__(self) -> None:
         shape = array_of(self.q, "q", TrajectoryError).shape
@@ -102,6 +113,54 @@ class Trajectory:
                 expected=f"ascending numbers from 1 to {shape[0] - 1}",
                 found=str(self.gaps),
             )
+
+    @classmethod
+    def from_arrays(
+        cls,
+        time: ArrayLike,
+        q: ArrayLike,
+        qd: ArrayLike | None = None,
+        qdd: ArrayLike | None = None,
+        *,
+        name: str = "trajectory",
+        measured: bool = False,
+        arm: RobotArm | None = None,
+        treatment: Treatment | None = None,
+    ) -> Trajectory:
+        """Take a motion from arrays.
+
+        Parameters
+        ----------
+        time
+            s, shape (N,).
+        q, qd, qdd
+            Joint variables and, where known, rates and accelerations, rad (m) and per s, s^2, shape (N, n).
+        name
+            Short identifier.
+        measured
+            Whether these are readings: they are smoothed then as those of a log; see `motion_of`. Of a plan
+            time has to increase, and what is missing is derived, see `complete_rates`.
+        arm, treatment
+            Of readings: whose joints, so that jumps of full turns are undone; and how to treat them.
+
+        Raises
+        ------
+        TrajectoryError
+            If shapes disagree, there are too few set points to derive what is missing, or as for the value.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> time = np.linspace(0.0, 2.0, 101)
+        >>> motion = Trajectory.from_arrays(time, np.column_stack([np.sin(time), np.cos(time)]))
+        >>> motion.rates_from
+        'qd and qdd derived: C4 (quintic) spline through the given q'
+        """
+        from gd_analyze.trajectories.from_arrays import planned_motion, recorded_motion
+
+        if measured:
+            return recorded_motion(time, q, qd, qdd, name, arm, treatment)
+        return planned_motion(time, q, qd, qdd, name)
 
     def __repr__(self) -> str:
         size = f"{self.n_joints} joints, {self.n_set_points} set points"

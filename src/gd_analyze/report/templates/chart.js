@@ -44,7 +44,8 @@ const chart = (() => {
 
   const text = (x, y, words, more = "") => `<text x="${px(x)}" y="${px(y)}" ${more}>${safe(words)}</text>`;
   const line = (x1, y1, x2, y2, kind) => `<line class="${kind}" x1="${px(x1)}" y1="${px(y1)}" x2="${px(x2)}" y2="${px(y2)}"/>`;
-  const path = (points) => points.map(([x, y], k) => `${k ? "L" : "M"}${px(x)},${px(y)}`).join("");
+  // A line through points; before those numbered in `breaks` it begins anew.
+  const path = (points, breaks) => points.map(([x, y], k) => `${k && !(breaks && breaks.includes(k)) ? "L" : "M"}${px(x)},${px(y)}`).join("");
 
   // Axes of a panel: `body` is drawn between grid and labels; places come from value to pixel.
   function frame({ width, height, x, y, unit, most, names }) {
@@ -78,6 +79,7 @@ const chart = (() => {
   function curves(spec, xs, { width, height, range, hidden, names, window }) {
     const [from, to] = window || [0, xs.length - 1];
     const box = frame({ width, height, x: [xs[from], xs[to]], y: range, unit: spec.unit, names });
+    const breaks = (spec.breaks || []).map((k) => k - from);
     let body = "";
     if (spec.band) {
       const top = Math.max(box.atY(spec.band), box.top), bottom = Math.min(box.atY(-spec.band), box.bottom);
@@ -87,7 +89,7 @@ const chart = (() => {
       if (hidden.has(trace.role)) continue;
       const points = [];
       for (let k = from; k <= to; k += 1) points.push([box.atX(xs[k]), box.atY(trace.y[k])]);
-      body += points.length > 1 ? `<path class="curve ${trace.role}" d="${path(points)}"/>` : `<circle class="dot ${trace.role}" cx="${px(box.left + 20)}" cy="${px(points[0][1])}" r="4"/>`;
+      body += points.length > 1 ? `<path class="curve ${trace.role}" d="${path(points, breaks)}"/>` : `<circle class="dot ${trace.role}" cx="${px(box.left + 20)}" cy="${px(points[0][1])}" r="4"/>`;
     }
     return { content: svg(width, height, box.under + body), box, from, to };
   }
@@ -102,15 +104,19 @@ const chart = (() => {
         if (trace.role === "total" || hidden.has(trace.role)) continue;
         const outer = inner.map((edge, k) => edge + clip(trace.y[k]));
         if (outer.some((edge, k) => edge !== inner[k])) {
-          const forth = xs.map((x, k) => [box.atX(x), box.atY(outer[k])]);
-          const back = xs.map((x, k) => [box.atX(x), box.atY(inner[k])]).reverse();
-          body += `<path class="area ${trace.role}" d="${path([...forth, ...back])}Z"/>`;
+          const ends = [0, ...(spec.breaks || []), xs.length];
+          const around = ends.slice(1).map((end, part) => {
+            const at = xs.slice(ends[part], end).map((x, k) => [box.atX(x), ends[part] + k]);
+            const forth = at.map(([x, k]) => [x, box.atY(outer[k])]), back = at.map(([x, k]) => [x, box.atY(inner[k])]).reverse();
+            return `${path([...forth, ...back])}Z`;
+          });
+          body += `<path class="area ${trace.role}" d="${around.join("")}"/>`;
         }
         outer.forEach((edge, k) => { inner[k] = edge; });
       }
     }
     const total = spec.traces.find((trace) => trace.role === "total");
-    body += `<path class="curve total" d="${path(xs.map((x, k) => [box.atX(x), box.atY(total.y[k])]))}"/>`;
+    body += `<path class="curve total" d="${path(xs.map((x, k) => [box.atX(x), box.atY(total.y[k])]), spec.breaks)}"/>`;
     for (const limit of spec.limit ? [spec.limit, -spec.limit] : []) {
       if (limit > range[0] && limit < range[1]) body += line(box.left, box.atY(limit), box.right, box.atY(limit), "limit");
     }

@@ -53,7 +53,7 @@ report.viewer = (() => {
     const ends = [viewer.path[0], viewer.path[viewer.path.length - 1]].map(place);
     let out = grid.map(([from, to]) => line(...place(from), ...place(to), "floor")).join("");
     const shadow = viewer.path.map((point) => place(point.map((value, k) => (k === normal ? low[normal] : value))));
-    if (flat === null) out += `<path class="shadow" d="${path(shadow)}"/>` + line(...place(base), ...place(base.map((value, k) => (k === 2 ? low[2] : value))), "column");
+    if (flat === null) out += `<path class="shadow" d="${path(shadow, viewer.breaks)}"/>` + line(...place(base), ...place(base.map((value, k) => (k === 2 ? low[2] : value))), "column");
     viewer.axes.forEach((axis, k) => {
       const tip = place(base.map((value, i) => value + 0.9 * step * axis[i])), foot = place(base);
       if (Math.hypot(tip[0] - foot[0], tip[1] - foot[1]) < 8) return;
@@ -62,7 +62,7 @@ report.viewer = (() => {
     });
     const ghosts = [0, 0.2, 0.4, 0.6, 0.8, 1].map((share) => Math.round(share * last)).filter((frame, k, all) => all.indexOf(frame) === k);
     out += ghosts.map((frame) => posture(viewer.points[frame], "ghost")).join("");
-    out += `<path class="hand" d="${path(viewer.path.map(place))}"/>`;
+    out += `<path class="hand" d="${path(viewer.path.map(place), viewer.breaks)}"/>`;
     const closed = Math.hypot(ends[0][0] - ends[1][0], ends[0][1] - ends[1][1]) < 9;
     const mark = ([x, y], words, kind, below) => `<circle class="${kind}" cx="${px(x)}" cy="${px(y)}" r="4.5"/>` + text(x, y + (below ? 18 : -9), words, 'class="end-name" text-anchor="middle"');
     if (closed) return [out, mark(ends[0], last ? "start and end" : "hand", "start", false)];

@@ -1,0 +1,339 @@
+"""A log in a text file: comma, semicolon, tab or blanks; read in blocks, and only the columns needed."""
+
+from __future__ import annotations
+
+import io
+import re
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from decimal import Decimal, InvalidOperation
+from functools import cache, cached_property
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from gd_analyze.errors import Location, TrajectoryError
+from gd_analyze.given_numbers import LARGEST, number_in
+from gd_analyze.logs.cells import number_of, split_cells, wrong_width
+from gd_analyze.logs.table import Columns, Progress, Stamps, no_progress
+from gd_analyze.logs.text_layout import EMPTY, Layout, layout_of
+
+_BLOCK = 8_000_000  # bytes read at once
+_HEAD_BYTES = 1_000_000
+_HEAD_ROWS = 200
+# Doubles hold smaller instants to a few nanoseconds; of larger ones the whole part is taken off first.
+_EXACT_ENOUGH = 1e6
+_NEEDS_LOOK = re.compile(rb"(?m)^[ \t]*(?:#|$)")
+_NOT_GIVEN = sorted({word for empty in EMPTY for word in (empty, empty.upper(), empty.capitalize(), "NaN")})
+
+
+@dataclass(frozen=True, eq=False)
+class TextTable:
+    """A text file, or the bytes of one.
+
+    Parameters
+    ----------
+    path
+        Of the file, or what to call the bytes.
+    data
+        The bytes, where they were not read from a file.
+    given_names
+        Names of the columns of a file that has none.
+    """
+
+    path: str | Path
+    data: bytes | None = None
+    given_names: tuple[str, ...] = ()
+    planned: bool | None = field(default=None, init=False)
+
+    @cached_property
+    def _first_lines(self) -> list[str]:
+        with self._opened() as file:
+            head = file.read(_HEAD_BYTES)
+            whole = len(head) < _HEAD_BYTES
+        self._refuse_binary(head)
+        try:
+            text = head.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = head.decode("latin-1")
+        lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+        return lines if whole else lines[:-1] or lines
+
+    @cached_property
+    def layout(self) -> Layout:
+        """How it is laid out."""
+        return layout_of(self._first_lines, self.path)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        return self.given_names or self.layout.names
+
+    @cached_property
+    def _head(self) -> list[list[str]]:
+        rows = []
+        for number in range(self.layout.first, len(self._first_lines) + 1):
+            line = self._first_lines[number - 1]
+            if line.strip() and not line.lstrip().startswith("#"):
+                cells = split_cells(line, self.layout.delimiter, Location(self.path, number))
+                rows.append([cell.strip() for cell in cells])
+                if len(rows) == _HEAD_ROWS:
+                    break
+        return rows
+
+    @property
+    def first_cells(self) -> list[str]:
+        """Cells of the first row."""
+        return self._head[0]
+
+    def require_constant(self, columns: Sequence[int]) -> None:
+        """Raise a TrajectoryError where columns of text are not the same in every row."""
+        first = self.first_cells
+        for block in self._blocks(no_progress):
+            frame = self._parsed(block, list(columns), frozenset(columns))
+            for column in columns:
+                cells = frame[column].to_numpy(dtype=object)
+                if all(cell == first[column] for cell in cells):
+                    continue
+                row = next(k for k, cell in enumerate(cells) if cell != first[column])
+                raise TrajectoryError(
+                    "the joints' names change",
+                    where=Location(self.path, block.numbers[row], column + 1),
+                    expected=first[column],
+                    found=str(cells[row]),
+                    next_step="keep the rows of one arm in a file of their own",
+                )
+
+    def head(self, column: int) -> list[str | float]:
+        """First cells of a column."""
+        cells = [row[column] if column < len(row) else "" for row in self._head]
+        read: list[str | float] = []
+        for cell in cells:
+            number = number_in(cell.replace(",", ".") if self.layout.decimal == "," else cell)
+            read.append(float("nan") if cell.lower() in EMPTY else cell if number is None else number)
+        return read
+
+    def stands(self, column: int) -> bool:
+        """Whether the first cells are all the same."""
+        cells = {row[column] for row in self._head if column < len(row)}
+        return len(self._head) > 1 and len(cells) == 1 and "" not in cells
+
+    def where(self, row: int | None = None, column: int | None = None) -> Location:
+        """Place in the file; to find a row's line takes as long as to read the file."""
+        line = self.layout.header or None if row is None else None
+        if row is not None:
+            for block in self._blocks(no_progress):
+                if row < len(block.numbers):
+                    line = block.numbers[row]
+                    break
+                row -= len(block.numbers)
+        return Location(self.path, line, None if column is None else column + 1)
+
+    def read(
+        self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress = no_progress
+    ) -> Columns:
+        """Read columns in one pass through the file."""
+        parts, texts = [], []
+        for block in self._blocks(progress):
+            frame = self._parsed(block, sorted({*numbers, *stamps}), frozenset(stamps))
+            values = frame[list(numbers)].to_numpy(dtype=float) if numbers else np.empty((len(frame), 0))
+            if np.isinf(values).any() or (np.abs(values) > LARGEST).any():
+                self._locate(block, numbers, frozenset())
+            parts.append(values)
+            texts.append([frame[column].to_numpy(dtype=object) for column in stamps])
+        table = np.concatenate(parts) if parts else np.empty((0, len(numbers)))
+        parts.clear()
+        return Columns(
+            table, tuple(self._stamps([part[k] for part in texts], column) for k, column in enumerate(stamps))
+        )
+
+    def _parsed(self, block: _Block, columns: list[int], as_text: frozenset[int]) -> Any:
+        """Columns of a block as a frame; any fault of it is told with its line and column."""
+        import pandas as pd
+
+        last = self.layout.width - 1
+        asked = sorted({*columns, last})
+        text = as_text | ({last} - set(columns))
+        white = self.layout.delimiter == " "
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error", pd.errors.ParserWarning)
+                frame = pd.read_csv(
+                    io.BytesIO(block.data),
+                    header=None,
+                    names=range(self.layout.width),
+                    index_col=False,
+                    usecols=asked,
+                    sep=r"\s+" if white else self.layout.delimiter,
+                    decimal=self.layout.decimal,
+                    dtype={column: object if column in text else float for column in asked},
+                    skipinitialspace=True,
+                    keep_default_na=False,
+                    na_values=_NOT_GIVEN,
+                    skip_blank_lines=False,
+                    encoding_errors="replace",
+                    **_exact(),
+                    low_memory=False,
+                )
+        except (ValueError, OverflowError, pd.errors.ParserWarning):
+            frame = None
+        if frame is None or len(frame) != len(block.numbers) or not self._widths_fit(block, frame[last]):
+            self._locate(block, columns, as_text)
+            raise TrajectoryError(
+                "the log cannot be read as a table",
+                where=Location(self.path, block.numbers[0]),
+                expected=f"{self.layout.width} cells in each line",
+                next_step="check the lines from there on",
+            )
+        return frame
+
+    def _widths_fit(self, block: _Block, last: Any) -> bool:
+        """Whether every line has as many cells as there are names; delimiters tell, quotes aside."""
+        sign = self.layout.delimiter
+        if sign == " ":
+            return all(len(line.split()) == self.layout.width for line in block.data.splitlines())
+        if b'"' in block.data:
+            return all(
+                len(split_cells(line, sign, Location(self.path))) == self.layout.width for line in block.lines
+            )
+        between = self.layout.width - 1
+        if block.data.count(sign.encode()) != between * len(block.numbers):
+            return False
+        lines = block.data.split(b"\n") if last.isna().any() else []
+        return all(line.count(sign.encode()) == between for line in lines if line)
+
+    def _locate(self, block: _Block, columns: Sequence[int], as_text: frozenset[int]) -> None:
+        """Raise for the first cell of a block that is wrong; slow, but knows where it is."""
+        layout = self.layout
+        for number, line in zip(block.numbers, block.lines, strict=True):
+            cells = split_cells(line, layout.delimiter, Location(self.path, number))
+            if len(cells) != layout.width:
+                where = Location(self.path, number, min(len(cells), layout.width) + 1)
+                raise wrong_width(
+                    len(cells),
+                    layout.width,
+                    where,
+                    "as in the header" if layout.header else "as in the first",
+                )
+            for column in columns:
+                cell = cells[column].strip()
+                if cell.lower() not in EMPTY:
+                    plain = cell.replace(",", ".") if layout.decimal == "," else cell
+                    name = self.names[column] or f"column {column + 1}"
+                    if column not in as_text:  # of stamps any size is possible, and text is not read here
+                        number_of(plain, name, Location(self.path, number, column + 1))
+
+    def _stamps(self, blocks: Sequence[Any], column: int) -> Stamps:
+        """Instants from their digits, so that nothing is lost of an epoch in nanoseconds."""
+        cells = np.concatenate(blocks) if blocks else np.empty(0, dtype=object)
+        texts = [cell.strip() if isinstance(cell, str) else "nan" for cell in cells]
+        if self.layout.decimal == ",":
+            texts = [text.replace(",", ".") for text in texts]
+        values = np.empty(len(texts))
+        for row, text in enumerate(texts):
+            number = float("nan") if text == "nan" else number_in(text)
+            if number is None or abs(number) == float("inf"):
+                name = self.names[column] or f"column {column + 1}"
+                number_of(text, name, self.where(row, column))
+            values[row] = number
+        known = values[np.isfinite(values)]
+        if not known.size or np.abs(known).max() < _EXACT_ENOUGH or np.abs(known).max() > 2.0**62:
+            return Stamps(0, values)
+        try:
+            base = int(known[0])
+            rest = [np.nan if text == "nan" else float(Decimal(text) - base) for text in texts]
+        except InvalidOperation:
+            return Stamps.of(values)
+        return Stamps(base, np.array(rest))
+
+    def _blocks(self, progress: Progress) -> Iterator[_Block]:
+        """The rows, some megabytes at a time, cut between lines."""
+        size = len(self.data) if self.data is not None else Path(self.path).stat().st_size
+        number, begin = 1, self.layout.first
+        with self._opened() as file:
+            rest, done = b"", 0
+            while True:
+                piece = file.read(_BLOCK)
+                done += len(piece)
+                progress(done, max(size, done))
+                data = rest + piece
+                cut = data.rfind(b"\n") + 1 if piece else len(data)
+                if piece and not cut:
+                    rest = data
+                    continue
+                rest = data[cut:]
+                lines = data[:cut].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+                if lines:
+                    self._refuse_binary(lines)
+                    block, number = _block(lines, number, begin)
+                    if block.numbers:
+                        yield block
+                if not piece:
+                    return
+
+    def _opened(self) -> BinaryIO:
+        try:
+            return io.BytesIO(self.data) if self.data is not None else Path(self.path).open("rb")
+        except OSError as error:
+            raise TrajectoryError(
+                "cannot read the log",
+                where=Location(self.path),
+                found=error.strerror or str(error),
+                next_step="give the path of a file you may read",
+            ) from None
+
+    def _refuse_binary(self, data: bytes) -> None:
+        if b"\0" in data:
+            raise TrajectoryError(
+                "the log is not a text table",
+                where=Location(self.path),
+                expected="text in UTF-8, or a file that ends in .db3, .mcap, .bag, .parquet or .yaml",
+                found="UTF-16"
+                if data.startswith((b"\xff\xfe", b"\xfe\xff"))
+                else "a binary file (zero bytes)",
+                next_step="save it as CSV in UTF-8",
+            )
+
+
+@cache
+def _exact() -> dict[str, Any]:
+    """What makes pandas read every digit; since version 3.1 it does, and says so of the word."""
+    import pandas as pd
+
+    release = tuple(int(part) for part in pd.__version__.split(".")[:2])
+    return {} if release >= (3, 1) else {"float_precision": "round_trip"}
+
+
+@dataclass(frozen=True, eq=False)
+class _Block:
+    """Some rows: their bytes without comments and blank lines, and where they stand in the file."""
+
+    data: bytes
+    numbers: Sequence[int]
+
+    @property
+    def lines(self) -> list[str]:
+        return self.data.decode("utf-8", errors="replace").removesuffix("\n").split("\n")
+
+
+def _block(data: bytes, number: int, begin: int) -> tuple[_Block, int]:
+    """The rows among some lines, the first of which is line `number`; rows begin on line `begin`."""
+    if not data.endswith(b"\n"):
+        data += b"\n"
+    count = data.count(b"\n")
+    following = number + count
+    if number >= begin and not _NEEDS_LOOK.search(data[:-1]):
+        return _Block(data, range(number, following)), following
+    kept = [
+        (k, line)
+        for k, line in enumerate(data[:-1].split(b"\n"), number)
+        if k >= begin and line.strip() and not line.lstrip().startswith(b"#")
+    ]
+    return _Block(b"".join(line + b"\n" for _, line in kept), [k for k, _ in kept]), following
+
+
+def is_text(column: Sequence[str | float]) -> bool:
+    """Whether first cells are text, none of them a number."""
+    return any(isinstance(cell, str) for cell in column)

@@ -1,0 +1,81 @@
+"""Logs that are read where a trajectory is asked for: which files these are, and the motion in them."""
+
+from __future__ import annotations
+
+import csv
+from contextlib import suppress
+from pathlib import Path
+
+from gd_analyze.logs import Reading, read_log
+from gd_analyze.logs.cells import WITH_COMMA
+from gd_analyze.logs.roles import is_of_set_points
+from gd_analyze.logs.table import Progress, no_progress
+from gd_analyze.logs.text_layout import LONGEST_NAME
+from gd_analyze.robots import RobotArm
+from gd_analyze.trajectories.measured import motion_of
+from gd_analyze.trajectories.trajectory import Trajectory
+from gd_analyze.trajectories.treatment import Treatment
+
+# Bytes by which a file is judged.
+HEAD = 100_000
+
+
+def beginning_of(path: Path) -> bytes:
+    """Read the first bytes of a file; none of one that cannot be read."""
+    with suppress(OSError), path.open("rb") as file:
+        return file.read(HEAD)
+    return b""
+
+
+def _rows(head: bytes) -> list[list[str]] | None:
+    """Cells of the first two lines; None where these are no text, or no table."""
+    if b"\0" in head:
+        return None
+    try:
+        text = head.decode("utf-8-sig", errors="ignore")
+        lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+        rows = [line for line in lines if line.strip() and not line.lstrip().startswith("#")][:2]
+        delimiter = max(",;\t", key=rows[0].count) if rows else ","
+        return list(csv.reader(rows, delimiter=delimiter, strict=True))
+    except csv.Error:
+        return None
+
+
+def keeps_contract(head: bytes) -> bool:
+    """Whether a file, by its first bytes, is to be read as set points: by its header, or for its errors."""
+    rows = _rows(head)
+    if not rows:
+        return True
+    names = [name.strip() for name in rows[0]]
+    if any(len(name) > LONGEST_NAME for name in names):
+        return True
+    return all(map(is_of_set_points, names)) and not (len(rows) > 1 and any(map(_has_comma, rows[1])))
+
+
+def _has_comma(cell: str) -> bool:
+    return WITH_COMMA.fullmatch(cell.strip()) is not None
+
+
+def motion_of_log(
+    path: str | Path,
+    arm: RobotArm,
+    reading: Reading,
+    treatment: Treatment | None,
+    data: bytes | None = None,
+    progress: Progress = no_progress,
+) -> Trajectory:
+    """Read a log and make a motion of it.
+
+    Parameters
+    ----------
+    path, arm, reading, data, progress
+        As `read_log` takes them.
+    treatment
+        As `motion_of` takes it.
+
+    Raises
+    ------
+    TrajectoryError
+        As these two.
+    """
+    return motion_of(read_log(path, arm, reading, data=data, progress=progress), arm, treatment)

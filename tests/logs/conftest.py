@@ -1,0 +1,50 @@
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.logs import Logged, Reading, read_log
+from gd_analyze.robots import RobotArm
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Callable[..., Path]:
+    """Writes a log."""
+
+    def write(content: str | bytes, name: str = "log.csv") -> Path:
+        path = tmp_path / name
+        path.write_bytes(content.encode() if isinstance(content, str) else content)
+        return path
+
+    return write
+
+
+@pytest.fixture
+def read(log: Callable[..., Path]) -> Callable[..., Logged]:
+    """Writes a log of text and reads it; keywords are those of `Reading.of`."""
+
+    def call(content: str | bytes, arm: RobotArm, name: str = "log.csv", **asked: object) -> Logged:
+        return read_log(log(content, name), arm, Reading.of(**asked))  # type: ignore[arg-type]
+
+    return call
+
+
+@pytest.fixture
+def warned() -> Callable[[], object]:
+    """Collects the texts of our warnings; any other warning stays an error."""
+
+    @contextmanager
+    def collect() -> Iterator[list[str]]:
+        texts: list[str] = []
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("error")
+            warnings.simplefilter("always", GdAnalyzeWarning)
+            yield texts
+        texts += [str(warning.message) for warning in caught]
+
+    return collect

@@ -1,0 +1,151 @@
+"""What is said of a joint: each verdict for a robot that is so."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gd_analyze.decomposition import torque_of
+from gd_analyze.measured_torque import VERDICTS, compare_torque
+from gd_analyze.results.torque_table import measured_torque_table
+from gd_analyze.results.torque_words import (
+    is_described,
+    measured_rows,
+    torque_sentence,
+    torque_warning,
+    verdict_told,
+)
+from gd_analyze.robots import RobotArm
+from gd_analyze.states import states_of
+from recorded_logs import friction_of, recorded, swinging, with_torques
+from strategies import examples
+
+
+def verdicts(arm: RobotArm, **how: object) -> tuple[str, ...]:
+    return compare_torque(arm, recorded(arm, **how)).verdicts
+
+
+def test_the_right_model(puma: RobotArm) -> None:
+    assert set(verdicts(puma, noise=0.01)) == {"follows"}
+
+
+def with_large_friction(
+    arm: RobotArm, times: float, gain: float = 1.0, noise: float = 0.02
+) -> tuple[str, ...]:
+    """Friction so many times the spread of each joint's own torque."""
+    motion = swinging(arm)
+    exact = torque_of(arm, states_of(motion))
+    size = exact.std(axis=0)
+    drawn = np.random.default_rng(3).normal(size=exact.shape)
+    torque = gain * exact + size * (times * friction_of(motion, 1.0, 0.2, 0.5) + noise * drawn)
+    return compare_torque(arm, with_torques(motion, torque)).verdicts
+
+
+@pytest.mark.parametrize("times", [1.0, 5.0, 20.0])
+def test_friction_beside_the_right_model(puma: RobotArm, times: float) -> None:
+    assert set(with_large_friction(puma, times)) == {"follows but for friction"}
+
+
+@given(gain=st.floats(1.5, 30.0), friction=st.sampled_from([0.0, 0.3, 2.0]))
+@examples(15)
+def test_too_light(puma: RobotArm, gain: float, friction: float) -> None:
+    assert set(with_large_friction(puma, friction, gain)) == {"too light"}
+
+
+@given(gain=st.floats(0.2, 0.7), friction=st.sampled_from([0.0, 0.3, 2.0]))
+@examples(15)
+def test_too_heavy(puma: RobotArm, gain: float, friction: float) -> None:
+    assert set(with_large_friction(puma, friction, gain)) == {"too heavy"}
+
+
+@given(gain=st.floats(0.3, 3.0), friction=st.sampled_from([0.0, 2.0]))
+@examples(10)
+def test_other_sign(puma: RobotArm, gain: float, friction: float) -> None:
+    assert set(with_large_friction(puma, friction, -gain)) == {"other sign"}
+
+
+def test_friction_and_noise_that_hide_the_model(puma: RobotArm) -> None:
+    assert set(with_large_friction(puma, 20.0, noise=3.0)) == {"below friction"}
+
+
+def test_columns_in_another_order(puma: RobotArm) -> None:
+    motion = swinging(puma)
+    exact = torque_of(puma, states_of(motion))
+    order = [0, 2, 1, 3, 5, 4]
+    found = compare_torque(puma, with_torques(motion, exact[:, order]))
+    assert found.verdicts[1:3] == ("another joint's",) * 2
+    assert found.verdicts[4:] == ("another joint's",) * 2
+    assert found.resembles == (0, 3, 2, 0, 6, 5)
+
+
+def test_readings_of_something_else(puma: RobotArm) -> None:
+    motion = swinging(puma)
+    size = torque_of(puma, states_of(motion)).std(axis=0)
+    other = np.cos(np.outer(motion.time, 7.0 + np.arange(6)))
+    assert set(compare_torque(puma, with_torques(motion, 0.3 * size * other)).verdicts) == {"does not follow"}
+
+
+def words(arm: RobotArm, gain: tuple[float, ...]) -> tuple[str, str]:
+    log = recorded(arm, gain=gain)
+    table = measured_torque_table(compare_torque(arm, log), log)
+    assert not is_described(table)
+    return torque_sentence(table), torque_warning(table, arm.name)
+
+
+def test_what_is_said(puma: RobotArm) -> None:
+    said, warned = words(puma, (1.0, 1.9, -1.0, 1.0, 0.4, 0.0))
+    assert said == (
+        "Measured torques: the model holds at joints 1 and 4; the model is too light at joint 2 (by a factor "
+        "1.9); the model is too heavy at joint 5 (by a factor 2.5); the measurement has the other sign at "
+        "joint 3; no torque was measured at joint 6."
+    )
+    assert warned == (
+        "measured torques speak against puma560: the model is too light at joint 2 (by a factor 1.9); the "
+        "model is too heavy at joint 5 (by a factor 2.5); the measurement has the other sign at joint 3. "
+        "What is said of the model there need not hold for the robot; check masses, payload, the unit of the "
+        "torques, the directions of the axes"
+    )
+
+
+def test_another_joint_is_named(two_link: RobotArm) -> None:
+    row = {"verdict": "another joint's", "resembles": 3, "slope_beside_friction": 1.0}
+    assert verdict_told(row) == "follows the model of joint 3"
+
+
+@pytest.mark.parametrize(("slope", "told"), [(1.94, "1.9"), (10.51, "11"), (250.3, "250")])
+def test_factors_are_told_with_two_digits(slope: float, told: str) -> None:
+    row = {"verdict": "too light", "slope_beside_friction": slope}
+    assert verdict_told(row) == f"too light by a factor {told}"
+    row = {"verdict": "too heavy", "slope_beside_friction": 1.0 / slope}
+    assert verdict_told(row) == f"too heavy by a factor {told}"
+
+
+def test_every_verdict_has_words(measured_findings, swing_findings) -> None:
+    assert [row["told"] for row in measured_rows(measured_findings)] == [
+        "follows",
+        "too light by a factor 2",
+    ]
+    assert measured_rows(swing_findings) == []
+    table = measured_findings.tables["measured_torque"]
+    for verdict in VERDICTS:
+        of = table.assign(verdict=("joint", np.array([verdict] * 2), table.verdict.attrs))
+        assert "every joint" in torque_sentence(of)
+        if not is_described(of):
+            assert "every joint" in torque_warning(of, "arm")
+
+
+def test_a_log_that_was_not_filtered(two_link: RobotArm) -> None:
+    log = recorded(two_link)
+    table = measured_torque_table(compare_torque(two_link, log), log)
+    assert table.attrs["filter"] == 0
+    np.testing.assert_array_equal(table.measured, table.filtered)
+    assert log.recording is not None
+    treated = replace(log.recording, torque_filtered=2.0 * log.recording.torque, cutoff=np.array([5.0, 8.0]))
+    smooth = replace(log, recording=treated)
+    table = measured_torque_table(compare_torque(two_link, smooth), smooth)
+    assert table.attrs["filter"] == 1
+    np.testing.assert_array_equal(2.0 * table.measured, table.filtered)

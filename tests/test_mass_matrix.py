@@ -1,0 +1,157 @@
+"""D that is singular or indefinite at a state asked for is refused, with the joint or the link to blame."""
+
+from __future__ import annotations
+
+import dataclasses
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+import gd_analyze as gd
+from gd_analyze.comparison import compare
+from gd_analyze.errors import ArmError, GdAnalyzeWarning
+from gd_analyze.mass_matrix import require_positive_definite
+from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
+from gd_analyze.robots import Drive, Joint, Link, RobotArm
+from gd_analyze.states import States
+from gd_analyze.vectors import CHUNK
+from strategies import arms_with_states, examples
+
+
+def with_inertia(arm: RobotArm, index: int, inertia: np.ndarray) -> RobotArm:
+    """The arm with another inertia of one link."""
+    links = list(arm.links)
+    links[index] = dataclasses.replace(links[index], inertia_com=inertia)
+    return dataclasses.replace(arm, links=tuple(links))
+
+
+def at(*q: list[float]) -> States:
+    positions = np.array(q)
+    return States(positions, 0 * positions, 0 * positions)
+
+
+def below_zero(two_link: RobotArm, moment: float) -> RobotArm:
+    """The rods with a negative moment of the second about its axis: 0.25 + moment is its D_22."""
+    return with_inertia(two_link, 1, np.diag([0.0, 1 / 12, moment]))
+
+
+def test_the_link_with_an_impossible_inertia_is_named(two_link):
+    with pytest.raises(ArmError, match="D is not positive definite, by the inertia of link") as caught:
+        require_positive_definite(below_zero(two_link, -0.5), at([0.1, 0.2], [0.3, 0.4]), drives=False)
+    assert caught.value.what.endswith(f"link {two_link.links[1].name}")
+    details = caught.value.details
+    assert "two_link.toml, line " in details["where"]
+    assert "smallest eigenvalue -0.2" in details["found"]
+    assert "at set point 1 of 2 states, q = (0.1, 0.2)" in details["found"]
+    assert "-0.5, 0, 0.08333 kg m^2" in details["found"]
+
+
+def test_an_inertia_that_no_body_has_but_that_leaves_d_positive_is_computed_with(two_link):
+    arm = below_zero(two_link, -0.01)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", GdAnalyzeWarning)
+        findings = gd.find(arm, "two-link-swing")
+    assert [text for text in findings.warnings if "smallest principal moment is negative" in text]
+    assert findings.model.operations.total > 0
+
+
+@pytest.mark.filterwarnings("ignore::gd_analyze.errors.GdAnalyzeWarning")
+def test_the_main_job_and_every_verb_refuse_it(two_link):
+    arm = below_zero(two_link, -0.5)
+    states = at([0.1, 0.2], [0.3, 0.4])
+    ways = (
+        lambda: gd.find(arm, "two-link-swing"),
+        lambda: gd.simplify(arm, states, "1%"),
+        lambda: compare(arm),
+        lambda: gd.ExactDynamics.of(arm, "two-link-swing"),
+    )
+    for way in ways:
+        with pytest.raises(ArmError, match="D is not positive definite"):
+            way()
+
+
+def test_one_state_of_a_long_motion_is_found(two_link):
+    """D_22 is the same everywhere; det D = D_11 D_22 - D_12^2 falls with |cos q2|, and is least at q2 = 0.
+
+    With the second rod's moment m about its centre: D_22 = m + 1/4, D_12 = D_22 + cos(q2)/2, and
+    D_11 = 5/3 - 1/12 + ... + cos(q2): positive at q2 = pi/2, negative at 0 for m below -0.2.
+    """
+    arm = below_zero(two_link, -0.2)
+    q = np.full((3 * CHUNK, 2), np.pi / 2)
+    require_positive_definite(arm, at(*q.tolist()), drives=False)
+    q[2 * CHUNK + 17, 1] = 0.0
+    with pytest.raises(ArmError) as caught:
+        require_positive_definite(arm, at(*q.tolist()), drives=False)
+    assert f"set point {2 * CHUNK + 18} of {3 * CHUNK} states" in caught.value.details["found"]
+
+
+def test_a_joint_without_mass_is_named_and_its_drive_helps(two_link):
+    nothing = Link("nothing", 0.0, np.zeros(3), np.zeros((3, 3)))
+    arm = dataclasses.replace(
+        two_link,
+        joints=(*two_link.joints, Joint("idle")),
+        links=(*two_link.links, nothing),
+        drives=(Drive(), Drive(), Drive(0.1)),
+        dh_table=(),
+    )
+    require_positive_definite(arm, at([0.1, 0.2, 0.3]), drives=True)
+    with pytest.raises(ArmError, match=r"D is singular: joint 3 \(idle\) moves no mass") as caught:
+        require_positive_definite(arm, at([0.1, 0.2, 0.3]), drives=False)
+    assert caught.value.details["where"] == "arm two_link, link nothing"
+    assert "count the drives' inertia" in caught.value.details["next"]
+    assert "--lock idle=0" in caught.value.details["next"]
+
+
+def test_sliding_far_is_not_singular(two_link):
+    """The rods on rails of a kilometre: D is as definite there as it is at home."""
+    rail = Link("rail", 5.0, np.zeros(3), 0.1 * np.eye(3))
+    axis = np.array([1.0, 0.0, 0.0])
+    small = dataclasses.replace(two_link.links[1], mass=1e-3, com=np.zeros(3), inertia_com=1e-7 * np.eye(3))
+    arm = dataclasses.replace(
+        two_link,
+        joints=(Joint("rail", "prismatic", axis=axis), *two_link.joints),
+        links=(rail, two_link.links[0], small),
+        dh_table=(),
+    )
+    require_positive_definite(arm, at([1000.0, 0.2, 0.3], [-1000.0, 0.3, 0.4]), drives=False)
+
+
+@pytest.mark.parametrize("name", gd.builtin_arms())
+def test_shipped_arms_pass_everywhere(name):
+    arm = gd.load_arm(name)
+    require_positive_definite(arm, gd.states_in_box(arm, 2000), drives=False)
+
+
+@examples(60)
+@given(arms_with_states(max_joints=6))
+def test_what_is_refused_is_what_pinocchio_finds_singular(case):
+    """Where Pinocchio's smallest eigenvalue is clear of the tolerance, both agree."""
+    arm, states = case
+    still = 0 * states.q
+    inertia = pinocchio_dynamics(arm, states.q, still, still)["inertia"]
+    floor = arm.n_joints * round_off_bounds(arm, states.q, still, still)["inertia"]
+    smallest = np.linalg.eigvalsh(inertia)[:, 0].min()
+    # The tolerance has three products of lengths for one of the bound's, at the farthest of all positions.
+    if smallest > 4 * 3 * floor:
+        require_positive_definite(arm, states, drives=False)
+    elif smallest < 1e-3 * floor:  # what is singular is so to a few roundings, far below any bound of them
+        with pytest.raises(ArmError, match="mass matrix D is"):
+            require_positive_definite(arm, states, drives=False)
+
+
+def test_what_is_definite_here_is_not_said_to_be_so_everywhere(two_link):
+    """At q2 = pi/2 D is positive definite, at 0 it is not: states prove nothing of a box."""
+    arm = below_zero(two_link, -0.2)
+    rng = np.random.default_rng(5)
+    q = np.column_stack([rng.uniform(-1, 1, 40), np.pi / 2 + rng.uniform(-0.1, 0.1, 40)])
+    states = States(q, rng.uniform(-1, 1, (40, 2)), rng.uniform(-1, 1, (40, 2)))
+    model = gd.simplify(arm, states, "1%", level="energy")
+    still = np.zeros(2)
+    everywhere = gd.Box(np.array([-1.0, -2.0]), np.array([1.0, 2.0]), still, still)
+    shown = gd.certify_positive_definite(model, everywhere)
+    assert not shown.is_proven
+    assert shown.smallest_found < 0.0
+    here = gd.Box(q.min(axis=0), q.max(axis=0), still, still)
+    assert gd.certify_positive_definite(model, here).is_proven
