@@ -120,6 +120,15 @@ def test_what_was_not_measured_is_named_and_not_drawn(silent: Findings, tmp_path
     assert axis["point"] == (curves.points + 1).tolist()
 
 
+def test_curves_break_at_gaps(silent: Findings) -> None:
+    """There is a gap before set point 300; of the first joint 20 readings before it are missing."""
+    figure = Page(render_html(silent)).data["figures"]["measured-1"]
+    assert figure["breaks"] == [280]
+    drawn = [shape.points for shape in measured_figure(silent).shapes if shape.label == "measured 1"]
+    (points,) = drawn
+    assert np.flatnonzero(np.isnan(points).all(axis=1)).tolist() == [280]
+
+
 def test_none_measured_at_all(two_link: RobotArm) -> None:
     found = find(two_link, with_torques(recorded(two_link), np.zeros((500, 2))))
     assert set(found.tables["measured_torque"].verdict.values) == {"not measured"}

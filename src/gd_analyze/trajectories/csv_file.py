@@ -326,8 +326,8 @@ def _build(
         raise TrajectoryError(
             f"too few set points to derive {' and '.join(absent)}",
             where=end,
-            expected=f"at least {FEWEST_SET_POINTS} set points{' between gaps' if gaps else ''}, or columns for "
-            f"{' and '.join(absent)}",
+            expected=f"at least {FEWEST_SET_POINTS} set points{' between gaps' if gaps else ''}, "
+            f"or columns for {' and '.join(absent)}",
             found=f"{shortest} set point{'s' if shortest > 1 else ''}",
             next_step=f"add columns {', '.join(f'{k}1..{k}{arm.n_joints}' for k in absent)}, or set points",
         )
