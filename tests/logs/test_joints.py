@@ -60,7 +60,7 @@ def test_other_names_that_count_are_matched_by_number_and_said_so(read: Read, wa
 
 
 def test_joints_as_the_user_says(read: Read, warned) -> None:
-    said = [f"joint:{own}={other}" for own, other in zip(UR[:3], ("a2", "a3", "a1"), strict=True)]
+    said = [f"joint:{own}={other}" for own, other in zip(UR[:3], ("arm_a2", "arm_a3", "arm_a1"), strict=True)]
     with warned() as texts:
         logged = read(positions(["arm_a1", "arm_a2", "arm_a3"]), arm_of(*UR[:3]), map=said)
     np.testing.assert_array_equal(logged.q[0], [1, 2, 0])
