@@ -106,3 +106,14 @@ def test_which_files_are_held_to_the_contract(content: str, kept: bool) -> None:
 def test_shipped_trajectories_are() -> None:
     for path in shipped_trajectories().values():
         assert keeps_contract(path.read_bytes()[:100_000])
+
+
+def test_angles_that_look_like_degrees(csv_file: CsvFile, two_link: RobotArm, warned) -> None:
+    path = csv_file("time,position_1,position_2\n" + rows(TIME, np.degrees(Q)))
+    with warned() as texts:
+        read_trajectory(path, two_link)
+    assert any("looks like degrees" in text and "say --degrees of a log" in text for text in texts)
+    with warned() as texts:
+        motion = read_trajectory(path, two_link, Reading(degrees=True))
+    assert not any("degrees" in text for text in texts)
+    np.testing.assert_allclose(motion.q, Q, atol=1e-4)  # smoothed, as above
