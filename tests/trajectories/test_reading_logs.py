@@ -12,6 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from gd_analyze.errors import TrajectoryError
 from gd_analyze.logs import Reading
 from gd_analyze.robots import RobotArm
 from gd_analyze.trajectories import read_trajectory, shipped_trajectories
@@ -117,3 +118,12 @@ def test_angles_that_look_like_degrees(csv_file: CsvFile, two_link: RobotArm, wa
         motion = read_trajectory(path, two_link, Reading(degrees=True))
     assert not any("degrees" in text for text in texts)
     np.testing.assert_allclose(motion.q, Q, atol=1e-4)  # smoothed, as above
+
+
+def test_rates_beyond_any_motion_name_the_file(csv_file: CsvFile, two_link: RobotArm) -> None:
+    text = "time [ns],q_ref_1,q_ref_2\n" + rows(1e-9 * TIME, Q)
+    path = csv_file(text)
+    with pytest.raises(TrajectoryError, match="too large for any motion") as caught:
+        read_trajectory(path, two_link)
+    assert f"where: {path}" in str(caught.value)
+    assert "check the unit of its time" in str(caught.value)
