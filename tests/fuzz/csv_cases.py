@@ -177,7 +177,7 @@ def made(plan: Plan) -> bytes:
 
 
 def read(path: Path) -> tuple[Trajectory, str]:
-    return read_trajectory(path, ARM), path.read_text(encoding="utf-8-sig")
+    return read_trajectory(path, ARM), path.read_text(encoding="utf-8-sig", errors="replace")
 
 
 def use(read: Any) -> None:
