@@ -46,6 +46,7 @@ from gd_analyze.trajectories import Schedule as Schedule
 from gd_analyze.trajectories import Trajectory as Trajectory
 from gd_analyze.trajectories import Treatment as Treatment
 from gd_analyze.trajectories import plan as plan
+from gd_analyze.trajectories import pool as pool
 from gd_analyze.trajectories import read_trajectory as read_trajectory
 from gd_analyze.trajectories import write_trajectory as write_trajectory
 from gd_analyze.version import __version__ as __version__

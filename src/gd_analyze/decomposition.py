@@ -17,7 +17,7 @@ from gd_analyze.round_off import round_off_of
 from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
 from gd_analyze.states import States, states_of
 from gd_analyze.states import require_joints as require_states_fit
-from gd_analyze.trajectories import Trajectory, trajectory_of
+from gd_analyze.trajectories import GivenMotions, Trajectory, trajectory_of
 from gd_analyze.trajectories.checks import require_joints
 from gd_analyze.vectors import Array, FloatArray, chunks
 
@@ -29,7 +29,7 @@ EFFECTS = dalembert.EFFECTS
 
 def decompose(
     arm: RobotArm | str | Path,
-    trajectory: Trajectory | str | Path,
+    trajectory: GivenMotions,
     *,
     coupling: bool = True,
     by_link: bool = False,
@@ -42,7 +42,7 @@ def decompose(
     Parameters
     ----------
     arm, trajectory
-        The arm and its motion; or a shipped name, or the path of a file.
+        The arm and its motion, or several motions; or a shipped name, or the path of a file.
     coupling
         Keep h_ijk: 2 n^3 numbers per set point.
     by_link
@@ -119,6 +119,12 @@ def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -
             round_off_bounds(arm, trajectory.q, trajectory.qd, trajectory.qdd)["torque"],
         ),
     }
+    if trajectory.motions:
+        attrs |= {
+            "motions": [motion.name for motion in trajectory.motions],
+            "motion_ends": [motion.end for motion in trajectory.motions],
+            "motion_fingerprints": [motion.fingerprint for motion in trajectory.motions],
+        }
     return table("decomposition", arrays, arm.is_revolute, coords, attrs)
 
 

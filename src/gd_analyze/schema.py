@@ -146,7 +146,7 @@ OPTIONAL = {
 }
 
 # Groups that a run has only where there is something to say.
-OPTIONAL_GROUPS = {"measured_torque", "recording"}
+OPTIONAL_GROUPS = {"measured_torque", "motions", "recording"}
 
 
 def table(

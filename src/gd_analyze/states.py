@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,9 +13,14 @@ from numpy.typing import ArrayLike
 from gd_analyze.errors import TrajectoryError, UsageError
 from gd_analyze.given_numbers import array_of, require_possible
 from gd_analyze.robots import RobotArm, arm_of, box_limits
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.trajectories import Motion, Trajectory
+from gd_analyze.trajectories.motions import in_words as motions_in_words
+from gd_analyze.trajectories.motions import listed
 from gd_analyze.vectors import Array, FloatArray, set_points_last
 from gd_analyze.visible import in_python
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +33,11 @@ class States:
         rad (m) and per s, s^2, shape (..., n); mostly (N, n).
     described
         Where they come from, in plain values: "trajectory", "trajectory_fingerprint" and "set_points", or
-        "box", "states" and "seed".
+        "box", "states" and "seed". Of several motions "motions" has the names, comma-separated.
+    motions
+        Which of them are of which motion, where they are all those of several.
+    weights
+        How much a torque error counts at each of them, shape of q; None where all count alike.
 
     Raises
     ------
@@ -40,6 +49,8 @@ class States:
     qd: FloatArray
     qdd: FloatArray
     described: Mapping[str, str | int] = field(default_factory=dict)
+    motions: tuple[Motion, ...] = ()
+    weights: FloatArray | None = None
 
     def __post_init__(self) -> None:
         for name in ("q", "qd", "qdd"):
@@ -85,12 +96,17 @@ class States:
 
     def at(self, chosen: Any) -> States:
         """Take some of them, by a slice, numbers or a mask."""
-        return States(self.q[chosen], self.qd[chosen], self.qdd[chosen], self.described)
+        weights = None if self.weights is None else self.weights[chosen]
+        return States(self.q[chosen], self.qd[chosen], self.qdd[chosen], self.described, weights=weights)
 
-    def joined_by(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> States:
-        """Add more, shape (M, n)."""
+    def joined_by(
+        self, q: FloatArray, qd: FloatArray, qdd: FloatArray, weights: FloatArray | None = None
+    ) -> States:
+        """Add more, shape (M, n); they count alike unless weights are given."""
         more = (np.vstack([self.q, q]), np.vstack([self.qd, qd]), np.vstack([self.qdd, qdd]))
-        return States(*more, self.described)
+        if self.weights is not None:
+            weights = np.vstack([self.weights, np.ones_like(q) if weights is None else weights])
+        return States(*more, self.described, weights=weights)
 
     def evenly(self, most: int) -> States:
         """Take all, or `most` evenly spaced ones."""
@@ -101,22 +117,35 @@ class States:
 def in_words(described: Mapping[str, str | int]) -> str:
     """Say where states come from, given `States.described`."""
     if "trajectory" in described:
-        return f"{described['set_points']} set points of {described['trajectory']}"
+        of = described["trajectory"]
+        if "motions" in described:
+            of = motions_in_words(str(described["motions"]).split(", "))
+        return f"{described['set_points']} set points of {of}"
     return f"{described['states']} states drawn from {described['box']}, seed {described['seed']}"
 
 
 def states_of(trajectory: Trajectory) -> States:
     """Take the set points of a trajectory."""
-    return States(
-        trajectory.q,
-        trajectory.qd,
-        trajectory.qdd,
-        {
-            "trajectory": trajectory.name,
-            "trajectory_fingerprint": trajectory.fingerprint,
-            "set_points": trajectory.n_set_points,
-        },
-    )
+    described: dict[str, str | int] = {
+        "trajectory": trajectory.name,
+        "trajectory_fingerprint": trajectory.fingerprint,
+        "set_points": trajectory.n_set_points,
+    }
+    if trajectory.motions:
+        described["motions"] = listed(trajectory.motions)
+    return States(trajectory.q, trajectory.qd, trajectory.qdd, described, trajectory.motions)
+
+
+def motions_in(dataset: xr.Dataset) -> tuple[Motion, ...]:
+    """Which set points of a decomposition are of which motion; none where it is of one or of a part."""
+    about = dataset.attrs
+    if "motions" not in about:
+        return ()
+    ends = list(map(int, about["motion_ends"]))
+    if ends[-1] != dataset.sizes["time"]:
+        return ()
+    rows = zip(about["motions"], [0, *ends[:-1]], ends, about["motion_fingerprints"], strict=True)
+    return tuple(Motion(str(name), first, end, fingerprint=str(sha)) for name, first, end, sha in rows)
 
 
 def states_for(arm: RobotArm, states: States) -> States:

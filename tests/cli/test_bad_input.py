@@ -55,7 +55,9 @@ CASES = (
     trajectory("comments only", "# nothing\n\n", "is empty"),
     trajectory("header only", HEADER + "\n", "holds a header only"),
     trajectory("no header", "\n".join(ROWS), "line 1", "no header line", "--columns time,q1"),
-    trajectory("wrong column", csv(*ROWS, header="time,q1,shoulder"), "line 1", "no position of joint", "shoulder"),
+    trajectory(
+        "wrong column", csv(*ROWS, header="time,q1,shoulder"), "line 1", "no position of joint", "shoulder"
+    ),
     trajectory("duplicate column", csv(*ROWS, header="time,q1,q1"), "line 1, column 3", "q1 is given twice"),
     trajectory("no time", csv(*ROWS, header="q3,q1,q2"), "line 1", "time is missing", "found: q3, q1, q2"),
     trajectory(
@@ -187,7 +189,7 @@ CASES = (
     words("vias the profile cannot take", PLAN + " --via 1,1", "where: --via", "found: 1"),
     words("too fast", PLAN.replace("duration 2", "duration 0.1"), "too fast", "--allow-violations"),
     words("plan into a file's inside", PLAN.replace("made.csv", "x.csv/made.csv"), "where: x.csv/made.csv"),
-    words("--toml without an arm", "arms --toml", "--toml needs the name of an arm"),
+    words("--to without an arm", "arms --to toml", "--to needs a ROBOT"),
     words("missing model", "evaluate nowhere.json x.csv", "where: nowhere.json"),
     words("a foreign model", "evaluate x.csv x.csv", "where: x.csv", "not valid JSON"),
     Case("other JSON", ("evaluate", "m.json", "x.csv"), ("not a gd-analyze model",), {"m.json": "{}"}),
@@ -207,7 +209,7 @@ def test_bad_input(run, here: Path, listing: Callable[[], set[str]], case: Case,
     for name, content in case.files.items():
         (here / name).write_bytes(content if isinstance(content, bytes) else content.encode())
     before = listing()
-    flags = ("--json",) if as_json and case.words[0] != "completion" and "--toml" not in case.words else ()
+    flags = ("--json",) if as_json and case.words[0] != "completion" and "toml" not in case.words else ()
     result = run(*case.words, *flags)
     assert result.code == 2, result
     assert result.out == ""

@@ -143,7 +143,7 @@ def test_a_full_disk_behind_standard_output(here):
 @pytest.mark.skipif(not hasattr(signal, "SIGPIPE"), reason="no SIGPIPE on this system")
 def test_a_reader_that_leaves_early_is_no_error(here):
     code = "from gd_analyze.cli import main; main()"
-    words = [sys.executable, "-c", code, "arms", "puma560", "--toml"]
+    words = [sys.executable, "-c", code, "arms", "puma560", "--to", "toml"]
     read, write = os.pipe()
     os.close(read)
     done = subprocess.run(words, stdout=write, stderr=subprocess.PIPE, text=True, check=False)

@@ -114,7 +114,7 @@ def test_latex_mathml_and_their_comments(run):
 
 
 def test_a_title_cannot_end_a_comment(run, here):
-    text = run("arms", "two_link", "--toml").out
+    text = run("arms", "two_link", "--to", "toml").out
     (here / "own.toml").write_text(re.sub(r'title = ".*"', 'title = "two --> <b>"', text), encoding="utf-8")
     ET.fromstring(f"<page>{run('equations', 'own.toml', '--format', 'mathml').out}</page>")
 
@@ -145,7 +145,7 @@ def test_a_file_holds_what_the_terminal_would_show(run, here, listing):
 
 
 def test_an_own_arm(run, here):
-    text = run("arms", "two_link", "--toml").out
+    text = run("arms", "two_link", "--to", "toml").out
     (here / "own.toml").write_text(text, encoding="utf-8")
     assert run("equations", "own.toml", "--quiet").out == run("equations", "two_link", "--quiet").out
 
@@ -180,7 +180,7 @@ def test_what_is_refused(run, listing, words, says):
 
 def test_json_of_an_arm_without_round_off(run, here):
     """A gap may be infinite, which JSON does not know."""
-    text = run("arms", "two_link", "--toml").out
+    text = run("arms", "two_link", "--to", "toml").out
     (here / "own.toml").write_text(re.sub(r"gravity = .*", "gravity = [0, 0, 0]", text), encoding="utf-8")
     told = run("equations", "own.toml", "--json").json
     assert told["gap"] is None or told["gap"] > 1e3

@@ -169,7 +169,7 @@ def test_a_header_does_not_act(run, here):
     [
         ("arms", ">&-", 1, "standard output is closed"),
         ("arms puma560 --json", ">&-", 1, "standard output is closed"),
-        ("arms puma560 --toml", ">&-", 1, "standard output is closed"),
+        ("arms puma560 --to toml", ">&-", 1, "standard output is closed"),
         ("two_link gentle.csv --format json --quiet", ">&-", 0, ""),
         ("two_link -", "<&-", 2, "standard input is closed"),
         ("two_link nowhere.csv", "2>&-", 2, ""),

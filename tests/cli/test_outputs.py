@@ -208,7 +208,7 @@ def test_a_folder_is_of_one_run(run, motion, here):
 
 def test_an_arm_of_the_same_name_replaces_what_it_gave_before(run, motion, here):
     """The loop of who writes an arm's file: edit, run, edit, run."""
-    text = run("arms", "two_link", "--toml").out
+    text = run("arms", "two_link", "--to", "toml").out
     for mass in ("1.0", "1.5"):
         (here / "mine.toml").write_text(text.replace("mass = 1.0", f"mass = {mass}"))
         done = run("mine.toml", motion, "--out", "r", "--format", "json,csv")

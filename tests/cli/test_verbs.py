@@ -50,11 +50,11 @@ def test_arms_as_json_holds_every_number(run):
 
 
 def test_the_printed_toml_is_an_arm_file(run, here):
-    result = run("arms", "puma560", "--toml")
+    result = run("arms", "puma560", "--to", "toml")
     assert result.code == 0
     (here / "own.toml").write_text(result.out, encoding="utf-8")
     assert (gd.load_arm("own.toml").mass == gd.load_arm("puma560").mass).all()
-    assert run("arms", "own.toml", "--toml").out == result.out
+    assert run("arms", "own.toml", "--to", "toml").out == result.out
 
 
 def test_products_of_inertia_and_long_numbers_are_never_cut(run, here):

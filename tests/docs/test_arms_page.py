@@ -11,30 +11,43 @@ from markdown_pages import ROOT, blocks, code, tables
 
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.errors import ArmError
-from gd_analyze.robots import arm_schema, load_arm
+from gd_analyze.robots import arm_schema, load_arm, placement_schema
 from gd_analyze.states import States
 
 PAGE = ROOT / "docs" / "arms.md"
 SECTIONS = {
-    "The file": arm_schema.ArmFile,
-    "`[[joints]]`": arm_schema._JointTable,
-    "`[[links]]`": arm_schema._LinkTable,
-    "`[[drives]]`": arm_schema._DriveTable,
+    "The file": arm_schema.DHFile,
+    "`[[joints]]`": arm_schema.JointTable,
+    "`[[joints]]` of a Denavit-Hartenberg table": arm_schema.DHJointTable,
+    "`[[joints]]` by placements": placement_schema.PlacedJointTable,
+    "`[[links]]`": arm_schema.LinkTable,
+    "`[[links]]` by placements": placement_schema.PlacedLinkTable,
+    "`[[drives]]`": arm_schema.DriveTable,
 }
+TEXTS = [block.text for block in blocks(PAGE) if block.language == "toml"]
+
+
+def own_fields(table):
+    """Keys that a table has and what it is made from has not."""
+    inherited = {name for base in (arm_schema.JointTable, arm_schema.LinkTable) for name in base.model_fields}
+    is_base = table in (arm_schema.JointTable, arm_schema.LinkTable)
+    keep = table.model_fields if is_base else table.model_fields.keys() - inherited
+    if not issubclass(table, arm_schema.JointTable | arm_schema.LinkTable):
+        keep = table.model_fields
+    return {name: field for name, field in table.model_fields.items() if name in keep}
 
 
 @pytest.fixture
 def example(tmp_path):
-    [text] = [block.text for block in blocks(PAGE) if block.language == "toml"]
     path = tmp_path / "lift_and_turn.toml"
-    path.write_text(text, encoding="utf-8")
+    path.write_text(TEXTS[0], encoding="utf-8")
     return path
 
 
 @pytest.mark.parametrize("section", list(SECTIONS))
 def test_every_key_is_explained_and_none_is_invented(section):
     rows = tables(PAGE, section)
-    fields = SECTIONS[section].model_fields
+    fields = own_fields(SECTIONS[section])
     assert [code(row["key"]) for row in rows] == list(fields)
     for row in rows:
         field = fields[code(row["key"])]
@@ -60,10 +73,25 @@ def test_the_stated_suffixes_are_read(section):
 
 def test_the_example_uses_almost_every_key(example):
     text = example.read_text(encoding="utf-8")
-    left_out = {"theta", "d", "as_measured", "axial_only"}
+    text += TEXTS[1]
+    left_out = {"theta", "d", "as_measured", "axial_only", "doubts", "inertia_uncertainty_about"}
+    left_out |= {"rotation", "frame_rpy", "frame_rotation"}
     for section in SECTIONS:
         for row in tables(PAGE, section):
             assert code(row["key"]) in text or code(row["key"]) in left_out
+
+
+def test_the_example_by_placements_is_a_possible_arm(tmp_path):
+    path = tmp_path / "askew.toml"
+    path.write_text(TEXTS[1], encoding="utf-8")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        arm = load_arm(path)
+    assert arm.joints[0].axis.tolist() == [0.6, 0.0, 0.8]
+    assert arm.joints[1].placement.translation.tolist() == [0.4, 0.0, 0.0]
+    assert arm.joints[1].placement.rotation.tolist() == [[1, 0, 0], [0, 0, -1], [0, 1, 0]]
+    assert arm.links[1].frame.translation.tolist() == [0.35, 0.0, 0.0]
+    assert (arm.dh_table, arm.convention) == ((), "placements")
 
 
 def test_the_example_is_a_possible_arm(example):

@@ -10,7 +10,9 @@ from types import ModuleType
 import csv_cases
 import hdf5_cases
 import json_cases
+import log_cases
 import toml_cases
+import xml_cases
 from hypothesis import strategies as st
 from plans import Plan
 from verdict import judge
@@ -50,7 +52,9 @@ def _text_format(cases: ModuleType) -> Format:
 
 FORMATS = {
     "csv": _text_format(csv_cases),
+    "log": _text_format(log_cases),
     "toml": _text_format(toml_cases),
+    "xml": _text_format(xml_cases),
     "json": _text_format(json_cases),
     "h5": Format(1, hdf5_cases.cases, hdf5_cases.write, hdf5_cases.judged),
 }

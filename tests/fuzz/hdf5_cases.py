@@ -20,11 +20,14 @@ from plans import Change, Plan, Stage, carried_out, plans
 from tree_changes import TREE_CHANGES
 from verdict import BrokenError
 
-from gd_analyze.main_job import find
+from gd_analyze.decomposition import torque_of
+from gd_analyze.main_job import Settings, find
 from gd_analyze.results import save_results
 from gd_analyze.results.seal import SEAL_LENGTH, require_sealed, seal
 from gd_analyze.robots import load_arm
+from gd_analyze.states import states_of
 from gd_analyze.trajectories import Trajectory, read_trajectory
+from recorded_logs import with_torques
 
 # Numbers that a dataset says it has, and that no memory holds.
 HUGE = 2**40
@@ -34,13 +37,17 @@ OF_SCALES = {"CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST"}
 
 @cache
 def base() -> tuple[bytes, bytes]:
-    """Results of three set points of the two-link arm, and the seal behind them."""
+    """Results of three set points of each of two motions, with measured torques, and the seal behind them."""
     arm = load_arm("two_link")
     swing = read_trajectory("two-link-swing", arm)
-    short = Trajectory(*(x[:3] for x in (swing.time, swing.q, swing.qd, swing.qdd)), "swing")
+    motions = []
+    for name, rows in (("begin", slice(0, 3)), ("go on", slice(9, 12))):
+        part = Trajectory(*(x[rows] for x in (swing.time, swing.q, swing.qd, swing.qdd)), name)
+        measured = 1.5 * torque_of(arm, states_of(part)) + np.array([[1.0], [3.0], [0.0]])
+        motions.append(with_torques(part, measured))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "analysis.h5"
-        save_results(find(arm, short), path)
+        save_results(find(arm, motions, Settings(fit_friction=True)), path)
         whole = path.read_bytes()
         require_sealed(path)
     return whole[:-SEAL_LENGTH], whole[-SEAL_LENGTH:]

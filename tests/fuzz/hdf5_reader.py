@@ -15,12 +15,14 @@ from verdict import BrokenError, judge
 
 from gd_analyze.report.html import render_html
 from gd_analyze.results import Findings, load_findings
+from gd_analyze.schema import GROUPS
 
 # Not a number where none is known, infinite where nothing is shared or needed.
 NOT_ALWAYS_FINITE = {
     "beyond": {"certified", "worst_found", "within_limits", "mass_within_budget", "uncertainty"},
     "dominance": {"change_without"},
     "parts": {"torque_peak"},
+    "measured_torque": {name for name, declared in GROUPS["measured_torque"].items() if declared.besides},
 }
 
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import re
+import tempfile
 import tomllib
 import warnings
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +19,7 @@ from tree_changes import TREE_CHANGES
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.resources import data_folder
-from gd_analyze.robots import RobotArm, arm_from_description, fingerprint, read_arm
+from gd_analyze.robots import RobotArm, arm_from_description, fingerprint, read_arm, toml_of
 from gd_analyze.robots.description import describe_in_full
 from gd_analyze.states import States, states_in_box
 
@@ -52,6 +54,7 @@ inertia = { xx = 0.02, yy = 0.02, zz = 0.01 }
 mass_uncertainty = 0.05
 com_uncertainty_mm = [2.0, 2.0, 2.0]
 inertia_uncertainty = { xx = 0.004, yy = 0.009, zz = 0.008, xz = 0.002 }
+inertia_uncertainty_about = "origin"
 as_measured = false
 [[links]]
 name = "second"
@@ -71,8 +74,43 @@ inertia = 0.25
 """
 # With an inertia that breaks the triangle inequality by as much as measurements do, which is told.
 MEASURED = FULL.replace("zz = 0.01, xy", "zz = 0.0415, xy")
+PLACED = """
+format = "gd-analyze arm 1"
+name = "placed"
+convention = "placement"
+doubts = ["whether it exists"]
+[[joints]]
+xyz = [0.0, 0.0, 0.3]
+rpy = [0.1, -0.2, 0.3]
+axis = [0.6, 0.0, 0.8]
+range_deg = [-90.0, inf]
+[[joints]]
+kind = "prismatic"
+xyz_mm = [400.0, 0.0, 0.0]
+rotation = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]
+range = [-inf, 0.5]
+[[joints]]
+rpy_deg = [90.0, 0.0, 0.0]
+[[links]]
+frame_xyz_mm = [350.0, 0.0, 0.0]
+frame_rpy_deg = [0.0, 0.0, 180.0]
+mass = 3.0
+com = [0.2, 0.0, 0.0]
+inertia = { xx = 0.002, yy = 0.04, zz = 0.04 }
+[[links]]
+frame_xyz = [0.1, 0.0, 0.0]
+frame_rotation = [[0.8, 0.6, 0.0], [-0.6, 0.8, 0.0], [0.0, 0.0, 1.0]]
+mass = 1.5
+com = [0.15, 0.0, 0.0]
+inertia = { xx = 0.001, yy = 0.015, zz = 0.015 }
+[[links]]
+frame_rpy = [0.0, 1.5, 0.0]
+mass = 0.5
+com = [0.05, 0.0, 0.0]
+inertia = { xx = 0.001, yy = 0.001, zz = 0.001 }
+"""
 TWO_LINK = (data_folder("robots") / "two_link.toml").read_text(encoding="utf-8")
-BASES = [tomllib.loads(text) for text in (FULL, TWO_LINK, MEASURED)]
+BASES = [tomllib.loads(text) for text in (FULL, TWO_LINK, MEASURED, PLACED)]
 # Beyond, an evaluation takes seconds for good reasons.
 MOST_JOINTS = 10
 
@@ -136,12 +174,16 @@ def made(plan: Plan) -> bytes:
 
 
 def use(arm: RobotArm) -> None:
-    """What is read comes back from its description, is finite, and its effects sum to the torque."""
+    """What is read comes back from description and TOML, is finite, and its effects sum to the torque."""
     n = arm.n_joints
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GdAnalyzeWarning)  # told on reading
         again = arm_from_description(describe_in_full(arm))
+        written = _written_and_read(arm)
     assert fingerprint(again) == fingerprint(arm), "another arm by its description"
+    assert fingerprint(written, drives=bool(arm.drives)) == fingerprint(arm, drives=bool(arm.drives)), (
+        "another arm by its TOML"
+    )
     json.dumps(describe_in_full(arm), allow_nan=False)
     if n > MOST_JOINTS:
         return
@@ -161,6 +203,13 @@ def use(arm: RobotArm) -> None:
     # Sums of some ten products each, in two orders.
     scale = np.abs(found["inertia"]).sum(axis=(1, 3)) * 2.0 + sum(map(np.abs, loads))
     assert (np.abs(sum(loads) - found["torque"]) <= 100 * np.finfo(float).eps * scale).all(), "another sum"
+
+
+def _written_and_read(arm: RobotArm) -> RobotArm:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "written.toml"
+        path.write_text(toml_of(arm), encoding="utf-8")
+        return read_arm(path)
 
 
 read = read_arm

@@ -65,10 +65,10 @@ def test_tables_have_the_numbers(measured_findings: Findings, measured_page: Pag
     shown = document(measured_findings)["measured"]
     assert shown["fitted"]
     assert not shown["described"]
-    assert (shown["compared"], shown["filtered"]) == (500, False)
+    assert (shown["compared"], shown["filtered"]) == (484, True)
     first, second = shown["rows"]
     assert (first["told"], second["told"]) == ("follows", "too light by a factor 2")
-    assert (first["correlation"], second["slope"]) == ("1.00", "2.00")
+    assert (first["correlation"], second["slope"]) == ("1.000", "2.00")
     assert (first["explained"], second["explained"]) == ("100 %", "75 %")
     for row in shown["rows"]:
         for name in ("told", "bias", "rms_difference", "peak_measured", "coulomb", "offset"):
@@ -118,6 +118,15 @@ def test_what_was_not_measured_is_named_and_not_drawn(silent: Findings, tmp_path
     # Points of the page count from 1.
     axis = shown.data["axes"][shown.data["figures"]["measured-1"]["axis"]]
     assert axis["point"] == (curves.points + 1).tolist()
+
+
+def test_curves_break_at_gaps(silent: Findings) -> None:
+    """There is a gap before set point 300; of the first joint 20 readings before it are missing."""
+    figure = Page(render_html(silent)).data["figures"]["measured-1"]
+    assert figure["breaks"] == [280]
+    drawn = [shape.points for shape in measured_figure(silent).shapes if shape.label == "measured 1"]
+    (points,) = drawn
+    assert np.flatnonzero(np.isnan(points).all(axis=1)).tolist() == [280]
 
 
 def test_none_measured_at_all(two_link: RobotArm) -> None:

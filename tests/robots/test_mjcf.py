@@ -75,6 +75,24 @@ def test_a_reference_value_is_that_of_the_pose_as_written(written, kind, value):
     assert (moved.joints[1].lower, moved.joints[1].upper) == (-1.0, 1.2)
 
 
+def test_angles_are_in_degrees_unless_the_file_says_otherwise(written):
+    degrees = mjcf(two('axis="1 0 0" range="-90 45" ref="30"'), "").replace("0.2 0.3 0.4", "30 0 60")
+    radians = mjcf(
+        two('axis="1 0 0" range="-1.5707963267948966 0.7853981633974483" ref="0.5235987755982988"')
+    )
+    turned = radians.replace("0.2 0.3 0.4", "0.5235987755982988 0 1.0471975511965976")
+    one, other = load_arm(written(degrees)), load_arm(written(turned))
+    assert (one.joints[1].lower, one.joints[1].upper) == (other.joints[1].lower, other.joints[1].upper)
+    torques = [pinocchio_dynamics(arm, *random_states(2, 10, 0).arrays)["torque"] for arm in (one, other)]
+    # Conversions round, and torques reach 1000 N m.
+    np.testing.assert_allclose(torques[0], torques[1], rtol=0, atol=1e-11)
+
+
+def test_a_range_that_does_not_hold_is_unknown(written):
+    arm = load_arm(written(mjcf(two('range="-1 1" limited="false"'))))
+    assert arm.joints[1].lower is None
+
+
 def test_several_joints_of_a_body_are_a_chain(written):
     """Two joints of one body are as two bodies, the first without mass."""
     joints = '<joint name="lift" type="slide" axis="0 0 1"/><joint name="turn" axis="0 1 0"/>'

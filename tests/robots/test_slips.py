@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.errors import ArmError, GdAnalyzeWarning
+from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location
 from gd_analyze.given_numbers import LARGEST
 from gd_analyze.robots import (
     DHRow,
@@ -120,8 +120,9 @@ def plausible_arms(draw: st.DrawFn, lightest: float = 27.0) -> RobotArm:
         ends = rng.choice([np.pi / 2, np.pi, 2 * np.pi, np.radians(450), 2 * np.pi * 20, 1e9])
         joints.append(Joint(str(i), "revolute", lower=-ends, upper=ends, rate_limit=rng.uniform(0.01, 40)))
         behind = Placement(random_rotation(rng), length * random_rotation(rng)[0])
-        com = rng.uniform(-1, 1) * behind.translation
+        com = -rng.uniform(0, 1) * behind.rotation.T @ behind.translation
         links.append(Link(str(i), mass, com, (inertia + inertia.T) / 2, behind))
+    links.sort(key=lambda link: -link.mass)
     gravity = rng.choice([0.0, 1.62, 9.81, 24.8]) * random_rotation(rng)[0]
     return RobotArm("plausible", tuple(joints), tuple(links), gravity)
 
@@ -178,6 +179,52 @@ def test_point_masses_in_grams(two_link: RobotArm) -> None:
     assert slips_of(points) == ()
     told = slips_of(scaled(points, mass=1e4))
     assert "a mass of 20000 kg is more than an arm that reaches 2 m has; is it in grams?" in told[0]
+
+
+def test_one_link_without_inertia_is_told(puma: RobotArm) -> None:
+    links = list(puma.links)
+    for rest in (0.0, 1e-18):  # as it is stated, and as round-off leaves it when a frame is moved
+        links[3] = replace(puma.links[3], inertia_com=rest * np.eye(3))
+        [told] = slips_of(replace(puma, links=tuple(links)))
+        assert told.endswith(
+            "link 4 has a mass of 0.82 kg and no inertia, as if it were a point; other links have one"
+        )
+        assert "puma560.toml, line " in told
+
+
+@pytest.mark.parametrize(("index", "mass", "than"), [(5, 46.0, "more than half of"), (3, 23.0, "more than")])
+def test_a_link_heavier_than_what_holds_it_is_told(puma: RobotArm, index, mass, than) -> None:
+    heavy = replace(puma.links[index], mass=mass, inertia_com=0.01 * mass * np.eye(3))
+    links = [*puma.links]
+    links[index] = heavy
+    before = sum(link.mass for link in puma.links[:index])
+    told = [slip for slip in slips_of(replace(puma, links=tuple(links))) if "towards the hand" in slip]
+    assert len(told) == 1
+    assert f"link {heavy.name} has a mass of {mass:g} kg, {than} all links before it together" in told[0]
+    assert f"({before:.1f} kg)" in told[0]
+    # What the hand carries is nobody's slip.
+    assert slips_of(with_payload(puma, 15.0, [0.0, 0.0, 0.1], [0.1, 0.1, 0.1])) == ()
+
+
+def test_a_centre_of_mass_outside_of_its_link_is_told(puma: RobotArm) -> None:
+    links = [*puma.links]
+    links[3] = replace(puma.links[3], com=np.array([0.8, 0.0, 0.0]))
+    [told] = slips_of(replace(puma, links=tuple(links)))
+    assert "the centre of mass of link 4 is 0.8" in told
+    assert "from both joints of the link, of an arm that reaches 0.966 m" in told
+    assert told.endswith("is it given in another frame?")
+
+
+@pytest.mark.parametrize(("file", "told"), [("arm.urdf", False), ("arm.toml", True)])
+def test_a_limit_that_stands_for_none(file: str, told: bool) -> None:
+    """In a format of one unit 1000 means no limit; elsewhere it may be in another unit."""
+    source = Location(file, 7)
+    turning = Joint("1", rate_limit=1000.0, source=source)
+    sliding = Joint("1", "prismatic", lower=-1000.0, upper=1000.0, source=source)
+    for joint in (turning, sliding):
+        assert bool(slips_of(one_joint(joint))) == told
+    [said] = slips_of(one_joint(replace(turning, rate_limit=180.0)))
+    assert said.endswith("write rate_limit_deg" if told else "give rad/s")
 
 
 def test_a_table_of_turns_is_fine() -> None:

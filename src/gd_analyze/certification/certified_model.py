@@ -65,6 +65,7 @@ def simplify_certified(
     UsageError
         If not even the exact model could be certified: the budget is less than what the bound resolves.
     """
+    exact = exact.under(budget)
     allowed, stated = exact.allowed(budget), f"{Budget.of(budget)}{CERTIFIED}"
     share = np.ones(len(allowed))
     known, how = exact, How(level, write=False, effort=_EFFORT, dearer=True)
@@ -104,8 +105,6 @@ def _finished(
 ) -> SimplifiedModel:
     """Say what the model was asked for, and write its program with few operations."""
     written = replace(model, program=model.level.write(model.form, model.terms, THOROUGH))
-    errors = exact.errors_of(written.torque(*exact.states.arrays))
-    promise = replace(
-        written.promise, allowed=allowed, budget=stated, errors=errors, uncertainty=exact.uncertainty
-    )
+    promise = replace(written.promise, allowed=allowed, budget=stated)
+    promise = exact.held(promise, written.torque(*exact.states.arrays))
     return no_dearer(exact, replace(written, promise=promise))

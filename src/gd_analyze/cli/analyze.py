@@ -10,7 +10,7 @@ import click
 import gd_analyze as gd
 from gd_analyze.cli.given import GivenRobot, drives_option, load_arm_carrying, payload_option, robot_given
 from gd_analyze.cli.levels import budget_option, level_option, simplify_options
-from gd_analyze.cli.log_options import log_options, read_motion
+from gd_analyze.cli.log_options import log_options, read_motions
 from gd_analyze.cli.options import (
     command_line,
     formats_option,
@@ -18,7 +18,7 @@ from gd_analyze.cli.options import (
     out_option,
     overwrite_option,
     top_option,
-    trajectory_argument,
+    trajectories_argument,
 )
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.outputs import require_outputs
@@ -43,7 +43,7 @@ class MainJob(click.Command):
 
 @click.command(cls=MainJob, hidden=True)
 @robot_given
-@trajectory_argument()
+@trajectories_argument()
 @log_options
 @out_option("Folder for the results.  [default: reports/ROBOT-TRAJECTORY[-OPTIONS]]")
 @overwrite_option
@@ -68,7 +68,7 @@ class MainJob(click.Command):
 @reporting
 def analyze(
     robot: GivenRobot,
-    trajectory: str,
+    trajectories: tuple[str, ...],
     out: Path | None,
     overwrite: bool,
     formats: tuple[str, ...],
@@ -90,7 +90,7 @@ def analyze(
 
         how = gd.Settings(budget=gd.Budget.parse(budget), coupling=not no_coupling, **settings)
         arm = load_arm_carrying(robot, payload)
-        motion = read_motion(trajectory, arm)
+        motion = read_motions(trajectories, arm)
         folder = default_folder(arm, motion, how) if out is None else out
         require_outputs(*(folder / FILES[name] for name in formats))
         mark = source_of(arm, motion, how)["run"]

@@ -30,6 +30,7 @@ from gd_analyze.version import __version__
 EPILOG = """\b
 Examples:
   gd-analyze puma560 pick-and-place
+  gd-analyze puma560 pick-and-place large-slew
   gd-analyze my_arm.toml my_move.csv --budget 0.5% --out results
   gd-analyze arms puma560
   gd-analyze evaluate results/model.json other.csv
@@ -94,7 +95,7 @@ class MainJobGroup(click.Group):
 
     def format_usage(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Show the main job's usage beside the verbs'."""
-        formatter.write_usage(ctx.command_path, "ROBOT TRAJECTORY [OPTIONS]")
+        formatter.write_usage(ctx.command_path, "ROBOT TRAJECTORY... [OPTIONS]")
         formatter.write_usage(ctx.command_path, "VERB [ARGUMENTS] [OPTIONS]", prefix="       ")
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -85,6 +85,8 @@ def certify(model: Path, along: str | None, margin: str | None, effort: int, out
         around = gd.Margin.of(margin)
         loaded = gd.load_model(model)
         motion = None if along is None else read_motion(along, loaded.arm)
+        if motion:
+            loaded = replace(loaded, promise=loaded.promise.along(motion.fingerprint))
         if motion and loaded.promise.made_for.get("trajectory_fingerprint") == motion.fingerprint:
             loaded = measured_at(loaded, gd.states_of(motion))
         stage("certifying")

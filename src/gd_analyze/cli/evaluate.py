@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,10 +29,13 @@ _WORTH_A_LINE = 1e-4
 class _Trial:
     """A model, what the arm carried, and what came of it.
 
+    The model's promise is that along the motion, where it is one of several that the model was made for;
+    `made_for` is all of them.
     `without_payload` is the evaluation for the arm without the payload, None where there is none.
     """
 
     model: gd.SimplifiedModel
+    made_for: Mapping[str, str | int]
     payload: Payload | None
     evaluation: Evaluation
     without_payload: Evaluation | None
@@ -81,6 +85,9 @@ def evaluate(
         held = loaded.arm if body is None else carrying(loaded.arm, body)
         motion = None if trajectory is None else read_motion(trajectory, loaded.arm)
         given = gd.states_in_box(loaded.arm, states, seed) if motion is None else gd.states_of(motion)
+        made_for = loaded.promise.made_for
+        if motion is not None:
+            loaded = replace(loaded, promise=loaded.promise.along(motion.fingerprint))
         stage("evaluating")
         evaluation = gd.evaluate(loaded, given, held)
         # At the other levels what is dropped is no part that the decomposition knows, and with a payload it
@@ -91,7 +98,7 @@ def evaluate(
             stage(f"writing {out.name}")
             write_text(out, torque_csv(motion, evaluation))
         without = None if body is None else gd.evaluate(loaded, given)
-        trial = _Trial(loaded, body, evaluation, without, gd.payload_effect(loaded, given), lost)
+        trial = _Trial(loaded, made_for, body, evaluation, without, gd.payload_effect(loaded, given), lost)
     output.give(lambda: _document(trial) | output.about(out), lambda: _show(trial), out)
 
 
@@ -124,7 +131,7 @@ def _document(trial: _Trial) -> dict[str, Any]:
     return {
         "arm": model.arm.name,
         "level": model.level.name,
-        "made_for": dict(model.promise.made_for),
+        "made_for": dict(trial.made_for),
         "budget": model.promise.budget,
         "promised": "measured" if model.promise.measured else "stated by the file",
         "held_against": {
@@ -144,6 +151,7 @@ def _document(trial: _Trial) -> dict[str, Any]:
 def _show(trial: _Trial) -> None:
     from gd_analyze.cli.joint_table import arm_in_words, joint_table, times
     from gd_analyze.results.summary import measure_told
+    from gd_analyze.states import in_words
 
     model, exact = trial.model, trial.evaluation.dynamics
     errors, allowed = trial.evaluation.errors, model.promise.allowed
@@ -154,7 +162,9 @@ def _show(trial: _Trial) -> None:
         over = f"along {where['trajectory']}, {where['set_points']} set points"
     sentence(f"{arm_in_words(exact.arm, model.drives)}, {over}", bold=True)
     unaware = "without this payload, " if trial.payload is not None else ""
-    sentence(f"by a model made {unaware}for {made_for} with a budget of {model.promise.budget}.")
+    several = trial.made_for != model.promise.made_for
+    whole = f", one of {in_words(trial.made_for).partition(' of ')[2]}," if several else ""
+    sentence(f"by a model made {unaware}for {made_for}{whole} with a budget of {model.promise.budget}.")
     if trial.without_payload is not None:
         beside, heading = trial.without_payload.errors, "unloaded"
     else:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gd_analyze.cli.measured_torque import show_measured_torque
+from gd_analyze.cli.motions import motions_document, show_motions
 from gd_analyze.cli.output import Output
 from gd_analyze.cli.terminal import line, sentence, table
 
@@ -69,6 +70,7 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
         },
         "recording": _recording(findings),
         "measured_torque": _measured_torque(findings),
+        "motions": motions_document(findings),
         "states_drawn": tables["beyond"].attrs["states_drawn"],
         "dominance": element_rows(findings),
         "residuals": rows_of(tables["cross_check"], "comparison"),
@@ -122,6 +124,7 @@ def _show(findings: Findings, files: list[Path], top: int) -> None:
         sentence(told)
     _show_errors(findings)
     show_measured_torque(findings)
+    show_motions(findings, top)
     if findings.model.notice:
         line()
         sentence(findings.model.notice)

@@ -11,13 +11,22 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli.log_options import log_options, read_motion
-from gd_analyze.cli.options import ROBOT, ROBOT_HELP, number_option, together, trajectory_argument
+from gd_analyze.cli.log_options import log_options, read_motions
+from gd_analyze.cli.options import (
+    ROBOT,
+    ROBOT_HELP,
+    number_option,
+    together,
+    trajectories_argument,
+    trajectory_argument,
+)
 
 if TYPE_CHECKING:
     from gd_analyze.robots import Payload
 
-trajectory_or_states = trajectory_argument("Without one: states drawn from the arm's limits.")
+_WITHOUT = "Without one: states drawn from the arm's limits."
+trajectory_or_states = trajectory_argument(_WITHOUT)
+trajectories_or_states = trajectories_argument(_WITHOUT)
 
 payload_option = click.option(
     "--payload",
@@ -99,7 +108,7 @@ class Given:
     """An arm and states of it, as words of the command."""
 
     robot: GivenRobot
-    trajectory: str | None
+    trajectories: tuple[str, ...]
     drives: bool | None
     payload: str | None
     states: int
@@ -114,7 +123,7 @@ class Given:
         from gd_analyze.levels import warn_without_torque
 
         arm = load_arm_carrying(self.robot, self.payload)
-        motion = None if self.trajectory is None else read_motion(self.trajectory, arm)
+        motion = read_motions(self.trajectories, arm) if self.trajectories else None
         states = gd.states_in_box(arm, self.states, self.seed) if motion is None else gd.states_of(motion)
         exact = gd.ExactDynamics.of(arm, states, self.drives)
         warn_without_torque(exact)
@@ -122,14 +131,15 @@ class Given:
 
 
 def given_dynamics(function: Callable[..., None]) -> Callable[..., None]:
-    """ROBOT with its options, [TRAJECTORY], --[no-]drives, --payload, --states, --seed; a `Given` of them."""
+    """ROBOT with its options, [TRAJECTORY]..., --[no-]drives, --payload, --states, --seed; a `Given`."""
     names = [entry.name for entry in dataclasses.fields(Given)]
 
     @functools.wraps(function)
     def verb(**words: Any) -> None:
         function(given=Given(**{name: words.pop(name) for name in names}), **words)
 
-    return together(robot_given, trajectory_or_states, log_options, drives_option, payload_option, states_options)(verb)
+    options = (log_options, drives_option, payload_option, states_options)
+    return together(robot_given, trajectories_or_states, *options)(verb)
 
 
 def load_arm_carrying(robot: GivenRobot, payload: str | None) -> gd.RobotArm:

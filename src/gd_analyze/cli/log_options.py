@@ -57,9 +57,7 @@ log_options = together(
         help="Of a log: samples per second, where its time counts samples or it has none.",
     ),
     _option("--time-unit", type=click.Choice(["s", "ms", "us", "ns"]), help="Of a log: unit of its time."),
-    _option(
-        "--degrees", is_flag=True, help="Of a log: angles of columns that state no unit are in degrees."
-    ),
+    _option("--degrees", is_flag=True, help="Of a log: angles of columns that state no unit are in degrees."),
     _option(
         "--family",
         multiple=True,
@@ -127,6 +125,16 @@ def read_motion(path: str | Path, arm: gd.RobotArm) -> gd.Trajectory:
     import gd_analyze as gd
 
     return gd.read_trajectory(path, arm, reading_asked(), treatment_asked(), progress=told_by_stages())
+
+
+def read_motions(words: tuple[str, ...], arm: gd.RobotArm) -> gd.Trajectory:
+    """Read what words stand for, trajectories, logs or folders of them, as the command's options say.
+
+    Several motions are one trajectory.
+    """
+    from gd_analyze.trajectories import trajectory_of
+
+    return trajectory_of(words, arm, read_motion)
 
 
 def told_by_stages() -> Progress:

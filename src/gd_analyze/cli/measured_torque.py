@@ -25,7 +25,10 @@ def show_measured_torque(findings: Findings) -> None:
         torques = (
             number(known[name] / factor) if name in known else "–" for name in ("bias", "rms_difference")
         )
-        ratios = ("–" if row[name] is None else f"{row[name]:.3g}" for name in ("correlation", "slope"))
+        ratios = (
+            "–" if row[name] is None else format(row[name], digits)
+            for name, digits in (("correlation", ".3f"), ("slope", ".3g"))
+        )
         cells.append([joint_name(row["joint"], row["joint_name"]), *ratios, *torques, unit, row["told"]])
     table(
         "Measured torque beside the exact one: correlation, slope of measured over exact, mean and RMS of "

@@ -183,6 +183,22 @@ def margin_option(told: str) -> Callable[[F], F]:
     )
 
 
+def trajectories_argument(without: str | None = None) -> Callable[[F], F]:
+    """TRAJECTORY..., one or several, or none where `without` says what happens then."""
+    told = (
+        "CSV file, name of a shipped trajectory, - for standard input, or a folder of trajectories; "
+        "of several motions the budget holds on each."
+    )
+    return click.argument(
+        "trajectories",
+        type=TRAJECTORY,
+        nargs=-1,
+        required=without is None,
+        metavar="TRAJECTORY..." if without is None else "[TRAJECTORY]...",
+        help=told if without is None else f"{told} {without}",
+    )
+
+
 def trajectory_argument(without: str | None = None) -> Callable[[F], F]:
     """TRAJECTORY, which may be left out where `without` says what happens then."""
     told = "CSV file, log, name of a shipped trajectory, or - for standard input."

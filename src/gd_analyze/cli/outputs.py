@@ -41,11 +41,14 @@ def require_outputs(*paths: Path | None) -> None:
 def _inputs(context: click.Context) -> Iterator[tuple[str, os.stat_result]]:
     """Words of the command that name what it reads, and the files they stand for."""
     for parameter in context.command.params:
-        word: Any = context.params.get(parameter.name or "")
-        if word is None or not (isinstance(parameter.type, NameOrFile) or parameter.type is FILE):
+        given: Any = context.params.get(parameter.name or "")
+        if given is None or not (isinstance(parameter.type, NameOrFile) or parameter.type is FILE):
             continue
-        path = parameter.type.path_of(word) if isinstance(parameter.type, NameOrFile) else Path(word)
-        try:
-            yield str(word), os.fstat(0) if str(path) == "-" else path.stat()
-        except (OSError, ValueError):
-            continue  # what cannot be read is for the reader to say
+        for word in given if isinstance(given, tuple) else (given,):
+            path = parameter.type.path_of(word) if isinstance(parameter.type, NameOrFile) else Path(word)
+            try:
+                yield str(word), os.fstat(0) if str(path) == "-" else path.stat()
+                # A folder stands for the files in it.
+                yield from ((str(one), one.stat()) for one in (path.iterdir() if path.is_dir() else ()))
+            except (OSError, ValueError):
+                continue  # what cannot be read is for the reader to say

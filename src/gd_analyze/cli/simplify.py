@@ -65,6 +65,7 @@ def simplify(
     Examples:
       gd-analyze simplify puma560
       gd-analyze simplify puma560 pick-and-place --level energy --budget 0.5%
+      gd-analyze simplify puma560 pick-and-place large-slew -o model.json
       gd-analyze simplify puma560 --budget "1% or 10% friction" --operations 80
       gd-analyze simplify puma560 --certified -o model.json
       gd-analyze simplify my_arm.toml --refit --level energy -o model.json
@@ -79,7 +80,7 @@ def simplify(
         how = How(gd.LEVELS[level], refit, operations, effort=effort)
         if certified and (refit or operations is not None):
             raise click.UsageError("--certified goes without --refit and --operations")
-        if margin is not None and not (certified and given.trajectory):
+        if margin is not None and not (certified and given.trajectories):
             raise click.UsageError("--margin goes with --certified and a trajectory")
         around = gd.Margin.of(margin)  # one that is not understood shall fail before any computing
         allowed = gd.Budget.parse(budget)

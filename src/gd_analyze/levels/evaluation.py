@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,7 +18,7 @@ from gd_analyze.levels.promise import ErrorTable
 from gd_analyze.robots import RobotArm, fingerprint
 from gd_analyze.shown import html_of
 from gd_analyze.states import States, require_dataset
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.trajectories import GivenMotions, Trajectory
 from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ class Evaluation:
 
 def evaluate(
     model: SimplifiedModel,
-    given: States | Trajectory | xr.Dataset | str | Path,
+    given: States | GivenMotions | xr.Dataset,
     arm: RobotArm | None = None,
 ) -> Evaluation:
     """Evaluate a model and measure its torque error.
@@ -101,7 +102,7 @@ def evaluate(
             expected=f"{model.arm.n_joints} joints, as {model.arm.name} has",
             found=f"{held.n_joints} joints",
         )
-    if not isinstance(given, States | Trajectory | str | Path):
+    if not isinstance(given, States | Trajectory | str | Path | Sequence):
         _require_same(model, held, given)
     exact = ExactDynamics.of(held, given, model.drives)
     _ = exact.torque  # first: it says best what is wrong with states of another arm

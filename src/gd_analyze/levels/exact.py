@@ -20,7 +20,7 @@ from gd_analyze.harmonics.terms import Energies, Torques
 from gd_analyze.levels.budget import Budget
 from gd_analyze.levels.effort import ROUGH, Effort
 from gd_analyze.levels.kept_programs import Task, inputs_of, kept_programs, some_states
-from gd_analyze.levels.promise import ErrorTable
+from gd_analyze.levels.promise import AlongMotion, ErrorTable, Promise
 from gd_analyze.levels.torque_program import torque_program
 from gd_analyze.levels.uncertainty import torque_uncertainty
 from gd_analyze.levels.yardsticks import Yardsticks
@@ -30,8 +30,9 @@ from gd_analyze.operations.rewriting import rewritten
 from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import RobotArm, arm_of, describe_in_full
 from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude, round_off_of
-from gd_analyze.states import States, require_dataset, states_for, states_of
-from gd_analyze.trajectories import Trajectory, trajectory_of
+from gd_analyze.states import States, motions_in, require_dataset, states_for, states_of
+from gd_analyze.trajectories import GivenMotions, Motion, Trajectory, trajectory_of
+from gd_analyze.trajectories.motions import listed
 from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
@@ -128,13 +129,14 @@ class ExactDynamics:
     def of(
         cls,
         arm: RobotArm | str | Path,
-        given: States | Trajectory | xr.Dataset | str | Path,
+        given: States | GivenMotions | xr.Dataset,
         drives: bool | None = None,
     ) -> ExactDynamics:
-        """Take states, a trajectory's set points, or a decomposition.
+        """Take states, the set points of a trajectory or of several, or a decomposition.
 
         Drives act where asked for; by default where the decomposition, or else the arm, has them. Arm and
-        trajectory may be shipped names, or paths of files. An ArmError says where D is not positive definite.
+        trajectories may be shipped names, or paths of files. An ArmError says where D is not positive
+        definite.
         """
         exact = cls._of(arm_of(arm), given, drives)
         require_positive_definite(exact.arm, exact.states, exact.form.drives)
@@ -142,11 +144,11 @@ class ExactDynamics:
 
     @classmethod
     def _of(
-        cls, arm: RobotArm, given: States | Trajectory | xr.Dataset | str | Path, drives: bool | None
+        cls, arm: RobotArm, given: States | GivenMotions | xr.Dataset, drives: bool | None
     ) -> ExactDynamics:
         if isinstance(given, States):
             return cls(ExactForm(arm, arm.counts_drives(drives)), states_for(arm, given))
-        if isinstance(given, Trajectory | str | Path):
+        if isinstance(given, Trajectory | str | Path | Sequence):
             states = states_for(arm, states_of(trajectory_of(given, arm)))
             return cls(ExactForm(arm, arm.counts_drives(drives)), states)
         require_dataset(given)
@@ -155,7 +157,11 @@ class ExactDynamics:
             "trajectory_fingerprint": given.attrs["trajectory_fingerprint"],
             "set_points": given.sizes["time"],
         }
-        states = states_for(arm, States(*(given[name].values for name in ("q", "qd", "qdd")), described))
+        motions = motions_in(given)
+        if motions:
+            described["motions"] = listed(motions)
+        q, qd, qdd = (given[name].values for name in ("q", "qd", "qdd"))
+        states = states_for(arm, States(q, qd, qdd, described, motions))
         has_drives = "drive_torque" in given
         if drives not in (None, has_drives):
             return cls(ExactForm(arm, bool(drives)), states)
@@ -226,12 +232,64 @@ class ExactDynamics:
 
     def errors_of(self, torque: FloatArray) -> ErrorTable:
         """Error of other torques at these states, N m, shape (N, n)."""
-        return ErrorTable.of(self.torque, torque, self._explained)
+        return ErrorTable.of(self.torque, torque, self._explained, self.states.weights)
 
     def allowed(self, budget: Budget | str | None) -> FloatArray:
         """Allowed error per joint, N m, shape (n,), and never less than round-off."""
         by = Yardsticks(self.arm, self.peak_torque, self.uncertainty)
         return allowed_by(Budget.of(budget), by, self.round_off)
+
+    def under(self, budget: Budget | str | None) -> ExactDynamics:
+        """Let an error count on each of several motions as a budget measured by that motion asks.
+
+        Where it allows half of what it does over all of them, an error counts twice. One motion is as it is,
+        and so is what another budget was set before.
+        """
+        states, budget = self.states, Budget.of(budget)
+        if not states.motions or states.weights is not None:
+            return self
+        weights, most = np.ones_like(states.q), self.allowed(budget)
+        for motion, alone in self.by_motion.items():
+            needs = alone.peak_torque > 0.0
+            weights[motion.rows] = np.where(needs, np.maximum(most / alone.allowed(budget), 1.0), 1.0)
+        return self._weighed(weights)
+
+    @property
+    def all_alike(self) -> ExactDynamics:
+        """The same, every error counting alike."""
+        return self if self.states.weights is None else self._weighed(None)
+
+    def _weighed(self, weights: FloatArray | None) -> ExactDynamics:
+        """Weigh the states otherwise, and keep what is known of them."""
+        other = replace(self, states=replace(self.states, weights=weights))
+        vars(other).update({name: value for name, value in vars(self).items() if name not in vars(other)})
+        return other
+
+    @cached_property
+    def by_motion(self) -> dict[Motion, ExactDynamics]:
+        """The same dynamics at the states of each of several motions alone, all counting alike."""
+        parts = {}
+        for motion in self.states.motions:
+            part = self.at(replace(self.states.at(motion.rows), weights=None))
+            vars(part)["torque"] = self.torque[motion.rows]
+            parts[motion] = part
+        return parts
+
+    def held(self, promise: Promise, torque: FloatArray) -> Promise:
+        """Promise what a model of this torque errs by, N m, shape (N, n), over all and along each motion."""
+        weights = self.states.weights
+        motions = tuple(
+            AlongMotion(
+                motion.name,
+                motion.fingerprint,
+                motion.n_set_points,
+                promise.allowed / (1.0 if weights is None else weights[motion.first]),
+                alone.errors_of(torque[motion.rows]),
+                alone.uncertainty,
+            )
+            for motion, alone in self.by_motion.items()
+        )
+        return replace(promise, errors=self.errors_of(torque), uncertainty=self.uncertainty, motions=motions)
 
 
 def allowed_by(budget: Budget, by: Yardsticks, round_off: float = 0.0) -> FloatArray:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import TypeAdapter
+from pydantic import Field, SerializerFunctionWrapHandler, TypeAdapter, model_serializer
 
 from gd_analyze.levels.exact import ExactForm
 from gd_analyze.levels.level import Checked
 from gd_analyze.levels.levels import level_named
 from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.levels.program_check import require_terms_computed
-from gd_analyze.levels.promise import ErrorTable, Promise, SearchStep
+from gd_analyze.levels.promise import AlongMotion, ErrorTable, Promise, SearchStep
 from gd_analyze.levels.statements import measured_where_possible, require_consistent, require_equal
 from gd_analyze.operations import OperationCount
 from gd_analyze.operations.written import read_back, written
@@ -45,6 +45,10 @@ class _SetPoints(Checked):
     set_points: int
 
 
+class _SeveralMotions(_SetPoints):
+    motions: str
+
+
 class _Drawn(Checked):
     box: str
     states: int
@@ -55,8 +59,15 @@ class _Unnamed(Checked):
     pass
 
 
-_MadeFor = _SetPoints | _Drawn | _Unnamed
+_MadeFor = _SetPoints | _SeveralMotions | _Drawn | _Unnamed
 _MADE_FOR: TypeAdapter[_MadeFor] = TypeAdapter(_MadeFor)
+
+
+class _AlongMotion(Checked):
+    name: str
+    fingerprint: str
+    set_points: int
+    errors: list[_JointError]
 
 
 class ModelDocument(Checked):
@@ -71,6 +82,8 @@ class ModelDocument(Checked):
     errors_are: Literal["sampled at the states of made_for"]
     errors: list[_JointError]
     made_for: _MadeFor
+    # Of a model made for several motions: what is promised along each.
+    motions: list[_AlongMotion] = Field(default_factory=list)
     search: list[_Step]
     solved: bool
     cut_short: bool = False
@@ -84,10 +97,16 @@ class ModelDocument(Checked):
     provenance: dict[str, str]
     digest: str
 
+    @model_serializer(mode="wrap")
+    def _without_what_is_not_there(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Of one motion the file says nothing of motions."""
+        said: dict[str, Any] = write(self)
+        return said if self.motions else {key: value for key, value in said.items() if key != "motions"}
+
 
 def document_of(model: SimplifiedModel) -> ModelDocument:
     """Write a model into its schema; the digest is left empty."""
-    promise, errors = model.promise, model.promise.errors
+    promise = model.promise
     steps, outputs = written(model.program)
     return ModelDocument(
         format=FORMAT,
@@ -97,19 +116,17 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
         refitted=model.refitted,
         budget=promise.budget,
         errors_are="sampled at the states of made_for",
-        errors=[
-            _JointError(
-                joint=joint.name,
-                unit=joint.effort_unit,
-                peak_torque=errors.peak_torque[i],
-                allowed_error=promise.allowed[i],
-                largest_error=errors.largest[i],
-                rms_error=errors.rms[i],
-                uncertainty=None if promise.uncertainty is None else promise.uncertainty[i],
-            )
-            for i, joint in enumerate(model.arm.joints)
-        ],
+        errors=_errors(model, promise),
         made_for=_MADE_FOR.validate_python(dict(promise.made_for)),
+        motions=[
+            _AlongMotion(
+                name=one.name,
+                fingerprint=one.fingerprint,
+                set_points=one.set_points,
+                errors=_errors(model, one),
+            )
+            for one in promise.motions
+        ],
         search=[_Step(name=step.name, operations=step.operations) for step in promise.steps],
         solved=promise.solved,
         cut_short=promise.cut_short,
@@ -125,6 +142,22 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
     )
 
 
+def _errors(model: SimplifiedModel, stated: Promise | AlongMotion) -> list[_JointError]:
+    errors, spread = stated.errors, stated.uncertainty
+    return [
+        _JointError(
+            joint=joint.name,
+            unit=joint.effort_unit,
+            peak_torque=errors.peak_torque[i],
+            allowed_error=stated.allowed[i],
+            largest_error=errors.largest[i],
+            rms_error=errors.rms[i],
+            uncertainty=None if spread is None else spread[i],
+        )
+        for i, joint in enumerate(model.arm.joints)
+    ]
+
+
 def model_of(document: ModelDocument) -> SimplifiedModel:
     """Rebuild the model; a ValueError or an error of this project's where the parts do not fit the arm."""
     level = level_named(document.level)
@@ -132,8 +165,7 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
     n = form.arm.n_joints
     inputs = {f"{name}{i + 1}" for name in ("q", "qd", "qdd") for i in range(n)}
 
-    rows = [(row.peak_torque, row.allowed_error, row.largest_error, row.rms_error) for row in document.errors]
-    peak, allowed, largest, rms = np.array(rows, dtype=float).reshape(-1, 4).T
+    allowed, errors, spread = _stated(document.errors)
     return SimplifiedModel(
         level=level,
         form=form,
@@ -144,20 +176,27 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
         promise=Promise(
             allowed,
             document.budget,
-            ErrorTable(peak, largest, rms),
+            errors,
             document.made_for.model_dump(),
             tuple(SearchStep(step.name, step.operations) for step in document.search),
             document.solved,
             document.cut_short,
-            uncertainty=_uncertainty(document),
+            uncertainty=spread,
+            motions=tuple(
+                AlongMotion(one.name, one.fingerprint, one.set_points, *_stated(one.errors))
+                for one in document.motions
+            ),
         ),
         provenance=document.provenance,
     )
 
 
-def _uncertainty(document: ModelDocument) -> FloatArray | None:
-    stated = [row.uncertainty for row in document.errors if row.uncertainty is not None]
-    return np.array(stated) if len(stated) == len(document.errors) else None
+def _stated(errors: list[_JointError]) -> tuple[FloatArray, ErrorTable, FloatArray | None]:
+    """Allowed errors, errors and uncertainty of all joints."""
+    rows = [(row.peak_torque, row.allowed_error, row.largest_error, row.rms_error) for row in errors]
+    peak, allowed, largest, rms = np.array(rows, dtype=float).reshape(-1, 4).T
+    spread = [row.uncertainty for row in errors if row.uncertainty is not None]
+    return allowed, ErrorTable(peak, largest, rms), np.array(spread) if len(spread) == len(errors) else None
 
 
 def checked(model: SimplifiedModel, document: ModelDocument) -> SimplifiedModel:
@@ -172,7 +211,11 @@ def checked(model: SimplifiedModel, document: ModelDocument) -> SimplifiedModel:
     require_equal("arm_fingerprint", document.arm_fingerprint, fingerprint(model.arm, model.drives))
     require_equal("operations", document.operations, model.operations)
     joints = [(joint.name, joint.effort_unit) for joint in model.arm.joints]
-    require_equal("joints of errors", [(row.joint, row.unit) for row in document.errors], joints)
+    for of in (document.errors, *(one.errors for one in document.motions)):
+        require_equal("joints of errors", [(row.joint, row.unit) for row in of], joints)
+    if document.motions or isinstance(document.made_for, _SeveralMotions):
+        every = sum(one.set_points for one in document.motions)
+        require_equal("set_points of motions", every, document.made_for.model_dump().get("set_points"))
     require_terms_computed(model)
     require_consistent(model)
     return measured_where_possible(model)

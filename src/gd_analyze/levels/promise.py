@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -26,20 +26,39 @@ class ErrorTable:
         Largest magnitude of the exact torque.
     largest, rms
         Largest and root mean square error.
+    weighed
+        Largest error times how much an error counts at its state, see `States.weights`; None where all count
+        alike.
     """
 
     peak_torque: FloatArray
     largest: FloatArray
     rms: FloatArray
+    weighed: FloatArray | None = None
 
     @classmethod
-    def of(cls, exact: FloatArray, simplified: FloatArray, explained: float = 0.0) -> ErrorTable:
+    def of(
+        cls,
+        exact: FloatArray,
+        simplified: FloatArray,
+        explained: float = 0.0,
+        weights: FloatArray | None = None,
+    ) -> ErrorTable:
         """Compare torques of shape (N, n); what is only round-off, see `round_off_of`, counts as no error."""
         error = simplified - exact
         error[np.abs(error) <= round_off_of(exact, explained)] = 0.0
+        size = np.abs(error)
         return cls(
-            peak_magnitude(exact, explained), np.abs(error).max(axis=0), np.sqrt(np.mean(error**2, axis=0))
+            peak_magnitude(exact, explained),
+            size.max(axis=0),
+            np.sqrt(np.mean(error**2, axis=0)),
+            None if weights is None else (size * weights).max(axis=0),
         )
+
+    @property
+    def counting(self) -> FloatArray:
+        """Largest error as it counts against a budget, N m, shape (n,)."""
+        return self.largest if self.weighed is None else self.weighed
 
     @property
     def largest_share(self) -> FloatArray:
@@ -55,6 +74,27 @@ class ErrorTable:
     def worst(self) -> int:
         """The joint, from 0, whose largest error is the largest share of its peak torque."""
         return int(self.largest_share.argmax())
+
+
+@dataclass(frozen=True, eq=False)
+class AlongMotion:
+    """What is promised along one of several motions.
+
+    Parameters
+    ----------
+    name, fingerprint, set_points
+        The motion, and how many set points it has.
+    allowed, errors, uncertainty
+        As of the whole, see `Promise`. At a joint that needs no torque along the motion, a share of it is one
+        of nothing; there it is allowed what it is over all motions.
+    """
+
+    name: str
+    fingerprint: str
+    set_points: int
+    allowed: FloatArray
+    errors: ErrorTable
+    uncertainty: FloatArray | None = None
 
 
 def share_of(error: FloatArray, peak: FloatArray) -> FloatArray:
@@ -106,6 +146,8 @@ class Promise:
     uncertainty
         Largest standard uncertainty of the torque at these states, N m, shape (n,); None where none is
         stated of the arm's parameters.
+    motions
+        What is promised along each of several motions, where the model was made for several.
     """
 
     allowed: FloatArray
@@ -117,6 +159,26 @@ class Promise:
     cut_short: bool = False
     measured: bool = True
     uncertainty: FloatArray | None = None
+    motions: tuple[AlongMotion, ...] = ()
+
+    def along(self, fingerprint: str) -> Promise:
+        """Take what is promised along one of several motions, by its fingerprint; itself of any other."""
+        for one in self.motions:
+            if one.fingerprint == fingerprint:
+                made_for: dict[str, str | int] = {
+                    "trajectory": one.name,
+                    "trajectory_fingerprint": one.fingerprint,
+                    "set_points": one.set_points,
+                }
+                return replace(
+                    self,
+                    allowed=one.allowed,
+                    errors=one.errors,
+                    uncertainty=one.uncertainty,
+                    made_for=made_for,
+                    motions=(),
+                )
+        return self
 
     @property
     def asked(self) -> Budget:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, ModelError
 from gd_analyze.levels.exact import ExactDynamics, allowed_by
 from gd_analyze.levels.model import SimplifiedModel
-from gd_analyze.levels.promise import ErrorTable
+from gd_analyze.levels.promise import AlongMotion, ErrorTable, Promise
 from gd_analyze.levels.yardsticks import Yardsticks
 from gd_analyze.robots import RobotArm
 from gd_analyze.round_off import ROUND_OFF_SHARE
@@ -49,20 +49,35 @@ def require_consistent(model: SimplifiedModel) -> None:
         If a torque or an error is negative, an error's root mean square is above its largest, the largest
         above the allowed one, or the allowed one not what budget and peak torque come to.
     """
-    promise, errors = model.promise, model.promise.errors
+    _require_of(model, model.promise)
+    for motion in model.promise.motions:
+        _require_of(model, motion, f" along {motion.name}")
+        over_all = model.promise.errors.peak_torque
+        below = motion.errors.peak_torque <= over_all
+        what = f"peak_torque along {motion.name}"
+        _require(model, what, below, motion.errors.peak_torque, "at most that over all motions")
+
+
+def _require_of(model: SimplifiedModel, stated: Promise | AlongMotion, along: str = "") -> None:
+    """Refuse what is promised over all states, or along one of several motions."""
+    errors, spread = stated.errors, stated.uncertainty
     most = 1.0 + 1e3 * float(np.finfo(float).eps)  # a mean of thousands of squares
-    _require(model, "peak_torque", errors.peak_torque >= 0.0, errors.peak_torque, "0 or more")
-    if promise.uncertainty is not None:
-        _require(model, "uncertainty", promise.uncertainty >= 0.0, promise.uncertainty, "0 or more")
-    _require(model, "rms_error", errors.rms >= 0.0, errors.rms, "0 or more")
-    _require(model, "rms_error", errors.rms <= most * errors.largest, errors.rms, "at most the largest error")
-    _require(
-        model, "largest_error", errors.largest <= promise.allowed, errors.largest, "at most the allowed error"
-    )
-    comes_to = allowed_by(promise.asked, Yardsticks(model.arm, errors.peak_torque, promise.uncertainty))
-    # Of states without torque the allowed error is their round-off, which only they tell.
-    fits = (np.abs(promise.allowed - comes_to) <= _SIX_DIGITS * comes_to) | (not errors.peak_torque.any())
-    _require(model, "allowed_error", fits, promise.allowed, f"what {promise.budget} comes to")
+    _require(model, f"peak_torque{along}", errors.peak_torque >= 0.0, errors.peak_torque, "0 or more")
+    if spread is not None:
+        _require(model, f"uncertainty{along}", spread >= 0.0, spread, "0 or more")
+    _require(model, f"rms_error{along}", errors.rms >= 0.0, errors.rms, "0 or more")
+    within = errors.rms <= most * errors.largest
+    _require(model, f"rms_error{along}", within, errors.rms, "at most the largest error")
+    # Along a motion what is allowed is a quotient, and rounded.
+    within = errors.largest <= (most if along else 1.0) * stated.allowed
+    _require(model, f"largest_error{along}", within, errors.largest, "at most the allowed error")
+    budget = model.promise.asked
+    comes_to = allowed_by(budget, Yardsticks(model.arm, errors.peak_torque, spread))
+    # Of states without torque the allowed error is their round-off, which only they tell; of a joint that
+    # needs none along one of several motions, it is what the others allow.
+    unknown = errors.peak_torque == 0.0 if along else not errors.peak_torque.any()
+    fits = (np.abs(stated.allowed - comes_to) <= _SIX_DIGITS * comes_to) | unknown
+    _require(model, f"allowed_error{along}", fits, stated.allowed, f"what {model.promise.budget} comes to")
 
 
 def measured_where_possible(model: SimplifiedModel) -> SimplifiedModel:

@@ -12,12 +12,12 @@ from gd_analyze.main_job.folder import FILES, require_folder, write_findings
 from gd_analyze.main_job.how import Settings, settings_of
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots import RobotArm, arm_of
-from gd_analyze.trajectories import Trajectory, trajectory_of
+from gd_analyze.trajectories import GivenMotions, trajectory_of
 
 
 def analyze(
     arm: RobotArm | str | Path,
-    trajectory: Trajectory | str | Path,
+    trajectory: GivenMotions,
     out: str | Path | None = None,
     settings: Settings | None = None,
     *,
@@ -30,7 +30,8 @@ def analyze(
     Parameters
     ----------
     arm, trajectory
-        What to analyse; or a shipped name, or the path of a file.
+        What to analyse, along one motion or several; or a shipped name, or the path of a file. A folder
+        stands for all trajectories in it.
     out
         Folder for the results; nothing is written without one.
     settings, options

@@ -24,6 +24,7 @@ from gd_analyze.levels import (
     payload_effect,
     warn_without_torque,
 )
+from gd_analyze.levels.many_terms import has_more_terms
 from gd_analyze.long_decomposition import decompose_on_demand
 from gd_analyze.main_job.how import Origin, Progress, Settings, Silent
 from gd_analyze.measured_torque.comparison import compared, require_torques
@@ -32,6 +33,7 @@ from gd_analyze.provenance import provenance_of_run
 from gd_analyze.results import tables
 from gd_analyze.results.budgets_table import budgets_table
 from gd_analyze.results.findings import Findings
+from gd_analyze.results.motions_table import motions_table, rank_by_motion
 from gd_analyze.results.recording_table import recording_table
 from gd_analyze.results.torque_table import measured_torque_table
 from gd_analyze.results.torque_words import is_described, torque_warning
@@ -41,7 +43,13 @@ from gd_analyze.search.budget_path import FACTORS, budget_path
 from gd_analyze.search.exact_model import no_dearer
 from gd_analyze.search.trade_off import KINDS
 from gd_analyze.states import states_in_box
-from gd_analyze.trajectories import Trajectory, check_against_arm, trajectory_of
+from gd_analyze.trajectories import (
+    GivenMotions,
+    Trajectory,
+    check_against_arm,
+    taken_apart,
+    trajectory_of,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,7 +68,7 @@ _EFFORT, _EFFORT_OF_TUBE = 5_000, 100_000
 
 def find(
     arm: RobotArm | str | Path,
-    trajectory: Trajectory | str | Path,
+    trajectory: GivenMotions,
     settings: Settings | None = None,
     *,
     origin: Origin | None = None,
@@ -71,7 +79,8 @@ def find(
     Parameters
     ----------
     arm, trajectory
-        What to analyse; or a shipped name, or the path of a file.
+        What to analyse, along one motion or several; or a shipped name, or the path of a file. A folder
+        stands for all trajectories in it.
     settings
         How; see `Settings` for what is done by default.
     origin
@@ -103,7 +112,8 @@ def find(
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GdAnalyzeWarning)
         warn_of_slips(arm, stacklevel=2)
-        check_against_arm(trajectory, arm)
+        for motion in taken_apart(trajectory):
+            check_against_arm(motion, arm)
         dataset = decompose_on_demand(
             arm,
             trajectory,
@@ -116,7 +126,7 @@ def find(
         stage("checking, ranking, simplifying")
         dataset.attrs |= source
         residuals = cross_check(arm, dataset)
-        exact = ExactDynamics.of(arm, dataset)
+        exact = ExactDynamics.of(arm, dataset).under(how.asked)
         warn_without_torque(exact)
         measured = _measured_torque(arm, trajectory, dataset, how)
         dominance = rank(dataset, budget=exact.allowed(how.asked))
@@ -155,6 +165,7 @@ def find(
             "tube": _tube(exact, model, trajectory, Margin.of(how.margin), many),
             **recorded,
             **measured,
+            **_by_motion(exact, dataset, trajectory, dominance, how, model),
         },
         model=model,
         element_model=elements,
@@ -166,9 +177,25 @@ def find(
 
 def source_of(arm: RobotArm, trajectory: Trajectory, how: Settings, command: str = "") -> dict[str, str]:
     """Where the results come from; what they depend on, and what of the motion they state, marks the run."""
-    asked = [arm.name, trajectory.name, how.described()]
+    asked = [arm.name, trajectory.name, how.described(), *(motion.name for motion in trajectory.motions)]
     motion = [trajectory.fingerprint, trajectory.origin, trajectory.rates_from]
     return provenance_of_run(command, asked, [describe_in_full(arm), motion], repeats=True)
+
+
+def _by_motion(
+    exact: ExactDynamics,
+    dataset: xr.Dataset,
+    trajectory: Trajectory,
+    dominance: xr.Dataset,
+    how: Settings,
+    model: SimplifiedModel,
+) -> dict[str, xr.Dataset]:
+    """Tell of each motion by itself, where there are several."""
+    if not trajectory.motions:
+        return {}
+    allowed = [alone.allowed(how.asked) for alone in exact.by_motion.values()]
+    ranked = rank_by_motion(exact.arm, dataset, trajectory, allowed)
+    return {"motions": motions_table(exact.arm, trajectory, dominance, ranked, model.promise)}
 
 
 def _level(exact: ExactDynamics, how: Settings) -> tuple[Level, bool]:
@@ -185,14 +212,14 @@ def _asked(exact: ExactDynamics, budget: Budget, model: SimplifiedModel) -> Budg
 
 def _is_large(exact: ExactDynamics) -> bool:
     """Whether an arm has too many joints, or its exact equations too many terms, to choose from."""
-    return exact.arm.n_joints > _MOST_JOINTS or len(exact.form.torques) > _MOST_TERMS
+    return exact.arm.n_joints > _MOST_JOINTS or has_more_terms(exact.form, _MOST_TERMS)
 
 
 def _tell_of_many_terms(exact: ExactDynamics, model: SimplifiedModel) -> None:
     if exact.arm.n_joints > _MOST_JOINTS:
         what = f"{exact.arm.n_joints} joints, more than {_MOST_JOINTS}"
     else:
-        what = f"exact equations of {len(exact.form.torques)} terms, more than {_MOST_TERMS}"
+        what = f"exact equations of more than {_MOST_TERMS} terms"
     done = "simplified by elements" if model.saves else "the exact model is given"
     warnings.warn(
         f"{exact.arm.name} has {what}: {done}, and single terms are not ranked here",

@@ -53,8 +53,14 @@ def write_findings(
 
 
 def _ranking_csv(findings: Findings) -> str:
-    """Rank the elements, and say in a last column, the same in every row, of which run this is."""
+    """Rank the elements, and say in a last column, the same in every row, of which run this is.
+
+    Of several motions, verdict and torque share along each come behind: "verdict_MOTION".
+    """
     ranking = frame_of(findings.dominance, "element")
+    if "motions" in findings.tables:
+        by_motion = frame_of(findings.tables["motions"][["verdict", "torque_share"]], "element")
+        ranking = ranking.join(by_motion.drop(columns=["element", "quantity"]))
     if "run" in findings.provenance:
         ranking["run"] = findings.provenance["run"]
     return ranking.to_csv(index=False, lineterminator="\n")

@@ -10,6 +10,7 @@ from gd_analyze.report.harmonic_data import harmonic_data
 from gd_analyze.report.joint_document import beyond, joints, longest_bar
 from gd_analyze.report.measured_document import measured_document
 from gd_analyze.report.model_document import founding_method, kept_matrix, operations, trade_off
+from gd_analyze.report.motions_document import motions_told
 from gd_analyze.report.numbering import numbering
 from gd_analyze.report.panel import MOST_POINTS
 from gd_analyze.report.ranking_document import elements_ranked, founding_text, terms_ranked
@@ -58,6 +59,7 @@ def document(findings: Findings) -> dict[str, Any]:
         ],
         "text": founding_text(findings),
         "trade_off": trade_off(findings),
+        "by_motion": motions_told(findings),
         "terms": terms_ranked(findings),
         "beyond": beyond(findings),
         "measured": measured_document(findings),

@@ -17,6 +17,7 @@ from gd_analyze.report.budget_equations import budget_equations
 from gd_analyze.report.budget_path import DECADES, BudgetPath
 from gd_analyze.report.interactive import MOST_POINTS, NEAR, page_data
 from gd_analyze.report.measured_document import measured_document
+from gd_analyze.report.motions_document import motions_told
 from gd_analyze.report.numbering import numbering
 from gd_analyze.report.page_environment import environment, style, template_text
 from gd_analyze.report.recording_document import recording_document
@@ -40,6 +41,7 @@ SHORT_TITLES = {
     "measured": "Measured",
     "effects": "Effects",
     "ranking": "Elements",
+    "motions": "Motions",
     "terms": "Terms",
     "model": "Savings",
     "beyond": "Beyond",
@@ -112,6 +114,7 @@ def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
         "verdict_counts": summary.verdict_counts(findings),
         "text": summary.text_comparison(findings),
         "dropped": dropped_parts(findings),
+        "by_motion": motions_told(findings),
         "terms": ranked_rows(findings, TERMS_SHOWN),
         "terms_total": tables["terms"].attrs["total"],
         "not_worth_keeping": summary.not_worth_keeping(findings),

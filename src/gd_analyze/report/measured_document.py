@@ -53,10 +53,8 @@ def _cells(row: Row) -> dict[str, Any]:
         "told": row["told"],
         "explained": share_told(row["explained"]),
         "beside": _UNKNOWN if slope is None else _typeset(with_error(slope, error or 0.0)),
-        **{
-            name: _UNKNOWN if row[name] is None else _typeset(figures(row[name]))
-            for name in ("correlation", "slope")
-        },
+        "correlation": _UNKNOWN if row["correlation"] is None else _typeset(f"{row['correlation']:.3f}"),
+        "slope": _UNKNOWN if row["slope"] is None else _typeset(figures(row["slope"])),
         **{
             name: _UNKNOWN if row[name] is None else _typeset(amount(row[name], row["effort_unit"]))
             for name in torques

@@ -5,6 +5,7 @@ from __future__ import annotations
 from string import ascii_uppercase
 
 from gd_analyze.results import Findings, summary
+from gd_analyze.results.motion_words import changing
 from gd_analyze.results.recording_words import is_recorded
 from gd_analyze.results.rows import dropped_parts
 from gd_analyze.results.torque_curves import measured_joints
@@ -33,6 +34,8 @@ _TABLES = {
     "measured": "measured torque beside the exact one",
     "friction": "friction beside the exact torque",
     "ranking": "elements ranked by torque",
+    "motions": "each motion by itself",
+    "verdicts": "verdicts that depend on the motion",
     "terms": "single terms ranked by torque",
     "kept": "what the model keeps",
     "operations": "operations for one evaluation of all torques",
@@ -50,6 +53,7 @@ _APPENDICES = {
     "measured": "Measured torque beside the model's",
     "effects": "Inertia, velocity and gravity terms by effect",
     "ranking": "Elements ranked by torque",
+    "motions": "Motion by motion",
     "terms": "Single terms ranked by torque",
     "model": "What the model keeps and what that saves",
     "beyond": "Near this motion, and beyond it",
@@ -86,7 +90,10 @@ def _absent(findings: Findings) -> tuple[set[str], set[str], set[str]]:
     unmeasured = {"measured"} if not measured_joints(findings) else set()
     beyond = findings.tables["beyond"]
     of_elements = not findings.model.level.has_torque_terms
+    one = not summary.has_motions(findings)
     tables = {
+        "motions": one,
+        "verdicts": one or not changing(findings),
         "terms": not findings.is_written_out,
         "tube": summary.tube_proven(findings) is None,
         "beyond": not (beyond.attrs["states_drawn"] or beyond.certified.notnull().all()),
@@ -99,5 +106,6 @@ def _absent(findings: Findings) -> tuple[set[str], set[str], set[str]]:
     if unread or not findings.tables["recording"].sizes["column"]:
         gone.add("columns")
     lacking = unmeasured | unread
-    appendices = {"elements"} if of_elements else set()
+    without = {"elements": of_elements, "motions": one}
+    appendices = {name for name, absent in without.items() if absent}
     return flat | lacking, flat | lacking | gone, appendices | lacking

@@ -43,6 +43,8 @@ def require_tables_fit(tables: Mapping[str, xr.Dataset], arm: RobotArm) -> None:
     _require_stretches(tables["trajectory"])
     _require_known_together(tables)
     _require_path(tables)
+    if "motions" in tables:
+        _require_motions(tables)
     if "measured_torque" in tables:
         _require_readings(tables["measured_torque"])
     kinds = [joint.kind for joint in arm.joints]
@@ -108,6 +110,19 @@ def _require_path(tables: Mapping[str, xr.Dataset]) -> None:
     _require_equal("operations of budgets at a factor of 1", at_one, operations)
 
 
+def _require_motions(tables: Mapping[str, xr.Dataset]) -> None:
+    """Check that what is told motion by motion is about all set points, and of the elements as ranked."""
+    motions, ranking = tables["motions"], tables["dominance"]
+    count = tables["trajectory"].sizes["time"]
+    _require_equal("set_points of motions, summed up,", int(motions.set_points.values.sum()), count)
+    for name in ("element", "quantity"):
+        _require_equal(f"{name} of motions", motions[name].values.tolist(), ranking[name].values.tolist())
+    over_all = tables["simplified_model"]
+    for name in ("peak_torque", "largest_error"):
+        if (motions[name].max("motion") > over_all[name]).any():
+            raise StoreError(f"{name} of motions is above that over all of them")
+
+
 def require_models_fit(
     model: SimplifiedModel, element_model: SimplifiedModel, tables: Mapping[str, xr.Dataset], arm: RobotArm
 ) -> None:
@@ -122,6 +137,8 @@ def require_models_fit(
         if describe(one.arm) != describe(arm):
             raise StoreError("a model is of another arm than the tables")
     _require_equal("level of the model", model.level.name, tables["simplified_model"].attrs["level"])
+    stated = tables["motions"].motion.values.tolist() if "motions" in tables else []
+    _require_equal("motions of the model", [one.name for one in model.promise.motions], stated)
     _require_equal("level of the model by elements", element_model.level.name, ELEMENT.name)
 
 

@@ -19,6 +19,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.fit import require_models_fit, require_tables_fit, require_terms_fit
 from gd_analyze.results.hdf5_reader import open_tables, read_attributes, read_table
 from gd_analyze.results.hdf5_writer import write_tables
+from gd_analyze.results.motions_table import motions_in
 from gd_analyze.results.recording_table import recording_in
 from gd_analyze.results.refusal import damage_named
 from gd_analyze.results.seal import require_sealed, seal
@@ -104,6 +105,7 @@ def load_findings(path: str | Path) -> Findings:
         require_terms_fit(ranked, tables)
         warn_of_others(path, str(attributes.get("run", "")))
         motion, warnings = tables["trajectory"], attributes["warnings"]
+        motions = motions_in(tables["motions"]) if "motions" in tables else ()
         if motion.sizes["time"] <= MOST_KEPT:
             file.close()
         return Findings(
@@ -117,6 +119,7 @@ def load_findings(path: str | Path) -> Findings:
                 motion.attrs["origin"],
                 motion.attrs["rates"],
                 gaps=gaps_in(motion),
+                motions=motions,
                 recording=recording_in(tables),
             ),
             tables=tables,

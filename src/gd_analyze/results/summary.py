@@ -15,6 +15,11 @@ from gd_analyze.results.error_words import off_by as off_by
 from gd_analyze.results.error_words import worst_error as worst_error
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
+from gd_analyze.results.motion_words import along_told, short_sentence
+from gd_analyze.results.motion_words import budget_sentence as budget_sentence
+from gd_analyze.results.motion_words import changing_sentence as changing_sentence
+from gd_analyze.results.motion_words import has_motions as has_motions
+from gd_analyze.results.motion_words import strict_sentence as strict_sentence
 from gd_analyze.results.proof_words import bound_ratio as bound_ratio
 from gd_analyze.results.proof_words import margins_told as margins_told
 from gd_analyze.results.proof_words import tube_bound as tube_bound
@@ -35,7 +40,7 @@ def title(findings: Findings) -> str:
 def subtitle(findings: Findings) -> str:
     """Say along what, and whether drives act."""
     told = drives(findings)
-    where = f"along {findings.trajectory.name}, {findings.trajectory.n_set_points} set points"
+    where = f"along {along_told(findings)}, {findings.trajectory.n_set_points} set points"
     return f"{where}, {told}" if told else where
 
 
@@ -88,10 +93,14 @@ def _cost(findings: Findings) -> str:
     model, worst = findings.model, worst_error(findings.model)
     bound = tube_bound(findings)
     if bound is None:
-        said = f"{off_by(model)} along this trajectory"
+        said = f"{off_by(model)} along {_these(findings)}"
         return f"{said}, sampled at its set points; nothing is proven between them."
     of = f" of the {worst.of}" if worst.of == "allowed error" else ""
-    return f"near this trajectory, proven, {off_by(model, bound)}; at its set points by {worst.size}{of}."
+    return f"near {_these(findings)}, proven, {off_by(model, bound)}; at its set points by {worst.size}{of}."
+
+
+def _these(findings: Findings) -> str:
+    return "these motions" if has_motions(findings) else "this trajectory"
 
 
 def facts(findings: Findings) -> list[tuple[str, str]]:
@@ -129,13 +138,19 @@ def _of(worst: WorstError) -> str:
     return f"{worst.of and f', of the {worst.of}'} (joint {worst.joint})"
 
 
+def notice(findings: Findings) -> str:
+    """What readings were made of, how the budget holds on several motions, and the model's own notice."""
+    several = [short_sentence(findings)] if has_motions(findings) else []
+    return " ".join([*recording_told(findings), *several, findings.model.notice]).strip()
+
+
 def opening(findings: Findings) -> dict[str, Any]:
     """What a report opens with."""
     return {
         "title": title(findings),
         "subtitle": subtitle(findings),
         "headline": headline(findings),
-        "notice": " ".join([*recording_told(findings), findings.model.notice]).strip(),
+        "notice": notice(findings),
         "facts": facts(findings),
         "kept_terms": kept(findings),
     }

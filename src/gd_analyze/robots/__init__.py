@@ -2,6 +2,7 @@
 
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm
+from gd_analyze.robots.arm_toml import toml_of
 from gd_analyze.robots.box_limits import BoxLimits, box_limits
 from gd_analyze.robots.catalogue import arm_of, builtin_arms, load_arm
 from gd_analyze.robots.description import (
@@ -38,6 +39,7 @@ __all__ = [
     "parse_payload",
     "read_arm",
     "slips_of",
+    "toml_of",
     "warn_of_slips",
     "with_payload",
 ]

@@ -20,19 +20,31 @@ from pydantic_core import ErrorDetails
 from gd_analyze.errors import ArmError, Location
 from gd_analyze.files import megabytes, read_at_most
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.arm_schema import UNIT_SUFFIXES, ArmFile, keys_beside
-from gd_analyze.robots.denavit_hartenberg import modified_placements, standard_placements
+from gd_analyze.robots.arm_schema import (
+    UNIT_SUFFIXES,
+    DHFile,
+    DHJointTable,
+    JointTable,
+    LinkTable,
+    keys_beside,
+)
+from gd_analyze.robots.denavit_hartenberg import CONVENTIONS, placements_of
 from gd_analyze.robots.names import require_name, require_sentences
-from gd_analyze.robots.parts import Drive, Joint, Link
+from gd_analyze.robots.parts import Drive, Joint, Link, Placement
+from gd_analyze.robots.placement_schema import PlacedJointTable, PlacedLinkTable, PlacementFile
 from gd_analyze.robots.slips import warn_of_slips
 from gd_analyze.robots.toml_lines import TableLines
+from gd_analyze.vectors import FloatArray
 from gd_analyze.visible import in_python
 
-_EXAMPLE = "`gd-analyze arms puma560 --toml` prints a complete example"
+_EXAMPLE = "`gd-analyze arms puma560 --to toml` prints a complete example"
 _LONG_INTEGER = re.compile(r"\d[\d_]{4000}")
 
 # A thousand joints with their links and drives.
 LARGEST_FILE = 1_000_000
+
+# What an arm by placements is called where a Denavit-Hartenberg table would be named.
+PLACEMENTS = "placements"
 
 
 def read_arm(path: str | Path) -> RobotArm:
@@ -62,10 +74,14 @@ def read_arm(path: str | Path) -> RobotArm:
     path = Path(path)
     content = _read(path)
     lines = TableLines(path, content)
+    schema: type[DHFile | PlacementFile] = DHFile
     try:
-        parsed = ArmFile.model_validate(_document(path, content))
+        document = _document(path, content)
+        if document.get("convention") == "placement":
+            schema = PlacementFile
+        parsed = schema.model_validate(document)
     except ValidationError as error:
-        raise _misfit(error.errors(), lines) from None
+        raise _misfit(error.errors(), lines, schema) from None
     except RecursionError:
         raise ArmError(
             "the arm file nests tables or lists beyond any arm", where=Location(path), next_step=_EXAMPLE
@@ -75,7 +91,9 @@ def read_arm(path: str | Path) -> RobotArm:
     return arm
 
 
-def _misfit(errors: Sequence[ErrorDetails], lines: TableLines) -> ArmError:
+def _misfit(
+    errors: Sequence[ErrorDetails], lines: TableLines, schema: type[DHFile | PlacementFile]
+) -> ArmError:
     """Say what of a file does not fit the schema: of a key that is missing, the one that was meant for it."""
     first = errors[0]
     if first["type"] == "missing":
@@ -85,7 +103,8 @@ def _misfit(errors: Sequence[ErrorDetails], lines: TableLines) -> ArmError:
     keys = first["loc"]
     expected, next_step = _expectation(first["msg"]), _EXAMPLE
     if first["type"] == "extra_forbidden":
-        known = keys_beside(keys)
+        placed = (PlacedJointTable, PlacedLinkTable) if schema is PlacementFile else ()
+        known = keys_beside(keys, *placed)
         expected = f"a key of the schema: {', '.join(known)}"
         near = _nearest(str(keys[-1]), known)
         next_step = f"did you mean {near}? {_EXAMPLE}" if near else _EXAMPLE
@@ -169,10 +188,10 @@ def text_of_arm_file(path: Path) -> str:
     return data.decode("utf-8")
 
 
-def _build(parsed: ArmFile, lines: TableLines) -> RobotArm:
+def _build(parsed: DHFile | PlacementFile, lines: TableLines) -> RobotArm:
     for key in ("name", "title"):
         require_name(getattr(parsed, key), f"an arm's {key}", lines.locate((key,)))
-    for key in ("sources", "assumptions"):
+    for key in ("sources", "assumptions", "doubts"):
         require_sentences(getattr(parsed, key), f"one of the {key}", lines.locate((key,)))
     for what in ("links", "drives"):
         count = len(getattr(parsed, what))
@@ -194,24 +213,27 @@ def _build(parsed: ArmFile, lines: TableLines) -> RobotArm:
             Drive(**{**dict(drive), "coulomb": (drive.coulomb[0], drive.coulomb[1])})
             for drive in parsed.drives
         ),
-        dh_table=tuple(joint.row for joint in parsed.joints),
-        convention=f"{parsed.convention} Denavit-Hartenberg",
+        dh_table=tuple(joint.row for joint in parsed.joints if isinstance(joint, DHJointTable)),
+        convention=CONVENTIONS.get(parsed.convention, PLACEMENTS),
         sources=tuple(parsed.sources),
         assumptions=tuple(parsed.assumptions),
+        doubts=tuple(parsed.doubts),
     )
 
 
-def _joints_and_links(parsed: ArmFile, lines: TableLines) -> tuple[tuple[Joint, ...], tuple[Link, ...]]:
-    placements = standard_placements if parsed.convention == "standard" else modified_placements
+def _joints_and_links(
+    parsed: DHFile | PlacementFile, lines: TableLines
+) -> tuple[tuple[Joint, ...], tuple[Link, ...]]:
     joints, links = [], []
     for i, (joint, link) in enumerate(zip(parsed.joints, parsed.links, strict=True)):
-        before, behind = placements(joint.kind, joint.row)
-        lower, upper = joint.range or (None, None)
+        before, axis, behind = _placed(joint, link, parsed.convention)
+        lower, upper = joint.ends
         joints.append(
             Joint(
                 name=joint.name or str(i + 1),
                 kind=joint.kind,
                 placement=before,
+                axis=axis,
                 lower=lower,
                 upper=upper,
                 rate_limit=joint.rate_limit,
@@ -233,6 +255,15 @@ def _joints_and_links(parsed: ArmFile, lines: TableLines) -> tuple[tuple[Joint, 
             )
         )
     return tuple(joints), tuple(links)
+
+
+def _placed(joint: JointTable, link: LinkTable, convention: str) -> tuple[Placement, FloatArray, Placement]:
+    """Joint frame, axis and link frame."""
+    if isinstance(joint, PlacedJointTable) and isinstance(link, PlacedLinkTable):
+        return joint.placement, np.array(joint.axis), link.frame
+    assert isinstance(joint, DHJointTable)  # as the schema of the file says
+    before, behind = placements_of(convention, joint.kind, joint.row)
+    return before, np.array([0.0, 0.0, 1.0]), behind
 
 
 def _dotted(keys: tuple[str | int, ...]) -> str:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Generic, Literal, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from gd_analyze.given_numbers import LARGEST
 from gd_analyze.robots.inertia import of_point_mass, symmetric_tensor
@@ -16,13 +16,27 @@ from gd_analyze.vectors import FloatArray
 
 UNIT_SUFFIXES = {"_deg": math.pi / 180, "_mm": 1e-3}
 # NaN and infinity are refused by the tables.
-_Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
+Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 _Nonnegative = Annotated[float, Field(ge=0, le=LARGEST)]
 _Positive = Annotated[float, Field(gt=0, le=LARGEST)]
 _LIMITS = ("range", "rate_limit", "acceleration_limit")
 
 
-class _Table(BaseModel):
+def _ends(ends: list[float]) -> list[float]:
+    """A range as it is, if its ends are numbers, or -inf and inf where they are unknown."""
+    for end, unknown in zip(ends, (-math.inf, math.inf), strict=True):
+        if end != unknown and not abs(end) <= LARGEST:
+            raise ValueError(f"lower and upper end up to {LARGEST:g}, or -inf and inf where unknown")
+    return ends
+
+
+_End = Annotated[float, Field(allow_inf_nan=True)]
+_Range = Annotated[list[_End], Field(min_length=2, max_length=2), AfterValidator(_ends)]
+
+
+class Table(BaseModel):
+    """Keys of one table of the file; an unknown one is refused."""
+
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
     @classmethod
@@ -57,35 +71,51 @@ def _scaled(value: Any, factor: float) -> Any:
         return value
 
 
-class _JointTable(_Table):
+class JointTable(Table):
+    """What every joint may state."""
+
     name: str | None = None
     kind: JointKind = "revolute"
-    theta: _Number = 0.0
-    d: _Number = 0.0
-    a: _Number = 0.0
-    alpha: _Number = 0.0
-    range: list[_Number] | None = Field(default=None, min_length=2, max_length=2)
-    rate_limit: _Number | None = None
-    acceleration_limit: _Number | None = None
+    range: _Range | None = None
+    rate_limit: Number | None = None
+    acceleration_limit: Number | None = None
+
+    @property
+    def ends(self) -> tuple[float | None, float | None]:
+        """Lower and upper end of the range, None where unknown."""
+        lower, upper = self.range or (-math.inf, math.inf)
+        return (lower if math.isfinite(lower) else None), (upper if math.isfinite(upper) else None)
+
+    @classmethod
+    def _unit_suffixes(cls, data: dict[str, Any]) -> dict[str, str]:
+        return dict.fromkeys(_LIMITS, "_mm" if data.get("kind") == "prismatic" else "_deg")
+
+
+class DHJointTable(JointTable):
+    """A joint by a row of a Denavit-Hartenberg table."""
+
+    theta: Number = 0.0
+    d: Number = 0.0
+    a: Number = 0.0
+    alpha: Number = 0.0
 
     @property
     def row(self) -> DHRow:
+        """The row of the table."""
         return DHRow(self.theta, self.d, self.a, self.alpha)
 
     @classmethod
     def _unit_suffixes(cls, data: dict[str, Any]) -> dict[str, str]:
-        of_motion = "_mm" if data.get("kind") == "prismatic" else "_deg"
-        lengths_and_angles = {"theta": "_deg", "alpha": "_deg", "a": "_mm", "d": "_mm"}
-        return lengths_and_angles | dict.fromkeys(_LIMITS, of_motion)
+        return super()._unit_suffixes(data) | {"theta": "_deg", "alpha": "_deg", "a": "_mm", "d": "_mm"}
 
 
-class _InertiaTable(_Table):
-    xx: _Number
-    yy: _Number
-    zz: _Number
-    xy: _Number = 0.0
-    xz: _Number = 0.0
-    yz: _Number = 0.0
+class _InertiaTable(Table):
+    xx: Number
+    yy: Number
+    zz: Number
+    xy: Number = 0.0
+    xz: Number = 0.0
+    yz: Number = 0.0
 
     def tensor(self) -> FloatArray:
         return symmetric_tensor(self.xx, self.yy, self.zz, self.xy, self.xz, self.yz)
@@ -100,10 +130,12 @@ class _InertiaUncertaintyTable(_InertiaTable):
     yz: _Nonnegative = 0.0
 
 
-class _LinkTable(_Table):
+class LinkTable(Table):
+    """What every link states."""
+
     name: str | None = None
-    mass: _Number
-    com: list[_Number] = Field(min_length=3, max_length=3)
+    mass: Number
+    com: list[Number] = Field(min_length=3, max_length=3)
     inertia: _InertiaTable
     inertia_about: Literal["com", "origin"] = "com"
     as_measured: bool = False
@@ -111,6 +143,7 @@ class _LinkTable(_Table):
     mass_uncertainty: _Nonnegative | None = None
     com_uncertainty: list[_Nonnegative] | None = Field(default=None, min_length=3, max_length=3)
     inertia_uncertainty: _InertiaUncertaintyTable | None = None
+    inertia_uncertainty_about: Literal["com", "origin"] | None = None
 
     @classmethod
     def _unit_suffixes(cls, data: dict[str, Any]) -> dict[str, str]:
@@ -125,7 +158,7 @@ class _LinkTable(_Table):
             mass,
             None if com is None else np.array(com),
             None if inertia is None else inertia.tensor(),
-            self.inertia_about,
+            self.inertia_uncertainty_about or self.inertia_about,
         )
 
     def inertia_com(self) -> FloatArray:
@@ -135,31 +168,44 @@ class _LinkTable(_Table):
         return tensor if about_com else tensor - of_point_mass(self.mass, np.array(self.com))
 
 
-class _DriveTable(_Table):
+class DriveTable(Table):
+    """What a drive states."""
+
     inertia: _Nonnegative = 0.0
     inertia_uncertainty: _Nonnegative | None = None
-    gear_ratio: _Number = 1.0
+    gear_ratio: Number = 1.0
     viscous: _Nonnegative = 0.0
-    coulomb: list[_Number] = Field(default=[0.0, 0.0], min_length=2, max_length=2)
+    coulomb: list[Number] = Field(default=[0.0, 0.0], min_length=2, max_length=2)
     torque_limit: _Positive | None = None
 
 
-class ArmFile(_Table):
+_JointT = TypeVar("_JointT", bound=JointTable)
+_LinkT = TypeVar("_LinkT", bound=LinkTable)
+
+
+class ArmTables(Table, Generic[_JointT, _LinkT]):
     """The whole file; every table and key of it is described in docs/arms.md."""
 
     format: Literal["gd-analyze arm 1"]
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
     title: str = ""
-    convention: Literal["standard", "modified"] = "standard"
-    gravity: list[_Number] = Field(default=[0.0, 0.0, -9.8062], min_length=3, max_length=3)
+    convention: Literal["standard", "modified", "placement"] = "standard"
+    gravity: list[Number] = Field(default=[0.0, 0.0, -9.8062], min_length=3, max_length=3)
     sources: list[str] = []
     assumptions: list[str] = []
-    joints: list[_JointTable] = Field(min_length=1)
-    links: list[_LinkTable] = Field(min_length=1)
-    drives: list[_DriveTable] = []
+    doubts: list[str] = []
+    joints: list[_JointT] = Field(min_length=1)
+    links: list[_LinkT] = Field(min_length=1)
+    drives: list[DriveTable] = []
 
 
-def keys_beside(keys: tuple[str | int, ...]) -> list[str]:
+class DHFile(ArmTables[DHJointTable, LinkTable]):
+    """A file of an arm by its Denavit-Hartenberg table."""
+
+
+def keys_beside(
+    keys: tuple[str | int, ...], joint: type[JointTable] = DHJointTable, link: type[LinkTable] = LinkTable
+) -> list[str]:
     """Keys that the table may have in which a path such as ("links", 2, "mas") ends.
 
     Examples
@@ -167,12 +213,12 @@ def keys_beside(keys: tuple[str | int, ...]) -> list[str]:
     >>> keys_beside(("links", 1, "inertia", "zx"))
     ['xx', 'yy', 'zz', 'xy', 'xz', 'yz']
     """
-    tables: dict[str, type[_Table]] = {
-        "joints": _JointTable,
-        "links": _LinkTable,
-        "drives": _DriveTable,
+    tables: dict[str, type[Table]] = {
+        "joints": joint,
+        "links": link,
+        "drives": DriveTable,
         "inertia": _InertiaTable,
         "inertia_uncertainty": _InertiaUncertaintyTable,
     }
     names = [tables[key] for key in keys[:-1] if isinstance(key, str)]
-    return list((names[-1] if names else ArmFile).model_fields)
+    return list((names[-1] if names else DHFile).model_fields)

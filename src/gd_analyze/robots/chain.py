@@ -141,7 +141,7 @@ def _followed(
     """Values of held joints that mimic others, where the user gave none."""
     values = dict(held)
     of_name = {joint.name: joint.index for joint in tree.joints}
-    for _ in still:  # one may follow another that follows a third
+    for _ in tree.mimics:  # one may follow another that follows a third
         for joint in still:
             mimic = tree.mimics.get(joint.name)
             if mimic is not None and joint.index not in locked:
@@ -188,24 +188,26 @@ def _locks(joints: Iterable[TreeJoint]) -> str:
 
 def _refuse_branches(tree: Tree, free: Sequence[TreeJoint]) -> None:
     """Refuse a tree that is no chain, with the locks or the tips that make it one."""
-    children = _children(tree, free)
+    moving = _Moving.of(tree, free)
     stem: list[TreeJoint] = []
-    at = children[0]
+    at = moving.after[0]
     while len(at) == 1:
         stem.append(at[0])
-        at = children[at[0].index]
+        at = moving.after[at[0].index]
     if not at:
         return
     fork = stem[-1].link if stem else "the base"
-    names = [joint.name + _more(_subtree(children, joint)) for joint in at]
-    if len(stem) >= 2 and max(_depth(children, joint) for joint in at) <= min(_FINGER, len(stem)):
-        masters = [one for joint in at for one in _subtree(children, joint) if not one.follows]
+    branches = [moving.branch(joint) for joint in at]
+    second, first = sorted(moving.depth[joint.index] for joint in at)[-2:]
+    if first <= min(_FINGER, len(stem)) and first - second <= 1:
+        held = [one for branch in branches for one in branch if not one.follows]
         way = f"--tip {fork} holds what branches off, with its mass"
-        if len(masters) <= _FEW:
-            way = f"{_locks(masters)} holds what branches off, with its mass; --tip {fork} does the same"
+        if len(held) <= _FEW:
+            way = f"{_locks(held)} holds what branches off, with its mass; --tip {fork} does the same"
     else:
-        tips = sorted(_ends(children, at), key=lambda one: -len(tree.path(one.index)))
+        tips = sorted(moving.ends(at), key=lambda one: -len(tree.path(one.index)))
         way = "name the arm's last link, " + " or ".join(f"--tip {tip.link}" for tip in tips[:_MOST_NAMED])
+    names = (branch[0].name + (f" with {len(branch) - 1} more" if branch[1:] else "") for branch in branches)
     raise ArmError(
         f"the robot branches at link {fork}" if stem else "the robot branches at its base",
         where=tree.line("link", fork) if stem else tree.where,
@@ -215,42 +217,47 @@ def _refuse_branches(tree: Tree, free: Sequence[TreeJoint]) -> None:
     )
 
 
-def _more(branch: Sequence[TreeJoint]) -> str:
-    return f" with {len(branch) - 1} more" if branch[1:] else ""
+@dataclass(frozen=True)
+class _Moving:
+    """Moving joints that follow each one and the ground, and how deep they go, mimicking ones apart."""
 
+    after: Mapping[int, list[TreeJoint]]
+    depth: Mapping[int, int]
 
-def _children(tree: Tree, free: Sequence[TreeJoint]) -> dict[int, list[TreeJoint]]:
-    """Moving joints that follow each, and the ground, directly or behind held ones."""
-    moving = {joint.index for joint in free}
-    children: dict[int, list[TreeJoint]] = {index: [] for index in (0, *moving)}
-    for joint in free:
-        before = next((index for index in reversed(_ancestors(tree, joint)) if index in moving), 0)
-        children[before].append(joint)
-    return children
+    @classmethod
+    def of(cls, tree: Tree, free: Sequence[TreeJoint]) -> _Moving:
+        """Leave out the held joints in between."""
+        after: dict[int, list[TreeJoint]] = {0: [], **{joint.index: [] for joint in free}}
+        for joint in free:
+            before = next((index for index in reversed(_ancestors(tree, joint)) if index in after), 0)
+            after[before].append(joint)
+        depth: dict[int, int] = {}
+        for joint in reversed(free):  # parents come first
+            beyond = max((depth[one.index] for one in after[joint.index]), default=0)
+            depth[joint.index] = beyond + (0 if joint.follows else 1)
+        return cls(after, depth)
 
+    def branch(self, joint: TreeJoint) -> list[TreeJoint]:
+        """Take a joint and all beyond it."""
+        found, waiting = [], [joint]
+        while waiting:
+            found.append(waiting.pop())
+            waiting.extend(reversed(self.after[found[-1].index]))
+        return found
 
-def _subtree(children: Mapping[int, list[TreeJoint]], joint: TreeJoint) -> list[TreeJoint]:
-    return [joint, *(one for child in children[joint.index] for one in _subtree(children, child))]
-
-
-def _depth(children: Mapping[int, list[TreeJoint]], joint: TreeJoint) -> int:
-    own = 0 if joint.follows else 1
-    return own + max((_depth(children, child) for child in children[joint.index]), default=0)
-
-
-def _ends(children: Mapping[int, list[TreeJoint]], forked: Sequence[TreeJoint]) -> list[TreeJoint]:
-    """Joints at which the arms end that part at a fork; a hand's fingers do not count as arms."""
-    deepest = max(_depth(children, joint) for joint in forked)
-    found = []
-    for joint in forked:
-        if _depth(children, joint) <= _FINGER < deepest:
-            continue
-        while len(children[joint.index]) == 1:
-            joint = children[joint.index][0]
-        beyond = children[joint.index]
-        is_hand = all(_depth(children, child) <= _FINGER for child in beyond)
-        found += [joint] if is_hand else _ends(children, beyond)
-    return found
+    def ends(self, forked: Sequence[TreeJoint]) -> list[TreeJoint]:
+        """Joints at which the arms end that part at a fork; a hand's fingers do not count as arms."""
+        deepest = max(self.depth[joint.index] for joint in forked)
+        found = []
+        for joint in forked:
+            if self.depth[joint.index] <= _FINGER < deepest:
+                continue
+            while len(self.after[joint.index]) == 1:
+                joint = self.after[joint.index][0]
+            beyond = self.after[joint.index]
+            is_hand = all(self.depth[one.index] <= _FINGER for one in beyond)
+            found += [joint] if is_hand else self.ends(beyond)
+        return found
 
 
 def _refuse_others(tree: Tree, free: Sequence[TreeJoint]) -> None:

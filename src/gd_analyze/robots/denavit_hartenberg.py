@@ -2,36 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from gd_analyze.robots.parts import DHRow, JointKind, Placement
-from gd_analyze.vectors import FloatArray
-
-
-def exact_cos_sin(angle: float) -> tuple[float, float]:
-    """Cosine and sine with exact zeros and ones at multiples of a right angle.
-
-    cos(pi/2) in floating point is 6e-17, which would turn structural zeros of the dynamics into noise.
-    """
-    quarter_turns = angle / (math.pi / 2)
-    nearest = round(quarter_turns)
-    if abs(quarter_turns - nearest) <= 4 * np.finfo(float).eps * max(1.0, abs(quarter_turns)):
-        return ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[nearest % 4]
-    return math.cos(angle), math.sin(angle)
-
-
-def about_x(angle: float) -> FloatArray:
-    """Rotation about x."""
-    c, s = exact_cos_sin(angle)
-    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
-
-
-def about_z(angle: float) -> FloatArray:
-    """Rotation about z."""
-    c, s = exact_cos_sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+from gd_analyze.robots.turns import about_x, about_z
 
 
 def standard_placements(kind: JointKind, row: DHRow) -> tuple[Placement, Placement]:
@@ -56,3 +30,12 @@ def modified_placements(kind: JointKind, row: DHRow) -> tuple[Placement, Placeme
     before = Placement(about_x(row.alpha), np.array([row.a, 0.0, 0.0]))
     turn = about_z(row.theta)
     return before, Placement(turn, np.array([0.0, 0.0, row.d]))
+
+
+# By the word of an arm file, what the convention is called.
+CONVENTIONS = {name: f"{name} Denavit-Hartenberg" for name in ("standard", "modified")}
+
+
+def placements_of(convention: str, kind: JointKind, row: DHRow) -> tuple[Placement, Placement]:
+    """Joint placement and link frame by the convention that an arm file names."""
+    return (standard_placements if convention == "standard" else modified_placements)(kind, row)

@@ -28,5 +28,5 @@ def impossibility(link: Link) -> str | None:
         f"largest principal moment ({moments})"
     )
     if link.excess <= MEASUREMENT_TOLERANCE:
-        return f"{broken}; set as_measured = true if it is a measurement"
+        return f"{broken}; measurements are off by as much, which as_measured = true says in a TOML file"
     return f"{broken}: no body has it; check {_REMEDY}"

@@ -18,7 +18,7 @@ from gd_analyze.errors import ArmError, Location
 from gd_analyze.robots.mjcf_bodies import Bodies, defaults, kept
 from gd_analyze.robots.quiet_parser import parsed
 from gd_analyze.robots.right_angles import straight
-from gd_analyze.robots.tree import Loop, Mimic, Tree, identifier, joints_of, limits_of
+from gd_analyze.robots.tree import Loop, Mimic, Tree, identifier, joints_of, limits_of, title_of
 from gd_analyze.robots.xml_nodes import Node
 from gd_analyze.vectors import FloatArray
 from gd_analyze.visible import visible
@@ -88,7 +88,8 @@ def _tree(path: Path, root: Node, model: Any, bodies: Bodies) -> Tree:
     joints, links = joints_of(model, mimics)
     for joint in joints:
         if joint.name in bodies.references:
-            _turn_back(model, joint.index, joint.axis, joint.kind, bodies.references[joint.name])
+            unit = 2 * math.pi / bodies.turn if joint.kind == "revolute" else 1.0
+            _turn_back(model, joint.index, joint.axis, joint.kind, bodies.references[joint.name] * unit)
     name = root.attributes.get("model", "").strip() or path.stem
     doubts = [*bodies.doubts, *_compiler_doubts(root)]
     if not any(inertia.mass > 0 for inertia in model.inertias):
@@ -102,7 +103,7 @@ def _tree(path: Path, root: Node, model: Any, bodies: Bodies) -> Tree:
     return Tree(
         model=model,
         name=identifier(name, path.stem),
-        title=visible(name),
+        title=title_of(name),
         convention="placements from MJCF",
         where=visible(str(path)),
         joints=joints,
@@ -178,7 +179,7 @@ def _limit_efforts(root: Node, model: Any) -> None:
         if key is None or (key == "ctrlrange" and node.tag != "motor") or not model.existJointName(name):
             continue
         at = model.idx_vs[model.getJointId(name)]
-        gear = float((node.attributes.get("gear", "").split() or ["1"])[0])
+        gear = node.numbers("gear", max(1, len(node.attributes.get("gear", "1").split())), "1")[0]
         most = max(abs(value) for value in node.numbers(key, 2)) * abs(gear)
         limits = model.effortLimit
         limits[at] = min(limits[at], most) if limits[at] > 0 else most

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -32,7 +31,7 @@ class Bodies:
     lines
         Where each ("joint" or "link", name) stands.
     references
-        Values of joints in the pose that is written down, where not 0, rad or m.
+        Values of joints in the pose that is written down, where not 0, in the file's units.
     sites
         The body that each site belongs to.
     shaped
@@ -83,7 +82,7 @@ class Bodies:
         self.above[name] = parent
         for site in node.all("site"):
             self.sites[site.attributes.get("name", "")] = name
-        if float(node.attributes.get("gravcomp", "0") or 0):
+        if node.is_not_zero("gravcomp"):
             self.doubts.append(
                 (name, f"{node.where}: MuJoCo takes weight off body {name} (gravcomp); here not")
             )
@@ -175,16 +174,15 @@ class Bodies:
                 raise ArmError(f"joint {name} has no axis", where=node.where, found="0 0 0")
             axis = self.straightened.direction(numbers, body)
             added["axis"] = " ".join(repr(float(x)) for x in axis)
-        slides = node.attributes.get("type") == "slide"
         if "ref" in node.attributes:
-            (reference,) = node.numbers("ref", 1)
-            self.references[name] = reference * (1.0 if slides else 2 * math.pi / self.turn)
+            (self.references[name],) = node.numbers("ref", 1)
         for key, what in (("stiffness", "a spring"), ("springdamper", "a spring")):
-            if any(float(word) for word in node.attributes.get(key, "0").split()):
+            if node.is_not_zero(key):
                 self.doubts.append(
                     (name, f"{node.where}: joint {name} has {what} ({key}), which is not counted")
                 )
-        return kept(node, _OF_JOINT, added)
+        unlimited = node.attributes.get("limited") == "false"  # which Pinocchio passes over
+        return kept(node, tuple(key for key in _OF_JOINT if key != "range" or not unlimited), added)
 
 
 def defaults(node: Node) -> Node:
@@ -196,7 +194,7 @@ def defaults(node: Node) -> Node:
         If a default turns every joint of a class.
     """
     for joint in node.all("joint"):
-        if float(joint.attributes.get("ref", "0") or 0):
+        if joint.is_not_zero("ref"):
             raise ArmError(
                 "a default gives joints a reference value",
                 where=joint.where,

@@ -25,6 +25,8 @@ MEASUREMENT_TOLERANCE = 0.1
 ROUNDING_TOLERANCE = 1e-3
 # Products of inertia are typed once and mirrored; a rotation into other axes adds round-off only.
 SYMMETRY_TOLERANCE = 1e-9
+# Radius of gyration of what is no body but a point, m: moved over metres, round-off leaves a zero of 1e-8.
+_POINT = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +77,7 @@ class Joint:
     source: Location | None = None
 
     def __post_init__(self) -> None:
-        where = self.source or f"joint {self.name}"
+        where = self.place
         require_name(self.name, "a joint's name", where)
         if self.kind not in ("revolute", "prismatic"):
             raise ArmError(
@@ -113,6 +115,11 @@ class Joint:
                     expected="a positive number",
                     found=f"{value:g}",
                 )
+
+    @property
+    def place(self) -> str:
+        """Where the joint is described, or else which one it is."""
+        return str(self.source or f"joint {self.name}")
 
     @property
     def unit(self) -> str:
@@ -188,7 +195,7 @@ class Link:
     bare: Link | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        where = self.source or f"link {self.name}"
+        where = self.place
         require_name(self.name, "a link's name", where)
         keep(self, "mass", (), f"the mass of link {self.name}", where, nonnegative="kg")
         keep(self, "com", (3,), f"the com of link {self.name}", where)
@@ -201,6 +208,16 @@ class Link:
                 expected="I = I^T",
                 found=str(inertia.tolist()),
             )
+
+    @property
+    def place(self) -> str:
+        """Where the link is described, or else which one it is."""
+        return str(self.source or f"link {self.name}")
+
+    @property
+    def is_point(self) -> bool:
+        """Whether it has no inertia, or what round-off leaves of one that was moved from place to place."""
+        return bool(np.abs(self.inertia_com).max() <= self.mass * _POINT**2)
 
     @property
     def principal_moments(self) -> FloatArray:
@@ -221,7 +238,7 @@ class Link:
     def _share(self, missing: float) -> float:
         """Share of the largest principal moment; 0 where it is what rounding to 3 digits leaves."""
         largest = float(np.abs(self.principal_moments).max())
-        return missing / largest if missing > ROUNDING_TOLERANCE * largest else 0.0
+        return missing / largest if missing > ROUNDING_TOLERANCE * largest and not self.is_point else 0.0
 
 
 def moments_told(values: FloatArray) -> str:

@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.errors import Location
+from gd_analyze.errors import ArmError, Location
+from gd_analyze.given_numbers import LARGEST
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.chain import Chain, Pick, chain_of
+from gd_analyze.robots.constants import require_possible
 from gd_analyze.robots.parts import Drive, Joint, Link, Placement
 from gd_analyze.robots.right_angles import straight, without_round_off
 from gd_analyze.robots.tree import Limits, Tree, TreeJoint
@@ -37,7 +39,8 @@ def arm_of_tree(tree: Tree, pick: Pick) -> RobotArm:
     reduced = pin.buildReducedModel(model, sorted(chain.held), configuration(tree, chain.held))
     joints, links = [], []
     for index, joint in enumerate(chain.moving, start=1):
-        joints.append(_joint(tree, joint, _placement(reduced.jointPlacements[index])))
+        place = _placement(reduced.jointPlacements[index], joint.name, tree.line("joint", joint.name))
+        joints.append(_joint(tree, joint, place))
         links.append(_link(tree, joint, reduced.inertias[index]))
     carried = tree.carried(chain.moving)
     placed = carried | tree.inboard(chain.moving[0])
@@ -51,7 +54,12 @@ def arm_of_tree(tree: Tree, pick: Pick) -> RobotArm:
         drives=_drives(tree, chain.moving),
         convention=tree.convention,
         sources=tree.sources,
-        assumptions=(*tree.assumptions, *tree.straightened.told(placed), *_held_told(tree, chain)),
+        assumptions=(
+            *tree.assumptions,
+            *tree.straightened.told(placed),
+            *_none_told(tree, chain),
+            *_held_told(tree, chain),
+        ),
         doubts=(
             *(told for name, told in tree.doubts if name in about),
             *(told for link, told in tree.straightened.suspects if link in placed),
@@ -73,14 +81,15 @@ def configuration(tree: Tree, held: Any) -> FloatArray:
     return q
 
 
-def _placement(moved: Any) -> Placement:
-    rotation = straight(np.array(moved.rotation))
+def _placement(moved: Any, name: str, where: Location | str) -> Placement:
     translation = np.array(moved.translation)
-    return Placement(rotation, without_round_off(translation, max(1.0, float(np.abs(translation).max()))))
+    require_possible(translation, f"the place of joint {name}", where)
+    size = max(1.0, float(np.abs(translation).max()))
+    return Placement(straight(np.array(moved.rotation)), without_round_off(translation, size))
 
 
 def _joint(tree: Tree, joint: TreeJoint, placement: Placement) -> Joint:
-    limits = tree.limits.get(joint.name, Limits())
+    limits = tree.limits.get(joint.name, Limits()).without_placeholders()
     return Joint(
         name=joint.name,
         kind="revolute" if joint.kind == "revolute" else "prismatic",
@@ -89,7 +98,6 @@ def _joint(tree: Tree, joint: TreeJoint, placement: Placement) -> Joint:
         lower=limits.lower,
         upper=limits.upper,
         rate_limit=limits.rate,
-        acceleration_limit=limits.acceleration,
         source=_source(tree.line("joint", joint.name)),
     )
 
@@ -116,31 +124,48 @@ def _drives(tree: Tree, moving: Sequence[TreeJoint]) -> tuple[Drive, ...]:
     """What the model states of each joint's drive, seen at the joint; nothing where it states nothing."""
     model, drives = tree.model, []
     for joint in moving:
-        at = model.idx_vs[joint.index]
-        inertia, viscous, friction = (
-            float(values[at]) for values in (model.armature, model.damping, model.friction)
-        )
+        at, where = model.idx_vs[joint.index], tree.line("joint", joint.name)
+        stated = {"armature": model.armature, "damping": model.damping, "friction": model.friction}
+        for what, values in stated.items():
+            require_possible(values[at], f"the {what} of joint {joint.name}", where)
+            if values[at] < 0:
+                raise ArmError(
+                    f"the {what} of joint {joint.name} is negative",
+                    where=where,
+                    expected="0 or more",
+                    found=f"{values[at]:g}",
+                    next_step="mend it",
+                )
+        inertia, viscous, friction = (float(values[at]) for values in stated.values())
         effort = float(model.effortLimit[at])
         drives.append(
             Drive(
                 inertia=inertia,
                 viscous=viscous,
                 coulomb=(friction, 0.0 - friction),
-                torque_limit=effort if 0 < effort < math.inf else None,
+                torque_limit=effort if 0 < effort <= LARGEST else None,
             )
         )
     return tuple(drives) if any(drive != Drive() for drive in drives) else ()
 
 
+def _none_told(tree: Tree, chain: Chain) -> tuple[str, ...]:
+    """Say whose limits are so far out that they stand for none."""
+    limits = {joint.name: tree.limits.get(joint.name, Limits()) for joint in chain.moving}
+    names = [name for name, stated in limits.items() if stated != stated.without_placeholders()]
+    if not names:
+        return ()
+    return (f"Limits of 100, 1000 and so on stand for none: joint {', '.join(names)}.",)
+
+
 def _held_told(tree: Tree, chain: Chain) -> tuple[str, ...]:
     """Say which held joints hang on the arm, or place its base, and where they are held."""
-    moving = {joint.index for joint in chain.moving}
+    hanging = tree.beyond({joint.index for joint in chain.moving})
     inboard = {joint.index for joint in tree.path(chain.moving[0].index)}
     said = [
         f"{joint.name} at {chain.held[joint.index]:g}" + (f" {joint.unit}" if joint.moves_simply else "")
         for joint in tree.joints
-        if joint.index in chain.held
-        and (joint.index in inboard or any(one.index in moving for one in tree.path(joint.index)))
+        if joint.index in chain.held and joint.index in inboard | hanging
     ]
     if not said:
         return ()

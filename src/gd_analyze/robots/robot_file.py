@@ -9,11 +9,12 @@ import numpy as np
 
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.mjcf import read_mjcf
-from gd_analyze.robots.tree import Tree, identifier, joints_of, limits_of
+from gd_analyze.robots.tree import Tree, identifier, joints_of, limits_of, title_of
 from gd_analyze.robots.urdf import read_urdf
 from gd_analyze.robots.xml_nodes import read_nodes, text_of_xml
-from gd_analyze.visible import visible
 
+# Humanoids with both hands have 200.
+_MOST_LINKS = 2000
 _SUFFIXES = (".urdf", ".xml", ".mjcf", ".xacro", ".sdf")
 
 
@@ -38,6 +39,15 @@ def read_tree(path: Path) -> Tree:
         If it is not XML, neither URDF nor MJCF, or no possible robot.
     """
     root = read_nodes(path, text_of_xml(path))
+    links = sum(node.tag in ("link", "body") for node in root.walk())
+    if links > _MOST_LINKS:
+        raise ArmError(
+            "the robot has more links than any",
+            where=root.where,
+            expected=f"at most {_MOST_LINKS}",
+            found=str(links),
+            next_step="name the file of the robot alone",
+        )
     if root.tag == "robot":
         return read_urdf(path, root)
     if root.tag == "mujoco":
@@ -65,7 +75,7 @@ def tree_of_model(model: Any) -> Tree:
     return Tree(
         model=model,
         name=identifier(model.name, "robot"),
-        title=visible(model.name),
+        title=title_of(model.name),
         convention="placements from a Pinocchio model",
         where="the Pinocchio model",
         joints=joints,

@@ -9,12 +9,14 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.robots.impossible import impossibility
+from gd_analyze.robots.mass_slips import STANDS_FOR_NONE, mass_slips
 from gd_analyze.robots.parts import Joint, Link
 
 if TYPE_CHECKING:
@@ -36,7 +38,6 @@ _HEAVIEST = 30.0
 # links, 3e7 times more with the mass in grams. Links that carry point masses are beyond osmium's 22 600, up
 # to 1e7 where a hand of 0.1 kg carries 10 kg in its middle.
 _DENSEST = 1e8
-_STANDS_FOR_NONE = 1e-6
 # Mass that industrial robots have, per cube of what they reach: 30 to 250 kg/m^3. Of turntables that reach
 # nowhere this says nothing, hence at least half a metre, and only where the inertia says nothing either.
 _HEAVIEST_CUBE, _LEAST_CUBE = 1000.0, 0.5
@@ -50,8 +51,8 @@ _LEAST_FAR_BEHIND = 1.0
 
 
 def slips_of(arm: RobotArm) -> tuple[str, ...]:
-    """Say which numbers of an arm look like slips of a unit or of the decimal point, a sentence for each."""
-    return tuple(_sentences(arm))
+    """Say what is suspicious of an arm, such as a slip of the unit, a sentence for each."""
+    return tuple(dict.fromkeys(_sentences(arm)))
 
 
 def warn_of_slips(arm: RobotArm, stacklevel: int) -> None:
@@ -67,13 +68,13 @@ def _sentences(arm: RobotArm) -> Iterator[str]:
         yield f"arm {arm.name}: gravity is {strength:g} m/s^2, more than on any planet; on Earth it is 9.81"
     for row, joint in zip(arm.dh_table, arm.joints, strict=False):
         for key, angle in (("theta", row.theta), ("alpha", row.alpha)):
-            yield from _angle_slip(_place(joint), key, angle)
+            yield from _angle_slip(joint.place, key, angle)
         for key, length in (("a", row.a), ("d", row.d)):
-            yield from _length_slip(_place(joint), key, length, f", write {key}_mm")
+            yield from _length_slip(joint.place, key, length, f", write {key}_mm")
     for joint, link in zip(arm.joints, arm.links, strict=True):
         if not arm.dh_table:
             for part, placement in ((joint, joint.placement), (link, link.frame)):
-                yield from _length_slip(_place(part), "the way", float(np.linalg.norm(placement.translation)))
+                yield from _length_slip(part.place, "the way", float(np.linalg.norm(placement.translation)))
         yield from _limit_slips(joint)
         # What is carried was not stated of the link.
         stated = link.bare or link
@@ -81,11 +82,8 @@ def _sentences(arm: RobotArm) -> Iterator[str]:
         least = LEAST_FAR if arm.dh_table else _LEAST_FAR_BEHIND
         yield from _centre_slip(stated, max(arm.reach, least), arm.reach)
         if impossible := impossibility(stated):
-            yield f"{_place(stated)}: {impossible}"
-
-
-def _place(part: Joint | Link) -> str:
-    return str(part.source or f"{type(part).__name__.lower()} {part.name}")
+            yield f"{stated.place}: {impossible}"
+    yield from mass_slips(arm)
 
 
 def _length_slip(where: str, key: str, length: float, remedy: str = ", give metres") -> Iterator[str]:
@@ -106,30 +104,46 @@ def _angle_slip(where: str, key: str, angle: float) -> Iterator[str]:
 
 
 def _limit_slips(joint: Joint) -> Iterator[str]:
-    where = _place(joint)
+    where = joint.place
     ends = [abs(end) for end in (joint.lower, joint.upper) if end is not None]
     end = max(ends, default=0.0)
     if joint.kind == "prismatic":
-        if _LONGEST_SLIDE < end < math.inf:
-            yield f"{where}: the range goes to {end:g} m; if that is in mm, write range_mm"
+        if _LONGEST_SLIDE < end < math.inf and not _is_none_meant(end, joint):
+            instead = _instead("range_mm", "m", joint)
+            yield f"{where}: the range goes to {end:g} m; if that is in mm, {instead}"
         return
     turns = end / math.pi
     if _MANY_TURNS < end <= _NO_RANGE and (end.is_integer() or abs(turns - round(turns)) >= _TYPED):
         yield (
             f"{where}: the range goes to {end:g} rad, which is {turns / 2:.3g} turns; "
-            "if that is in degrees, write range_deg"
+            f"if that is in degrees, {_instead('range_deg', 'rad', joint)}"
         )
-    if joint.rate_limit is not None and _FASTEST < joint.rate_limit < math.inf:
+    rate = joint.rate_limit
+    if rate is not None and _FASTEST < rate < math.inf and not _is_none_meant(rate, joint):
         yield (
-            f"{where}: the rate limit is {joint.rate_limit:g} rad/s, faster than any arm; "
-            "if that is in degrees per second, write rate_limit_deg"
+            f"{where}: the rate limit is {rate:g} rad/s, faster than any arm; "
+            f"if that is in degrees per second, {_instead('rate_limit_deg', 'rad/s', joint)}"
         )
+
+
+def _has_units(joint: Joint) -> bool:
+    """Whether it is described where a number can be given in degrees or mm: not in URDF or MJCF."""
+    return joint.source is None or Path(joint.source.path).suffix == ".toml"
+
+
+def _instead(key: str, unit: str, joint: Joint) -> str:
+    return f"write {key}" if _has_units(joint) else f"give {unit}"
+
+
+def _is_none_meant(limit: float, joint: Joint) -> bool:
+    """Whether a limit of 100, 1000 and so on stands for none, as in makers' files of fixed units."""
+    return not _has_units(joint) and math.log10(limit).is_integer()
 
 
 def _mass_slips(link: Link, reach: float) -> Iterator[str]:
-    if link.mass < _STANDS_FOR_NONE or link.axial_only:
+    if link.mass < STANDS_FOR_NONE or link.axial_only:
         return
-    where, mass = _place(link), f"a mass of {link.mass:g} kg"
+    where, mass = link.place, f"a mass of {link.mass:g} kg"
     gyration = math.sqrt(max(0.0, float(np.trace(link.inertia_com))) / 2 / link.mass)
     is_wide = gyration > _WIDEST * max(reach, _LEAST_REACH)
     if is_wide:
@@ -137,11 +151,11 @@ def _mass_slips(link: Link, reach: float) -> Iterator[str]:
             f"{where}: with {mass} the inertia is that of a body {2 * gyration:.3g} m wide, of an arm that "
             f"reaches {reach:.3g} m; is it in kg cm^2, kg mm^2 or g mm^2? It is read in kg m^2"
         )
-    if (is_wide or gyration == 0) and link.mass > heaviest_carried(reach):
+    if (is_wide or link.is_point) and link.mass > heaviest_carried(reach):
         yield f"{where}: {mass} is more than an arm that reaches {reach:.3g} m has; is it in grams?"
     # A ball has the least inertia of all bodies of its mass and density: 3/5 m r^2, half the trace.
     volume = 4 / 3 * math.pi * (5 / 3 * gyration**2) ** 1.5
-    if gyration > 0 and link.mass > _DENSEST * volume:
+    if not link.is_point and link.mass > _DENSEST * volume:
         yield f"{where}: with {mass} no material is dense enough for so small an inertia; is it in grams?"
 
 
@@ -149,7 +163,7 @@ def _centre_slip(link: Link, most: float, reach: float) -> Iterator[str]:
     distance = float(np.linalg.norm(link.com))
     if link.mass > 0 and distance > most:
         yield (
-            f"{_place(link)}: the centre of mass of link {link.name} is {distance:.3g} m from the link "
+            f"{link.place}: the centre of mass of link {link.name} is {distance:.3g} m from the link "
             f"frame, farther than the whole arm reaches ({reach:.3g} m); are its units metres?"
         )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -12,7 +13,10 @@ import numpy as np
 from gd_analyze.errors import Location
 from gd_analyze.robots.right_angles import Straightened
 from gd_analyze.vectors import FloatArray
+from gd_analyze.visible import shortened, visible
 
+# Joints of arms do 40 rad/s and end within some turns, or 100 m on a gantry.
+_NO_RATE, _NO_RANGE = 100.0, 1000.0
 # Pinocchio's kinds of joints that are none of ours, by what their names begin with.
 _KINDS = {
     "JointModelFreeFlyer": "floating",
@@ -88,7 +92,21 @@ class Limits:
     lower: float | None = None
     upper: float | None = None
     rate: float | None = None
-    acceleration: float | None = None
+
+    def without_placeholders(self) -> Limits:
+        """Leave out rates of 100, 1000 and so on and ranges to 1000 and so on: makers write them for none."""
+        ends = [abs(end) for end in (self.lower, self.upper) if end is not None]
+        has_ends = not any(_is_power_of_ten(end) and end >= _NO_RANGE for end in ends)
+        has_rate = self.rate is not None and not (self.rate >= _NO_RATE and _is_power_of_ten(self.rate))
+        return Limits(
+            self.lower if has_ends else None,
+            self.upper if has_ends else None,
+            self.rate if has_rate else None,
+        )
+
+
+def _is_power_of_ten(number: float) -> bool:
+    return number > 0 and math.log10(number).is_integer()
 
 
 @dataclass(frozen=True)
@@ -155,11 +173,8 @@ class Tree:
 
     def carried(self, moving: Sequence[TreeJoint]) -> set[str]:
         """Links that a chain of joints moves."""
-        indices = {joint.index for joint in moving}
-        moved = {0: False} | {
-            joint.index: any(one.index in indices for one in self.path(joint.index)) for joint in self.joints
-        }
-        return {link for link, index in self.links.items() if moved[index]}
+        moved = self.beyond({joint.index for joint in moving})
+        return {link for link, index in self.links.items() if index in moved}
 
     def inboard(self, joint: TreeJoint) -> set[str]:
         """Links that a joint's link hangs on."""
@@ -180,10 +195,15 @@ class Tree:
 
     def carries_mass(self, index: int) -> bool:
         """Whether a joint moves anything that has mass."""
-        return any(
-            self.mass(joint.index) > 0 and any(one.index == index for one in self.path(joint.index))
-            for joint in self.joints
-        )
+        return any(self.mass(one) > 0 for one in self.beyond({index}))
+
+    def beyond(self, indices: set[int]) -> set[int]:
+        """Joints that are among some or follow one of them."""
+        found = set(indices)
+        for joint in self.joints:  # parents come first
+            if joint.parent in found:
+                found.add(joint.index)
+        return found
 
 
 def joints_of(model: Any, mimics: Collection[str] = ()) -> tuple[tuple[TreeJoint, ...], dict[str, int]]:
@@ -234,6 +254,11 @@ def limits_of(model: Any, index: int) -> Limits:
         upper if has_range else None,
         rate if 0 < rate < np.inf else None,
     )
+
+
+def title_of(name: str) -> str:
+    """Make a name for people out of a robot's."""
+    return shortened(visible(name), 120)
 
 
 def identifier(name: str, stem: str) -> str:

@@ -15,7 +15,7 @@ import numpy as np
 from gd_analyze.errors import ArmError, Location
 from gd_analyze.robots.quiet_parser import parsed
 from gd_analyze.robots.right_angles import Straightened
-from gd_analyze.robots.tree import Limits, Mimic, Tree, identifier, joints_of
+from gd_analyze.robots.tree import Limits, Mimic, Tree, identifier, joints_of, title_of
 from gd_analyze.robots.xml_nodes import Node
 from gd_analyze.visible import visible
 
@@ -86,7 +86,7 @@ def _tree(path: Path, name: str, model: Any, reading: _Reading) -> Tree:
     return Tree(
         model=model,
         name=identifier(name, path.stem),
-        title=visible(name),
+        title=title_of(name),
         convention="placements from URDF",
         where=visible(str(path)),
         joints=tree_joints,

@@ -61,6 +61,11 @@ class Node:
             )
         return values
 
+    def is_not_zero(self, key: str) -> bool:
+        """Whether an attribute is stated and holds a number other than 0."""
+        count = len(self.attributes.get(key, "").split())
+        return count > 0 and any(self.numbers(key, count))
+
     def text(self) -> str:
         """Write the element and all within as XML."""
         inside = "".join(child.text() for child in self.children)

@@ -56,7 +56,7 @@ def budget_path(
         if trial is given or (
             trial is not None
             and least <= trial.operations.total < last.operations.total
-            and (trial.promise.errors.largest <= allowed).all()
+            and (trial.promise.errors.counting <= allowed).all()
         ):
             last = trial
         promise = replace(last.promise, allowed=allowed, budget=str(budget.scaled(factor)))

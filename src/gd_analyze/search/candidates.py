@@ -45,6 +45,7 @@ class Candidates:
         The candidates, with their numbers in the exact dynamics.
     effects
         Torque of every candidate over the allowed error, shape (K, n, N); their sum is the exact torque.
+        Where an error counts more, so do they.
     costs
         Operations by the set of candidates that need them.
     parameter, magnitude
@@ -56,6 +57,8 @@ class Candidates:
         beforehand; `effects` are over what they leave of the budget.
     swept
         Share of the budget that those others take together, 0 where there are none.
+    weights
+        How much an error counts, shape (N, n), see `gd_analyze.states.States.weights`.
     """
 
     level: Level
@@ -68,6 +71,7 @@ class Candidates:
     ratio: FloatArray
     total: int
     swept: float = 0.0
+    weights: FloatArray | None = None
 
     def __len__(self) -> int:
         return len(self.effects)
@@ -121,7 +125,8 @@ def candidates_of(
             found=str(len(terms)),
             next_step="allow a larger error, or use --level element",
         )
-    effects = _effects(exact, level, terms, len(every)) / ((1.0 - swept) * allowed)[:, None]
+    effects = _weighed(_effects(exact, level, terms, len(every)), exact)
+    effects = effects / ((1.0 - swept) * allowed)[:, None]
     listed = list(terms)
     numbers = level.numbers(exact.form, listed)
     return Candidates(
@@ -135,6 +140,7 @@ def candidates_of(
         ratio=np.ones(len(listed)),
         total=len(every),
         swept=swept,
+        weights=exact.states.weights,
     )
 
 
@@ -156,7 +162,7 @@ def _swept(
     step = max(_AT_ONCE // (len(items) * n), 1)
     for start in range(0, len(states), step):
         some = exact.at(states.at(slice(start, start + step)))
-        np.maximum(peaks, np.abs(level.effects(some, every)).max(axis=2), out=peaks)
+        np.maximum(peaks, np.abs(_weighed(level.effects(some, every), some)).max(axis=2), out=peaks)
     order = np.argsort((peaks / allowed).max(axis=1), kind="stable")
     lost = np.zeros((n, len(states)))
     gone, share = 0, 0.0
@@ -164,9 +170,14 @@ def _swept(
     for start in range(0, len(items) - MANY, step):
         some_terms = order[start : min(start + step, len(items) - MANY)]
         sums = lost + np.cumsum(level.effects(exact, dict(items[k] for k in some_terms)), axis=0)
-        errors = (np.abs(sums).max(axis=2) / allowed).max(axis=1)
+        errors = (np.abs(_weighed(sums, exact)).max(axis=2) / allowed).max(axis=1)
         within = np.flatnonzero(errors <= sweep)
         if within.size:
             gone, share = start + int(within[-1]) + 1, float(errors[within[-1]])
         lost = sums[-1]
     return dict(items[k] for k in np.sort(order[gone:])), share
+
+
+def _weighed(effects: FloatArray, exact: ExactDynamics) -> FloatArray:
+    """Effects (K, n, N) as they count."""
+    return effects if exact.states.weights is None else effects * exact.states.weights.T

@@ -13,7 +13,8 @@ def no_dearer(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
     if model.saves:
         return model
     everything = exactly(exact, model.level, model.promise.allowed, model.promise.budget)
-    promise = replace(model.promise, errors=everything.promise.errors)
+    stated = everything.promise
+    promise = replace(model.promise, errors=stated.errors, motions=stated.motions)
     return replace(everything, promise=promise, provenance=model.provenance)
 
 
@@ -39,5 +40,4 @@ def exactly(exact: ExactDynamics, level: Level, allowed: FloatArray, budget: str
 
 def measured(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
     """State the errors that a model's own program makes."""
-    errors = exact.errors_of(model.torque(*exact.states.arrays))
-    return replace(model, promise=replace(model.promise, errors=errors))
+    return replace(model, promise=exact.held(model.promise, model.torque(*exact.states.arrays)))

@@ -27,7 +27,7 @@ from gd_analyze.search.exact_model import exactly, measured, no_dearer
 from gd_analyze.search.search import Progress, search
 from gd_analyze.search.work import Work
 from gd_analyze.states import States
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.trajectories import GivenMotions
 from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ class How:
 
 def simplify(
     arm: RobotArm | str | Path,
-    states: States | Trajectory | xr.Dataset | str | Path,
+    states: States | GivenMotions | xr.Dataset,
     budget: Budget | str | None = None,
     *,
     level: str | Level = TERM,
@@ -111,8 +111,9 @@ def simplify(
     arm
         The arm, or the name of a built-in one, or the path of its file.
     states
-        States over which the budget holds: a trajectory's set points, or its shipped name or path; their
-        decomposition where it is at hand; or drawn ones, see `states_in_box`.
+        States over which the budget holds: a trajectory's set points, or its shipped name or path; those of
+        several, on each of which the budget then holds; their decomposition where it is at hand; or drawn
+        ones, see `states_in_box`.
     budget
         Allowed torque error per joint, or its text such as "1% or 10% friction", see `Budget.parse`; 1 % of
         each joint's peak torque over the states by default.
@@ -171,6 +172,7 @@ def simplify_exact(
         Called with the number of candidates dropped since the last call.
     """
     budget = Budget.of(budget)
+    exact = exact.under(budget)
     if how.operations is None:
         model = _within(exact, budget, how, progress)
     else:
@@ -187,12 +189,11 @@ def _within(exact: ExactDynamics, budget: Budget, how: How, progress: Progress =
         if known is exact:
             return model
         torque = model.torque(*exact.states.arrays)
-        errors = exact.errors_of(torque)
-        if (errors.largest <= allowed).all():
-            promise = replace(model.promise, allowed=allowed, errors=errors, uncertainty=exact.uncertainty)
-            return replace(model, promise=promise)
-        worst = np.unique(np.abs(torque - exact.torque).argmax(axis=0))
-        known = known.at(known.states.joined_by(*(x[worst] for x in exact.states.arrays)))
+        if (exact.errors_of(torque).counting <= allowed).all():
+            return replace(model, promise=exact.held(replace(model.promise, allowed=allowed), torque))
+        off, weights = np.abs(torque - exact.torque), exact.states.weights
+        worst = exact.states.at(np.unique((off if weights is None else off * weights).argmax(axis=0)))
+        known = known.at(known.states.joined_by(*worst.arrays, worst.weights))
         margin *= 0.98
 
 
@@ -233,11 +234,11 @@ def _searched(
         promise=replace(everything.promise, steps=steps, solved=solved, cut_short=work.was_short),
     )
     model = measured(exact, model)
-    if not (model.promise.errors.largest <= allowed).all():
+    if not (model.promise.errors.counting <= allowed).all():
         raise GdAnalyzeError(
             "the simplified model misses its budget",
             expected=str(allowed.tolist()),
-            found=str(model.promise.errors.largest.tolist()),
+            found=str(model.promise.errors.counting.tolist()),
             next_step="please report this with the arm file and the states",
         )
     return model if how.dearer else no_dearer(exact, model)

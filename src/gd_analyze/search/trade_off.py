@@ -103,8 +103,9 @@ def trade_off(
     budget, through = Budget.of(budget), through or {}
     tell = progress or (lambda _: None)
     points: list[TradeOffPoint] = []
-    exact = exact if thorough else exact.thinned()
+    exact = exact.under(budget)
     allowed, order = exact.allowed(budget), sorted(factors)
+    exact = exact if thorough else exact.thinned()
     whole = exact.peak_torque if budget.shares_of == "peak torque" else allowed
     known: dict[Level, Candidates | None] = {}
     without: dict[Level, list[_Found]] = {}
@@ -156,10 +157,10 @@ def _best_of(
 ) -> Iterator[_Found]:
     """Of models that are at hand, and exact, those of fewest operations within each budget."""
     everything = exact.form.operations, np.zeros(len(allowed))
-    found = [(model.operations, model.promise.errors.largest) for model in models]
     for factor in factors:
-        within = [each for each in found if (each[1] <= factor * allowed).all()]
-        yield min([*within, everything], key=lambda each: each[0].total)
+        within = [model for model in models if (model.promise.errors.counting <= factor * allowed).all()]
+        found = [(model.operations, model.promise.errors.largest) for model in within]
+        yield min([*found, everything], key=lambda each: each[0].total)
 
 
 def _eliminated(
@@ -186,8 +187,10 @@ def _eliminated(
 
 def _errors(candidates: Candidates, weights: FloatArray) -> FloatArray:
     """Largest errors of the joints over what is allowed."""
-    error: FloatArray = np.abs(np.tensordot(weights, candidates.effects, axes=1)).max(axis=1)
-    return (1.0 - candidates.swept) * error + candidates.swept
+    error: FloatArray = np.abs(np.tensordot(weights, candidates.effects, axes=1))
+    if candidates.weights is not None:
+        error = error / candidates.weights.T
+    return (1.0 - candidates.swept) * error.max(axis=1) + candidates.swept
 
 
 def _share(error: FloatArray, whole: FloatArray) -> float:

@@ -74,13 +74,18 @@ def solve_accelerations(
     still = np.zeros_like(q)
     floor = round_off_bounds(arm, q, still, still)["inertia"]
     try:
-        is_sound = (np.diagonal(np.linalg.cholesky(inertia), axis1=-2, axis2=-1) ** 2 > floor).all()
+        pivots = np.diagonal(np.linalg.cholesky(inertia), axis1=-2, axis2=-1) ** 2
+        is_sound = bool((pivots > floor).all())
     except np.linalg.LinAlgError:
         is_sound = False
     if not is_sound:
         worst = int(np.linalg.eigvalsh(inertia)[:, 0].argmin())
         raise refusal(
-            arm, q.reshape(-1, arm.n_joints)[worst], inertia[worst], floor, f"set point {worst + 1}"
+            arm,
+            q.reshape(-1, arm.n_joints)[worst],
+            inertia[worst],
+            np.full(arm.n_joints, floor),
+            f"set point {worst + 1}",
         )
     solution: FloatArray = np.linalg.solve(inertia, accelerating[..., None])
     return solution.reshape(q.shape)

@@ -6,12 +6,13 @@ from gd_analyze.trajectories.csv_file import (
     recorded_command,
     shipped_trajectories,
     trajectory_csv,
-    trajectory_of,
     write_trajectory,
 )
 from gd_analyze.trajectories.limits import JointExtremes, LimitReport, Violation, limit_report
 from gd_analyze.trajectories.measured import motion_of
+from gd_analyze.trajectories.motions import Motion
 from gd_analyze.trajectories.planning import Plan, Schedule, plan
+from gd_analyze.trajectories.pool import GivenMotion, GivenMotions, pool, taken_apart, trajectory_of
 from gd_analyze.trajectories.profiles import PROFILES, Profile
 from gd_analyze.trajectories.recording import Recording
 from gd_analyze.trajectories.trajectory import Trajectory
@@ -19,8 +20,11 @@ from gd_analyze.trajectories.treatment import Treatment
 
 __all__ = [
     "PROFILES",
+    "GivenMotion",
+    "GivenMotions",
     "JointExtremes",
     "LimitReport",
+    "Motion",
     "Plan",
     "Profile",
     "Recording",
@@ -32,9 +36,11 @@ __all__ = [
     "limit_report",
     "motion_of",
     "plan",
+    "pool",
     "read_trajectory",
     "recorded_command",
     "shipped_trajectories",
+    "taken_apart",
     "trajectory_csv",
     "trajectory_of",
     "write_trajectory",

@@ -48,17 +48,6 @@ def shipped_trajectories() -> dict[str, Path]:
     return shipped("trajectories", ".csv")
 
 
-def trajectory_of(given: Trajectory | str | Path, arm: RobotArm) -> Trajectory:
-    """Take a trajectory, or read the one that a shipped name or a path stands for.
-
-    Raises
-    ------
-    TrajectoryError
-        As `read_trajectory`.
-    """
-    return given if isinstance(given, Trajectory) else read_trajectory(given, arm)
-
-
 def read_trajectory(
     path_or_name: str | Path,
     arm: RobotArm,
@@ -130,9 +119,9 @@ def _log_in(
 ) -> Trajectory | tuple[str | Path, str, str, bytes]:
     """Read the motion of a log; of a file of set points, fetch path for messages, name, origin and bytes."""
     given = Path(path_or_name)
-    if str(path_or_name) not in ("-", *shipped_trajectories()) and _is_regular(given):
-        if format_by_name(given) or reading.asked or not keeps_contract(beginning_of(given)):
-            return motion_of_log(given, arm, reading, treatment, progress=progress)
+    is_file = str(path_or_name) not in ("-", *shipped_trajectories()) and _is_regular(given)
+    if is_file and (format_by_name(given) or reading.asked or not keeps_contract(beginning_of(given))):
+        return motion_of_log(given, arm, reading, treatment, progress=progress)
     path, name, source, data = _fetch(path_or_name)
     if reading.asked or not keeps_contract(data[:HEAD]):
         motion = motion_of_log(path, arm, reading, treatment, data, progress)

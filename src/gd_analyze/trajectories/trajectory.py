@@ -13,6 +13,7 @@ from gd_analyze.errors import TrajectoryError
 from gd_analyze.formatting import number
 from gd_analyze.given_numbers import LARGEST, are_possible, array_of
 from gd_analyze.shown import html_of
+from gd_analyze.trajectories.motions import Motion
 from gd_analyze.trajectories.recording import Recording
 from gd_analyze.vectors import FloatArray
 
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """Set points of one motion.
+    """Set points of one motion, or of several one after the other.
 
     Parameters
     ----------
@@ -44,6 +45,8 @@ class Trajectory:
         broke off there, or another motion begins.
     recording
         The readings behind a measured motion; None of a plan.
+    motions
+        Which set points are whose, where the trajectory is a pool of several motions.
 
     Raises
     ------
@@ -61,6 +64,7 @@ class Trajectory:
     rates_from: str = "given"
     gaps: tuple[int, ...] = ()
     recording: Recording | None = None
+    motions: tuple[Motion, ...] = ()
 
     def __post_init__(self) -> None:
         shape = array_of(self.q, "q", TrajectoryError).shape
