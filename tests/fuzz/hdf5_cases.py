@@ -37,11 +37,11 @@ OF_SCALES = {"CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST"}
 
 @cache
 def base() -> tuple[bytes, bytes]:
-    """Results of three set points of the two-link arm, with measured torques, and the seal behind them."""
+    """Results of some set points of the two-link arm, with measured torques, and the seal behind them."""
     arm = load_arm("two_link")
     swing = read_trajectory("two-link-swing", arm)
-    short = Trajectory(*(x[:3] for x in (swing.time, swing.q, swing.qd, swing.qdd)), "swing")
-    short = with_torques(short, 1.5 * torque_of(arm, states_of(short)) + np.array([[1.0], [3.0], [0.0]]))
+    short = Trajectory(*(x[:21] for x in (swing.time, swing.q, swing.qd, swing.qdd)), "swing")
+    short = with_torques(short, 1.5 * torque_of(arm, states_of(short)) + np.sign(short.qd))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "analysis.h5"
         save_results(find(arm, short, Settings(fit_friction=True)), path)
