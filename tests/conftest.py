@@ -20,7 +20,7 @@ from gd_analyze.robots import RobotArm, load_arm
 from gd_analyze.search import simplify
 from gd_analyze.states import states_in_box
 from gd_analyze.trajectories import Trajectory, read_trajectory
-from recorded_logs import recorded
+from recorded_logs import CUTOFF, recorded
 from strategies import PROFILE
 
 settings.load_profile(PROFILE)
@@ -86,7 +86,7 @@ def swing_findings(two_link: RobotArm, swing: Trajectory) -> Findings:
 @pytest.fixture(scope="session")
 def measured_findings(two_link: RobotArm) -> Findings:
     """A log with torques, of which the second's constant is twice what it is, and friction fitted."""
-    log = recorded(two_link, gain=(1.0, 2.0), noise=0.05)
+    log = recorded(two_link, gain=(1.0, 2.0), noise=0.05, cutoff=CUTOFF)
     return find(two_link, log, Settings(fit_friction=True), origin=Origin("gd-analyze two_link"))
 
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from gd_analyze.decomposition import torque_of
+from gd_analyze.logs import ColumnUse
 from gd_analyze.robots import RobotArm
 from gd_analyze.states import states_of
 from gd_analyze.trajectories import Trajectory
@@ -41,7 +42,9 @@ def with_torques(motion: Trajectory, torque: FloatArray, cutoff: float | None = 
     n = motion.n_joints
     frequency = None if cutoff is None else np.full(n, cutoff)
     filtered = None if cutoff is None else torque
-    recording = Recording(motion.q, torque, filtered, frequency, np.zeros(n), np.zeros(n))
+    noise = np.full(n, 1e-4)
+    columns = (ColumnUse("Time", "time", unit="s", why="by name"), ColumnUse("temp", "unused"))
+    recording = Recording(motion.q, torque, filtered, frequency, noise, 100 * noise, columns, ("smoothed",))
     return replace(motion, recording=recording)
 
 

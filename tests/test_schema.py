@@ -41,7 +41,7 @@ def test_units_follow_the_joints():
     assert unit_of("inertia", True, False) == "kg m"
     assert unit_of("coupling", False, False, False) == "kg/m"
     assert GROUPS["decomposition"]["inertia"].attributes([False, False])["units"] == "kg"
-    values = {name: [[0.0, 0.0]] for name in GROUPS["trajectory"]}
+    values = {name: [[0.0, 0.0]] for name in ("q", "qd", "qdd")}
     described = dict.fromkeys(["name", "origin", "rates", "fingerprint"], "")
     mixed = table("trajectory", values, [True, False], {"time": [0.0]}, described)
     assert mixed.qd.attrs["units_in"] == "rate_unit"

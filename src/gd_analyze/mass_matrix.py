@@ -11,7 +11,6 @@ import numpy as np
 from gd_analyze.errors import ArmError
 from gd_analyze.formulations import composite_moments, generalized_dalembert
 from gd_analyze.kinematics import solve_kinematics
-from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import RobotArm
 from gd_analyze.robots.parts import Link, moments_told
 from gd_analyze.states import States
@@ -21,9 +20,8 @@ from gd_analyze.vectors import FloatArray, chunks, set_points_last
 def require_positive_definite(arm: RobotArm, states: States, drives: bool) -> None:
     """Raise an ArmError unless D is positive definite at every one of some states.
 
-    D is evaluated at some thousand states at a time, and nothing of it is kept. Its entries are off by no
-    more than `round_off_bounds` says, hence its eigenvalues by no more than n times that: a smaller one
-    counts as zero. Cholesky's own roundings are fewer.
+    D is evaluated at some thousand states at a time, and nothing of it is kept. It counts as singular where
+    it is not positive definite any more less a diagonal of what round-off explains.
 
     Parameters
     ----------
@@ -38,20 +36,53 @@ def require_positive_definite(arm: RobotArm, states: States, drives: bool) -> No
         If an eigenvalue is negative or zero.
     """
     added = arm.drive_inertia if drives else np.zeros(arm.n_joints)
-    farthest = np.maximum(states.q.max(axis=0), -states.q.min(axis=0))[None]
-    still = np.zeros_like(farthest)
-    floor = arm.n_joints * round_off_bounds(arm, farthest, still, still)["inertia"]
+    floor = _round_off(arm, np.maximum(states.q.max(axis=0), -states.q.min(axis=0)))
     for chunk in chunks(len(states)):
         inertia = _inertia(arm, states.q[chunk]) + np.diag(added)
         try:
-            np.linalg.cholesky(inertia - floor * np.eye(arm.n_joints))
+            np.linalg.cholesky(inertia - np.diag(floor))
         except np.linalg.LinAlgError:
             row = int(np.linalg.eigvalsh(inertia)[:, 0].argmin())
             where = f"set point {chunk.start + row + 1} of {states.in_words}"
             raise refusal(arm, states.q[chunk][row], inertia[row], floor, where) from None
 
 
-def refusal(arm: RobotArm, q: FloatArray, inertia: FloatArray, floor: float, where: str) -> ArmError:
+def _round_off(arm: RobotArm, farthest: FloatArray) -> FloatArray:
+    """What a diagonal must be so that it outweighs the roundings of D, shape (n,).
+
+    D_ij sums m_s v_i . v_j and the inertias of the links s that both joints move; v_i is not longer than the
+    way L_i from joint i to the centres of mass beyond (1 where it slides), and both it and I_s pass some 10
+    roundings per joint, as in `round_off_bounds`. Positions are rounded at their size R from the base, which
+    is more where joints slide far. Hence D_ij is off by 20 n eps sum_s m_s (L_i L_j + R (L_i + L_j)) + |I_s|
+    at most, and by Gershgorin's circles a diagonal of the sums of its rows outweighs that.
+
+    Parameters
+    ----------
+    arm
+        The arm.
+    farthest
+        Largest magnitude of every joint variable, shape (n,).
+    """
+    slides = np.where(arm.is_revolute, 0.0, farthest)
+    lengths = [
+        float(np.linalg.norm(joint.placement.translation) + np.linalg.norm(link.frame.translation))
+        for joint, link in zip(arm.joints, arm.links, strict=True)
+    ]
+    steps, com = np.array(lengths) + slides, float(np.linalg.norm(arm.com, axis=1).max())
+    whole = float(steps.sum()) + com
+    # Of joint i: its own slide and frame, and all steps behind it.
+    beyond = np.cumsum(steps[::-1])[::-1] + com
+    size = np.where(arm.is_revolute, beyond, 1.0)
+    pairs = np.outer(size, size) + whole * np.add.outer(size, size)
+    behind = np.maximum.outer(np.arange(arm.n_joints), np.arange(arm.n_joints))
+    mass = np.cumsum(arm.mass[::-1])[::-1][behind]
+    inertia = np.cumsum(np.abs(arm.inertia_com).sum(axis=(1, 2))[::-1])[::-1][behind]
+    unit = 20 * arm.n_joints * np.finfo(float).eps
+    out: FloatArray = unit * (mass * pairs + inertia).sum(axis=1)
+    return out
+
+
+def refusal(arm: RobotArm, q: FloatArray, inertia: FloatArray, floor: FloatArray, where: str) -> ArmError:
     """Say that D is not positive definite at q, with its smallest eigenvalue and the joint or link to blame.
 
     Parameters
@@ -59,14 +90,14 @@ def refusal(arm: RobotArm, q: FloatArray, inertia: FloatArray, floor: float, whe
     arm, q, inertia
         The arm, its position (n,) and D there, with the drives where they count, (n, n).
     floor
-        What round-off explains of an eigenvalue.
+        What round-off explains of D's diagonal, shape (n,).
     where
         Which state it is, for the message.
     """
     values, vectors = np.linalg.eigh(inertia)
     place = ", ".join(f"{x:.4g}" for x in q)
     found = f"smallest eigenvalue {values[0]:.3g} at {where}, q = ({place})"
-    if values[0] < -floor:
+    if np.linalg.eigvalsh(inertia + np.diag(floor))[0] < 0.0:
         link = arm.links[_to_blame(arm, q, vectors[:, 0])]
         return ArmError(
             f"the mass matrix D is not positive definite, by the inertia of link {link.name}",
@@ -78,14 +109,18 @@ def refusal(arm: RobotArm, q: FloatArray, inertia: FloatArray, floor: float, whe
         )
     index = _without_inertia(inertia, floor)
     joint, link = arm.joints[index], arm.links[index]
-    moves = "moves no mass" if inertia[index, index] <= floor else "has no inertia with those before it free"
+    moves = (
+        "moves no mass"
+        if inertia[index, index] <= floor[index]
+        else "has no inertia with those before it free"
+    )
     return ArmError(
         f"the mass matrix D is singular: joint {index + 1} ({joint.name}) {moves}",
         where=_place(arm, link),
-        expected=f"eigenvalues above {floor:.1e}, which round-off can explain",
+        expected=f"eigenvalues above {floor[index]:.1e}, which round-off can explain",
         found=found,
         next_step=f"give link {link.name} or those behind it mass, or inertia about the axis of that joint; "
-        "or count the drives' inertia",
+        f"count the drives' inertia; or hold that joint, of URDF and MJCF by --lock {joint.name}=0",
     )
 
 
@@ -101,8 +136,8 @@ def _to_blame(arm: RobotArm, q: FloatArray, rates: FloatArray) -> int:
     return int(np.einsum("i,lijn,j->l", rates, by_link, rates).argmin())
 
 
-def _without_inertia(inertia: FloatArray, floor: float) -> int:
-    """Index of the first joint that has no inertia above `floor` with those before it free.
+def _without_inertia(inertia: FloatArray, floor: FloatArray) -> int:
+    """Index of the first joint that has no inertia above its `floor` with those before it free.
 
     Elimination from the first joint on: a pivot is what a joint's force feels while the joints before it give
     way. The joint of the smallest pivot where all are larger.
@@ -110,7 +145,7 @@ def _without_inertia(inertia: FloatArray, floor: float) -> int:
     left, pivots = inertia.copy(), np.empty(len(inertia))
     for i in range(len(left)):
         pivots[i] = left[i, i]
-        if not pivots[i] > floor:
+        if not pivots[i] > floor[i]:
             return i
         left[i:, i:] -= np.outer(left[i:, i], left[i:, i]) / pivots[i]
     return int(pivots.argmin())

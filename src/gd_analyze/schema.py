@@ -129,6 +129,7 @@ GROUPS = _declared()
 
 # Variables that a group may lack.
 OPTIONAL = {
+    "trajectory": {"stretch_from"},
     "decomposition": {
         "coupling",
         "drive_torque",
@@ -145,7 +146,7 @@ OPTIONAL = {
 }
 
 # Groups that a run has only where there is something to say.
-OPTIONAL_GROUPS = {"measured_torque", "motions"}
+OPTIONAL_GROUPS = {"measured_torque", "motions", "recording"}
 
 
 def table(

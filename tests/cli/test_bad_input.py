@@ -55,7 +55,9 @@ CASES = (
     trajectory("comments only", "# nothing\n\n", "is empty"),
     trajectory("header only", HEADER + "\n", "holds a header only"),
     trajectory("no header", "\n".join(ROWS), "line 1", "no header line", "--columns time,q1"),
-    trajectory("wrong column", csv(*ROWS, header="time,q1,shoulder"), "line 1", "no position of joint", "shoulder"),
+    trajectory(
+        "wrong column", csv(*ROWS, header="time,q1,shoulder"), "line 1", "no position of joint", "shoulder"
+    ),
     trajectory("duplicate column", csv(*ROWS, header="time,q1,q1"), "line 1, column 3", "q1 is given twice"),
     trajectory("no time", csv(*ROWS, header="q3,q1,q2"), "line 1", "time is missing", "found: q3, q1, q2"),
     trajectory(

@@ -7,6 +7,7 @@ import re
 
 import numpy as np
 import pytest
+from bad_files import ARM, csv
 
 from gd_analyze.certification.certificate import EFFORT
 from gd_analyze.cli.certify import certify
@@ -290,3 +291,23 @@ def test_along_another_motion_what_was_sampled_elsewhere_is_called_promised(run,
     assert "Sampled: over the states the model was made for. " in " ".join(own.split())
     assert " promised  certified" in other
     assert "Promised: over the states the model was made for, not here. " in " ".join(other.split())
+
+
+def test_no_positive_energy_is_claimed_of_an_arm_whose_inertias_no_body_has(run, here):
+    """D_22 = zz + 1/4: definite along the motion, where q2 stays near a right angle, and not at q2 = 0."""
+    limits = "a = 1.0\nrange = [-3.0, 3.0]\nrate_limit = 5.0\nacceleration_limit = 9.0"
+    (here / "own.toml").write_text(ARM.replace("a = 1.0", limits).replace("zz = 0.1", "zz = -0.2"))
+    rows = [f"{0.1 * k},{0.02 * k * k},{1.57 + 0.01 * k}" for k in range(9)]
+    (here / "x.csv").write_text(csv(*rows))
+    done = run("own.toml", "x.csv", "--level", "energy", "--out", "r", "--format", "html,json")
+    assert done.code == 0
+    assert "the inertia of link 2 is of no body" in done.err
+    page = (here / "r" / "report.html").read_text(encoding="utf-8")
+    assert "the inertia of link 2 is of no body" in page
+    assert "not claimed here" in page
+    for sentence in re.findall(r"[^.>]*positive definite[^.]*\.", page):
+        assert "not claimed here" in sentence, sentence
+    assert "stays a mechanical system" not in page
+    said = " ".join(run("certify", "r/model.json").out.split())
+    assert "D is not positive definite: it has an eigenvalue of -" in said
+    assert "D is positive definite" not in said

@@ -16,6 +16,7 @@ from text_changes import BYTES, TEXT
 
 from gd_analyze.robots import load_arm
 from gd_analyze.trajectories import Trajectory, read_trajectory, trajectory_csv
+from gd_analyze.trajectories.log_file import keeps_contract
 from gd_analyze.vectors import FloatArray
 
 ARM = load_arm("two_link")
@@ -185,6 +186,8 @@ def use(read: Any) -> None:
     arrays = (trajectory.time, trajectory.q, trajectory.qd, trajectory.qdd)
     assert all(np.isfinite(array).all() for array in arrays), "a number that is not finite"
     assert (np.diff(trajectory.time) > 0).all(), "time does not increase"
+    if not keeps_contract(text.encode()):
+        return  # read as a log, which has other units, names and rows
     for name, said in _said(text).items():
         assert np.array_equal(said, _held(trajectory, name)), f"another {name} than the file says"
     lines = trajectory_csv(trajectory).splitlines()[1:]

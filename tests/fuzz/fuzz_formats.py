@@ -10,6 +10,7 @@ from types import ModuleType
 import csv_cases
 import hdf5_cases
 import json_cases
+import log_cases
 import toml_cases
 import xml_cases
 from hypothesis import strategies as st
@@ -51,6 +52,7 @@ def _text_format(cases: ModuleType) -> Format:
 
 FORMATS = {
     "csv": _text_format(csv_cases),
+    "log": _text_format(log_cases),
     "toml": _text_format(toml_cases),
     "xml": _text_format(xml_cases),
     "json": _text_format(json_cases),

@@ -37,14 +37,17 @@ OF_SCALES = {"CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST"}
 
 @cache
 def base() -> tuple[bytes, bytes]:
-    """Results of some set points of the two-link arm, with measured torques, and the seal behind them."""
+    """Results of some set points of two motions, with measured torques, and the seal behind them."""
     arm = load_arm("two_link")
     swing = read_trajectory("two-link-swing", arm)
-    short = Trajectory(*(x[:21] for x in (swing.time, swing.q, swing.qd, swing.qdd)), "swing")
-    short = with_torques(short, 1.5 * torque_of(arm, states_of(short)) + np.sign(short.qd))
+    motions = []
+    for name, rows in (("begin", slice(0, 12)), ("go on", slice(15, 27))):
+        part = Trajectory(*(x[rows] for x in (swing.time, swing.q, swing.qd, swing.qdd)), name)
+        measured = 1.5 * torque_of(arm, states_of(part)) + np.sign(part.qd)
+        motions.append(with_torques(part, measured))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "analysis.h5"
-        save_results(find(arm, short, Settings(fit_friction=True)), path)
+        save_results(find(arm, motions, Settings(fit_friction=True)), path)
         whole = path.read_bytes()
         require_sealed(path)
     return whole[:-SEAL_LENGTH], whole[-SEAL_LENGTH:]

@@ -22,11 +22,13 @@ from gd_analyze.levels.effort import ROUGH
 from gd_analyze.levels.model_file import _digest
 from gd_analyze.operations.written import written
 from gd_analyze.robots import arm_from_description, fingerprint, load_arm
+from gd_analyze.search import simplify
 from made_models import exact_model, version_1
+from several_motions import swung
 
 
 def _bases() -> list[dict[str, Any]]:
-    """Models of every level and version, of an arm with drives and one without."""
+    """Models of every level and version, of an arm with drives and one without, and one for two motions."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "arm.toml"
         path.write_text(FULL)
@@ -36,6 +38,8 @@ def _bases() -> list[dict[str, Any]]:
                 save_model(exact_model(arm, drives, level), path)
                 document = json.loads(path.read_text(encoding="utf-8"))
                 bases += [document, version_1(document)]
+        save_model(simplify("two_link", [swung(20.0, "slow"), swung(2.2, "fast")], "20%"), path)
+        bases.append(json.loads(path.read_text(encoding="utf-8")))
     return bases
 
 

@@ -14,7 +14,7 @@ from plans import Plan
 from strategies import examples
 
 # Results files take a hundred times as long as the others.
-COUNTS = {"csv": 400, "toml": 400, "xml": 400, "json": 400, "h5": 30}
+COUNTS = {"csv": 400, "log": 400, "toml": 400, "xml": 400, "json": 400, "h5": 30}
 
 
 @pytest.fixture(scope="module")

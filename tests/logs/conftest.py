@@ -1,25 +1,15 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.logs import Logged, Reading, read_log
-from gd_analyze.robots import Joint, Link, RobotArm
-
-UR = ("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint")
-
-
-def arm_of(*names: str, kinds: Sequence[str] = (), name: str = "made") -> RobotArm:
-    """An arm whose joints are called so; without limits, so that nothing is suspicious."""
-    of_kind = kinds or ["revolute"] * len(names)
-    joints = tuple(Joint(name, kind=kind) for name, kind in zip(names, of_kind, strict=True))
-    return RobotArm(name, joints, tuple(Link(name, 1.0, np.zeros(3), 0.1 * np.eye(3)) for name in names))
+from gd_analyze.robots import RobotArm
 
 
 @pytest.fixture

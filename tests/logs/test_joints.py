@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
-from conftest import UR, arm_of
+from log_arms import UR, arm_of
 
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.logs import Logged
@@ -34,7 +34,11 @@ PANDA = [f"panda_joint{k}" for k in range(1, 4)]
         (["elbow_joint", "shoulder_lift_joint", "shoulder_pan_joint"], UR[:3], [2, 1, 0]),
         (["elbow/position", "shoulder_lift/position", "shoulder_pan/position"], UR[:3], [2, 1, 0]),
         (["elbow_joint/position", "pan_joint/position"], ["left_pan_joint", "left_elbow_joint"], [1, 0]),
-        (["r1_elbow_joint.pos", "r1_pan_joint.pos", "r1_grip_joint.pos"], ["pan_joint", "elbow_joint"], [1, 0]),
+        (
+            ["r1_elbow_joint.pos", "r1_pan_joint.pos", "r1_grip_joint.pos"],
+            ["pan_joint", "elbow_joint"],
+            [1, 0],
+        ),
         (["joint_1", "joint_2", "joint_3", "joint_4"], ["joint_2", "joint_4"], [1, 3]),
         (["q0", "q1", "q2", "q3"], ["joint2", "joint4"], [1, 3]),
         (["J1", "J2"], ["1", "2"], [0, 1]),
@@ -68,6 +72,20 @@ def test_columns_as_the_user_says(read: Read) -> None:
     logged = read(text, arm_of("hip", "knee"), map=["time=clock", "q:knee=a", "qd:hip=#3", "qd:2=b"])
     np.testing.assert_array_equal(logged.q[0], [3, 1])
     np.testing.assert_array_equal(logged.qd[0], [2, 2])
+
+
+def test_what_is_of_another_topic_is_not_set_beside(read: Read) -> None:
+    text = "time,/left/hip/position,/left/knee/position,/right/hip/velocity,/right/knee/velocity\n"
+    logged = read(text + "0,1,2,3,4\n0.1,1,2,3,4\n", arm_of("hip", "knee"))
+    np.testing.assert_array_equal(logged.q[0], [1, 2])
+    assert logged.qd is None
+
+
+def test_other_words_beside_numbers_where_the_log_counts(read: Read) -> None:
+    logged = read(
+        "time,q1,q2,torque_sensor1,torque_sensor2\n0,1,2,3,4\n1,1,2,3,4\n", arm_of(*UR[:2]), rate=1.0
+    )
+    np.testing.assert_array_equal(logged.torque[0], [3, 4])
 
 
 def test_a_role_left_out(read: Read) -> None:
@@ -111,10 +129,16 @@ CASES: dict[str, tuple[str, Sequence[str], dict[str, object], list[str]]] = {
         positions(["q1", "q2", "pos1", "pos2"]),
         UR[:2],
         {},
-        ["several columns may be the positions", "q1 and so on; pos1 and so on", "--family q or --family pos"],
+        [
+            "several columns may be the positions",
+            "q1 and so on; pos1 and so on",
+            "--family q or --family pos",
+        ],
     ),
     "two topics": (
-        positions([f"/{side}/joint_states/{joint}/position" for side in ("left", "right") for joint in UR[:2]]),
+        positions(
+            [f"/{side}/joint_states/{joint}/position" for side in ("left", "right") for joint in UR[:2]]
+        ),
         UR[:2],
         {},
         ["several columns may be the positions", "--family left or --family right"],
@@ -166,13 +190,22 @@ CASES: dict[str, tuple[str, Sequence[str], dict[str, object], list[str]]] = {
         {"map": ["q:hipp=q1"]},
         ["arm made has no joint 'hipp'", "did you mean hip?"],
     ),
-    "no such role": (positions(["q1"]), ["hip"], {"map": ["speed:hip=q1"]}, ["no role 'speed:hip'", "qd:JOINT"]),
+    "no such role": (
+        positions(["q1"]),
+        ["hip"],
+        {"map": ["speed:hip=q1"]},
+        ["no role 'speed:hip'", "qd:JOINT"],
+    ),
     "a map that maps nothing": (positions(["q1"]), ["hip"], {"map": ["q1"]}, ["maps nothing", "found: 'q1'"]),
     "some joints only": (
         "time,q1,q2,a\n0,1,2,3\n1,1,2,3\n",
         UR[:2],
         {"map": ["qd:1=a"]},
-        ["qd is given of some joints only", "qd:shoulder_lift_joint too", "--map 'qd:shoulder_lift_joint=COLUMN'"],
+        [
+            "qd is given of some joints only",
+            "qd:shoulder_lift_joint too",
+            "--map 'qd:shoulder_lift_joint=COLUMN'",
+        ],
     ),
     "degrees of a joint that slides": (
         positions(["q1_deg", "q2"]),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from conftest import UR
+from log_arms import UR
 
 from gd_analyze.logs.roles import known_joints, meaning_of
 
@@ -44,6 +44,8 @@ NAMES = {
     "Joint 2 [deg]": ("q", (), 2, None, "plain", "deg"),
     "q_dot_2 (rad/s)": ("qd", (), 2, None, "plain", "rad/s"),
     "qdes1": ("q", (), 1, None, "target", ""),
+    "torque_s": ("torque", ("s",), None, None, "plain", ""),
+    "joint_a1": ("q", ("a",), 1, None, "plain", ""),
     "elbow_joint": ("q", (), None, 2, "plain", ""),
     "shoulder velocity": ("qd", ("shoulder",), None, None, "plain", ""),
 }
@@ -98,6 +100,7 @@ def test_columns_of_time(name: str, role: str, unit: str) -> None:
         "/controller/state/error/positions[0]",
         "header.frame_id",
         "torque_limit_1",
+        "E1",
         "",
     ],
 )

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import UR, arm_of
+from log_arms import UR, arm_of
 
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.logs import Logged, Reading, read_log, text_table
@@ -31,17 +31,20 @@ LAYOUTS = {
     "semicolon": "t;hip_pos;knee_pos;hip_vel;knee_vel\n" + BODY.replace(",", ";"),
     "tab": "t\thip_pos\tknee_pos\thip_vel\tknee_vel\n" + BODY.replace(",", "\t"),
     "blanks": "t hip_pos knee_pos hip_vel knee_vel\n" + BODY.replace(",", "   "),
-    "blank before": "  t  hip_pos  knee_pos  hip_vel knee_vel\n  " + BODY.replace(",", " ").replace("\n", "\n  "),
+    "blank before": "  t  hip_pos  knee_pos  hip_vel knee_vel\n  "
+    + BODY.replace(",", " ").replace("\n", "\n  "),
     "decimal comma": "t;hip_pos;knee_pos;hip_vel;knee_vel\n" + BODY.replace(",", ";").replace(".", ","),
     "quotes": '"t","hip_pos","knee_pos","hip_vel","knee_vel"\n' + BODY.replace("0.0,", '"0.0",'),
-    "comments": "# a robot\n\nt,hip_pos,knee_pos,hip_vel,knee_vel\n" + BODY.replace("\n0.016", "\n# here\n\n0.016"),
+    "comments": "# a robot\n\nt,hip_pos,knee_pos,hip_vel,knee_vel\n"
+    + BODY.replace("\n0.016", "\n# here\n\n0.016"),
     "savetxt": "# t hip_pos knee_pos hip_vel knee_vel\n" + BODY.replace(",", " "),
     "CRLF": "t,hip_pos,knee_pos,hip_vel,knee_vel\r\n" + BODY.replace("\n", "\r\n"),
     "CR": "t,hip_pos,knee_pos,hip_vel,knee_vel\r" + BODY.replace("\n", "\r"),
     "byte order mark": "\ufefft,hip_pos,knee_pos,hip_vel,knee_vel\n" + BODY,
     "no end": "t,hip_pos,knee_pos,hip_vel,knee_vel\n" + BODY.rstrip("\n"),
     "a comma at the end": "t,hip_pos,knee_pos,hip_vel,knee_vel,\n" + BODY.replace("\n", ",\n"),
-    "another order": "knee_vel,hip_pos,t,knee_pos,hip_vel\n" + rows(QD[:, 1], Q[:, 0], TIME, Q[:, 1], QD[:, 0]),
+    "another order": "knee_vel,hip_pos,t,knee_pos,hip_vel\n"
+    + rows(QD[:, 1], Q[:, 0], TIME, Q[:, 1], QD[:, 0]),
     "extra columns": "mode,t,hip_pos,knee_pos,temp1,hip_vel,knee_vel,note\n"
     + "".join(f"auto,{a},20,{b},ok\n" for a, b in zip(rows(TIME, Q).split(), rows(QD).split(), strict=True)),
 }
@@ -81,7 +84,9 @@ def test_progress_is_told(log: Callable[..., Path], monkeypatch: pytest.MonkeyPa
 
 
 def test_empty_cells_are_no_numbers(read: Read) -> None:
-    logged = read("time,hip,knee,tau1,tau2\n0,,0.5,1,2\n0.1,0.2,nan,3,NA\n,7,7,7,7\n0.3,,,5,6\n0.4,0.4,0.6,,8\n", TWO)
+    logged = read(
+        "time,hip,knee,tau1,tau2\n0,,0.5,1,2\n0.1,0.2,nan,3,NA\n,7,7,7,7\n0.3,,,5,6\n0.4,0.4,0.6,,8\n", TWO
+    )
     np.testing.assert_array_equal(logged.time, [0.0, 0.1, 0.4])
     np.testing.assert_array_equal(logged.q, [[np.nan, 0.5], [0.2, np.nan], [0.4, 0.6]])
     np.testing.assert_array_equal(logged.torque, [[1, 2], [3, np.nan], [np.nan, 8]])
@@ -90,12 +95,21 @@ def test_empty_cells_are_no_numbers(read: Read) -> None:
 
 def test_units_of_names(read: Read) -> None:
     logged = read(
-        "Time [ms],Joint 1 [deg],Joint 2 (deg),speed_1 [rpm],speed_2 [deg/s]\n0,90,180,60,45\n8,0,-90,0,-45\n", TWO
+        "Time [ms],Joint 1 [deg],Joint 2 (deg),speed_1 [rpm],speed_2 [deg/s]\n"
+        "0,90,180,60,45\n8,0,-90,0,-45\n",
+        TWO,
     )
     np.testing.assert_allclose(logged.time, [0, 0.008], rtol=1e-15)
     np.testing.assert_allclose(logged.q, np.pi * np.array([[0.5, 1], [0, -0.5]]), rtol=1e-15)
     np.testing.assert_allclose(logged.qd, np.pi * np.array([[2, 0.25], [0, -0.25]]), rtol=1e-15)
     assert [use.unit for use in logged.columns] == ["ms", "deg", "deg", "rpm", "deg/s"]
+
+
+def test_a_line_of_units(read: Read) -> None:
+    logged = read("t;pos1;pos2;tau1;tau2;note\nms;deg;°;Nm;mNm;-\n5;90;180;1;2;x\n13;45;0;3;4;y\n", TWO)
+    np.testing.assert_allclose(logged.time, [0, 0.008], rtol=1e-15)
+    np.testing.assert_allclose(logged.q, np.pi * np.array([[0.5, 1], [0.25, 0]]), rtol=1e-15)
+    np.testing.assert_allclose(logged.torque, [[1, 0.002], [3, 0.004]], rtol=1e-15)
 
 
 def test_degrees_as_said(read: Read) -> None:
@@ -116,16 +130,26 @@ def test_columns_given_to_a_file_without_names(read: Read) -> None:
 
 def test_only_some_columns(read: Read) -> None:
     text = "time,q_a_1,q_a_2,q_b_1,q_b_2\n0,1,2,3,4\n0.1,1,2,3,5\n"
-    logged = read(text, arm_of("joint1", "joint2"), columns="time,q_b_1,q_b_2", map=["joint:joint1=b_1", "joint:joint2=b_2"])
+    logged = read(
+        text,
+        arm_of("joint1", "joint2"),
+        columns="time,q_b_1,q_b_2",
+        map=["joint:joint1=b_1", "joint:joint2=b_2"],
+    )
     np.testing.assert_array_equal(logged.q, [[3, 4], [3, 5]])
 
 
 def test_joint_states_of_plotjuggler(read: Read) -> None:
-    names = [f"/joint_states/{name}/{what}" for what in ("position", "velocity", "effort") for name in reversed(UR)]
+    names = [
+        f"/joint_states/{name}/{what}" for what in ("position", "velocity", "effort") for name in reversed(UR)
+    ]
     values = np.arange(36.0).reshape(2, 18)
-    header = ",".join(["__time", "/joint_states/header/stamp/sec", "/joint_states/header/stamp/nanosec", *names])
+    header = ",".join(
+        ["__time", "/joint_states/header/stamp/sec", "/joint_states/header/stamp/nanosec", *names]
+    )
     text = f"{header}\n" + "".join(
-        f"{1.7e9 + 0.008 * k:.3f},1700000000,{8000000 * k},{','.join(map(str, row))}\n" for k, row in enumerate(values)
+        f"{1.7e9 + 0.008 * k:.3f},1700000000,{8000000 * k},{','.join(map(str, row))}\n"
+        for k, row in enumerate(values)
     )
     logged = read(text, arm_of(*UR))
     np.testing.assert_array_equal(logged.q, values[:, 5::-1])
@@ -142,7 +166,7 @@ def test_rostopic_echo(read: Read) -> None:
         "field.position0,field.position1,field.velocity0,field.velocity1,field.effort0,field.effort1"
     )
     lines = [
-        f"{1500000000000000000 + k * 8000123},{k},{1500000000000000000 + k * 8000000},,knee,hip,{k},{10 + k},1,2,3,4"
+        f"{15 * 10**17 + k * 8000123},{k},{15 * 10**17 + k * 8000000},,knee,hip,{k},{10 + k},1,2,3,4"
         for k in range(3)
     ]
     logged = read("\n".join([header, *lines, ""]), TWO)
@@ -170,7 +194,15 @@ def test_joint_trajectory_as_a_wide_table(read: Read) -> None:
 
 def test_rtde_takes_what_was_measured(read: Read) -> None:
     columns = ["timestamp"]
-    for kind in ("actual_q", "target_q", "actual_qd", "target_qd", "target_qdd", "actual_current", "target_moment"):
+    for kind in (
+        "actual_q",
+        "target_q",
+        "actual_qd",
+        "target_qd",
+        "target_qdd",
+        "actual_current",
+        "target_moment",
+    ):
         columns += [f"{kind}_0", f"{kind}_1"]
     columns += ["actual_TCP_pose_0", "speed_scaling", "runtime_state"]
     line = ",".join(str(k) for k in range(1, len(columns)))
@@ -200,12 +232,17 @@ def test_libfranka(read: Read) -> None:
     assert logged.time[1] == 0.001
 
 
-def test_families_of_zeros_are_left_out(read: Read) -> None:
+def test_families_of_zeros_are_left_out(read: Read, warned) -> None:
     """As logs of a Gen3: torques of three kinds, of which only one is not 0 throughout."""
     names = ["Position", "Velocity", "Torque", "TorqueSm", "TorqueCur", "PositionCmptd", "TorqueCmptd"]
     header = ",".join(["Time", *(f"{name}{j}" for name in names for j in (1, 2))])
     line = "1,2,3,4,0,0,0,0,9,10,11,12,0,0"
-    logged = read(f"{header}\n0,{line}\n1,{line}\n", arm_of("joint_1", "joint_2"), rate=1000.0)
+    with warned() as texts:
+        logged = read(f"{header}\n0,{line}\n1,{line}\n", arm_of("joint_1", "joint_2"), rate=1000.0)
+    assert texts == [
+        "log log.csv: Torque1 and TorqueSm1 and so on are 0 throughout; "
+        "torques are taken from TorqueCur1 and so on"
+    ]
     np.testing.assert_array_equal(logged.torque[0], [9, 10])
     np.testing.assert_array_equal(logged.time, [0, 0.001])
     why = {use.column: use.why for use in logged.columns}

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from conftest import arm_of
+from log_arms import arm_of
 
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.logs import Logged
@@ -58,7 +58,9 @@ def test_what_the_user_says(asked: dict[str, object], read: Read) -> None:
 
 def test_rows_without_time_have_a_rate(read: Read) -> None:
     np.testing.assert_array_equal(read("q_0\n1\n2\n3\n", ONE, rate=4.0).time, [0, 0.25, 0.5])
-    np.testing.assert_array_equal(read("time,q_0\n9,1\n7,2\n", ONE, rate=4.0, map=["time=none"]).time, [0, 0.25])
+    np.testing.assert_array_equal(
+        read("time,q_0\n9,1\n7,2\n", ONE, rate=4.0, map=["time=none"]).time, [0, 0.25]
+    )
 
 
 def test_samples_that_are_missing_stay_missing(read: Read) -> None:
@@ -81,7 +83,13 @@ CASES: dict[str, tuple[str, dict[str, object], list[str]]] = {
     "steps of 1": (
         table("Time", [0, 1, 2]),
         {},
-        ["Time counts samples, or is in a unit", "line 1, column 1", "steps of 1", "--rate HZ", "--time-unit s"],
+        [
+            "Time counts samples, or is in a unit",
+            "line 1, column 1",
+            "steps of 1",
+            "--rate HZ",
+            "--time-unit s",
+        ],
     ),
     "steps of 1, with velocities that tell": (
         "Time,q_0,qd_0\n" + MOVING,
@@ -89,8 +97,16 @@ CASES: dict[str, tuple[str, dict[str, object], list[str]]] = {
         ["the log's own velocities say --time-unit ms"],
     ),
     "samples by name": (table("sample", [0, 2, 4]), {}, ["sample counts samples", "steps of 2", "--rate"]),
-    "steps that may be anything": (table("time", [0, 500, 1000]), {}, ["does not tell its unit", "steps of 500"]),
-    "no time": ("q_0,temp\n1,2\n2,3\n", {}, ["no column is known to be the time", "q_0, temp", "--map time=COLUMN"]),
+    "steps that may be anything": (
+        table("time", [0, 500, 1000]),
+        {},
+        ["does not tell its unit", "steps of 500"],
+    ),
+    "no time": (
+        "q_0,temp\n1,2\n2,3\n",
+        {},
+        ["no column is known to be the time", "q_0, temp", "--map time=COLUMN"],
+    ),
     "two times": (
         "time,timestamp,q_0\n0,0,1\n0.1,0.2,2\n",
         {},
@@ -101,7 +117,11 @@ CASES: dict[str, tuple[str, dict[str, object], list[str]]] = {
         {"rate": 125.0},
         ["counts no samples", "--time-unit", "--map time=none"],
     ),
-    "no such unit": (table("time", [0, 1]), {"time_unit": "h"}, ["no such unit of time", "s, ms, us, ns", "'h'"]),
+    "no such unit": (
+        table("time", [0, 1]),
+        {"time_unit": "h"},
+        ["no such unit of time", "s, ms, us, ns", "'h'"],
+    ),
     "both": (table("time", [0, 1]), {"time_unit": "s", "rate": 5.0}, ["contradict each other", "5 Hz and s"]),
     "empty": ("time,q_0\n,1\n,2\n", {}, ["no row has a time and a position", "empty cells"]),
     "no number": (table("time", [0, "x", 2]), {}, ["time is not a number", "line 3, column 1", "found: 'x'"]),

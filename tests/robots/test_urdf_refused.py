@@ -175,21 +175,26 @@ def test_ranges_that_are_not_stated_are_unknown_and_told(tmp_path):
         arm = load_arm(path)
     told = [str(warning.message) for warning in caught]
     assert told == list(arm.doubts)
-    assert told[0].endswith(
-        "line 6, column 256: joint one is revolute and states no range, which is taken as unknown"
-    ) or (
-        "line 6" in told[0]
-        and told[0].endswith("joint one is revolute and states no range, which is taken as unknown")
-    )
+    assert "robot.urdf, line 6, column " in told[0]
+    assert told[0].endswith("joint one is revolute and states no range, which is taken as unknown")
     assert told[1].endswith("joint two is revolute and states a range of 0 .. 0, which is taken as unknown")
     assert [(joint.lower, joint.upper, joint.rate_limit) for joint in arm.joints] == [
         (None, None, None),
         (None, None, None),
         (None, None, 2.0),
     ]
-    assert [drive.torque_limit for drive in arm.drives] == [3.0, None, 40.0] or arm.drives[
-        1
-    ].torque_limit is None
+    assert [drive.torque_limit for drive in arm.drives] == [3.0, None, None]
+
+
+def test_limits_that_stand_for_none(tmp_path):
+    path = tmp_path / "robot.urdf"
+    far, near = 'lower="-1e9" upper="1e9" velocity="1000"', 'lower="-1" upper="1" velocity="9"'
+    joints = [joint("one", "base", "a", limit=far), joint("two", "a", "b", limit=near)]
+    path.write_text(urdf(*(link(name) for name in ("base", "a", "b")), *joints))
+    one, two = load_arm(path).joints
+    assert (one.lower, one.upper, one.rate_limit) == (None, None, None)
+    assert (two.lower, two.upper, two.rate_limit) == (-1.0, 1.0, 9.0)
+    assert load_arm(path).assumptions[-1] == "Limits of 100, 1000 and so on stand for none: joint one."
 
 
 def test_a_robot_without_any_mass_is_told(tmp_path):

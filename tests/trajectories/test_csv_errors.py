@@ -68,7 +68,12 @@ CASES: dict[str, tuple[str | bytes, list[str]]] = {
     "no name": (with_header("time,q1,q2,"), ["too few columns", "line 2, column 4", "4 columns", "found: 3"]),
     "no header": (
         "0,1,2,3,4,5,6\n1,1,2,3,4,5,6\n",
-        ["no header line", "line 1", "found: numbers in 7 columns", "--columns time,q1..q2,qd1..qd2,qdd1..qdd2"],
+        [
+            "no header line",
+            "line 1",
+            "found: numbers in 7 columns",
+            "--columns time,q1..q2,qd1..qd2,qdd1..qdd2",
+        ],
     ),
     "no header, rates": ("0,1,2,3,4\n", ["--columns time,q1..q2,qd1..qd2"]),
     "no header, positions": ("# a\n0,1\n", ["line 2", "--columns time,q1"]),
@@ -105,13 +110,19 @@ CASES: dict[str, tuple[str | bytes, list[str]]] = {
         with_row(3, f"0.2,{'x' * 9000},0"),
         ["line 4, column 2", "... (9002 characters) ..."],
     ),
-    "a header of full-width digits": (with_header("time,q1,q\uff12"), ["no position of joint elbow", "line 1"]),
+    "a header of full-width digits": (
+        with_header("time,q1,q\uff12"),
+        ["no position of joint elbow", "line 1"],
+    ),
     "an underscore in a header": (with_header("time,q1,q2_0"), ["no position of joint elbow", "q2_0"]),
     "a header of many digits": (
         with_header(f"time,q1,{'1' * 10_000}x"),
         ["name of column 3 is far too long", "line 1, column 3", "(10003 characters)"],
     ),
-    "a joint of a large number": (with_header("time,q1,q" + "2" * 150), ["no position of joint elbow", "line 1"]),
+    "a joint of a large number": (
+        with_header("time,q1,q" + "2" * 150),
+        ["no position of joint elbow", "line 1"],
+    ),
     "NaN time": (with_row(4, "nan,0,0"), ["time is not a finite number", "line 5, column 1"]),
     "short row": (
         with_row(5, "0.4,0.5"),

@@ -66,11 +66,11 @@ def _cells(values: Iterable[float | None]) -> list[str]:
 
 def _labelled(title: str, headings: Sequence[str], names: Sequence[str], rows: Sequence[list[str]]) -> None:
     """Print rows of numbers by name; by the number of the joint where names make them too wide."""
-    columns = zip(headings[1:], *rows, strict=True)
-    wide = sum(max(map(len, column)) + 2 for column in columns) + max(map(len, names))
-    if wide > WIDTH:
-        names, headings = [str(i) for i in range(1, len(rows) + 1)], ["", *headings[1:]]
-    table(title, headings, [[name, *row] for name, row in zip(names, rows, strict=True)])
+    named = [[name, *row] for name, row in zip(names, rows, strict=True)]
+    if _width(headings, named) > WIDTH:
+        headings = ["", *headings[1:]]
+        named = [[str(i), *row] for i, row in enumerate(rows, start=1)]
+    table(title, headings, named)
 
 
 def _show_chain(arm: gd.RobotArm) -> None:
@@ -79,10 +79,16 @@ def _show_chain(arm: gd.RobotArm) -> None:
     for i, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), start=1):
         lines = [str(place.line) for place in (joint.source, link.source) if place and place.line]
         share = f"{100 * link.mass / whole:.0f}"
-        row = [str(i), joint.name, joint.kind, link.name, number(link.mass), share, ", ".join(lines)]
-        rows.append(row)
-    headings = ["", "joint", "kind", "moves link", "kg", "%", "at lines"]
-    table(f"Chain, {number(float(arm.mass.sum()))} kg in all", headings, rows, "rlllrrr")
+        rows.append([str(i), joint.name, link.name, number(link.mass), share, ", ".join(lines)])
+    headings = ["", "joint", "moves link", "kg", "%", "at lines"]
+    if not any(row[-1] for row in rows) or _width(headings, rows) > WIDTH:
+        headings, rows = headings[:-1], [row[:-1] for row in rows]
+    table(f"Chain, {number(float(arm.mass.sum()))} kg in all", headings, rows, "rllrrr")
+
+
+def _width(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> int:
+    """Columns that a table takes, with two between its own."""
+    return sum(max(map(len, column)) + 2 for column in zip(headings, *rows, strict=True)) - 2
 
 
 def _show_dh_table(arm: gd.RobotArm) -> None:
@@ -101,12 +107,15 @@ def _show_dh_table(arm: gd.RobotArm) -> None:
 def _show_placements(arm: gd.RobotArm) -> None:
     headings = ["", "x", "y", "z", "roll", "pitch", "yaw"]
     rows = [
-        [str(i), *_placed(joint.placement), _axis(joint.axis)] for i, joint in enumerate(arm.joints, start=1)
+        [str(i), *_placed(joint.placement), _axis(joint.axis) + (", slides" * (joint.kind == "prismatic"))]
+        for i, joint in enumerate(arm.joints, start=1)
     ]
     table(
-        "Joint frames, each in the frame of the link before: place (m), angles about x, y, z (°), joint axis",
+        "Joint frames, each in the frame of the link before: place (m), angles about x, y, z (°), and the "
+        "axis that the joint turns about or slides along",
         [*headings, "axis"],
         rows,
+        "rrrrrrrl",
     )
     frames = [link.frame for link in arm.links]
     if any(frame.translation.any() or (frame.rotation != np.eye(3)).any() for frame in frames):
@@ -129,24 +138,25 @@ def _axis(axis: FloatArray) -> str:
 
 def _show_links(arm: gd.RobotArm) -> None:
     names = [link.name for link in arm.links]
-    products = [link.inertia_com[_OFF_DIAGONAL] for link in arm.links]
-    some = any(values.any() for values in products)
     _labelled(
         "Links: mass (kg) and centre of mass (m) in the link's frame",
         ["link", "mass", "x", "y", "z"],
         names,
         [_cells([link.mass, *link.com]) for link in arm.links],
     )
-    _labelled(
-        "Inertia about the centre of mass (kg m²), along the axes of the link's frame"
-        + (", as it stands in the tensor" if some else "; all products of inertia are zero"),
-        ["link", *_MOMENTS, *(_PRODUCTS if some else ())],
-        names,
-        [
-            _cells([*link.inertia_com.diagonal(), *(values if some else ())])
-            for link, values in zip(arm.links, products, strict=True)
-        ],
-    )
+    title = "Inertia about the centre of mass (kg m²), along the axes of the link's frame"
+    moments = [_cells(link.inertia_com.diagonal()) for link in arm.links]
+    products = [_cells(link.inertia_com[_OFF_DIAGONAL]) for link in arm.links]
+    if all(cell == "0" for row in products for cell in row):
+        _labelled(f"{title}; all products of inertia are zero", ["link", *_MOMENTS], names, moments)
+        return
+    title += ", as it stands in the tensor"
+    both = [a + b for a, b in zip(moments, products, strict=True)]
+    if _width([*_MOMENTS, *_PRODUCTS], both) + 4 > WIDTH:
+        _labelled(title, ["link", *_MOMENTS], names, moments)
+        _labelled("Products of inertia of the same", ["link", *_PRODUCTS], names, products)
+    else:
+        _labelled(title, ["link", *_MOMENTS, *_PRODUCTS], names, both)
 
 
 def _show_link_uncertainties(arm: gd.RobotArm) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -32,7 +31,7 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
     \b
     Examples:
       gd-analyze columns puma560 log.csv
-      gd-analyze columns my_robot.urdf log.csv --map time=Clock --save-mapping ours.toml
+      gd-analyze columns my_robot.urdf log.csv --save-mapping ours.toml
       gd-analyze my_robot.urdf log.csv --mapping ours.toml
     """
     with output.working() as stage:
@@ -65,8 +64,9 @@ def _show(logged: Logged, arm: gd.RobotArm) -> None:
     )
     used = [use for use in logged.columns if use.role != "unused"]
     # Where all begin with the same topic, that is told once.
-    shared = os.path.commonprefix([use.column for use in used if use.role != "time"])
-    shared = shared[: shared.rfind("/") + 1]
+    first, *others = [use.column for use in used if use.role != "time"]
+    ends = [k + 1 for k, sign in enumerate(first) if sign == "/"]
+    shared = next((first[:k] for k in reversed(ends) if all(x.startswith(first[:k]) for x in others)), "")
     table(
         "What is used" + (f"; {shared} stands before the columns' names" if shared else ""),
         ["column", "role", "joint", "unit"],

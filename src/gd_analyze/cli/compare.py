@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-import gd_analyze as gd
 from gd_analyze.cli.given import GivenRobot, load_arm_carrying, payload_option, robot_given
 from gd_analyze.cli.log_options import log_options, read_motion
 from gd_analyze.cli.options import (

@@ -68,6 +68,7 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
             "joints": joint_rows(findings, "tube"),
             **{name: tables["tube"].attrs[name] for name in ("margin", "coarse", "note")},
         },
+        "recording": _recording(findings),
         "measured_torque": _measured_torque(findings),
         "motions": motions_document(findings),
         "states_drawn": tables["beyond"].attrs["states_drawn"],
@@ -76,6 +77,26 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
         "warnings": list(dict.fromkeys([*findings.warnings, *warned])),
         "provenance": dict(findings.provenance),
         "files": [str(path) for path in files],
+    }
+
+
+def _recording(findings: Findings) -> dict[str, Any] | None:
+    """Of a measured motion: what was done with the readings, and what their noise does."""
+    from gd_analyze.results import rows_of, summary
+    from gd_analyze.results.recording_words import noise_rows
+
+    if "recording" not in findings.tables:
+        return None
+    table = findings.tables["recording"]
+    return {
+        "said": summary.recording_told(findings),
+        "treatment": table.attrs["treatment"].split("\n"),
+        "joints": noise_rows(findings),
+        "elements": rows_of(table[["element_noise", "within_noise", "verdict_open"]], "element"),
+        "columns": [
+            {key.removeprefix("column_"): value for key, value in row.items()}
+            for row in rows_of(table, "column")
+        ],
     }
 
 
@@ -99,6 +120,8 @@ def _show(findings: Findings, files: list[Path], top: int) -> None:
 
     sentence(f"{summary.title(findings)} {summary.subtitle(findings)}", bold=True)
     sentence(summary.headline(findings))
+    for told in summary.recording_told(findings):
+        sentence(told)
     _show_errors(findings)
     show_measured_torque(findings)
     show_motions(findings, top)

@@ -57,9 +57,7 @@ log_options = together(
         help="Of a log: samples per second, where its time counts samples or it has none.",
     ),
     _option("--time-unit", type=click.Choice(["s", "ms", "us", "ns"]), help="Of a log: unit of its time."),
-    _option(
-        "--degrees", is_flag=True, help="Of a log: angles of columns that state no unit are in degrees."
-    ),
+    _option("--degrees", is_flag=True, help="Of a log: angles of columns that state no unit are in degrees."),
     _option(
         "--family",
         multiple=True,

@@ -34,7 +34,9 @@ def split_cells(line: str, delimiter: str, where: Location) -> list[str]:
         ) from None
 
 
-def wrong_width(found: int, expected: int, where: Location, as_in: str = "as in the header") -> TrajectoryError:
+def wrong_width(
+    found: int, expected: int, where: Location, as_in: str = "as in the header"
+) -> TrajectoryError:
     """Error of a line with too few or too many cells."""
     return TrajectoryError(
         f"the line has too {'few' if found < expected else 'many'} columns",

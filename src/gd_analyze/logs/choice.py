@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.logs.joints import Family, families_of
-from gd_analyze.logs.reading import NONE, ROLES, Reading
+from gd_analyze.logs.reading import ROLES, Reading
+from gd_analyze.logs.refusals import PLURAL, ambiguous, no_positions
 from gd_analyze.logs.roles import Meaning, is_of_set_points, known_joints, meaning_of
+from gd_analyze.logs.said import columns_said, joint_named, listed, no_column
 from gd_analyze.logs.table import LogTable
 from gd_analyze.logs.text_table import is_text
 from gd_analyze.logs.time_axis import TimeColumns, time_columns
 from gd_analyze.logs.units import TIME_UNITS, fitting_unit, units_of
-from gd_analyze.logs.words import as_written, words_of
+from gd_analyze.logs.words import words_of
 from gd_analyze.robots import RobotArm
 
 _ORDER = {"measured": 0, "plain": 1, "target": 2}
-_PLURAL = {"q": "positions", "qd": "velocities", "qdd": "accelerations", "torque": "torques"}
-_MOST = 12
-
-
-class AmbiguityError(TrajectoryError):
-    """Several families fit alike; those of them that are 0 throughout may yet be left out."""
-
-    families: tuple[Family, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -71,9 +64,7 @@ class Choice:
         return tuple(sorted((use for use in self.uses if use.role == role), key=lambda use: use.joint))
 
 
-def choose(
-    table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[object] = frozenset()
-) -> Choice:
+def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[object] = frozenset()) -> Choice:
     """Choose columns.
 
     Parameters
@@ -95,7 +86,7 @@ def choose(
     names = [joint.name for joint in arm.joints]
     meanings = _meanings(table, arm, reading)
     families = families_of(meanings, names, table.names)
-    said = _said(table, arm, reading)
+    said = columns_said(table, arm, reading)
     chosen: dict[str, Family] = {}
     uses: list[Use] = []
     for role in ROLES:
@@ -112,6 +103,7 @@ def choose(
     set_points = any(table.names) and all(is_of_set_points(name) for name in table.names if name)
     planned = target or accelerated or set_points if table.planned is None else table.planned
     told = [sentence for role in ("q",) if role in chosen for sentence in _renaming(chosen[role])]
+    told += _standing_in(families, chosen, zero, table)
     used = {use.column for use in uses}
     return Choice(
         uses=tuple(uses),
@@ -128,13 +120,13 @@ def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]
     known = known_joints([joint.name for joint in arm.joints])
     for role, other in reading.map:
         if role.startswith("joint:"):
-            joint = _joint(role.removeprefix("joint:"), arm)
+            joint = joint_named(role.removeprefix("joint:"), arm)
             known = {words: k for words, k in known.items() if k != joint} | {words_of(other): joint}
     named = tuple(name or "-" for name in table.names) == reading.columns  # those of a file without a header
     only = set() if named else set(reading.columns)
     missing = only - set(table.names)
     if missing:
-        raise _no_column(sorted(missing)[0], table, "--columns")
+        raise no_column(sorted(missing)[0], table, "--columns")
     meanings = []
     for name in table.names:
         meaning = meaning_of(name, known) if name and (not only or name in only) else Meaning("other")
@@ -147,7 +139,8 @@ def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]
 
 def _without_text(meanings: list[Meaning], table: LogTable) -> list[Meaning]:
     return [
-        Meaning("other") if meaning.role in (*ROLES, "time") and is_text(table.head(k)) and not _some_numbers(table, k)
+        Meaning("other")
+        if meaning.role in (*ROLES, "time") and is_text(table.head(k)) and not _some_numbers(table, k)
         else meaning
         for k, meaning in enumerate(meanings)
     ]
@@ -170,85 +163,13 @@ def _named_in_rows(
     if not labels:
         return meanings
     return [
-        replace(meaning, token=() if labels[number] in known else labels[number], joint=known.get(labels[number]))
+        replace(
+            meaning, token=() if labels[number] in known else labels[number], joint=known.get(labels[number])
+        )
         if meaning.role in ROLES and (number := meaning.number) in labels and meaning.joint is None
         else meaning
         for meaning in meanings
     ]
-
-
-def _said(table: LogTable, arm: RobotArm, reading: Reading) -> dict[tuple[str, int], int]:
-    """Columns by role and joint that the user names; joint -1 of a role that shall be left out."""
-    said: dict[tuple[str, int], int] = {}
-    for role, column in reading.map:
-        of, colon, joint = role.partition(":")
-        if of == "joint" and colon:
-            continue
-        if of not in (*ROLES, "time") or (of == "time") == bool(colon) and column != NONE:
-            raise TrajectoryError(
-                f"there is no role {role!r}",
-                where="--map",
-                expected="time, joint:JOINT, or q:JOINT, qd:JOINT, qdd:JOINT, torque:JOINT; qd=none and such",
-                found=f"{role}={column}",
-            )
-        if column == NONE and of != "q":
-            said[of, -1] = -1
-        else:
-            said[of, _joint(joint, arm) if colon else 0] = column_named(column, table)
-    return said
-
-
-def _joint(name: str, arm: RobotArm) -> int:
-    names = [joint.name for joint in arm.joints]
-    if name in names:
-        return names.index(name)
-    if name.isascii() and name.isdigit() and 1 <= int(name[:9]) <= arm.n_joints:
-        return int(name) - 1
-    near = difflib.get_close_matches(name, names, n=1)
-    raise TrajectoryError(
-        f"arm {arm.name} has no joint {name!r}",
-        where="--map",
-        expected=f"{', '.join(names)}, or a number from 1 to {arm.n_joints}",
-        found=repr(name),
-        next_step=f"did you mean {near[0]}?" if near else "`gd-analyze arms ROBOT` lists the joints",
-    )
-
-
-def column_named(column: str, table: LogTable, where: str = "--map") -> int:
-    """Column of a name, or of #NUMBER from 1.
-
-    Raises
-    ------
-    TrajectoryError
-        If there is none, or there are several.
-    """
-    if column.startswith("#") and column[1:].isascii() and column[1:].isdigit() and len(column) < 8:
-        number = int(column[1:])
-        if 1 <= number <= len(table.names):
-            return number - 1
-    found = [k for k, name in enumerate(table.names) if name == column]
-    if len(found) == 1:
-        return found[0]
-    if found:
-        raise TrajectoryError(
-            f"{len(found)} columns are named {column}",
-            where=where,
-            expected="one column",
-            found=", ".join(f"#{k + 1}" for k in found),
-            next_step=f"give its number: #{found[0] + 1}",
-        )
-    raise _no_column(column, table, where)
-
-
-def _no_column(column: str, table: LogTable, where: str) -> TrajectoryError:
-    near = difflib.get_close_matches(column, table.names, n=3)
-    return TrajectoryError(
-        f"the log has no column {column!r}",
-        where=f"{where}; {table.where()}",
-        expected=f"a name, or a number from #1 to #{len(table.names)}",
-        found=_listed([name for name in table.names if name]) or "columns without names",
-        next_step=f"did you mean {' or '.join(near)}?" if near else "check the name",
-    )
 
 
 def _family(
@@ -270,102 +191,29 @@ def _family(
         family for family in families if family.role == role and all(word in family.words for word in words)
     ]
     if role != "q" and q is not None:
-        of_role = [family for family in of_role if (family.kind == "target") == (q.kind == "target") or words]
+        # Beside positions belong what is of the same source: of the same topic, and commanded as they are.
+        of_role = [f for f in of_role if words or _are_of_one_source(f, q)]
     complete = [f for f in of_role if all(j in f.columns or j in given for j in range(arm.n_joints))]
     alive = [family for family in complete if family.key not in zero]
     if not complete or (not alive and role != "q"):
         if role == "q":
-            raise _no_positions(of_role, families, table, arm, meanings, words)
+            raise no_positions(of_role, families, table, arm, meanings, words)
         return None
     ranked = alive or complete
     best = min(_preference(family, q) for family in ranked)
     choices = [family for family in ranked if _preference(family, q) == best]
     if len(choices) > 1:
-        raise _ambiguous(role, choices, table)
+        raise ambiguous(role, choices, table)
     return choices[0]
+
+
+def _are_of_one_source(family: Family, q: Family) -> bool:
+    return family.topic == q.topic and (family.kind == "target") == (q.kind == "target")
 
 
 def _preference(family: Family, q: Family | None) -> tuple[int, ...]:
     beside = 0 if q is None else int(family.group != q.group)
     return beside, _ORDER[family.kind], family.rank, int(bool(family.label))
-
-
-def _ambiguous(role: str, choices: Sequence[Family], table: LogTable) -> AmbiguityError:
-    shared = frozenset.intersection(*(family.words for family in choices))
-    listed, words = [], []
-    for family in choices[:6]:
-        first = min(family.all_columns)
-        own = sorted(family.words - shared, key=lambda word: (word in ("plain", "measured", "target", ""), word))
-        listed.append(f"{table.names[first]} and so on")
-        if own and own[0]:
-            words.append(own[0])
-    choose_by = " or ".join(f"--family {word}" for word in words) or "--columns with the names to look at"
-    error = AmbiguityError(
-        f"several columns may be the {_PLURAL[role]}",
-        where=table.where(),
-        expected="one column per joint",
-        found="; ".join(listed),
-        next_step=f"choose: {choose_by}",
-    )
-    error.families = tuple(choices)
-    return error
-
-
-def _no_positions(
-    of_role: Sequence[Family],
-    families: Sequence[Family],
-    table: LogTable,
-    arm: RobotArm,
-    meanings: Sequence[Meaning],
-    words: Sequence[str],
-) -> TrajectoryError:
-    """Error of a log whose positions are not those of the arm's joints, or of some of them only."""
-    names = [joint.name for joint in arm.joints]
-    if words and not of_role and any(family.role == "q" for family in families):
-        return TrajectoryError(
-            f"no positions are of family {' '.join(words)}",
-            where=table.where(),
-            expected=", ".join(
-                sorted({word for f in families if f.role == "q" for word in f.words if word})
-            ),
-            found=" ".join(words),
-            next_step="give one of these words with --family",
-        )
-    if of_role:
-        nearest = max(of_role, key=lambda family: len(family.columns))
-        missing = [names[j] for j in range(arm.n_joints) if j not in nearest.columns]
-        having = [table.names[c] for c in nearest.all_columns]
-        others = [name for name in table.names if name and name not in having]
-        return TrajectoryError(
-            f"the log has no position of joint {', '.join(missing)}",
-            where=table.where(),
-            expected=f"a position of every joint of arm {arm.name}: {', '.join(names)}",
-            found=f"{_listed(having)}; beside it {_listed(others)}" if others else _listed(having),
-            next_step=f"--map 'q:{missing[0]}=COLUMN' names a column, or choose the arm the log is of",
-        )
-    strangers = [k for k, m in enumerate(meanings) if m.role == "q" and m.token and m.joint is None]
-    if strangers:
-        tokens = list(
-            dict.fromkeys(
-                as_written(meanings[k].token, table.names[k]) if meanings[k].label else table.names[k]
-                for k in strangers
-            )
-        )
-        pairs = [f"--map joint:{own}={other}" for own, other in zip(names, tokens, strict=False)]
-        return TrajectoryError(
-            f"the log's joints are not those of arm {arm.name}",
-            where=table.where(),
-            expected=", ".join(names),
-            found=_listed(tokens),
-            next_step=f"if they are the same in this order: {' '.join(pairs)}",
-        )
-    return TrajectoryError(
-        "no column is known to be a position of a joint",
-        where=table.where(),
-        expected=f"names such as q1, joint_1, actual_q_0, or those of the arm's joints: {', '.join(names)}",
-        found=_listed([name for name in table.names if name]) or "columns without names",
-        next_step=f"name the columns: --map 'q:{names[0]}=COLUMN' and so on",
-    )
 
 
 def _uses(
@@ -392,28 +240,29 @@ def _uses(
         else:
             columns, why = family.columns[joint], family.why
             if len(columns) > 1:
-                listed = [f"{table.names[c]} (column {c + 1})" for c in columns]
+                twice = [f"{table.names[c]} (column {c + 1})" for c in columns]
                 raise TrajectoryError(
                     f"{len(columns)} columns hold {role} of joint {of.name}",
                     where=table.where(None, columns[1]),
                     expected="one",
-                    found=_listed(listed),
+                    found=listed(twice),
                     next_step=f"choose: --map '{role}:{of.name}=#{columns[0] + 1}' or #{columns[1] + 1}",
                 )
             column = columns[0]
-        uses.append(Use(column, role, joint, _unit(role, meanings[column], of.kind, table, column, reading), why))
+        uses.append(
+            Use(column, role, joint, _unit(role, meanings[column], of.kind, table, column, reading), why)
+        )
     return uses
 
 
-def _unit(
-    role: str, meaning: Meaning, kind: str, table: LogTable, column: int, reading: Reading
-) -> str:
+def _unit(role: str, meaning: Meaning, kind: str, table: LogTable, column: int, reading: Reading) -> str:
     turns = kind == "revolute"
     if meaning.unit:
         unit = fitting_unit(meaning.unit, role, turns)
         if unit is None:
             raise TrajectoryError(
-                f"column {table.names[column]} is in {meaning.unit}, but its joint {'turns' if turns else 'slides'}",
+                f"column {table.names[column]} is in {meaning.unit}, but its joint "
+                + ("turns" if turns else "slides"),
                 where=table.where(None, column),
                 expected=", ".join(units_of(role, turns)),
                 found=meaning.unit,
@@ -443,7 +292,7 @@ def _time(
             "no column is known to be the time",
             where=table.where(),
             expected="a column such as time, timestamp or header.stamp",
-            found=_listed([name for name in table.names if name]) or "columns without names",
+            found=listed([name for name in table.names if name]) or "columns without names",
             next_step="name it with --map time=COLUMN, or give the samples per second with --rate HZ",
         )
     return found
@@ -460,6 +309,22 @@ def _renaming(family: Family) -> list[str]:
         f"the log's joints are not called like the arm's and were matched by number: {pairs}; "
         f"--map joint:{own}={log} and so on matches them otherwise"
     ]
+
+
+def _standing_in(
+    families: Sequence[Family], chosen: Mapping[str, Family], zero: frozenset[object], table: LogTable
+) -> list[str]:
+    """Say which columns are taken in the place of such that are 0 throughout."""
+    told = []
+    for role, family in chosen.items():
+        dead = [of for of in families if of.role == role and of.key in zero and of.key != family.key]
+        if dead:
+            first = [table.names[min(of.all_columns)] for of in dead]
+            told.append(
+                f"{' and '.join(first)} and so on are 0 throughout; {PLURAL[role]} are taken from "
+                f"{table.names[min(family.all_columns)]} and so on"
+            )
+    return told
 
 
 def _unused(
@@ -483,10 +348,7 @@ def _unused(
                 why[column] = reason
         for column in family.extra:
             if column not in used:
-                why[column] = "of a joint that the arm lacks" if family.why != "by name" else why.get(column, "")
+                why[column] = (
+                    "of a joint that the arm lacks" if family.why != "by name" else why.get(column, "")
+                )
     return why
-
-
-def _listed(names: Sequence[str]) -> str:
-    first = ", ".join(names[:_MOST])
-    return first if len(names) <= _MOST else f"{first}, ... ({len(names)})"

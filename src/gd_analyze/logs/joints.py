@@ -1,11 +1,12 @@
-"""Which joint of the arm is which of the log: by name, by number where the log itself counts, never by place."""
+"""Which joint of the arm is which of the log: by name, or by number where the log itself counts."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from gd_analyze.logs.roles import Kind, Meaning
+from gd_analyze.logs.reading import ROLES
+from gd_analyze.logs.roles import Kind, Meaning, topic_of
 from gd_analyze.logs.words import FILLERS, Words, as_written, joint_of, words_of
 
 
@@ -51,6 +52,11 @@ class Family:
         return frozenset((*self.group, *self.label, self.kind, self.word))
 
     @property
+    def topic(self) -> Words:
+        """Words of where it comes from, be it measured or commanded."""
+        return topic_of(self.group)
+
+    @property
     def all_columns(self) -> tuple[int, ...]:
         """Every column of it."""
         return tuple(column for columns in self.columns.values() for column in columns)
@@ -69,19 +75,27 @@ def families_of(meanings: Sequence[Meaning], names: Sequence[str], columns: Sequ
         Names of the log's columns.
     """
     groups: dict[tuple[str, Words, Kind, int, str], list[int]] = {}
+    # A log that counts its joints tells by other words what else it has of each: TorqueSm1 beside Position1.
+    counts = any(
+        meaning.role in ROLES and meaning.number is not None and not meaning.label for meaning in meanings
+    )
     for column, meaning in enumerate(meanings):
-        if meaning.role in ("q", "qd", "qdd", "torque"):
+        if meaning.role in ROLES:
             key = (meaning.role, meaning.group, meaning.kind, meaning.rank, meaning.word)
             groups.setdefault(key, []).append(column)
     found = []
     for (role, group, kind, rank, word), of in groups.items():
-        for family in _matched(of, meanings, names, columns):
+        for family in _matched(of, meanings, names, columns, counts):
             found.append(replace(family, role=role, group=group, kind=kind, rank=rank, word=word))
     return found
 
 
 def _matched(
-    columns: Sequence[int], meanings: Sequence[Meaning], names: Sequence[str], written: Sequence[str]
+    columns: Sequence[int],
+    meanings: Sequence[Meaning],
+    names: Sequence[str],
+    written: Sequence[str],
+    beside: bool,
 ) -> list[Family]:
     """Families among columns whose names differ in the joint alone."""
     named = [c for c in columns if meanings[c].joint is not None]
@@ -97,13 +111,15 @@ def _matched(
     by_label: dict[Words, list[int]] = {}
     for column in rest:
         by_label.setdefault(meanings[column].label, []).append(column)
-    with_numbers = {l: [c for c in of if meanings[c].number is not None] for l, of in by_label.items()}
+    with_numbers = {
+        label: [c for c in of if meanings[c].number is not None] for label, of in by_label.items()
+    }
     counted = {label: of for label, of in with_numbers.items() if of}
     affixed = _by_affix(rest, meanings, names)
     if affixed is not None:
         return [affixed]
     for label, of in counted.items():
-        matched = _by_number(label, of, meanings, names, written, beside=() in counted)
+        matched = _by_number(label, of, meanings, names, written, beside)
         if matched is not None:
             families.append(matched)
     if len(names) == 1 and len(rest) == 1 and not families and not meanings[rest[0]].label:
@@ -111,9 +127,7 @@ def _matched(
     return families
 
 
-def _family(
-    label: Words, columns: Mapping[int, tuple[int, ...]], extra: Sequence[int], why: str
-) -> Family:
+def _family(label: Words, columns: Mapping[int, tuple[int, ...]], extra: Sequence[int], why: str) -> Family:
     return Family("", (), "plain", 0, label, columns, tuple(extra), why)
 
 
@@ -134,7 +148,7 @@ def _by_number(
     written: Sequence[str],
     beside: bool,
 ) -> Family | None:
-    """Match columns that count; where words stand beside the numbers, only with an arm that counts as well."""
+    """Match columns that count; with words beside the numbers, only with an arm that counts as well."""
     counts = arms_numbers(names)
     if label and not beside and counts is None:
         return None
@@ -161,9 +175,7 @@ def _by_number(
     return replace(_family(label, matched, extra, f"by number, from {base}"), renamed=renamed)
 
 
-def _by_affix(
-    columns: Sequence[int], meanings: Sequence[Meaning], names: Sequence[str]
-) -> Family | None:
+def _by_affix(columns: Sequence[int], meanings: Sequence[Meaning], names: Sequence[str]) -> Family | None:
     """Match names that are alike but for the same words before, such as a prefix of the robot."""
     own = [_bare(words_of(name)) for name in names]
     logged = {c: _bare(meanings[c].token) for c in columns}
@@ -177,9 +189,7 @@ def _by_affix(
             if joint[-len(words) :] == words and words:
                 shortest.setdefault(("", *joint[: -len(words)]))
     for prefix in sorted(shortest, key=len):
-        wanted = [
-            joint[len(prefix) - 1 :] if prefix[:1] == ("",) else prefix + joint for joint in own
-        ]
+        wanted = [joint[len(prefix) - 1 :] if prefix[:1] == ("",) else prefix + joint for joint in own]
         if prefix[:1] == ("",) and any(("", *joint[: len(prefix) - 1]) != prefix for joint in own):
             continue
         matched = {j: tuple(c for c in columns if logged[c] == words) for j, words in enumerate(wanted)}

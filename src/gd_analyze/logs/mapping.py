@@ -14,9 +14,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.files import read_at_most, write_text
 from gd_analyze.given_numbers import LARGEST
-from gd_analyze.logs.choice import Choice, Use, column_named
+from gd_analyze.logs.choice import Choice, Use
 from gd_analyze.logs.logged import Logged
 from gd_analyze.logs.reading import ROLES, Reading
+from gd_analyze.logs.said import column_named
 from gd_analyze.logs.table import LogTable
 from gd_analyze.logs.time_axis import SAMPLE, TimeColumns
 from gd_analyze.logs.units import TIME_UNITS, units_of
@@ -119,7 +120,9 @@ def read_mapping(path: str | Path) -> tuple[Mapping, TableLines]:
         lines = TableLines(path, content)
         return Mapping.model_validate(tomllib.loads(content)), lines
     except OSError as error:
-        raise _misfit(Location(path), error.strerror or str(error), "a mapping file that may be read") from None
+        raise _misfit(
+            Location(path), error.strerror or str(error), "a mapping file that may be read"
+        ) from None
     except UnicodeDecodeError:
         raise _misfit(Location(path), "no text", "TOML in UTF-8") from None
     except tomllib.TOMLDecodeError as error:
@@ -164,9 +167,7 @@ def choice_by(mapping: Mapping, lines: TableLines, table: LogTable, arm: RobotAr
         column = column_named(of.column, table, str(where))
         if of.role == "time":
             if of.unit not in (*TIME_UNITS, SAMPLE):
-                raise _misfit(
-                    lines.locate(("columns", k, "unit")), of.unit, ", ".join((*TIME_UNITS, SAMPLE))
-                )
+                raise _misfit(lines.locate(("columns", k, "unit")), of.unit, ", ".join((*TIME_UNITS, SAMPLE)))
             times.append((column, of.unit))
             continue
         if of.joint not in names:
@@ -203,7 +204,9 @@ def _require_complete(uses: Sequence[Use], names: Sequence[str], lines: TableLin
 def _time(times: Sequence[tuple[int, str]], mapping: Mapping, lines: TableLines) -> TimeColumns | None:
     units = [unit for _, unit in times]
     if units in (["s", "ns"], ["ns", "s"]):
-        return TimeColumns(tuple(c for c, _ in sorted(times, key=lambda t: t[1] == "ns")), "s", "mapping file")
+        return TimeColumns(
+            tuple(c for c, _ in sorted(times, key=lambda t: t[1] == "ns")), "s", "mapping file"
+        )
     if len(times) > 1 or (not times and mapping.rate is None) or (SAMPLE in units and mapping.rate is None):
         raise _misfit(
             Location(lines.path),

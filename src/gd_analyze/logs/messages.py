@@ -72,7 +72,9 @@ def rows_of(message: Any, kind: str, received: int = 0) -> Iterator[Row]:
         yield Row(stamp, received, dict(_values(message, _names(field(message, "name")), "")))
     elif kind == DYNAMIC:
         found: dict[str, float] = {}
-        for name, of in zip(_names(field(message, "joint_names")), field(message, "interface_values"), strict=True):
+        for name, of in zip(
+            _names(field(message, "joint_names")), field(message, "interface_values"), strict=True
+        ):
             for interface, value in zip(field(of, "interface_names"), field(of, "values"), strict=True):
                 found[f"{name}/{interface}"] = float(value)
         yield Row(stamp, received, found)
@@ -82,7 +84,12 @@ def rows_of(message: Any, kind: str, received: int = 0) -> Iterator[Row]:
         yield Row(
             stamp,
             received,
-            {key: x for side, point in sides if point is not None for key, x in _values(point, names, f"{side}/")},
+            {
+                key: x
+                for side, point in sides
+                if point is not None
+                for key, x in _values(point, names, f"{side}/")
+            },
         )
 
 
@@ -167,7 +174,9 @@ class Gathering:
             columns.append(np.array(column))
         names = ("header/stamp", "received/time", *self._columns)
         times = (np.array(self._stamps, dtype=np.int64), np.array(self._received, dtype=np.int64))
-        return ArrayTable(path, tuple(f"{n}_ns" if k < 2 else n for k, n in enumerate(names)), (*times, *columns), planned)
+        return ArrayTable(
+            path, tuple(f"{n}_ns" if k < 2 else n for k, n in enumerate(names)), (*times, *columns), planned
+        )
 
 
 def require_one_plan(kinds: Iterable[tuple[str, int]], where: Location) -> None:

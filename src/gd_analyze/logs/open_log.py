@@ -8,7 +8,7 @@ from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.logs.echoed_csv import echoed_names
 from gd_analyze.logs.reading import Reading
 from gd_analyze.logs.table import LogTable, Progress, no_progress
-from gd_analyze.logs.text_layout import is_number
+from gd_analyze.logs.text_layout import is_number, refuse_long_names
 from gd_analyze.logs.text_table import TextTable
 
 _SUFFIXES = {
@@ -79,6 +79,7 @@ def _named(table: TextTable, reading: Reading) -> TextTable:
     cells = table.first_cells
     echoed = echoed_names(cells, [is_number(cell) for cell in cells])
     if echoed is not None and not reading.columns:
+        refuse_long_names(echoed, Location(table.path, table.layout.first))
         table.require_constant([k for k, cell in enumerate(cells) if k > 2 and cell and not is_number(cell)])
         return TextTable(table.path, table.data, echoed)
     width = table.layout.width
@@ -99,7 +100,10 @@ def _no_names(table: TextTable, cells: list[str]) -> TrajectoryError:
     values = len(cells) - 1
     kinds = next((count for count in (3, 2) if values % count == 0 and values // count > 1), 1)
     joints = values // kinds
-    names = ["time", *(f"{kind}1..{kind}{joints}" if joints > 1 else f"{kind}1" for kind in ("q", "qd", "qdd")[:kinds])]
+    names = [
+        "time",
+        *(f"{kind}1..{kind}{joints}" if joints > 1 else f"{kind}1" for kind in ("q", "qd", "qdd")[:kinds]),
+    ]
     return TrajectoryError(
         "the file has no header line",
         where=Location(table.path, table.layout.first),

@@ -50,17 +50,19 @@ class ParquetTable:
 
     def stands(self, column: int) -> bool:
         """Whether the first numbers are all the same; of whole numbers all digits count."""
-        batch = next(self._file.iter_batches(_HEAD_ROWS), None) if _is_number(self._fields[column].type) else None
+        batch = (
+            next(self._file.iter_batches(_HEAD_ROWS), None) if _is_number(self._fields[column].type) else None
+        )
         first = np.empty(0) if batch is None else _instants(batch.column(column))
         return len(first) > 1 and bool((first == first[0]).all())
 
     @cached_property
     def _first(self) -> Any:
-        numeric = [k for k, f in enumerate(self._fields) if _is_number(f.type)]
-        first = np.full((min(_HEAD_ROWS, self._file.metadata.num_rows), len(self._fields)), np.nan)
-        batch = next(self._file.iter_batches(_HEAD_ROWS), None) if len(first) else None
-        for k in numeric if batch is not None else ():
-            first[:, k] = _floats(batch.column(k))
+        batch = next(self._file.iter_batches(_HEAD_ROWS), None)
+        first = np.full((0 if batch is None else batch.num_rows, len(self._fields)), np.nan)
+        for k, of in enumerate(self._fields):
+            if batch is not None and _is_number(of.type):
+                first[:, k] = _floats(batch.column(k))
         return first
 
     def read(
@@ -120,7 +122,9 @@ def _floats(column: Any) -> Any:
     import pyarrow as pa
 
     if _is_instant(column.type):
-        column = column.cast(pa.timestamp("ns") if str(column.type).startswith("timestamp") else pa.duration("ns"))
+        column = column.cast(
+            pa.timestamp("ns") if str(column.type).startswith("timestamp") else pa.duration("ns")
+        )
         column = column.cast(pa.int64())
     return column.cast(pa.float64(), safe=False).to_numpy(**_copied(column))
 

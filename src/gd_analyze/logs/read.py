@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
-from gd_analyze.logs.choice import AmbiguityError, Choice, choose
+from gd_analyze.logs.choice import Choice, choose
 from gd_analyze.logs.logged import ColumnUse, Logged
 from gd_analyze.logs.mapping import choice_by, mapping_of, read_mapping, write_mapping
 from gd_analyze.logs.open_log import open_log
 from gd_analyze.logs.reading import ROLES, Reading
+from gd_analyze.logs.refusals import AmbiguityError
 from gd_analyze.logs.table import LogTable, Progress, Stamps, no_progress
 from gd_analyze.logs.time_axis import SAMPLE, in_seconds, unit_by_velocity
 from gd_analyze.logs.units import units_of

@@ -20,14 +20,26 @@ _ROLE_WORDS: dict[str, Said] = {
     **dict.fromkeys(("qdd", "ddq", "qddot", "acc", "accel", "acceleration", "accelerations"), "qdd"),
     **dict.fromkeys(("ddtheta", "thetaddot", "thetadd"), "qdd"),
     **dict.fromkeys(("tau", "torque", "torques", "trq", "effort", "efforts", "moment", "moments"), "torque"),
-}  # type: ignore[dict-item]
+}
 # A log with q has theta of something else, as libfranka's that of the motors.
 _SECOND_CHOICE = frozenset({"theta", "th", "phi", "dtheta", "thetadot", "thetad", "omega"})
 _MEASURED = frozenset(
     {"actual", "act", "measured", "meas", "msr", "feedback", "fbk", "fb", "real", "current", "present"}
 )
 _TARGET = frozenset(
-    {"target", "tgt", "command", "commanded", "cmd", "cmptd", "desired", "des", "reference", "ref", "setpoint"}
+    {
+        "target",
+        "tgt",
+        "command",
+        "commanded",
+        "cmd",
+        "cmptd",
+        "desired",
+        "des",
+        "reference",
+        "ref",
+        "setpoint",
+    }
     | {"setpoints", "planned", "plan", "goal", "nominal", "demand", "demanded", "interpolated"}
 )
 # What is near a joint in a log and no quantity of its motion.
@@ -35,11 +47,36 @@ _BLOCKED = frozenset(
     {"temp", "temps", "temperature", "temperatures", "cur", "currents", "amps", "voltage", "voltages", "pose"}
     | {"tcp", "cartesian", "ext", "external", "contact", "collision", "tool", "scaling", "fraction", "mode"}
     | {"error", "errors", "err", "deviation", "force", "forces", "wrench", "imu", "status", "power", "jerk"}
-    | {"covariance", "variance", "std", "limit", "limits", "max", "min", "offset", "dtau", "stiffness", "window"}
+    | {
+        "covariance",
+        "variance",
+        "std",
+        "limit",
+        "limits",
+        "max",
+        "min",
+        "offset",
+        "dtau",
+        "stiffness",
+        "window",
+    }
     | {"damping", "gravity", "friction", "quaternion", "orientation", "tf", "success", "digital", "analog"}
 )
 _CONTAINERS = frozenset(
-    {"states", "state", "msg", "message", "field", "data", "points", "point", "header", "robot", "values", "value"}
+    {
+        "states",
+        "state",
+        "msg",
+        "message",
+        "field",
+        "data",
+        "points",
+        "point",
+        "header",
+        "robot",
+        "values",
+        "value",
+    }
     | {"interface", "rtde", "log", "record", "joint", "joints", "dynamic", "multi", "dof"}
 )
 _TIME_CORE = frozenset(
@@ -47,7 +84,19 @@ _TIME_CORE = frozenset(
 )
 _TIME_MORE = frozenset(
     {"from", "start", "since", "rel", "relative", "abs", "absolute", "unix", "system", "ros", "robot", "recv"}
-    | {"recording", "log", "header", "field", "of", "sample", "utc", "controller", "receive", "received", "in"}
+    | {
+        "recording",
+        "log",
+        "header",
+        "field",
+        "of",
+        "sample",
+        "utc",
+        "controller",
+        "receive",
+        "received",
+        "in",
+    }
 )
 _INDEX = frozenset({"index", "idx", "sample", "samples", "tick", "ticks", "cycle", "counter", "seq", "n"})
 _COMPOSED = re.compile(
@@ -58,7 +107,8 @@ _DERIVED = {("q", "dot"): "qd", ("theta", "dot"): "thetadot", ("qd", "dot"): "qd
             ("d", "q"): "dq", ("dd", "q"): "ddq", ("thetadot", "dot"): "thetaddot"}  # fmt: skip
 # Columns of the trajectories that gd-analyze writes itself.
 SET_POINT_COLUMN = re.compile(r"(qdd|qd|q)([1-9][0-9]{0,5})(_deg)?")
-_SINGLE = frozenset({"a", "s", "l", "r", "u", "b", "t", "e"})
+# A1 to A6 of a KUKA count as joints; its E1 and S, L, U of others do not tell which they are.
+_SINGLE = frozenset({"a"})
 
 
 @dataclass(frozen=True)
@@ -176,9 +226,7 @@ def _is_blocked(segments: Sequence[Words]) -> bool:
     return bool(blocked) or ("current" in last and not moving)
 
 
-def _known_joint(
-    segments: list[Words], joints: Mapping[Words, int]
-) -> tuple[int, int | None, list[Words]]:
+def _known_joint(segments: list[Words], joints: Mapping[Words, int]) -> tuple[int, int | None, list[Words]]:
     """Segment and number of the arm's joint that is named, and the segments without its words."""
     for words in sorted(joints, key=len, reverse=True):
         for k, segment in enumerate(segments):
@@ -217,7 +265,9 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
             return Meaning("name", token)
         # A3 counts, joint_a3 is a name; of other words only those beside "joint" are joints' for certain.
         beside = bool(set(token) & {"joint", "jnt", "axis"})
-        counts = number is not None and (not label or (not beside and len(label) == 1 and label[0] in _SINGLE))
+        counts = number is not None and (
+            not label or (not beside and len(label) == 1 and label[0] in _SINGLE)
+        )
         if joint is None and not counts and not beside:
             return Meaning("other", token, unit=unit)
         if counts:
@@ -248,6 +298,11 @@ def is_of_set_points(name: str) -> bool:
     """Whether a column's name is one of a file of set points: time, q1, qd1_deg."""
     lowered = name.strip().lower()
     return lowered == "time" or SET_POINT_COLUMN.fullmatch(lowered) is not None
+
+
+def topic_of(group: Words) -> Words:
+    """Words of a group that say neither measured nor target."""
+    return tuple(sorted(set(group) - _MEASURED - _TARGET))
 
 
 def says_target(words: Words) -> bool:

@@ -36,7 +36,7 @@ class Stamps:
             return cls(base, (values - base).astype(float))
         finite = values[np.isfinite(values)]
         base = int(finite[0]) if finite.size and abs(finite[0]) < 2.0**62 else 0
-        return cls(base, values - base)
+        return cls(base, (values - base).astype(float, copy=False))
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +66,7 @@ class LogTable(Protocol):
         """First cells of a column: floats, or text where they are no numbers."""
 
     def stands(self, column: int) -> bool:
-        """Whether the first cells of a column, of which there are several, are all the same to their last digit."""
+        """Whether the first cells of a column are the same to their last digit, and several."""
 
     def read(
         self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress = no_progress
@@ -132,6 +132,4 @@ class ArrayTable:
 
     def where(self, row: int | None = None, column: int | None = None) -> Location:
         """Place of a row, told as if it were a line."""
-        return Location(
-            self.path, None if row is None else row + 1, None if column is None else column + 1
-        )
+        return Location(self.path, None if row is None else row + 1, None if column is None else column + 1)

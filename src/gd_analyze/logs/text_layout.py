@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.given_numbers import number_in
 from gd_analyze.logs.cells import WITH_COMMA, split_cells
+from gd_analyze.logs.units import unit_in_words
 from gd_analyze.visible import in_python
 
 # Names of columns in logs of robots, topics included, are shorter.
@@ -62,7 +63,9 @@ def layout_of(lines: Sequence[str], path: object) -> Layout:
         If there is no row, or the names cannot be.
     """
     place = Location(str(path))
-    rows = [(k, line) for k, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
+    rows = [
+        (k, line) for k, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")
+    ]
     if not rows:
         raise TrajectoryError(
             "the log is empty",
@@ -85,14 +88,28 @@ def layout_of(lines: Sequence[str], path: object) -> Layout:
                 found="none",
                 next_step="check the recording",
             )
-        names, header, (begin, row) = tuple(cells), number, rows[1]
+        header = number
+        names, (begin, row) = _with_units(cells, rows[1:3], delimiter)
     else:
         names, header = _commented_names(lines[: number - 1], delimiter, len(cells))
         begin, row = number, first
-    _refuse_long(names, Location(str(path), header))
+    refuse_long_names(names, Location(str(path), header))
     values = [cell.strip() for cell in split_cells(row, delimiter, Location(str(path), begin))]
     comma = delimiter != "," and any(WITH_COMMA.fullmatch(cell) for cell in values)
     return Layout(delimiter, "," if comma else ".", names, header, begin)
+
+
+def _with_units(
+    names: Sequence[str], following: Sequence[tuple[int, str]], delimiter: str
+) -> tuple[tuple[str, ...], tuple[int, str]]:
+    """Names with the units of a line below them, if it is one, and the first row."""
+    units = [cell.strip().strip("[]()") for cell in following[0][1].split(delimiter)]
+    said = [unit for unit in units if unit not in ("", "-", "1")]
+    if len(following) < 2 or len(units) != len(names) or not said or None in map(unit_in_words, said):
+        return tuple(names), following[0]
+    return tuple(
+        f"{n} [{unit}]" if unit in said else n for n, unit in zip(names, units, strict=True)
+    ), following[1]
 
 
 def _delimiter(lines: Sequence[str]) -> str:
@@ -124,7 +141,8 @@ def _commented_names(before: Sequence[str], delimiter: str, width: int) -> tuple
     return ("",) * width, 0
 
 
-def _refuse_long(names: Sequence[str], where: Location) -> None:
+def refuse_long_names(names: Sequence[str], where: Location) -> None:
+    """Raise a TrajectoryError where a name is longer than any column's."""
     for column, name in enumerate(names, start=1):
         if len(name) > LONGEST_NAME:
             raise TrajectoryError(

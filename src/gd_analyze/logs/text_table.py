@@ -118,7 +118,7 @@ class TextTable:
     def stands(self, column: int) -> bool:
         """Whether the first cells are all the same."""
         cells = {row[column] for row in self._head if column < len(row)}
-        return len(self._head) > 1 and len(cells) == 1
+        return len(self._head) > 1 and len(cells) == 1 and "" not in cells
 
     def where(self, row: int | None = None, column: int | None = None) -> Location:
         """Place in the file; to find a row's line takes as long as to read the file."""
@@ -140,7 +140,7 @@ class TextTable:
             frame = self._parsed(block, sorted({*numbers, *stamps}), frozenset(stamps))
             values = frame[list(numbers)].to_numpy(dtype=float) if numbers else np.empty((len(frame), 0))
             if np.isinf(values).any() or (np.abs(values) > LARGEST).any():
-                self._locate(block, numbers)
+                self._locate(block, numbers, frozenset())
             parts.append(values)
             texts.append([frame[column].to_numpy(dtype=object) for column in stamps])
         table = np.concatenate(parts) if parts else np.empty((0, len(numbers)))
@@ -180,7 +180,7 @@ class TextTable:
         except (ValueError, OverflowError, pd.errors.ParserWarning):
             frame = None
         if frame is None or len(frame) != len(block.numbers) or not self._widths_fit(block, frame[last]):
-            self._locate(block, columns)
+            self._locate(block, columns, as_text)
             raise TrajectoryError(
                 "the log cannot be read as a table",
                 where=Location(self.path, block.numbers[0]),
@@ -190,7 +190,7 @@ class TextTable:
         return frame
 
     def _widths_fit(self, block: _Block, last: Any) -> bool:
-        """Whether every line has as many cells as there are names; by the count of delimiters where it can."""
+        """Whether every line has as many cells as there are names; delimiters tell, quotes aside."""
         sign = self.layout.delimiter
         if sign == " ":
             return all(len(line.split()) == self.layout.width for line in block.data.splitlines())
@@ -204,7 +204,7 @@ class TextTable:
         lines = block.data.split(b"\n") if last.isna().any() else []
         return all(line.count(sign.encode()) == between for line in lines if line)
 
-    def _locate(self, block: _Block, columns: Sequence[int]) -> None:
+    def _locate(self, block: _Block, columns: Sequence[int], as_text: frozenset[int]) -> None:
         """Raise for the first cell of a block that is wrong; slow, but knows where it is."""
         layout = self.layout
         for number, line in zip(block.numbers, block.lines, strict=True):
@@ -212,20 +212,25 @@ class TextTable:
             if len(cells) != layout.width:
                 where = Location(self.path, number, min(len(cells), layout.width) + 1)
                 raise wrong_width(
-                    len(cells), layout.width, where, "as in the header" if layout.header else "as in the first"
+                    len(cells),
+                    layout.width,
+                    where,
+                    "as in the header" if layout.header else "as in the first",
                 )
             for column in columns:
                 cell = cells[column].strip()
                 if cell.lower() not in EMPTY:
                     plain = cell.replace(",", ".") if layout.decimal == "," else cell
                     name = self.names[column] or f"column {column + 1}"
-                    number_of(plain, name, Location(self.path, number, column + 1))
+                    if column not in as_text:  # of stamps any size is possible, and text is not read here
+                        number_of(plain, name, Location(self.path, number, column + 1))
 
     def _stamps(self, blocks: Sequence[Any], column: int) -> Stamps:
         """Instants from their digits, so that nothing is lost of an epoch in nanoseconds."""
         cells = np.concatenate(blocks) if blocks else np.empty(0, dtype=object)
-        point = (lambda cell: cell.replace(",", ".")) if self.layout.decimal == "," else (lambda cell: cell)
-        texts = [point(cell).strip() if isinstance(cell, str) else "nan" for cell in cells]
+        texts = [cell.strip() if isinstance(cell, str) else "nan" for cell in cells]
+        if self.layout.decimal == ",":
+            texts = [text.replace(",", ".") for text in texts]
         values = np.empty(len(texts))
         for row, text in enumerate(texts):
             number = float("nan") if text == "nan" else number_in(text)
@@ -285,7 +290,9 @@ class TextTable:
                 "the log is not a text table",
                 where=Location(self.path),
                 expected="text in UTF-8, or a file that ends in .db3, .mcap, .bag, .parquet or .yaml",
-                found="UTF-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "a binary file (zero bytes)",
+                found="UTF-16"
+                if data.startswith((b"\xff\xfe", b"\xfe\xff"))
+                else "a binary file (zero bytes)",
                 next_step="save it as CSV in UTF-8",
             )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -92,7 +93,8 @@ def _partner(k: int, meanings: Sequence[Meaning]) -> int | None:
         return None
     prefix = meanings[k].group[:-1]
     return next(
-        (i for i, other in enumerate(meanings) if other.role == "nanosec" and other.group[:-1] == prefix), None
+        (i for i, other in enumerate(meanings) if other.role == "nanosec" and other.group[:-1] == prefix),
+        None,
     )
 
 
@@ -194,9 +196,10 @@ def unit_by_velocity(values: FloatArray, q: FloatArray, qd: FloatArray) -> str |
     if len(steps) < 8:
         return None
     moved = np.diff(q[known], axis=0)
-    integrated = steps * (qd[known][1:] + qd[known][:-1]) / 2
-    size = float((integrated * integrated).sum())
-    factor = float((moved * integrated).sum()) / size if size > 0 else 0.0
+    with np.errstate(over="ignore", invalid="ignore"):
+        integrated = steps * (qd[known][1:] + qd[known][:-1]) / 2
+        size = float((integrated * integrated).sum())
+        factor = float((moved * integrated).sum()) / size if 0 < size < math.inf else 0.0
     return next((unit for unit, known in TIME_UNITS.items() if abs(factor / known - 1) < 0.1), None)
 
 

@@ -23,10 +23,13 @@ _SPELT = {
     "µs": "us", "μs": "us", "usec": "us", "usecs": "us", "micros": "us", "microseconds": "us",
     "nsec": "ns", "nsecs": "ns", "nanosec": "ns", "nanosecs": "ns", "nanos": "ns", "nanoseconds": "ns",
     "nm": "N m", "n*m": "N m", "n.m": "N m", "n·m": "N m", "n-m": "N m", "mnm": "mN m", "knm": "kN m",
-    "n": "N", "newton": "N", "kn": "kN", "rps": "rev/s",
+    "n": "N", "newton": "N", "kn": "kN",
 }  # fmt: skip
+_TIMES = dict.fromkeys(("s", "sec"), "/s") | dict.fromkeys(("s^2", "s2", "sec^2", "(s^2)", "s/s"), "/s^2")
 # Of quantities that are none of an arm's motion.
-_FOREIGN = {"a", "ma", "amp", "amps", "v", "mv", "w", "°c", "degc", "celsius", "k", "%", "hz", "inc", "counts"}
+_FOREIGN = frozenset(
+    ["a", "ma", "amp", "amps", "v", "mv", "w", "°c", "degc", "celsius", "k", "%", "hz", "inc", "counts"]
+)
 
 
 def unit_in_words(text: str) -> str | None:
@@ -47,9 +50,8 @@ def unit_in_words(text: str) -> str | None:
     if not slash:
         known = {*TIME_UNITS, *_ANGLES, *_LENGTHS, *_TORQUES, *_FORCES}
         return shown if shown in known else None
-    times = {"s": "/s", "sec": "/s", "s^2": "/s^2", "s2": "/s^2", "sec^2": "/s^2", "(s^2)": "/s^2", "s/s": "/s^2"}
-    if shown in {*_ANGLES, *_LENGTHS} and per in times:
-        return shown + times[per]
+    if shown in {*_ANGLES, *_LENGTHS} and per in _TIMES:
+        return shown + _TIMES[per]
     return None
 
 

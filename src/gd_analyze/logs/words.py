@@ -40,8 +40,9 @@ def unit_taken_out(name: str) -> tuple[str, str]:
             return name[: found.start()] + name[found.end() :], unit
     for separator in ("_", " ", "-"):
         front, between, last = name.rpartition(separator)
-        # One letter may be anything but s: N and m are also names of counters and motors.
-        if between and front and (len(last) > 1 or last == "s"):
+        # One letter may be anything: a joint s, a counter n.
+        of_time = last == "s" and words_of(front)[-1:] in (("time",), ("t",), ("timestamp",), ("stamp",))
+        if between and front and (len(last) > 1 or of_time):
             unit = unit_in_words(last)
             if unit is not None and not last[:1].isdigit():
                 return front, unit

@@ -41,7 +41,8 @@ def read_yaml(path: str | Path, data: bytes | None = None) -> ArrayTable:
     gathering, kinds, number = Gathering(), [], 0
     try:
         text = data.decode("utf-8-sig")
-        for number, message in enumerate(yaml.load_all(text, Loader=yaml.CSafeLoader), 1):
+        for message in yaml.load_all(text, Loader=yaml.CSafeLoader):
+            number += 1
             if message is None:
                 continue
             kind = kind_of(message)

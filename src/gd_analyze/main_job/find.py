@@ -34,6 +34,7 @@ from gd_analyze.results import tables
 from gd_analyze.results.budgets_table import budgets_table
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.motions_table import motions_table, rank_by_motion
+from gd_analyze.results.recording_table import recording_table
 from gd_analyze.results.torque_table import measured_torque_table
 from gd_analyze.results.torque_words import is_described, torque_warning
 from gd_analyze.robots import RobotArm, arm_of, describe_in_full, warn_of_slips
@@ -144,6 +145,9 @@ def find(
     path = budget_path(exact, asked, model)
     through = {(level, how.refit): path}
     points = trade_off(exact, asked, factors=_FACTORS, kinds=kinds, thorough=False, through=through)
+    recorded = {}
+    if trajectory.recording is not None and trajectory.recording.measured:
+        recorded["recording"] = recording_table(arm, trajectory, dataset, dominance)
     return Findings(
         arm=arm,
         trajectory=trajectory,
@@ -159,6 +163,7 @@ def find(
             "budgets": budgets_table(path, FACTORS, ranking),
             "beyond": _beyond(exact, model, ranking, many),
             "tube": _tube(exact, model, trajectory, Margin.of(how.margin), many),
+            **recorded,
             **measured,
             **_by_motion(exact, dataset, trajectory, dominance, how, model),
         },

@@ -14,6 +14,7 @@ from gd_analyze.report.motions_document import motions_told
 from gd_analyze.report.numbering import numbering
 from gd_analyze.report.panel import MOST_POINTS
 from gd_analyze.report.ranking_document import elements_ranked, founding_text, terms_ranked
+from gd_analyze.report.recording_document import recording_document
 from gd_analyze.results import Findings, rows_of, summary
 from gd_analyze.results.contributions import Contributions
 from gd_analyze.results.rows import element_rows
@@ -63,6 +64,7 @@ def document(findings: Findings) -> dict[str, Any]:
         "beyond": beyond(findings),
         "measured": measured_document(findings),
         "cross_check": _cross_check(findings),
+        "recording": recording_document(findings),
         "arm": arm_data(arm),
         "run": findings.provenance.get("run", ""),
         "provenance": [

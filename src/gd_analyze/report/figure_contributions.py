@@ -39,7 +39,7 @@ def contributions_figure(findings: Findings) -> Canvas:
 def _said_above(findings: Findings) -> float:
     """Height that a notice and warnings take of the first page, beyond the two lines that have room."""
     warnings = [-(-len(said) // _LETTERS) for said in findings.warnings]
-    notice = -(-len(summary.notice(findings)) // _LETTERS)
+    notice = -(-len(str(summary.opening(findings)["notice"])) // _LETTERS)
     said = _LINE * (sum(warnings) + bool(warnings) + notice) + _FRAME * bool(warnings)
     return max(0.0, said - 2 * _LINE)
 

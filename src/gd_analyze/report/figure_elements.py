@@ -88,10 +88,8 @@ def _element_panel(
     # An element that is zero but for round-off must not fill its panel with noise.
     span = (-1.0, 1.0) if zero else value_range(*curves.values())
     scale = Scale.of((0.0, peak), unit)
-    time, gaps = (
-        findings.trajectory.time[findings.drawn[0]],
-        breaks(findings.drawn[0], findings.trajectory.gaps),
-    )
+    points, motion = findings.drawn[0], findings.trajectory
+    time, gaps = motion.time[points], breaks(points, motion.gaps)
     panel = Panel(left, bottom + 3, width, row - (19 if roomy else 23), whole_range(time), span)
     add_frame(
         canvas,

@@ -19,6 +19,7 @@ from gd_analyze.report.panel import (
     value_range,
     whole_range,
 )
+from gd_analyze.report.reading_curves import ReadingCurves
 from gd_analyze.report.thinning import breaks
 from gd_analyze.results import Findings
 from gd_analyze.results.torque_curves import measured_joints, torque_curves
@@ -113,6 +114,38 @@ def torque_figure(findings: Findings) -> Canvas:
     return canvas
 
 
+def recording_figure(findings: Findings) -> Canvas:
+    """Readings of every joint and the smoothed motion, and their difference where the joint is fastest."""
+    arm, motion = findings.arm, findings.trajectory
+    n = arm.n_joints
+    row, half = min(400.0 / n, 80.0), (WIDTH - _NAME_WIDTH) / 2
+    canvas = _canvas_of_rows(arm, row)
+    for c, title in enumerate(("readings and smoothed motion", "readings minus smoothed, where fastest")):
+        canvas.text(_NAME_WIDTH + c * half + 26, _FOOT + n * row + 4, title, 7.5)
+    for i, joint in enumerate(arm.joints):
+        drawn, bottom = ReadingCurves.of(findings, i), _FOOT + (n - 1 - i) * row
+        near = motion.time[drawn.near]
+        columns = (
+            (whole_range(motion.time), _around(drawn.read), "xy" if i == n - 1 else "y"),
+            # Each joint is fastest at a time of its own.
+            (whole_range(near), value_range(drawn.difference), "xy"),
+        )
+        panels = []
+        for c, (time, span, labels) in enumerate(columns):
+            panel = Panel(_NAME_WIDTH + c * half + 26, bottom + 6, half - 34, row - 19, time, span)
+            add_frame(canvas, panel, x_ticks=ticks(time, 4), y_ticks=ticks(span, 3), labels=labels, size=5)
+            canvas.text(panel.left, panel.top + 2, pretty(motion_unit(joint, "q")), 6, colour="soft")
+            panels.append(panel)
+        for curve, label, colour, width in (
+            (drawn.read, "readings", "combined", 2.6),
+            (drawn.smooth, "smoothed", "accent", 0.9),
+        ):
+            name = f"{label} {i + 1}"
+            add_curve(canvas, panels[0], motion.time, curve, colour, width, label=name, gaps=motion.gaps)
+        add_curve(canvas, panels[1], near, drawn.difference, "combined", 0.7, label=f"difference {i + 1}")
+    return canvas
+
+
 def _proven(findings: Findings, i: int) -> tuple[FloatArray, FloatArray]:
     """Steps of what is proven of a joint's error near each piece of the motion; none where nothing is."""
     tube = findings.tables["tube"]
@@ -162,7 +195,7 @@ def measured_figure(findings: Findings) -> Canvas:
     for k, i in enumerate(joints):
         curves, bottom = torque_curves(findings, i), _FOOT + (len(joints) - 1 - k) * row
         seconds, parts = findings.trajectory.time[curves.points], [curves.difference]
-        cuts = breaks(curves.points, findings.trajectory.gaps)
+        gaps = breaks(curves.points, findings.trajectory.gaps)
         left = [
             (curves.read, "read", "line", 0.6),
             (curves.measured, "measured", "combined", 2.2),
@@ -183,6 +216,5 @@ def measured_figure(findings: Findings) -> Canvas:
             )
             canvas.text(panel.left, panel.top + 2, scale.unit, 6.5, colour="soft")
             for curve, label, colour, width in drawn:
-                name = f"{label} {i + 1}"
-                add_curve(canvas, panel, seconds, curve, colour, width, label=name, gaps=cuts)
+                add_curve(canvas, panel, seconds, curve, colour, width, label=f"{label} {i + 1}", gaps=gaps)
     return canvas

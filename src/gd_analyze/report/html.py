@@ -20,6 +20,7 @@ from gd_analyze.report.measured_document import measured_document
 from gd_analyze.report.motions_document import motions_told
 from gd_analyze.report.numbering import numbering
 from gd_analyze.report.page_environment import environment, style, template_text
+from gd_analyze.report.recording_document import recording_document
 from gd_analyze.report.stroboscope import stroboscope
 from gd_analyze.report.terms import (
     exact_elements,
@@ -36,6 +37,7 @@ SCRIPTS = ("chart.js", "trade_off.js", "plots.js", "viewer.js", "budget.js", "ta
 # What the appendices are called where there is little room.
 SHORT_TITLES = {
     "motion": "Motion",
+    "recording": "Readings",
     "measured": "Measured",
     "effects": "Effects",
     "ranking": "Elements",
@@ -128,6 +130,7 @@ def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
         "contributions": {
             name: words for name, words in CONTRIBUTIONS.items() if name != "drives" or model.drives
         },
+        "recording": recording_document(findings),
         **_limits(findings),
         "short_titles": SHORT_TITLES,
         "proven": any(row.get("tube_certified") is not None for row in joints),

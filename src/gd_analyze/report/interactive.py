@@ -16,10 +16,12 @@ from gd_analyze.formatting import pretty
 from gd_analyze.report.colours import OF_LEVEL
 from gd_analyze.report.element_curves import element_curves, rank_of
 from gd_analyze.report.motion import motion_curve, motion_unit, skeleton
+from gd_analyze.report.reading_curves import ReadingCurves
 from gd_analyze.report.thinning import breaks, evenly, thinned
 from gd_analyze.report.views import flat_normal, upright_frame
 from gd_analyze.results import Findings, summary
 from gd_analyze.results.contributions import Contributions
+from gd_analyze.results.recording_words import is_recorded
 from gd_analyze.results.torque_curves import measured_joints, torque_curves
 from gd_analyze.results.words import CONTRIBUTIONS, kind_name
 from gd_analyze.vectors import Array, FloatArray
@@ -51,6 +53,8 @@ def page_data(findings: Findings) -> dict[str, Any]:
     _add_motion(drawing, findings)
     _add_torques(drawing, findings)
     _add_piles(drawing, findings)
+    if is_recorded(findings):
+        _add_readings(drawing, findings)
     _add_measured(drawing, findings)
     figures = drawing.figures
     if not summary.nothing_to_trade(findings):
@@ -135,6 +139,14 @@ def _add_piles(drawing: _Drawing, findings: Findings) -> None:
             limit=float(made.limit[i]) if near else None,
             zero=True,
         )
+
+
+def _add_readings(drawing: _Drawing, findings: Findings) -> None:
+    for i, joint in enumerate(findings.arm.joints):
+        drawn, unit = ReadingCurves.of(findings, i), motion_unit(joint, "q")
+        both = {"reading: readings": drawn.read, "smooth: smoothed": drawn.smooth}
+        drawing.add(f"reading-{i + 1}", unit, both)
+        drawing.add(f"residue-{i + 1}", unit, {"residue": drawn.difference}, drawn.near, zero=True)
 
 
 def _add_measured(drawing: _Drawing, findings: Findings) -> None:

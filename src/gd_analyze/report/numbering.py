@@ -6,6 +6,7 @@ from string import ascii_uppercase
 
 from gd_analyze.results import Findings, summary
 from gd_analyze.results.motion_words import changing
+from gd_analyze.results.recording_words import is_recorded
 from gd_analyze.results.rows import dropped_parts
 from gd_analyze.results.torque_curves import measured_joints
 
@@ -16,6 +17,7 @@ _FIGURES = {
     "trade_off": "operations against error",
     "motion": "the motion of every joint",
     "errors": "torque and error over time",
+    "recording": "readings beside the smoothed motion",
     "measured": "measured torque and the exact one",
     "inertia": "the inertia matrix by effect",
     "coriolis": "the Coriolis and centrifugal vector by effect",
@@ -27,6 +29,8 @@ _TABLES = {
     "errors": "error of every joint",
     "trade_off": "operations and error by budget",
     "torques": "torques and errors of every joint",
+    "recording": "noise of readings, accelerations and torques",
+    "columns": "columns of the log",
     "measured": "measured torque beside the exact one",
     "friction": "friction beside the exact torque",
     "ranking": "elements ranked by torque",
@@ -45,6 +49,7 @@ _TABLES = {
 }
 _APPENDICES = {
     "motion": "Motion, torque and error over time",
+    "recording": "Readings behind the motion",
     "measured": "Measured torque beside the model's",
     "effects": "Inertia, velocity and gravity terms by effect",
     "ranking": "Elements ranked by torque",
@@ -97,6 +102,10 @@ def _absent(findings: Findings) -> tuple[set[str], set[str], set[str]]:
         "dropped": not dropped_parts(findings).costing,
     }
     gone = {name for name, absent in tables.items() if absent}
+    unread = set() if is_recorded(findings) else {"recording"}
+    if unread or not findings.tables["recording"].sizes["column"]:
+        gone.add("columns")
+    lacking = unmeasured | unread
     without = {"elements": of_elements, "motions": one}
     appendices = {name for name, absent in without.items() if absent}
-    return flat | unmeasured, flat | unmeasured | gone, appendices | unmeasured
+    return flat | lacking, flat | lacking | gone, appendices | lacking

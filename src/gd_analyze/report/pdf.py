@@ -17,8 +17,9 @@ from gd_analyze.report.figure_arm import arm_figure, views_figure
 from gd_analyze.report.figure_contributions import contributions_figure
 from gd_analyze.report.figure_elements import inertia_figure, vector_figure
 from gd_analyze.report.figure_trade_off import trade_off_figure
-from gd_analyze.report.figures import measured_figure, motion_figure, torque_figure
+from gd_analyze.report.figures import measured_figure, motion_figure, recording_figure, torque_figure
 from gd_analyze.results import Findings
+from gd_analyze.results.recording_words import is_recorded
 from gd_analyze.results.torque_curves import measured_joints
 
 
@@ -52,6 +53,8 @@ def report_figures(findings: Findings) -> dict[str, str]:
         "torque": torque_figure,
         "trade_off": trade_off_figure,
     }
+    if is_recorded(findings):
+        makers["recording"] = recording_figure
     if measured_joints(findings):
         makers["measured"] = measured_figure
     return {name: make(findings).svg() for name, make in makers.items()}

@@ -40,6 +40,7 @@ def require_tables_fit(tables: Mapping[str, xr.Dataset], arm: RobotArm) -> None:
             _require_equal(f"joint_name of {group}", table.joint_name.values.tolist(), names)
         if "time" in table.dims and not np.array_equal(table.time.values, time):
             raise StoreError(f"time of {group} is not that of the trajectory")
+    _require_stretches(tables["trajectory"])
     _require_known_together(tables)
     _require_path(tables)
     if "motions" in tables:
@@ -48,6 +49,14 @@ def require_tables_fit(tables: Mapping[str, xr.Dataset], arm: RobotArm) -> None:
         _require_readings(tables["measured_torque"])
     kinds = [joint.kind for joint in arm.joints]
     _require_equal("joint_kind of decomposition", tables["decomposition"].joint_kind.values.tolist(), kinds)
+
+
+def _require_stretches(motion: xr.Dataset) -> None:
+    """Check that stretches begin with the first set point, and then at later and later ones."""
+    if "stretch_from" in motion:
+        begins = motion.stretch_from.values
+        if begins[0] != 1 or (np.diff(begins) <= 0).any() or begins[-1] > motion.sizes["time"]:
+            raise StoreError("stretch_from of trajectory is not where stretches begin", found=str(begins[:9]))
 
 
 def _require_known_together(tables: Mapping[str, xr.Dataset]) -> None:

@@ -20,8 +20,10 @@ from gd_analyze.results.fit import require_models_fit, require_tables_fit, requi
 from gd_analyze.results.hdf5_reader import open_tables, read_attributes, read_table
 from gd_analyze.results.hdf5_writer import write_tables
 from gd_analyze.results.motions_table import motions_in
+from gd_analyze.results.recording_table import recording_in
 from gd_analyze.results.refusal import damage_named
 from gd_analyze.results.seal import require_sealed, seal
+from gd_analyze.results.tables import gaps_in
 from gd_analyze.robots import RobotArm, arm_from_description, describe_in_full
 from gd_analyze.run import warn_of_others
 from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS, SCHEMA_VERSION, table
@@ -116,8 +118,9 @@ def load_findings(path: str | Path) -> Findings:
                 motion.attrs["name"],
                 motion.attrs["origin"],
                 motion.attrs["rates"],
-                gaps=tuple(one.first for one in motions[1:]),
+                gaps=gaps_in(motion),
                 motions=motions,
+                recording=recording_in(tables),
             ),
             tables=tables,
             model=model,

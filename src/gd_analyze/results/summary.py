@@ -25,6 +25,7 @@ from gd_analyze.results.proof_words import margins_told as margins_told
 from gd_analyze.results.proof_words import tube_bound as tube_bound
 from gd_analyze.results.proof_words import tube_proven as tube_proven
 from gd_analyze.results.proof_words import tube_sentence as tube_sentence
+from gd_analyze.results.recording_words import recording_told as recording_told
 from gd_analyze.results.rows import Row, dropped_parts, element_rows
 from gd_analyze.results.symmetry_words import unsymmetric_told as unsymmetric_told
 from gd_analyze.results.words import drives_told
@@ -138,9 +139,9 @@ def _of(worst: WorstError) -> str:
 
 
 def notice(findings: Findings) -> str:
-    """How the budget holds on several motions, and the model's own notice; "" where there is neither."""
-    of_model = findings.model.notice
-    return f"{short_sentence(findings)} {of_model}".strip() if has_motions(findings) else of_model
+    """What readings were made of, how the budget holds on several motions, and the model's own notice."""
+    several = [short_sentence(findings)] if has_motions(findings) else []
+    return " ".join([*recording_told(findings), *several, findings.model.notice]).strip()
 
 
 def opening(findings: Findings) -> dict[str, Any]:

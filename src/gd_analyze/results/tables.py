@@ -25,9 +25,10 @@ if TYPE_CHECKING:
 
 def trajectory_table(arm: RobotArm, trajectory: Trajectory) -> xr.Dataset:
     """Tabulate the motion."""
+    gaps = {"stretch_from": [1, *(row + 1 for row in trajectory.gaps)]} if trajectory.gaps else {}
     return table(
         "trajectory",
-        {"q": trajectory.q, "qd": trajectory.qd, "qdd": trajectory.qdd},
+        {"q": trajectory.q, "qd": trajectory.qd, "qdd": trajectory.qdd, **gaps},
         arm.is_revolute,
         {"time": ("time", trajectory.time, {"units": "s"})},
         {
@@ -37,6 +38,11 @@ def trajectory_table(arm: RobotArm, trajectory: Trajectory) -> xr.Dataset:
             "fingerprint": trajectory.fingerprint,
         },
     )
+
+
+def gaps_in(motion: xr.Dataset) -> tuple[int, ...]:
+    """Gaps of a trajectory that was tabulated."""
+    return tuple((motion.stretch_from.values[1:] - 1).tolist()) if "stretch_from" in motion else ()
 
 
 def cross_check_table(residuals: Sequence[Residual], arm: RobotArm) -> xr.Dataset:

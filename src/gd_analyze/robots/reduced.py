@@ -54,7 +54,12 @@ def arm_of_tree(tree: Tree, pick: Pick) -> RobotArm:
         drives=_drives(tree, chain.moving),
         convention=tree.convention,
         sources=tree.sources,
-        assumptions=(*tree.assumptions, *tree.straightened.told(placed), *_held_told(tree, chain)),
+        assumptions=(
+            *tree.assumptions,
+            *tree.straightened.told(placed),
+            *_none_told(tree, chain),
+            *_held_told(tree, chain),
+        ),
         doubts=(
             *(told for name, told in tree.doubts if name in about),
             *(told for link, told in tree.straightened.suspects if link in placed),
@@ -84,7 +89,7 @@ def _placement(moved: Any, name: str, where: Location | str) -> Placement:
 
 
 def _joint(tree: Tree, joint: TreeJoint, placement: Placement) -> Joint:
-    limits = tree.limits.get(joint.name, Limits())
+    limits = tree.limits.get(joint.name, Limits()).without_placeholders()
     return Joint(
         name=joint.name,
         kind="revolute" if joint.kind == "revolute" else "prismatic",
@@ -93,7 +98,6 @@ def _joint(tree: Tree, joint: TreeJoint, placement: Placement) -> Joint:
         lower=limits.lower,
         upper=limits.upper,
         rate_limit=limits.rate,
-        acceleration_limit=limits.acceleration,
         source=_source(tree.line("joint", joint.name)),
     )
 
@@ -143,6 +147,15 @@ def _drives(tree: Tree, moving: Sequence[TreeJoint]) -> tuple[Drive, ...]:
             )
         )
     return tuple(drives) if any(drive != Drive() for drive in drives) else ()
+
+
+def _none_told(tree: Tree, chain: Chain) -> tuple[str, ...]:
+    """Say whose limits are so far out that they stand for none."""
+    limits = {joint.name: tree.limits.get(joint.name, Limits()) for joint in chain.moving}
+    names = [name for name, stated in limits.items() if stated != stated.without_placeholders()]
+    if not names:
+        return ()
+    return (f"Limits of 100, 1000 and so on stand for none: joint {', '.join(names)}.",)
 
 
 def _held_told(tree: Tree, chain: Chain) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,6 +15,8 @@ from gd_analyze.robots.right_angles import Straightened
 from gd_analyze.vectors import FloatArray
 from gd_analyze.visible import shortened, visible
 
+# Joints of arms do 40 rad/s and end within some turns, or 100 m on a gantry.
+_NO_RATE, _NO_RANGE = 100.0, 1000.0
 # Pinocchio's kinds of joints that are none of ours, by what their names begin with.
 _KINDS = {
     "JointModelFreeFlyer": "floating",
@@ -89,7 +92,21 @@ class Limits:
     lower: float | None = None
     upper: float | None = None
     rate: float | None = None
-    acceleration: float | None = None
+
+    def without_placeholders(self) -> Limits:
+        """Leave out rates of 100, 1000 and so on and ranges to 1000 and so on: makers write them for none."""
+        ends = [abs(end) for end in (self.lower, self.upper) if end is not None]
+        has_ends = not any(_is_power_of_ten(end) and end >= _NO_RANGE for end in ends)
+        has_rate = self.rate is not None and not (self.rate >= _NO_RATE and _is_power_of_ten(self.rate))
+        return Limits(
+            self.lower if has_ends else None,
+            self.upper if has_ends else None,
+            self.rate if has_rate else None,
+        )
+
+
+def _is_power_of_ten(number: float) -> bool:
+    return number > 0 and math.log10(number).is_integer()
 
 
 @dataclass(frozen=True)

@@ -81,7 +81,11 @@ def solve_accelerations(
     if not is_sound:
         worst = int(np.linalg.eigvalsh(inertia)[:, 0].argmin())
         raise refusal(
-            arm, q.reshape(-1, arm.n_joints)[worst], inertia[worst], floor, f"set point {worst + 1}"
+            arm,
+            q.reshape(-1, arm.n_joints)[worst],
+            inertia[worst],
+            np.full(arm.n_joints, floor),
+            f"set point {worst + 1}",
         )
     solution: FloatArray = np.linalg.solve(inertia, accelerating[..., None])
     return solution.reshape(q.shape)

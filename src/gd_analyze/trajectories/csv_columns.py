@@ -171,4 +171,3 @@ def _refuse_degrees_of_length(arm: RobotArm, number: int, name: str, where: Loca
             found=name,
             next_step="rename the column and give metres",
         )
-

@@ -119,9 +119,9 @@ def _log_in(
 ) -> Trajectory | tuple[str | Path, str, str, bytes]:
     """Read the motion of a log; of a file of set points, fetch path for messages, name, origin and bytes."""
     given = Path(path_or_name)
-    if str(path_or_name) not in ("-", *shipped_trajectories()) and _is_regular(given):
-        if format_by_name(given) or reading.asked or not keeps_contract(beginning_of(given)):
-            return motion_of_log(given, arm, reading, treatment, progress=progress)
+    is_file = str(path_or_name) not in ("-", *shipped_trajectories()) and _is_regular(given)
+    if is_file and (format_by_name(given) or reading.asked or not keeps_contract(beginning_of(given))):
+        return motion_of_log(given, arm, reading, treatment, progress=progress)
     path, name, source, data = _fetch(path_or_name)
     if reading.asked or not keeps_contract(data[:HEAD]):
         motion = motion_of_log(path, arm, reading, treatment, data, progress)
@@ -326,8 +326,8 @@ def _build(
         raise TrajectoryError(
             f"too few set points to derive {' and '.join(absent)}",
             where=end,
-            expected=f"at least {FEWEST_SET_POINTS} set points{' between gaps' if gaps else ''}, or columns for "
-            f"{' and '.join(absent)}",
+            expected=f"at least {FEWEST_SET_POINTS} set points{' between gaps' if gaps else ''}, "
+            f"or columns for {' and '.join(absent)}",
             found=f"{shortest} set point{'s' if shortest > 1 else ''}",
             next_step=f"add columns {', '.join(f'{k}1..{k}{arm.n_joints}' for k in absent)}, or set points",
         )

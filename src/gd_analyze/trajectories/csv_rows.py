@@ -88,4 +88,3 @@ class Rows:
                 found=f"{time[k + 1]!s} s",
                 next_step="sort the set points by time and keep one for each instant",
             )
-

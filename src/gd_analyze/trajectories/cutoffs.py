@@ -9,7 +9,7 @@ import numpy as np
 
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.formatting import figures
-from gd_analyze.trajectories.noise import HIGHEST, HIGHEST_SHARE, Noise
+from gd_analyze.trajectories.noise import HIGHEST, HIGHEST_SHARE, Noise, best_cutoff
 from gd_analyze.trajectories.spectrum import Spectrum
 from gd_analyze.trajectories.stamps import Stamps
 from gd_analyze.trajectories.treatment import Treatment
@@ -56,8 +56,8 @@ class Source:
         )
 
     def cutoff(self, stamps: Stamps) -> float:
-        """Highest cut-off that any joint is best served by."""
-        return max(noise.best_cutoff(highest_cutoff(stamps)) for noise in self.noises)
+        """Cut-off by which the joints together are best served, Hz."""
+        return best_cutoff(self.noises, highest_cutoff(stamps))
 
 
 def highest_cutoff(stamps: Stamps) -> float:

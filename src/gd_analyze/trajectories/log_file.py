@@ -32,7 +32,8 @@ def _rows(head: bytes) -> list[list[str]] | None:
     if b"\0" in head:
         return None
     try:
-        lines = head.decode("utf-8-sig", errors="ignore").replace("\r\n", "\n").replace("\r", "\n").split("\n")
+        text = head.decode("utf-8-sig", errors="ignore")
+        lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
         rows = [line for line in lines if line.strip() and not line.lstrip().startswith("#")][:2]
         delimiter = max(",;\t", key=rows[0].count) if rows else ","
         return list(csv.reader(rows, delimiter=delimiter, strict=True))
@@ -41,7 +42,7 @@ def _rows(head: bytes) -> list[list[str]] | None:
 
 
 def keeps_contract(head: bytes) -> bool:
-    """Whether a file, by its first bytes, is to be read as set points: by its header, or as it is no table."""
+    """Whether a file, by its first bytes, is to be read as set points: by its header, or for its errors."""
     rows = _rows(head)
     if not rows:
         return True

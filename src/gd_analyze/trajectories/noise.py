@@ -15,6 +15,7 @@ this the ends of a stretch add what the smoothing spline, which knows of no jerk
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,6 +40,8 @@ _CLEAR, _DECADE = 1.3, 10.0
 _FEWEST_FITTED = 5
 # Steepest rise of a density: white noise, differentiated twice.
 _STEEPEST = 4.0
+# Share of the most moving joint's acceleration as which that of a still one counts.
+_HARDLY = 0.1
 # Integral of the squared error of a constant jerk at both ends of a stretch, times f_c^3.
 _ENDS = 0.0228
 
@@ -86,14 +89,31 @@ class Noise:
         between = self._sum((1 - through) ** 2 * self.motion + through**2 * self.noise)
         return math.sqrt(between + _ENDS * jerk / (cutoff**3 * self.seconds))
 
-    def best_cutoff(self, highest: float) -> float:
-        """Cut-off of the least expected error, Hz."""
-        lowest = min(max(_LOWEST, _FEWEST_PERIODS / self.seconds), highest)
-        count = math.ceil(math.log(highest / lowest) / math.log(_RATIO)) + 1
-        return float(min(np.geomspace(lowest, highest, count), key=self.error))
+    @property
+    def moved(self) -> float:
+        """Root mean square acceleration of the motion."""
+        return math.sqrt(self._sum(self.motion))
 
     def _sum(self, density: FloatArray) -> float:
         return float(density.sum() * self.frequency[0])
+
+
+def best_cutoff(noises: Sequence[Noise], highest: float) -> float:
+    """Cut-off for several joints with the least expected squared errors, each joint's over its motion's, Hz.
+
+    A joint that hardly moves counts as if it moved by a tenth of what the most moving one does: its noise
+    must not take the motion from others, nor theirs pass for its motion.
+    """
+    moved = np.array([noise.moved for noise in noises])
+    size = np.maximum(moved, _HARDLY * moved.max(initial=0.0))
+    size = np.where(size > 0.0, size, 1.0)
+    lowest = min(max(_LOWEST, _FEWEST_PERIODS / noises[0].seconds), highest)
+    count = math.ceil(math.log(highest / lowest) / math.log(_RATIO)) + 1
+
+    def error(cutoff: float) -> float:
+        return float(np.square([noise.error(cutoff) for noise in noises] / size).sum())
+
+    return float(min(np.geomspace(lowest, highest, count).tolist(), key=error))
 
 
 def _law(frequency: FloatArray, density: FloatArray, quiet: np.ndarray, edge: float) -> FloatArray:

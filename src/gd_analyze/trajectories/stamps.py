@@ -83,7 +83,7 @@ class Stamps:
         times = time[rows]
         forward = np.diff(times)
         if not (forward > 0).any():
-            raise _too_few(name, len(rows), 0, fewest)
+            raise _too_few(name, f"{len(rows)} at one instant" if len(rows) else "none", fewest)
         step = float(np.median(forward[forward > 0]))
         gap = max(_GAP_STEPS * step, _GAP) if largest_gap is None else max(largest_gap, 1.5 * step)
         rows, times = _in_order(rows, times, gap, told)
@@ -113,7 +113,8 @@ class Stamps:
         lengths = np.diff(np.append(begins, len(times)))
         long_enough = lengths >= fewest
         if not long_enough.any():
-            raise _too_few(name, int(lengths.max()), len(begins), fewest)
+            among = f" at most, in {len(begins)} stretches between gaps" if len(begins) > 1 else ""
+            raise _too_few(name, f"{lengths.max()}{among}", fewest)
         if not long_enough.all():
             short = int((~long_enough).sum())
             told.append(
@@ -162,12 +163,11 @@ def _rows(count: int) -> str:
     return f"{count} row{'s' * (count > 1)}"
 
 
-def _too_few(name: str, longest: int, stretches: int, fewest: int) -> TrajectoryError:
-    found = f"{longest} at most, in {stretches} stretches between gaps" if stretches > 1 else str(longest)
+def _too_few(name: str, found: str, fewest: int) -> TrajectoryError:
     return TrajectoryError(
         "the log has too few readings in a row",
         where=name,
         expected=f"a stretch of at least {fewest} readings at different instants without a gap",
         found=found,
-        next_step="check the unit of time, or give a larger --largest-gap" if stretches > 1 else None,
+        next_step="check the unit of time, or give a larger --largest-gap" if "gaps" in found else None,
     )
