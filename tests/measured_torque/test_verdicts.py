@@ -73,7 +73,7 @@ def test_friction_and_noise_that_hide_the_model(puma: RobotArm) -> None:
 
 
 def test_friction_that_is_not_quite_coulombs(puma: RobotArm) -> None:
-    """It depends on the pose by a tenth, eight times as large as the model's torque, which is not there at all."""
+    """It depends on the pose by a tenth, and hides that nothing of the model's torque is there."""
     motion = swinging(puma)
     size = torque_of(puma, states_of(motion)).std(axis=0)
     friction = 8.0 * size * np.sign(motion.qd) * (1.0 + 0.1 * np.sin(2.0 * motion.q))
