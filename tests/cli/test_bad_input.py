@@ -152,7 +152,11 @@ CASES = (
     words("unwritable folder", "two_link x.csv --out x.csv/results", "x.csv is not a folder", "next:"),
     words("unmakeable folder", "two_link x.csv --out /proc/results", "where: /proc/results", "next:"),
     words(
-        "no trajectory", "two_link", "missing argument 'TRAJECTORY...'", "ROBOT TRAJECTORY...", "gd-analyze --help"
+        "no trajectory",
+        "two_link",
+        "missing argument 'TRAJECTORY...'",
+        "ROBOT TRAJECTORY...",
+        "gd-analyze --help",
     ),
     words("unknown option", "two_link x.csv --fromat csv", "no such option '--fromat'", "--format"),
     words("surplus argument", "two_link x.csv y.csv", "y.csv"),
