@@ -90,7 +90,7 @@ def test_where_nothing_can_be_dropped_the_headline_says_so(puma, pick_and_place)
     findings = gd.find(puma, pick_and_place, gd.Settings(budget="0.0001%"))
     assert not findings.model.saves
     assert summary.headline(findings) == (
-        "Nothing can be dropped within the budget of 0.0001%: no model found takes fewer operations than the "
+        "Nothing is saved within the budget of 0.0001%: no model found takes fewer operations than the "
         f"{findings.model.operations_full.total} of the exact torque (drives included), which is given."
     )
 

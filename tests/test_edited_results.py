@@ -24,9 +24,9 @@ Edit = Callable[[h5py.File], None]
 
 
 @pytest.fixture(scope="module")
-def content(measured_findings, tmp_path_factory) -> bytes:
+def content(everything_found, tmp_path_factory) -> bytes:
     path = tmp_path_factory.mktemp("edited") / "analysis.h5"
-    save_results(measured_findings, path)
+    save_results(everything_found, path)
     return path.read_bytes()[:-SEAL_LENGTH]
 
 
@@ -161,7 +161,7 @@ EDITS: dict[str, tuple[Edit, str]] = {
         "tube_certified of tube is not the largest of tube_along",
     ),
     "a torque of no readings": (
-        lambda file: file["measured_torque/measured"].write_direct(np.full((MEASURED, 2), np.nan)),
+        lambda file: file["measured_torque/measured"].write_direct(np.full((2 * MEASURED, 2), np.nan)),
         "measured_torque has no reading of joint 1, of which it says: follows",
     ),
     "friction in part": (

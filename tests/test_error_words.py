@@ -78,7 +78,7 @@ def test_it_is_said_where_nothing_can_be_dropped(of_budget):
     assert nothing_gained(of_budget("1%")) == ""
     model = of_budget("0.0001%")
     assert not model.saves
-    assert nothing_gained(model).startswith("Nothing can be dropped within the budget of 0.0001%: ")
+    assert nothing_gained(model).startswith("Nothing is saved within the budget of 0.0001%: ")
     full = model.operations_full.total
     assert f"the {full} of the exact torque (drives included), which is given" in nothing_gained(model)
 
@@ -87,11 +87,6 @@ def test_a_certified_budget_is_told_as_the_same_one(of_budget):
     model = of_budget("1%")
     certified = replace(model, promise=replace(model.promise, budget="1%, certified"))
     assert off_by(certified) == off_by(model)
-
-
-def test_a_part_of_an_element_is_called_so_where_none_can_go(puma, pick_and_place):
-    model = gd.simplify(puma, pick_and_place, "0.0001%", level="element")
-    assert nothing_gained(model).startswith("No whole part of D or h can be dropped within the budget of ")
 
 
 def test_the_exact_torque_is_not_told_to_err(swing_findings):

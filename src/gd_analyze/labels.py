@@ -54,6 +54,20 @@ def inertia_label(i: int, j: int) -> str:
     return f"D{joined(sorted((i, j)))}"
 
 
+def shortened(name: str, most: int) -> str:
+    """Leave out the middle of a name of more than so many characters; names differ at their ends.
+
+    Examples
+    --------
+    >>> shortened("left_gripper_extension_joint_r", 16), shortened("elbow_joint", 16)
+    ('left_gri…joint_r', 'elbow_joint')
+    """
+    if len(name) <= most:
+        return name
+    ends = max(most - 1, 2)
+    return f"{name[: ends - ends // 2]}…{name[len(name) - ends // 2 :]}"
+
+
 def joint_name(number: int, name: str) -> str:
     """A joint's number, and its name where that says more."""
     return name if name == str(number) else f"{number} {name}"

@@ -235,7 +235,7 @@ def test_nothing_gained_is_said(run):
     told = " ".join(result.out.split())
     full = run("simplify", "two_link", "two-link-swing", "--json").json["operations_full"]["total"]
     assert told.startswith(
-        "Two-link planar arm: Nothing can be dropped within the budget of 0.01%: no model found takes fewer "
+        "Two-link planar arm: Nothing is saved within the budget of 0.01%: no model found takes fewer "
         f"operations than the {full} of the exact torque, which is given."
     )
     assert "->" not in told
@@ -299,7 +299,7 @@ def test_nothing_gained_on_the_whole_curve_is_said(run):
     full = told["operations_full"]["total"]
     assert told["saves"] is False
     assert (
-        f"Nothing can be dropped within any of these budgets: no model found takes fewer operations than "
+        f"Nothing is saved within any of these budgets: no model found takes fewer operations than "
         f"the {full} of the exact torque, which is given." in said
     )
     assert run("trade-off", "puma560", "pick-and-place", "--quick", "--json").json["saves"] is True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -147,38 +148,39 @@ class _Path:
 
     def __init__(self, motion: Trajectory, margins: FloatArray) -> None:
         self.motion, self.margins = motion, margins
-        lower, upper, differences = [], [], []
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            for part in chunks(motion.n_set_points - 1):
-                between = self._between(part)
-                begin = np.zeros(len(between.coefficients))
-                low, high = between.ranges(begin, begin + 1.0)
-                lower.append(low)
-                upper.append(high)
-                differences.append(between.differences)
-        self.lower, self.upper = np.concatenate(lower), np.concatenate(upper)
-        self.differences = np.concatenate(differences)
-        self.known = np.ones(len(self.lower), dtype=bool)
-        across = np.array(motion.gaps, dtype=int) - 1
+        count = motion.n_set_points - 1
+        self.known = np.ones(count, dtype=bool)
+        self.known[np.array(motion.gaps, dtype=int) - 1] = False
         # Number of each interval in its stretch.
         self.place = np.concatenate([np.arange(part.stop - part.start) for part in motion.stretches])[:-1]
-        self.known[across] = False
-        self.lower[across] = self.upper[across] = np.nan
-        self.differences[across] = 0.0
-        self._require_possible()
+        self.lower, self.upper, self.differences = (np.empty((count, *margins.shape)) for _ in range(3))
+        self.unsure = np.empty(self.lower.shape, dtype=bool)
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            for part in chunks(count):
+                self._fill(part)
+
+    def _fill(self, part: slice) -> None:
+        """Look at some intervals; of very many there is no memory for more than what is kept."""
+        between, across = self._between(part), ~self.known[part]
+        begin = np.zeros(len(between.coefficients))
+        low, high = between.ranges(begin, begin + 1.0)
+        differences = between.differences
+        low[across] = high[across] = np.nan
+        differences[across] = 0.0
+        largest = np.maximum(np.abs(low), np.abs(high))
+        self._require_possible(part.start, largest)
         # Round-off of numbers that are the same is no difference.
-        noise = 64 * np.finfo(float).eps * np.nan_to_num(np.maximum(np.abs(self.lower), np.abs(self.upper)))
-        self.unsure = self.differences > np.maximum(margins, noise)
+        noise = 64 * np.finfo(float).eps * np.nan_to_num(largest)
+        self.lower[part], self.upper[part], self.differences[part] = low, high, differences
+        self.unsure[part] = differences > np.maximum(self.margins, noise)
 
     def _between(self, chosen: slice | NDArray[np.intp]) -> Between:
         return Between.of(self.motion, _ROUNDING * self.margins[:2], chosen)
 
-    def _require_possible(self) -> None:
-        with np.errstate(invalid="ignore"):
-            wrong = ~((np.abs(self.lower) <= LARGEST) & (np.abs(self.upper) <= LARGEST)).all(axis=(1, 2))
-        wrong &= self.known
+    def _require_possible(self, start: int, largest: FloatArray) -> None:
+        wrong = ~(largest <= LARGEST).all(axis=(1, 2)) & self.known[start : start + len(largest)]
         if wrong.any():
-            at = int(np.flatnonzero(wrong)[0])
+            at = start + int(np.flatnonzero(wrong)[0])
             time = self.motion.time
             raise TrajectoryError(
                 "no possible motion leads from one set point to the next",
@@ -194,11 +196,9 @@ class _Path:
             nothing = np.empty((0, *self.margins.shape))
             return nothing, nothing, np.empty(0), np.empty(0)
         scale = 2 * np.maximum(self.margins, _LEAST_SHARE * self._reach())
-        widths = np.where(self.unsure | ~self.known[:, None, None], 0.0, self.upper - self.lower)
-        sizes = np.divide(widths, scale, out=np.zeros_like(widths), where=scale > 0.0).max(axis=(1, 2))
-        size = 1.0
+        sizes, size = self._sizes(scale), 1.0
         while True:
-            first, count = self._joined(size, scale)
+            first, count = self._joined(size * scale)
             kept = self.known[first]
             first, count = first[kept], count[kept]
             parts = np.where(count == 1, np.clip(np.ceil(sizes[first] / size), 1, _MOST_OF_ONE), 1).astype(
@@ -209,15 +209,27 @@ class _Path:
                 return self._cut(first, count, np.minimum(parts, most))
             size *= 1.5
 
+    def _sizes(self, scale: FloatArray) -> FloatArray:
+        """Of every interval how large it is in boxes of this size, where the motion is known."""
+        sizes = np.empty(len(self.lower))
+        for part in chunks(len(sizes)):
+            open_ = self.unsure[part] | ~self.known[part, None, None]
+            widths = np.where(open_, 0.0, self.upper[part] - self.lower[part])
+            sizes[part] = np.divide(widths, scale, out=np.zeros_like(widths), where=scale > 0.0).max(
+                axis=(1, 2)
+            )
+        return sizes
+
     def _reach(self) -> FloatArray:
         """What positions range over, and the largest rates and accelerations, shape (3, n)."""
-        lower, upper = self.lower[self.known], self.upper[self.known]
-        largest = np.maximum(np.abs(lower), np.abs(upper)).max(axis=0)
-        largest[0] = (upper[:, 0].max(axis=0) - lower[:, 0].min(axis=0)) / 2
+        # Of those that are known: these take no nan.
+        low, high = np.fmin.reduce(self.lower), np.fmax.reduce(self.upper)
+        largest = np.maximum(high, -low)
+        largest[0] = (high[0] - low[0]) / 2
         return np.asarray(largest)
 
-    def _joined(self, size: float, scale: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """First interval and number of intervals of every run that fits a box of `size` margins.
+    def _joined(self, size: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """First interval and number of intervals of every run that fits a box of this size, shape (3, n).
 
         Neighbours of one stretch are joined in pairs, the pairs in pairs, and so on.
         """
@@ -229,17 +241,16 @@ class _Path:
             left = left[left + 1 < len(first)]
             left = left[first[left + 1] == first[left] + span]
             low, high = np.minimum(lower[left], lower[left + 1]), np.maximum(upper[left], upper[left + 1])
-            fits = (high - low <= size * scale).all(axis=(1, 2))
-            left = left[fits]
+            fits = (high - low <= size).all(axis=(1, 2))
+            left, low, high = left[fits], low[fits], high[fits]
             if not len(left):
                 break
-            lower, upper = lower.copy(), upper.copy()
-            lower[left], upper[left] = low[fits], high[fits]
-            count = count.copy()
-            count[left] += count[left + 1]
             kept = np.ones(len(first), dtype=bool)
             kept[left + 1] = False
+            place, both = np.cumsum(kept)[left] - 1, count[left] + count[left + 1]
+            # Taking some makes arrays of their own.
             first, count, lower, upper = first[kept], count[kept], lower[kept], upper[kept]
+            count[place], lower[place], upper[place] = both, low, high
             span *= 2
         return first, count
 
@@ -272,11 +283,8 @@ class _Path:
         """Say where the set points leave the motion open by more than the margins, or ""."""
         if not self.unsure.any():
             return ""
-        times = np.divide(
-            self.differences, self.margins, out=np.full_like(self.differences, np.inf), where=self.margins > 0
-        )
-        at, kind, joint = np.unravel_index(np.where(self.unsure, times, 0.0).argmax(), times.shape)
-        many, most = int(self.unsure.any(axis=(1, 2)).sum()), float(times[at, kind, joint])
+        most, at, kind, joint = max(map(self._widest, chunks(len(self.unsure))), key=itemgetter(0))
+        many = int(self.unsure.any(axis=(1, 2)).sum())
         joints = [int(j) + 1 for j in np.flatnonzero(self.unsure.any(axis=(0, 1)))]
         what = ("position", "rate", "acceleration")[kind]
         by = f"by {most:.2g} times its margin" if np.isfinite(most) else "though it has no margin"
@@ -286,3 +294,11 @@ class _Path:
             f"{motion.time[at]:.4g} to {motion.time[at + 1]:.4g} s, where the {what} of joint {joint + 1} is "
             f"open {by}): the tube is wider there."
         )
+
+    def _widest(self, part: slice) -> tuple[float, int, int, int]:
+        """By how many times its margin the motion is most open, in some intervals; which, what and whose."""
+        differences = np.where(self.unsure[part], self.differences[part], 0.0)
+        none = np.where(self.unsure[part], np.inf, 0.0)
+        times = np.divide(differences, self.margins, out=none, where=self.margins > 0)
+        at, kind, joint = map(int, np.unravel_index(times.argmax(), times.shape))
+        return float(times[at, kind, joint]), part.start + at, kind, joint

@@ -165,9 +165,12 @@ def _show_errors(findings: Findings) -> None:
     model = findings.model
     promise, by_peak = model.promise, model.promise.asked.wholes == {"peak"}
     whole = promise.errors.peak_torque if by_peak else promise.allowed
-    columns: list[Any] = [
-        ("peak torque", promise.errors.peak_torque),
-        ("allowed", promise.allowed),
+    columns: list[Any] = [("peak torque", promise.errors.peak_torque), ("allowed", promise.allowed)]
+    if not model.saves:
+        title = f"Peak torque, and the error that the budget ({promise.budget}) allows, {{units}}"
+        joint_table(title, findings.arm, columns)
+        return
+    columns += [
         ("sampled", promise.errors.largest),
         ("share", percents(share_of(promise.errors.largest, whole))),
     ]

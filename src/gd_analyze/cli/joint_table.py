@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.cli.terminal import table
+from gd_analyze.cli.terminal import table, width
 from gd_analyze.formatting import fitting, number, percent
-from gd_analyze.labels import joint_name
+from gd_analyze.labels import joint_name, shortened
 from gd_analyze.levels.promise import share_of
 from gd_analyze.results.words import drives_told
 
@@ -19,6 +19,11 @@ if TYPE_CHECKING:
     from gd_analyze.operations import OperationCount
     from gd_analyze.robots import RobotArm
     from gd_analyze.vectors import FloatArray
+
+# Characters that a joint's number and name take at least, however narrow the terminal.
+_LEAST_NAME = 12
+# What is so much less than the largest number of its row is round-off there.
+_ROUND_OFF = 1e-9
 
 # Heading, and torques, N m (N), shape (n,), or cells of text.
 Column = tuple[str, "FloatArray | Sequence[str]"]
@@ -42,14 +47,15 @@ def joint_table(title: str, arm: RobotArm, columns: Sequence[Column]) -> None:
         for i, joint in enumerate(arm.joints)
     ]
     factors, units = [factor for factor, _ in scales], [unit for _, unit in scales]
-    names = [joint_name(i, joint.name) for i, joint in enumerate(arm.joints, start=1)]
-    shown = [("joint", names)]
+    largest = np.max([np.abs(values) for values in torques], axis=0, initial=0.0)
+    shown: list[tuple[str, Sequence[str]]] = []
     for heading, values in columns:
-        cells = values if _are_cells(values) else numbers(np.asarray(values, dtype=float) / factors)
+        cells = values if _are_cells(values) else _torques(np.asarray(values, dtype=float), largest, factors)
         shown.append((heading, [*map(str, cells)]))
     one = len(set(units)) == 1
     if not one:
         shown.append(("unit", units))
+    shown.insert(0, ("joint", _names(arm, shown)))
     table(
         title.format(units=units[0] if one else "in the unit of each row"),
         [heading for heading, _ in shown],
@@ -58,6 +64,20 @@ def joint_table(title: str, arm: RobotArm, columns: Sequence[Column]) -> None:
             "l" if heading in ("joint", "unit") or cells[0].isalpha() else "r" for heading, cells in shown
         ),
     )
+
+
+def _names(arm: RobotArm, beside: Sequence[tuple[str, Sequence[str]]]) -> list[str]:
+    """Numbers and names of joints, as long as there is room beside the other columns."""
+    taken = sum(2 + max(map(len, (heading, *cells))) for heading, cells in beside)
+    room = max(width() - taken, _LEAST_NAME)
+    names = (joint_name(i, joint.name) for i, joint in enumerate(arm.joints, start=1))
+    return [shortened(name, room) for name in names]
+
+
+def _torques(values: FloatArray, largest: FloatArray, factors: Sequence[float]) -> list[str]:
+    """Cells of torques in the rows' units; what is round-off beside the others of its row as such."""
+    is_nothing = (values != 0.0) & (np.abs(values) <= _ROUND_OFF * largest)
+    return ["≈ 0" if no else text for no, text in zip(is_nothing, numbers(values / factors), strict=True)]
 
 
 def _are_cells(values: FloatArray | Sequence[str]) -> bool:

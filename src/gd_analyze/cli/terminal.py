@@ -34,7 +34,7 @@ def sentence(text: str, indent: str = "", bold: bool = False) -> None:
     # A number and its unit stay on one line.
     held = _UNIT.sub(lambda found: found[0].replace(" ", "\u00a0"), visible(text))
     for line_ in textwrap.wrap(
-        held, _width(), subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+        held, width(), subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
     ):
         wrapped = line_.replace("\u00a0", " ")
         click.echo(click.style(wrapped, bold=True) if bold else wrapped, color=_colour())
@@ -91,9 +91,23 @@ def print_json(value: Any) -> None:
 
 
 def tell(kind: str, text: str) -> None:
-    """Print an error or a warning to standard error; each of its lines by itself must be one."""
+    """Print an error or a warning to standard error; each of its lines by itself must be one.
+
+    A person sees warnings, which are sentences, wrapped between words; where they go to a file they stay
+    whole.
+    """
     colour = "red" if kind == "error" else "yellow"
     text = "\n".join(map(visible, text.split("\n")))
+    if kind == "warning" and sys.stderr.isatty():
+        begun = " " * len("warning: ")
+        text = textwrap.fill(
+            text,
+            _terminal_width(),
+            initial_indent=begun,
+            subsequent_indent="  ",
+            break_long_words=False,
+            break_on_hyphens=False,
+        ).lstrip()
     click.echo(f"{click.style(kind, fg=colour, bold=True)}: {text}", err=True, color=_colour())
 
 
@@ -162,10 +176,15 @@ def _colour() -> bool | None:
     return False if os.environ.get("NO_COLOR") else None
 
 
-def _width() -> int:
+def width() -> int:
+    """Columns that lines on standard output may take."""
+    return _terminal_width() if sys.stdout.isatty() else WIDTH
+
+
+def _terminal_width() -> int:
     import shutil
 
-    return max(40, shutil.get_terminal_size((WIDTH, 24)).columns) if sys.stdout.isatty() else WIDTH
+    return max(40, shutil.get_terminal_size((WIDTH, 24)).columns)
 
 
 def _finite(value: Any) -> Any:

@@ -90,7 +90,7 @@ def _show(exact: gd.ExactDynamics, points: tuple[TradeOffPoint, ...]) -> None:
     full = exact.form.operations.total
     if all(point.operations.total >= full for point in points):
         sentence(
-            f"Nothing can be dropped within any of these budgets: no model found takes fewer operations than "
+            f"Nothing is saved within any of these budgets: no model found takes fewer operations than "
             f"the {full} of the exact torque, which is given."
         )
     else:

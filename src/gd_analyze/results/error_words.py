@@ -97,9 +97,8 @@ def nothing_gained(model: SimplifiedModel) -> str:
         return ""
     told = drives_told(model.arm, model.drives)
     told = f" ({told})" if told else ""
-    what = "Nothing" if model.level.has_torque_terms else "No whole part of D or h"
     return (
-        f"{what} can be dropped within the budget of {model.promise.budget}: no model found takes fewer "
+        f"Nothing is saved within the budget of {model.promise.budget}: no model found takes fewer "
         f"operations than the {model.operations_full.total} of the exact torque{told}, which is given."
     )
 

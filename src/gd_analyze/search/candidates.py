@@ -13,6 +13,7 @@ from gd_analyze.errors import UsageError
 from gd_analyze.levels import ExactDynamics, ExactForm, Level
 from gd_analyze.levels.effort import Effort
 from gd_analyze.levels.level import Costs, Terms
+from gd_analyze.levels.many_terms import has_more_terms
 from gd_analyze.operations import OperationCount
 from gd_analyze.vectors import FloatArray
 
@@ -27,8 +28,10 @@ class TooManyTermsError(UsageError):
 MANY = 1000
 # What those may make of the budget together, and how many may then be left at most.
 SWEEP, _MOST = 0.3, 4000
-# Numbers held at a time while looking for them.
-_AT_ONCE = 10_000_000
+# Terms up to which an arm's torque is written out at all: some seconds.
+_WRITTEN = 100_000
+# Numbers held at a time while looking for them, and looked at to rank them, or for a first opinion: seconds.
+_AT_ONCE, _RANKED, _GLANCE = 10_000_000, 100_000_000, 20_000_000
 # Numbers remembered of what terms make of torque: tens of megabytes.
 _REMEMBERED = 3_000_000
 
@@ -113,18 +116,18 @@ def candidates_of(
     TooManyTermsError
         If far too many terms would be left.
     """
+    if level.has_torque_terms and has_more_terms(exact.form, _WRITTEN):
+        raise TooManyTermsError(
+            f"the exact torque of {exact.arm.name} has too many terms to look at them one by one",
+            where=f"level {level.name}",
+            expected=f"at most {_WRITTEN} torque terms",
+            found="more",
+            next_step="use --level element, or the main job, which ranks elements",
+        )
     every = level.terms(exact.form)
     terms, swept = every, 0.0
     if len(every) > MANY:
         terms, swept = _swept(exact, level, every, allowed, sweep)
-    if len(terms) > _MOST:
-        raise TooManyTermsError(
-            f"too many of the {len(every)} terms of {exact.arm.name} matter within that budget",
-            where="budget",
-            expected=f"at most {_MOST}",
-            found=str(len(terms)),
-            next_step="allow a larger error, or use --level element",
-        )
     effects = _weighed(_effects(exact, level, terms, len(every)), exact)
     effects = effects / ((1.0 - swept) * allowed)[:, None]
     listed = list(terms)
@@ -156,26 +159,53 @@ def _effects(exact: ExactDynamics, level: Level, terms: Terms, count: int) -> Fl
 def _swept(
     exact: ExactDynamics, level: Level, every: Terms, allowed: FloatArray, sweep: float
 ) -> tuple[Terms, float]:
-    """Terms left when the smallest have gone, and the largest error over allowed that these make together."""
+    """Terms left when the smallest have gone, and the largest error over allowed that these make together.
+
+    How small a term is, a few of the states tell where there are very many terms.
+    """
     items, n, states = list(every.items()), exact.arm.n_joints, exact.states
+    looked_at = _RANKED if np.isinf(sweep) else _GLANCE
+    few = states.at(slice(None, None, max(len(items) * n * len(states) // looked_at, 1)))
     peaks = np.zeros((len(items), n))
     step = max(_AT_ONCE // (len(items) * n), 1)
-    for start in range(0, len(states), step):
-        some = exact.at(states.at(slice(start, start + step)))
+    for start in range(0, len(few), step):
+        some = exact.at(few.at(slice(start, start + step)))
         np.maximum(peaks, np.abs(_weighed(level.effects(some, every), some)).max(axis=2), out=peaks)
     order = np.argsort((peaks / allowed).max(axis=1), kind="stable")
-    lost = np.zeros((n, len(states)))
+    if np.isinf(sweep):
+        left = dict(items[k] for k in np.sort(order[-MANY:]))
+        rest = exact.torque.T - level.effects(exact, left).sum(axis=0)
+        return left, float((np.abs(_weighed(rest, exact)).max(axis=1) / allowed).max())
+    gone, share = _gone(exact.at(few), level, [items[k] for k in order], allowed, sweep)
+    if len(few) < len(states) and len(items) - gone <= _MOST:
+        gone, share = _gone(exact, level, [items[k] for k in order], allowed, sweep)
+    if len(items) - gone > _MOST:
+        raise TooManyTermsError(
+            f"too many of the {len(items)} terms of {exact.arm.name} matter within that budget",
+            where="budget",
+            expected=f"at most {_MOST}",
+            found=str(len(items) - gone),
+            next_step="allow a larger error, or use --level element",
+        )
+    return dict(items[k] for k in np.sort(order[gone:])), share
+
+
+def _gone(
+    exact: ExactDynamics, level: Level, items: list[tuple[Any, float]], allowed: FloatArray, sweep: float
+) -> tuple[int, float]:
+    """How many of the terms, from the first, may go together, and the error over allowed that they make."""
+    lost = np.zeros((exact.arm.n_joints, len(exact.states)))
     gone, share = 0, 0.0
     step = max(_AT_ONCE // lost.size, 1)
     for start in range(0, len(items) - MANY, step):
-        some_terms = order[start : min(start + step, len(items) - MANY)]
-        sums = lost + np.cumsum(level.effects(exact, dict(items[k] for k in some_terms)), axis=0)
+        some = dict(items[start : min(start + step, len(items) - MANY)])
+        sums = lost + np.cumsum(level.effects(exact, some), axis=0)
         errors = (np.abs(_weighed(sums, exact)).max(axis=2) / allowed).max(axis=1)
         within = np.flatnonzero(errors <= sweep)
         if within.size:
             gone, share = start + int(within[-1]) + 1, float(errors[within[-1]])
         lost = sums[-1]
-    return dict(items[k] for k in np.sort(order[gone:])), share
+    return gone, share
 
 
 def _weighed(effects: FloatArray, exact: ExactDynamics) -> FloatArray:

@@ -11,6 +11,7 @@ import numpy as np
 
 from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.levels import (
+    ELEMENT,
     TERM,
     Budget,
     ExactDynamics,
@@ -206,8 +207,8 @@ def _searched(
     except TooManyTermsError:
         if how.dearer:
             raise
-        # So many terms take more operations than the exact torque.
-        model = exactly(exact, level, allowed, budget)
+        # So many terms take more operations than the exact torque, and more than a file or a reader takes.
+        model = exactly(exact, ELEMENT, allowed, budget)
         return replace(model, promise=replace(model.promise, cut_short=True))
     writing, work = COUNTING if how.thorough else ROUGH, Work(how.effort)
 
