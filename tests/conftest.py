@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -88,6 +89,14 @@ def measured_findings(two_link: RobotArm) -> Findings:
     """A log with torques, of which the second's constant is twice what it is, and friction fitted."""
     log = recorded(two_link, gain=(1.0, 2.0), noise=0.05, cutoff=CUTOFF)
     return find(two_link, log, Settings(fit_friction=True), origin=Origin("gd-analyze two_link"))
+
+
+@pytest.fixture(scope="session")
+def everything_found(two_link: RobotArm) -> Findings:
+    """Of two logs with torques: every group and attribute that results may have."""
+    first, second = (recorded(two_link, gain=(1.0, 2.0), noise=0.05, seed=k, cutoff=CUTOFF) for k in (0, 1))
+    logs = [first, dataclasses.replace(second, name="again")]
+    return find(two_link, logs, Settings(fit_friction=True), origin=Origin("gd-analyze two_link"))
 
 
 @pytest.fixture(scope="session")

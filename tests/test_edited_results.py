@@ -12,19 +12,28 @@ import numpy as np
 import pytest
 
 from gd_analyze.errors import StoreError
+from gd_analyze.main_job import find
 from gd_analyze.results import load_findings, load_results, save_results
 from gd_analyze.results.seal import SEAL_LENGTH, seal
 from gd_analyze.schema import GROUPS
 from gd_analyze.schema_labels import ATTRIBUTES, COORDINATES
 from recorded_logs import MEASURED
+from several_motions import swung
 
 Edit = Callable[[h5py.File], None]
 
 
 @pytest.fixture(scope="module")
-def content(measured_findings, tmp_path_factory) -> bytes:
+def content(everything_found, tmp_path_factory) -> bytes:
     path = tmp_path_factory.mktemp("edited") / "analysis.h5"
-    save_results(measured_findings, path)
+    save_results(everything_found, path)
+    return path.read_bytes()[:-SEAL_LENGTH]
+
+
+@pytest.fixture(scope="module")
+def content_of_motions(two_link, tmp_path_factory) -> bytes:
+    path = tmp_path_factory.mktemp("edited") / "analysis.h5"
+    save_results(find(two_link, [swung(20.0, "slow"), swung(2.2, "fast")]), path)
     return path.read_bytes()[:-SEAL_LENGTH]
 
 
@@ -152,7 +161,7 @@ EDITS: dict[str, tuple[Edit, str]] = {
         "tube_certified of tube is not the largest of tube_along",
     ),
     "a torque of no readings": (
-        lambda file: file["measured_torque/measured"].write_direct(np.full((MEASURED, 2), np.nan)),
+        lambda file: file["measured_torque/measured"].write_direct(np.full((2 * MEASURED, 2), np.nan)),
         "measured_torque has no reading of joint 1, of which it says: follows",
     ),
     "friction in part": (
@@ -188,7 +197,8 @@ LABELS = [(group, name) for group, names in COORDINATES.items() for name in name
 
 
 @pytest.mark.parametrize(("group", "name"), LABELS)
-def test_every_coordinate_must_be_there(content, tmp_path, group, name):
+def test_every_coordinate_must_be_there(content, content_of_motions, tmp_path, group, name):
+    content = content_of_motions if group == "motions" else content
     with h5py.File(edited(content, tmp_path / "analysis.h5", lambda file: None)) as file:
         if name not in file[group]:
             assert name in ("link", "term", "term_effect", "part")

@@ -50,7 +50,7 @@ CASES = (
         "next:",
     ),
     words("mistyped trajectory", "puma560 pick-and-plaze", "did you mean the shipped 'pick-and-place'?"),
-    words("a folder as trajectory", "two_link .", "found: Is a directory"),
+    words("a folder where one motion is meant", "compare two_link .", "found: Is a directory", "next:"),
     trajectory("empty file", "", "is empty", "expected: the header time,q1,q2", "found: 0 bytes", "next:"),
     trajectory("comments only", "# nothing\n\n", "is empty"),
     trajectory("header only", HEADER + "\n", "holds a header only"),
@@ -152,7 +152,11 @@ CASES = (
     words("unwritable folder", "two_link x.csv --out x.csv/results", "x.csv is not a folder", "next:"),
     words("unmakeable folder", "two_link x.csv --out /proc/results", "where: /proc/results", "next:"),
     words(
-        "no trajectory", "two_link", "missing argument 'TRAJECTORY'", "ROBOT TRAJECTORY", "gd-analyze --help"
+        "no trajectory",
+        "two_link",
+        "missing argument 'TRAJECTORY...'",
+        "ROBOT TRAJECTORY...",
+        "gd-analyze --help",
     ),
     words("unknown option", "two_link x.csv --fromat csv", "no such option '--fromat'", "--format"),
     words("surplus argument", "two_link x.csv y.csv", "y.csv"),

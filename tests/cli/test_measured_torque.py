@@ -53,7 +53,7 @@ def test_json_has_all_of_it(
     measured, plan = documents
     assert plan is None
     assert measured["described"] is False
-    assert measured["compared"] == 500
+    assert measured["compared"] == 484
     assert measured["said"].startswith("Measured torques: ")
     second = measured["joints"][1]
     assert second["verdict"] == "too light"

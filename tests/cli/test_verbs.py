@@ -37,8 +37,9 @@ def test_arms_shows_one_arm_within_80_columns(run, name):
     flowing = " ".join(result.out.split())
     for sentence in (*arm.sources, *arm.assumptions):
         assert sentence in flowing
-    for heading in ("Standard Denavit-Hartenberg", "Links", "Limits"):
+    for heading in ("Chain", "Standard Denavit-Hartenberg", "Links", "Limits"):
         assert heading in flowing
+    assert ("Kept as measured: 3. About the joint's axis only: 1." in flowing) == (name == "puma560")
 
 
 def test_arms_as_json_holds_every_number(run):

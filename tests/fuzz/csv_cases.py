@@ -16,6 +16,7 @@ from text_changes import BYTES, TEXT
 
 from gd_analyze.robots import load_arm
 from gd_analyze.trajectories import Trajectory, read_trajectory, trajectory_csv
+from gd_analyze.trajectories.csv_file import GAP
 from gd_analyze.trajectories.log_file import keeps_contract
 from gd_analyze.vectors import FloatArray
 
@@ -41,11 +42,12 @@ LOGS = ["actual_q_0", "joint_pos_1", "shoulder velocity", "Timestamp [s]", "tau1
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of cells, the header first, and how they are written."""
+    """Rows of cells, the header first, and how they are written; with a gap before a row, or without."""
 
     rows: list[list[str]]
     delimiter: str = ","
     comment: str = "# made for a test"
+    gap: int = 0
 
     def place(self, random: Random) -> tuple[list[list[str]], int, int]:
         """A copy of the rows, and the place of a cell in it."""
@@ -55,7 +57,10 @@ class Table:
 
     @property
     def text(self) -> str:
-        return "\n".join([self.comment, *(self.delimiter.join(row) for row in self.rows)]) + "\n"
+        lines = [self.delimiter.join(row) for row in self.rows]
+        if self.gap:
+            lines.insert(self.gap, GAP)
+        return "\n".join([self.comment, *lines]) + "\n"
 
 
 def _base(columns: str, count: int) -> Table:
@@ -78,6 +83,7 @@ BASES = [
     _base("time,q1,q2", 7),
     _base("time,q1_deg,q2_deg", 7),
     _base("q2,q1,qd2,qd1,time", 8),
+    replace(_base("time,q1,q2", 14), gap=8),
 ]
 
 
@@ -177,7 +183,7 @@ def made(plan: Plan) -> bytes:
 
 
 def read(path: Path) -> tuple[Trajectory, str]:
-    return read_trajectory(path, ARM), path.read_text(encoding="utf-8-sig")
+    return read_trajectory(path, ARM), path.read_text(encoding="utf-8-sig", errors="replace")
 
 
 def use(read: Any) -> None:
@@ -190,7 +196,9 @@ def use(read: Any) -> None:
         return  # read as a log, which has other units, names and rows
     for name, said in _said(text).items():
         assert np.array_equal(said, _held(trajectory, name)), f"another {name} than the file says"
-    lines = trajectory_csv(trajectory).splitlines()[1:]
+    written = trajectory_csv(trajectory).splitlines()[1:]
+    lines = [line for line in written if line != GAP]
+    assert len(written) - len(lines) == len(trajectory.gaps), "other gaps when written"
     again = np.array([[float(cell) for cell in line.split(",")] for line in lines])
     assert np.array_equal(again, np.column_stack(arrays)), "another trajectory when written"
 

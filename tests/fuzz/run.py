@@ -1,4 +1,4 @@
-"""The long run: `python tests/fuzz/run.py --cases 100000 csv toml xml json h5`; `--help` says more."""
+"""The long run: `python tests/fuzz/run.py --cases 100000 csv log toml xml json h5`; `--help` says more."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ def test_other_names_that_count_are_matched_by_number_and_said_so(read: Read, wa
 
 
 def test_joints_as_the_user_says(read: Read, warned) -> None:
-    said = [f"joint:{own}={other}" for own, other in zip(UR[:3], ("a2", "a3", "a1"), strict=True)]
+    said = [f"joint:{own}={other}" for own, other in zip(UR[:3], ("arm_a2", "arm_a3", "arm_a1"), strict=True)]
     with warned() as texts:
         logged = read(positions(["arm_a1", "arm_a2", "arm_a3"]), arm_of(*UR[:3]), map=said)
     np.testing.assert_array_equal(logged.q[0], [1, 2, 0])
@@ -258,6 +258,10 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
     "infinity": ("time,q_0\n0,1\n1,-inf\n", ["q_0 is not a finite number", "line 3, column 2", "-inf"]),
     "too large": ("time,q_0\n0,1\n1,1e13\n", ["q_0 is too large", "line 3, column 2", "1e+12"]),
     "an open quote": ('time,q_0\n0,1\n1,"2\n', ["not CSV", "line 3", "every quote closed"]),
+    "names that change": (
+        "1,2,,a,b,1,2\n1,3,,a,b,1,2\n1,4,,b,a,1,2\n",
+        ["the joints' names change", "line 3, column 4", "found: b; a before"],
+    ),
     "a header only": ("time,q_0\n# end\n", ["a header only", "line 1"]),
     "comments only": ("# a\n", ["trajectory file is empty"]),
     "a name of a page": ("time," + "q" * 300 + "\n0,1\n", ["name of column 2 is far too long"]),

@@ -100,6 +100,7 @@ def test_columns_of_time(name: str, role: str, unit: str) -> None:
         "/controller/state/error/positions[0]",
         "header.frame_id",
         "torque_limit_1",
+        "elbow_joint_enabled",
         "E1",
         "",
     ],

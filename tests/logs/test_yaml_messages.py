@@ -9,7 +9,7 @@ import pytest
 from log_arms import arm_of
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.logs import Logged
+from gd_analyze.logs import Logged, yaml_messages
 
 Read = Callable[..., Logged]
 TWO = arm_of("hip", "knee")
@@ -104,8 +104,19 @@ def test_state_of_a_controller(read: Read) -> None:
     assert (measured.measured, planned.measured) == (True, False)
 
 
+def test_messages_too_large(read: Read, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(yaml_messages, "LARGEST_MESSAGE", 100)
+    with pytest.raises(TrajectoryError, match="too large to be read as YAML") as caught:
+        read("---\n" + STATE.format(nano=0, knee=0), TWO, "long.yaml")
+    assert "long.yaml, line 1" in str(caught.value)
+
+
 CASES: dict[str, tuple[str, list[str]]] = {
     "no YAML": ("a: [1, 2\nb: 3\n", ["cannot be read as messages in YAML", "line 2, column"]),
+    "no YAML further down": (
+        STATE.format(nano=0, knee=0.1) + "a: [1, 2\nb: 3\n",
+        ["line 16, column", "cannot be read as messages"],
+    ),
     "something else": ("- 1\n- 2\n", ["in document 1", "no JointState, JointTrajectory"]),
     "cut short": (
         STATE.format(nano=0, knee=0.1).replace("- 0.5\n", "- 0.5\n- '...'\n"),

@@ -86,9 +86,24 @@ def test_set_points_without_a_reading_do_not_count(two_link: RobotArm) -> None:
     change[100:150, 0] = np.nan
     log = changed(two_link, change)
     found = compare_torque(two_link, log)
-    assert found.compared == 450
+    assert found.compared == 500
     # Otherwise exact; round-off as above.
     np.testing.assert_allclose(found.rms, 0.0, atol=1e-9)
+
+
+def test_joints_may_be_read_in_turn(two_link: RobotArm) -> None:
+    change = np.zeros((500, 2))
+    change[::2, 0] = change[1::2, 1] = np.nan
+    found = compare_torque(two_link, changed(two_link, change))
+    assert found.compared == 250
+    assert found.verdicts == ("follows", "follows")
+
+
+@pytest.mark.parametrize(("readings", "verdict"), [(19, "not measured"), (20, "follows")])
+def test_a_few_readings_are_none(two_link: RobotArm, readings: int, verdict: str) -> None:
+    change = np.zeros((500, 2))
+    change[readings:, 1] = np.nan
+    assert compare_torque(two_link, changed(two_link, change)).verdicts == ("follows", verdict)
 
 
 def test_where_the_filter_has_not_settled_nothing_is_compared(two_link: RobotArm) -> None:

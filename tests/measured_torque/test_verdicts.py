@@ -72,6 +72,14 @@ def test_friction_and_noise_that_hide_the_model(puma: RobotArm) -> None:
     assert set(with_large_friction(puma, 20.0, noise=3.0)) == {"below friction"}
 
 
+def test_friction_that_is_not_quite_coulombs(puma: RobotArm) -> None:
+    """It depends on the pose by a tenth, and hides that nothing of the model's torque is there."""
+    motion = swinging(puma)
+    size = torque_of(puma, states_of(motion)).std(axis=0)
+    friction = 8.0 * size * np.sign(motion.qd) * (1.0 + 0.1 * np.sin(2.0 * motion.q))
+    assert set(compare_torque(puma, with_torques(motion, friction)).verdicts) == {"below friction"}
+
+
 def test_columns_in_another_order(puma: RobotArm) -> None:
     motion = swinging(puma)
     exact = torque_of(puma, states_of(motion))

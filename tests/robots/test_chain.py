@@ -136,6 +136,7 @@ def test_a_planar_joint_is_refused_unless_it_is_held(read):
     assert "--lock slip=0 holds it" in error.details["next"]
     assert read(text, lock=["slip=0"]).mass[-1] == 3.0
     assert read(text, tip="lower").n_joints == 2
+    assert refused(read, text, lock=["slip=0.1"]).what.startswith("joint slip is planar and can be held at 0")
 
 
 def test_two_links_of_one_name_and_a_joint_may_share_it(read):

@@ -26,7 +26,7 @@ def test_a_plan_is_taken_as_it_is():
 def test_what_is_missing_is_derived():
     motion = Motion.of(1)
     found = gd.Trajectory.from_arrays(TIME, motion.at(TIME))
-    # A quintic spline errs by h^4 times the sixth derivative: 1e-8 * (2 pi 1.4)^6 * 0.02 = 1e-4, more at ends.
+    # A quintic spline errs by h^4 times the sixth derivative, 1e-8 * (2 pi 1.4)^6 * 0.02 = 1e-4; ends more.
     np.testing.assert_allclose(found.qdd, motion.at(TIME, 2), atol=5e-3)
     assert found.derived == ("qd", "qdd")
 

@@ -114,7 +114,8 @@ def test_readings_are_those_of_all_where_all_have_some():
     assert both.torque.shape == (8, 2)
     # Of the joint's filters the one that passes least is told, of noise the most.
     assert (both.cutoff.tolist(), both.noise_q.tolist()) == ([3.0, 3.0], [5.0, 5.0])
-    assert both.treatment == ("a: filtered", "b: filtered")
+    said = "each motion was smoothed by itself, cut-off 3 Hz to 5 Hz"
+    assert both.treatment == ("a: filtered", "b: filtered", said)
     assert pool([recorded("a", 5.0), recorded("b", 3.0, torque=False)]).recording.torque is None
     assert pool([recorded("a", 5.0), swung(1.0, "plan")]).recording is None
 

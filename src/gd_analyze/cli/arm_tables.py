@@ -33,6 +33,7 @@ def show_arm(arm: gd.RobotArm, suspicious: Sequence[str]) -> None:
     else:
         _show_placements(arm)
     _show_links(arm)
+    _say_what_is_special(arm)
     _show_link_uncertainties(arm)
     _show_limits(arm)
     if arm.drives:
@@ -157,6 +158,15 @@ def _show_links(arm: gd.RobotArm) -> None:
         _labelled("Products of inertia of the same", ["link", *_PRODUCTS], names, products)
     else:
         _labelled(title, ["link", *_MOMENTS, *_PRODUCTS], names, both)
+
+
+def _say_what_is_special(arm: gd.RobotArm) -> None:
+    for links, told in (
+        ([link.name for link in arm.links if link.as_measured], "Kept as measured"),
+        ([link.name for link in arm.links if link.axial_only], "About the joint's axis only"),
+    ):
+        if links:
+            sentence(f"{told}: {', '.join(links)}.")
 
 
 def _show_link_uncertainties(arm: gd.RobotArm) -> None:

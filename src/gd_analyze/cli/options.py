@@ -186,7 +186,7 @@ def margin_option(told: str) -> Callable[[F], F]:
 def trajectories_argument(without: str | None = None) -> Callable[[F], F]:
     """TRAJECTORY..., one or several, or none where `without` says what happens then."""
     told = (
-        "CSV file, name of a shipped trajectory, - for standard input, or a folder of trajectories; "
+        "CSV file, log, name of a shipped trajectory, - for standard input, or a folder of these; "
         "of several motions the budget holds on each."
     )
     return click.argument(

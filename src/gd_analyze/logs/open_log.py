@@ -60,7 +60,7 @@ def open_log(
     if kind == "yaml":
         from gd_analyze.logs.yaml_messages import read_yaml
 
-        return read_yaml(path)
+        return read_yaml(path, progress=progress)
     if data is None and not Path(path).is_file():
         raise TrajectoryError(
             "there is no such log",

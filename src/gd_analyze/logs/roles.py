@@ -268,7 +268,9 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
         counts = number is not None and (
             not label or (not beside and len(label) == 1 and label[0] in _SINGLE)
         )
-        if joint is None and not counts and not beside:
+        # elbow is a position; elbow_enabled and elbow_x are something else of it.
+        more = joint is not None and any(k == at and not _says_nothing(word) for k, word in words)
+        if more or (joint is None and not counts and not beside):
             return Meaning("other", token, unit=unit)
         if counts:
             token = (str(number),)

@@ -101,8 +101,8 @@ class TextTable:
                 raise TrajectoryError(
                     "the joints' names change",
                     where=Location(self.path, block.numbers[row], column + 1),
-                    expected=first[column],
-                    found=str(cells[row]),
+                    expected="the same names in every row",
+                    found=[str(cells[row]), f"{first[column]} before"],
                     next_step="keep the rows of one arm in a file of their own",
                 )
 

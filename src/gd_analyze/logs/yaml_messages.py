@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.files import megabytes, read_at_most
 from gd_analyze.logs.messages import TRAJECTORY, Gathering, kind_of, require_one_plan, rows_of
-from gd_analyze.logs.table import ArrayTable
+from gd_analyze.logs.table import ArrayTable, Progress, no_progress
 
-LARGEST_FILE = 200_000_000
+LARGEST_FILE = 400_000_000
+# A message in memory takes 35 times the room of its text.
+LARGEST_MESSAGE = 30_000_000
+
+_BETWEEN = re.compile(r"^---[ \t]*$", re.MULTILINE)
 
 
-def read_yaml(path: str | Path, data: bytes | None = None) -> ArrayTable:
+def read_yaml(path: str | Path, data: bytes | None = None, progress: Progress = no_progress) -> ArrayTable:
     """Read messages that stand below each other, with `---` between them.
 
     Parameters
@@ -21,47 +28,71 @@ def read_yaml(path: str | Path, data: bytes | None = None) -> ArrayTable:
         The file.
     data
         Its bytes, where they are not to be read from it.
+    progress
+        Told how many signs of how many are read.
 
     Raises
     ------
     TrajectoryError
         If it is no YAML, or its documents are no messages of joints.
     """
-    import yaml
-
     if data is None:
         data = read_at_most(path, LARGEST_FILE)
     if data is None:
-        raise TrajectoryError(
-            "the log is too large to be read as YAML",
-            where=Location(path),
-            expected=f"up to {megabytes(LARGEST_FILE)}",
-            next_step="record a bag, or echo with --csv",
-        )
-    gathering, kinds, number = Gathering(), [], 0
+        raise _too_large(Location(path), LARGEST_FILE)
     try:
         text = data.decode("utf-8-sig")
-        for message in yaml.load_all(text, Loader=yaml.CSafeLoader):
-            number += 1
-            if message is None:
-                continue
+    except UnicodeDecodeError as error:
+        raise _not_read(Location(path), f"byte 0x{data[error.start]:02x}") from None
+    gathering, kinds = Gathering(), []
+    for number, message in enumerate(_messages(text, path, progress), 1):
+        try:
             kind = kind_of(message)
             if kind is None:
                 raise ValueError("a document that is no JointState, JointTrajectory or controller state")
             rows = list(rows_of(message, kind))
-            for row in rows:
-                gathering.add(row)
-            kinds.append((kind, len(rows)))
-    except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark
-        where = Location(path) if mark is None else Location(path, mark.line + 1, mark.column + 1)
-        raise _not_read(where, error.problem or "no YAML") from None
-    except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
-        raise _not_read(Location(path), str(error).split("\n", 1)[0]) from None
-    except (ValueError, TypeError, AttributeError, OverflowError) as error:
-        raise _not_read(Location(path), f"in document {number}, {error}") from None
+        except (ValueError, TypeError, AttributeError, OverflowError) as error:
+            raise _not_read(Location(path), f"in document {number}, {error}") from None
+        for row in rows:
+            gathering.add(row)
+        kinds.append((kind, len(rows)))
     require_one_plan(kinds, Location(path))
     return gathering.table(path, any(kind == TRAJECTORY for kind, _ in kinds) or None, lambda: Location(path))
+
+
+def _messages(text: str, path: str | Path, progress: Progress) -> Iterator[Any]:
+    """Documents, one at a time: all of them would take far more room than their text."""
+    import yaml
+
+    begin, line = 0, 0
+    ends = [(found.start(), found.end()) for found in _BETWEEN.finditer(text)]
+    for end, following in [*ends, (len(text), len(text))]:
+        document = text[begin:end]
+        if len(document) > LARGEST_MESSAGE:
+            raise _too_large(Location(path, line + 1), LARGEST_MESSAGE)
+        try:
+            message = yaml.load(document, Loader=yaml.CSafeLoader)
+        except yaml.MarkedYAMLError as error:
+            mark = error.problem_mark
+            where = Location(path) if mark is None else Location(path, line + mark.line + 1, mark.column + 1)
+            raise _not_read(where, error.problem or "no YAML") from None
+        except (yaml.YAMLError, ValueError, RecursionError) as error:
+            raise _not_read(Location(path, line + 1), str(error).split("\n", 1)[0]) from None
+        if message is not None:
+            yield message
+        line += document.count("\n")
+        begin = following
+        progress(following, len(text))
+
+
+def _too_large(where: Location, most: int) -> TrajectoryError:
+    return TrajectoryError(
+        "the log is too large to be read as YAML",
+        where=where,
+        expected=f"up to {megabytes(most)}",
+        found="more",
+        next_step="record a bag, or echo with --csv",
+    )
 
 
 def _not_read(where: Location, found: str) -> TrajectoryError:

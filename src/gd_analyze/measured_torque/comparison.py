@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -22,17 +21,18 @@ from gd_analyze.trajectories import Trajectory, trajectory_of
 from gd_analyze.trajectories.checks import require_joints
 from gd_analyze.vectors import Array, FloatArray, chunks
 
-# Readings of a moving joint from which on friction is fitted: five for each of three terms and a slope.
+# Readings from which on a joint is judged, and friction fitted to a moving one: five for each of three terms
+# and a slope.
 _FEWEST = 20
 
 
 @dataclass(frozen=True, eq=False)
 class TorqueComparison:
-    """Measured torque beside the exact model's, at the set points where all measured joints have a reading.
+    """Measured torque beside the exact model's, at the set points where a joint has a reading.
 
     Both passed the same filter, and where that has not settled, at the ends of a recording and of its gaps,
     nothing is compared. N m (N where the joint slides), shape (n,) if not said otherwise; nan of a joint
-    without a measurement.
+    without a measurement: with fewer than twenty readings, or none but zeros.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class TorqueComparison:
     model, measured
         Torque of the exact model, and as measured and filtered, shape (N, n).
     compared
-        At how many set points.
+        At how many set points, at most: at fewer where a joint lacks readings.
     correlation
         Of both.
     slope
@@ -145,31 +145,23 @@ def require_torques(trajectory: Trajectory) -> None:
 
 def compared(arm: RobotArm, trajectory: Trajectory, model: FloatArray) -> TorqueComparison:
     """Do `compare_torque` with the exact model's torque at hand, shape (N, n)."""
-    measured = torque_measured(trajectory)
-    there = is_measured(measured)
-    rows = settled(trajectory) & np.isfinite(measured[:, there]).all(axis=1)
-    out = _as_they_are(model, measured, rows, there)
-    explained_by = out.pop("explained_by")
-    n = arm.n_joints
-    fits: list[JointFit | None] = [
-        _fit(trajectory, i, model[:, i], measured[:, i], rows) if there[i] else None for i in range(n)
-    ]
-    judged: list[tuple[Verdict, int]] = [
-        ("not measured", 0) if fit is None else verdict_of(fit, out["explained"][i], explained_by[i], i)
-        for i, fit in enumerate(fits)
-    ]
+    measured, inside = torque_measured(trajectory), settled(trajectory)
+    joints = [_of_joint(trajectory, i, model, measured[:, i], inside) for i in range(arm.n_joints)]
+
+    def each(name: str) -> FloatArray:
+        return np.array([getattr(joint, name) for joint in joints])
 
     return TorqueComparison(
         arm=arm,
         model=model,
         measured=measured,
-        compared=int(rows.sum()),
-        **out,
-        slope_beside_friction=np.array([np.nan if fit is None else fit.slope for fit in fits]),
-        slope_error=np.array([np.nan if fit is None else fit.slope_error for fit in fits]),
-        friction=Friction.of(fits),
-        verdicts=tuple(verdict for verdict, _ in judged),
-        resembles=tuple(joint for _, joint in judged),
+        compared=max(joint.compared for joint in joints),
+        **{name: each(name) for name in _NUMBERS},
+        slope_beside_friction=np.array([np.nan if one.fit is None else one.fit.slope for one in joints]),
+        slope_error=np.array([np.nan if one.fit is None else one.fit.slope_error for one in joints]),
+        friction=Friction.of([joint.fit for joint in joints]),
+        verdicts=tuple(joint.verdict for joint in joints),
+        resembles=tuple(joint.resembles for joint in joints),
     )
 
 
@@ -181,44 +173,65 @@ def torque_measured(trajectory: Trajectory) -> FloatArray:
     return recording.torque if recording.torque_filtered is None else recording.torque_filtered
 
 
-def is_measured(measured: FloatArray) -> Array:
-    """Which joints have readings that are not all zero, or not there at all, shape (n,)."""
-    there = np.zeros(measured.shape[1], dtype=bool)
-    for at in chunks(len(measured)):
-        there |= (np.nan_to_num(measured[at]) != 0.0).any(axis=0)
-    return there
+@dataclass(frozen=True, eq=False)
+class _Joint:
+    """One joint's part of a `TorqueComparison`; None in place of a fit where nothing was measured."""
+
+    peak_model: float
+    compared: int = 0
+    correlation: float = np.nan
+    slope: float = np.nan
+    bias: float = np.nan
+    rms: float = np.nan
+    peak_measured: float = np.nan
+    explained: float = np.nan
+    fit: JointFit | None = None
+    verdict: Verdict = "not measured"
+    resembles: int = 0
 
 
-def _as_they_are(model: FloatArray, measured: FloatArray, rows: Array, there: Array) -> dict[str, Any]:
-    """Compare every joint's measurement with every joint's model."""
+_NUMBERS = ("correlation", "slope", "bias", "rms", "peak_measured", "peak_model", "explained")
+
+
+def _of_joint(
+    trajectory: Trajectory, joint: int, model: FloatArray, measured: FloatArray, inside: Array
+) -> _Joint:
+    """Compare one joint's measurement, shape (N,), with its own model and, to judge it, with all."""
+    rows = inside & np.isfinite(measured)
     count, n = int(rows.sum()), model.shape[1]
-    # What is not measured is not looked at, but keeps its place.
-    measured = np.where(there, measured, 0.0)
+    peak = _peak(model[:, joint], inside)
+    if count < _FEWEST or not measured[rows].any():
+        return _Joint(peak)
 
     def columns(at: slice) -> FloatArray:
         used = rows[at]
         return np.column_stack([np.ones(used.sum()), model[at][used], measured[at][used]])
 
-    r = triangle((columns(at) for at in chunks(len(model))), 2 * n + 1)
-    of_model, of_measured = r[:, 1 : n + 1], r[:, n + 1 :]
-    apart = of_measured[:, :, None] - of_model[:, None, :]
-    along, wide = (of_model[1:] * of_measured[1:]).sum(axis=0), spread(of_model)
-    by = 1.0 - (np.linalg.norm(apart[1:], axis=0) / spread(of_measured)[:, None]) ** 2
-    out = {
-        "correlation": along / (wide * spread(of_measured)),
-        "slope": along / wide**2,
-        "bias": np.diagonal(apart[0]) / r[0, 0],
-        "rms": np.diagonal(np.linalg.norm(apart, axis=0)) / np.sqrt(count),
-        "peak_measured": _peak(measured, rows),
-        "explained": np.diagonal(by),
-    }
-    out = {name: np.where(there, values, np.nan) for name, values in out.items()}
-    return out | {"peak_model": _peak(model, rows), "explained_by": by}
+    r = triangle((columns(at) for at in chunks(len(model))), n + 2)
+    of_models, of_measured = r[:, 1:-1], r[:, -1:]
+    apart = of_measured - of_models
+    along = float(of_models[1:, joint] @ of_measured[1:, 0])
+    wide, spread_measured = float(spread(of_models)[joint]), float(spread(of_measured)[0])
+    explained_by = 1.0 - (np.linalg.norm(apart[1:], axis=0) / spread_measured) ** 2
+    fit = _fit(trajectory, joint, model[:, joint], measured, rows)
+    verdict, resembles = verdict_of(fit, float(explained_by[joint]), explained_by, joint)
+    return _Joint(
+        peak,
+        count,
+        correlation=along / (wide * spread_measured),
+        slope=along / wide**2,
+        bias=float(apart[0, joint] / r[0, 0]),
+        rms=float(np.linalg.norm(apart[:, joint])) / np.sqrt(count),
+        peak_measured=_peak(measured, rows),
+        explained=float(explained_by[joint]),
+        fit=fit,
+        verdict=verdict,
+        resembles=resembles,
+    )
 
 
-def _peak(torque: FloatArray, rows: Array) -> FloatArray:
-    peaks = [np.abs(torque[at][rows[at]]).max(axis=0, initial=0.0) for at in chunks(len(torque))]
-    return np.max(peaks, axis=0)
+def _peak(torque: FloatArray, rows: Array) -> float:
+    return float(np.abs(torque[rows]).max(initial=0.0))
 
 
 def _fit(
@@ -227,7 +240,6 @@ def _fit(
     """Fit friction to a joint where it moves; where it never does, an offset alone."""
     way = direction(trajectory, joint)
     moving = rows & (way != 0.0) & far_from_jumps(trajectory, way)
-    # Three terms and a slope need more readings than their number; ten for each are few, too.
     used = moving if moving.sum() >= _FEWEST else rows
     still = used is rows
     rate = np.zeros_like(way) if still else trajectory.qd[:, joint]

@@ -72,8 +72,9 @@ class JointFit:
         What the model has to be multiplied by, friction fitted beside it, and its standard error.
     partial
         Correlation of measured and model once friction is taken out of both.
-    own, left
-        RMS of the model's torque that is not like friction, and of the measured torque that is not.
+    own, left, like_friction
+        RMS of the model's torque that is not like friction, of the measured torque that is not, and of that
+        which is.
     """
 
     terms: FloatArray
@@ -86,6 +87,7 @@ class JointFit:
     partial: float
     own: float
     left: float
+    like_friction: float
 
 
 def fit_joint(
@@ -146,9 +148,12 @@ def _slope(
     mixed = reduced(r[:, [*terms, _MODEL, _MEASURED]])
     own, along = mixed[-2, -2:]
     left = float(np.hypot(along, mixed[-1, -1]))
+    # The first row is that of the offset, the last two are what friction leaves.
+    sizes = {"left": left, "like_friction": float(np.linalg.norm(mixed[1:-2, -1]))}
+    sizes = {name: size / np.sqrt(count) for name, size in sizes.items()}
     if independent(r, [*terms, _MODEL])[-1] != _MODEL:
         unknown = dict.fromkeys(("slope", "slope_error", "partial"), np.nan)
-        return unknown | {"own": 0.0, "left": left / np.sqrt(count)}
+        return unknown | {"own": 0.0} | sizes
     free = [*terms, _MODEL]
     weights = np.zeros(5)
     weights[free] = -np.linalg.solve(mixed[:-1, :-1], mixed[:-1, -1])
@@ -159,7 +164,7 @@ def _slope(
         "slope_error": float(deviation[_MODEL]),
         "partial": float(along * np.sign(own) / left) if left else np.nan,
         "own": float(abs(own)) / np.sqrt(count),
-        "left": left / np.sqrt(count),
+        **sizes,
     }
 
 

@@ -48,6 +48,7 @@ def arm_data(arm: RobotArm) -> dict[str, Any]:
         "drive_inertia": [given(drive.inertia) for drive in arm.drives],
         "sources": list(arm.sources),
         "assumptions": list(arm.assumptions),
+        "doubts": [*arm.doubts, *arm.impossible],
     }
 
 

@@ -63,4 +63,4 @@ def breaks(chosen: NDArray[np.intp], gaps: Sequence[int] | NDArray[np.intp]) -> 
 
 def broken(points: FloatArray, places: NDArray[np.intp]) -> FloatArray:
     """Points of a line, shape (N, 2), with one that is not a number where it breaks."""
-    return np.insert(points, places, np.nan, axis=0)
+    return np.insert(points, places, np.nan, axis=0) if places.size else points

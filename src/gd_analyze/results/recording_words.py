@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.formatting import amount, named_joints, percent
+from gd_analyze.formatting import amount, figures, named_joints, percent
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import Row
@@ -22,13 +22,19 @@ def recording_told(findings: Findings) -> list[str]:
     """Say in sentences what the reader of a measured motion's results has to know; none of a plan."""
     if not is_recorded(findings):
         return []
-    table = findings.tables["recording"]
-    smoothed = table.attrs["treatment"].split("\n")[-1].partition(";")[0]
-    return [
-        f"This is a recording, not a plan: {smoothed}.",
-        _of_budget(findings),
-        *_of_ranking(findings),
-    ]
+    return [_what_it_is(findings), _of_budget(findings), *_of_ranking(findings)]
+
+
+def _what_it_is(findings: Findings) -> str:
+    if findings.trajectory.motions:
+        cutoffs = findings.tables["recording"].cutoff.values
+        lowest = f"{figures(float(cutoffs.min()))} Hz"
+        return (
+            "These are recordings, not plans: accelerations are of readings, smoothed without delay, cut-off "
+            f"{lowest} or higher."
+        )
+    smoothed = findings.tables["recording"].attrs["treatment"].split("\n")[-1].partition(";")[0]
+    return f"This is a recording, not a plan: {smoothed}."
 
 
 def noise_rows(findings: Findings) -> list[Row]:

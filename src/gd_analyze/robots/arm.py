@@ -20,6 +20,7 @@ from gd_analyze.errors import ArmError
 from gd_analyze.formatting import amount, pretty
 from gd_analyze.labels import joint_name
 from gd_analyze.robots.constants import keep
+from gd_analyze.robots.impossible import impossibility
 from gd_analyze.robots.names import require_name, require_sentences
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link
 from gd_analyze.shown import html_of
@@ -111,6 +112,15 @@ class RobotArm:
     def n_joints(self) -> int:
         """Number of joints n."""
         return len(self.joints)
+
+    @cached_property
+    def impossible(self) -> tuple[str, ...]:
+        """What of its links' inertias no body has, a sentence each that says by how much.
+
+        What is carried was not stated of the link, and is told when it is merged into it.
+        """
+        stated = (link.bare or link for link in self.links)
+        return tuple(f"{link.place}: {told}" for link in stated if (told := impossibility(link)))
 
     @cached_property
     def reach(self) -> float:

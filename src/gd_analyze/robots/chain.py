@@ -45,7 +45,7 @@ def chain_of(tree: Tree, pick: Pick) -> Chain:
         If a name is unknown, nothing moves, the tree branches, or a joint that moves cannot be part of an
         arm; the message has the option that settles it.
     """
-    locked = {_joint(tree, name).index: value for name, value in pick.lock.items()}
+    locked = {_joint(tree, name, value).index: value for name, value in pick.lock.items()}
     base = 0 if pick.base is None else _link(tree, pick.base, "--base")
     if pick.tip is None:
         free = [joint for joint in tree.joints if base in _ancestors(tree, joint)]
@@ -75,7 +75,7 @@ def _ancestors(tree: Tree, joint: TreeJoint) -> list[int]:
     return [0, *(one.index for one in tree.path(joint.parent))]
 
 
-def _joint(tree: Tree, name: str) -> TreeJoint:
+def _joint(tree: Tree, name: str, value: float) -> TreeJoint:
     found = next((joint for joint in tree.joints if joint.name == name), None)
     if found is None:
         raise ArmError(
@@ -84,6 +84,14 @@ def _joint(tree: Tree, name: str) -> TreeJoint:
             expected=f"one of the joints that move in {tree.where}",
             found=_named(joint.name for joint in tree.joints),
             next_step=_near(name, [joint.name for joint in tree.joints]),
+        )
+    if value and not found.moves_simply:
+        raise ArmError(
+            f"joint {name} is {found.kind} and can be held at 0 only, in the pose of the file",
+            where=f"--lock {name}",
+            expected=f"{name}=0",
+            found=f"{name}={value:g}",
+            next_step="place its link in the file",
         )
     return found
 

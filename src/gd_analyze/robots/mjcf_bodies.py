@@ -132,6 +132,7 @@ class Bodies:
         """Quaternion (w, x, y, z) of the cleaned rotation."""
         import pinocchio as pin
 
+        quaternion = quaternion / np.abs(quaternion).max()  # whose square might overflow
         w, x, y, z = quaternion / np.linalg.norm(quaternion)
         rotation = np.array(pin.Quaternion(w, x, y, z).toRotationMatrix())
         x, y, z, w = pin.Quaternion(self.straightened.rotation(rotation, link)).coeffs()

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.robots.impossible import impossibility
 from gd_analyze.robots.mass_slips import STANDS_FOR_NONE, mass_slips
 from gd_analyze.robots.parts import Joint, Link
 
@@ -81,8 +80,7 @@ def _sentences(arm: RobotArm) -> Iterator[str]:
         yield from _mass_slips(stated, arm.reach)
         least = LEAST_FAR if arm.dh_table else _LEAST_FAR_BEHIND
         yield from _centre_slip(stated, max(arm.reach, least), arm.reach)
-        if impossible := impossibility(stated):
-            yield f"{stated.place}: {impossible}"
+    yield from arm.impossible
     yield from mass_slips(arm)
 
 

@@ -48,7 +48,7 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
         _warn(
             f"trajectory {trajectory.name}: {labels} read as radians reach up to {largest:.4g} rad "
             f"({math.degrees(largest):.0f} deg), which looks like degrees; if they are, name the columns "
-            f"q{suspects[0] + 1}_deg and so on"
+            f"q{suspects[0] + 1}_deg and so on, or say --degrees of a log"
         )
     for violation in limit_report(arm, trajectory).violations:
         if violation.joint - 1 not in suspects:

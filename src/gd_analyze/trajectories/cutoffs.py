@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.errors import TrajectoryError
-from gd_analyze.formatting import figures
-from gd_analyze.trajectories.noise import HIGHEST, HIGHEST_SHARE, Noise, best_cutoff
+from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
+from gd_analyze.formatting import figures, named_joints
+from gd_analyze.trajectories.noise import HIGHEST, HIGHEST_SHARE, Noise, best_cutoff, common_error, sizes
 from gd_analyze.trajectories.spectrum import Spectrum
 from gd_analyze.trajectories.stamps import Stamps
 from gd_analyze.trajectories.treatment import Treatment
@@ -17,6 +18,13 @@ from gd_analyze.vectors import FloatArray
 
 # Of the readings per second: above it hardly anything is smoothed.
 _LARGEST_SHARE = 0.25
+# Share of the motion that the best readings show, which others have to show as well: where all is noise, no
+# motion is missed.
+_SEEN = 0.5
+# Share of a joint's acceleration that stands out at too high frequencies from which on that is told.
+_MISSED = 0.1
+# Accelerations below this, rad/s^2 or m/s^2, are none.
+_AT_REST = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +63,11 @@ class Source:
             [noise.left(float(cutoff)) for noise, cutoff in zip(self.noises, cutoffs, strict=True)]
         )
 
+    @property
+    def seen(self) -> float:
+        """RMS acceleration that stands out of the noise, of all joints together."""
+        return float(np.sqrt(sum(noise.moved**2 for noise in self.noises)))
+
     def cutoff(self, stamps: Stamps) -> float:
         """Cut-off by which the joints together are best served, Hz."""
         return best_cutoff(self.noises, highest_cutoff(stamps))
@@ -69,7 +82,7 @@ def chosen(sources: Sequence[Source], stamps: Stamps, treatment: Treatment) -> t
     """Choose a source and its cut-offs.
 
     The rule gives all joints one cut-off, so that they move together and torques can be compared. The source
-    is the one that leaves less noise at the higher of the cut-offs that suit each.
+    is the one whose accelerations have the least expected error, of those that show the motion.
 
     Returns
     -------
@@ -81,11 +94,14 @@ def chosen(sources: Sequence[Source], stamps: Stamps, treatment: Treatment) -> t
         cutoffs = _given(treatment.cutoff, n, stamps)
         best = min(sources, key=lambda source: float((source.left(cutoffs) ** 2).sum()))
         return best, cutoffs, "as asked for"
-    own = [source.cutoff(stamps) for source in sources]
-    common = np.full(n, max(own))
-    noise = [float((source.left(common) ** 2).sum()) for source in sources]
-    place = int(np.argmin(noise))
+    seeing = [source for source in sources if source.seen >= _SEEN * max(source.seen for source in sources)]
+    size = np.max([sizes(source.noises) for source in seeing], axis=0)
+    own = [source.cutoff(stamps) for source in seeing]
+    errors = [common_error(source.noises, size, f) for source, f in zip(seeing, own, strict=True)]
+    place = int(np.argmin(errors))
     cutoff = own[place]
+    if highest_cutoff(stamps) < HIGHEST:
+        _warn_of_missed(seeing[place], size, stamps)
     told = "which makes the least expected error of the accelerations"
     if cutoff >= highest_cutoff(stamps) * 0.999:
         why = (
@@ -94,7 +110,21 @@ def chosen(sources: Sequence[Source], stamps: Stamps, treatment: Treatment) -> t
             else "above it arms are not rigid"
         )
         told = f"the highest that the rule takes ({why})"
-    return sources[place], np.full(n, cutoff), told
+    return seeing[place], np.full(n, cutoff), told
+
+
+def _warn_of_missed(source: Source, size: FloatArray, stamps: Stamps) -> None:
+    missed = np.array([noise.missed for noise in source.noises])
+    joints = (np.flatnonzero(missed > np.maximum(_MISSED * size, _AT_REST)) + 1).tolist()
+    if joints:
+        who = f"{named_joints(joints, len(size))} of the log accelerate{'s' * (len(joints) == 1)}"
+        rate = f"{figures(1 / stamps.step)} readings per second"
+        warnings.warn(
+            f"{who} at frequencies above {figures(highest_cutoff(stamps))} Hz, for which {rate} are too few: "
+            "the accelerations lack that; log faster",
+            GdAnalyzeWarning,
+            stacklevel=5,
+        )
 
 
 def _given(cutoff: float | tuple[float, ...], n: int, stamps: Stamps) -> FloatArray:

@@ -6,6 +6,7 @@ import csv
 from contextlib import suppress
 from pathlib import Path
 
+from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.logs import Reading, read_log
 from gd_analyze.logs.cells import WITH_COMMA
 from gd_analyze.logs.roles import is_of_set_points
@@ -78,4 +79,17 @@ def motion_of_log(
     TrajectoryError
         As these two.
     """
-    return motion_of(read_log(path, arm, reading, data=data, progress=progress), arm, treatment)
+    logged = read_log(path, arm, reading, data=data, progress=progress)
+    try:
+        return motion_of(logged, arm, treatment)
+    except TrajectoryError as error:
+        if str(path) in str(error):
+            raise
+        # Of arrays alone it does not know which file they are from, and what users would change there.
+        raise TrajectoryError(
+            error.what,
+            where=Location(path),
+            expected=error.details.get("expected"),
+            found=error.details.get("found"),
+            next_step="check the unit of its time, and that no two instants are almost the same",
+        ) from None

@@ -58,12 +58,16 @@ class Noise:
         S and N, (rad/s^2)^2 per Hz, or in m, shape (F,).
     seconds
         T, mean length of the stretches.
+    missed
+        RMS acceleration that stands out above the frequencies of motion, per s^2: noise of some frequency, or
+        motion too fast for the readings.
     """
 
     frequency: FloatArray
     motion: FloatArray
     noise: FloatArray
     seconds: float
+    missed: float
 
     @classmethod
     def of(cls, spectrum: Spectrum, highest: float, seconds: float) -> Noise:
@@ -76,7 +80,9 @@ class Noise:
         edge = float(frequency[moving[-1]]) if moving.size else 0.0
         law = np.minimum(_law(frequency, density, ~stands_out, edge), density)
         noise = np.where(frequency > edge, density, law)
-        return cls(frequency, density - noise, noise, seconds)
+        beyond = density[stands_out & (frequency > highest)]
+        missed = math.sqrt(float(beyond.sum() * spectrum.step))
+        return cls(frequency, density - noise, noise, seconds, missed)
 
     def left(self, cutoff: float) -> float:
         """Standard deviation of the noise that a cut-off leaves in the accelerations, per s^2."""
@@ -98,22 +104,29 @@ class Noise:
         return float(density.sum() * self.frequency[0])
 
 
-def best_cutoff(noises: Sequence[Noise], highest: float) -> float:
-    """Cut-off for several joints with the least expected squared errors, each joint's over its motion's, Hz.
+def sizes(noises: Sequence[Noise]) -> FloatArray:
+    """RMS accelerations by which errors of several joints are measured, shape (n,).
 
     A joint that hardly moves counts as if it moved by a tenth of what the most moving one does: its noise
     must not take the motion from others, nor theirs pass for its motion.
     """
     moved = np.array([noise.moved for noise in noises])
     size = np.maximum(moved, _HARDLY * moved.max(initial=0.0))
-    size = np.where(size > 0.0, size, 1.0)
+    return np.where(size > 0.0, size, 1.0)
+
+
+def common_error(noises: Sequence[Noise], size: FloatArray, cutoff: float) -> float:
+    """Expected squared errors of several joints, each over its size, summed."""
+    return float(np.square([noise.error(cutoff) for noise in noises] / size).sum())
+
+
+def best_cutoff(noises: Sequence[Noise], highest: float) -> float:
+    """Cut-off for several joints with the least `common_error`, Hz."""
     lowest = min(max(_LOWEST, _FEWEST_PERIODS / noises[0].seconds), highest)
     count = math.ceil(math.log(highest / lowest) / math.log(_RATIO)) + 1
-
-    def error(cutoff: float) -> float:
-        return float(np.square([noise.error(cutoff) for noise in noises] / size).sum())
-
-    return float(min(np.geomspace(lowest, highest, count).tolist(), key=error))
+    size = sizes(noises)
+    tried = np.geomspace(lowest, highest, count).tolist()
+    return float(min(tried, key=lambda cutoff: common_error(noises, size, cutoff)))
 
 
 def _law(frequency: FloatArray, density: FloatArray, quiet: np.ndarray, edge: float) -> FloatArray:

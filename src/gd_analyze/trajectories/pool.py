@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -234,17 +234,30 @@ def _recording(motions: Sequence[Trajectory]) -> Recording | None:
         return None if any(part is None for part in parts) else np.concatenate(parts)
 
     cutoffs = [one.cutoff for one in found if one.cutoff is not None]
+    smoothed = np.array(cutoffs) if len(cutoffs) == len(found) else None
     return replace(
         found[0],
         q=np.concatenate([one.q for one in found]),
         torque=joined("torque"),
         torque_filtered=joined("torque_filtered"),
-        cutoff=np.min(cutoffs, axis=0) if len(cutoffs) == len(found) else None,
+        cutoff=None if smoothed is None else np.min(smoothed, axis=0),
         noise_q=np.max([one.noise_q for one in found], axis=0),
         noise_qdd=np.max([one.noise_qdd for one in found], axis=0),
-        treatment=tuple(
-            f"{motion.name}: {sentence}"
-            for motion, one in zip(motions, found, strict=True)
-            for sentence in one.treatment
-        ),
+        treatment=(*_treatments(motions), _smoothing(smoothed)),
+    )
+
+
+def _treatments(motions: Sequence[Trajectory]) -> Iterator[str]:
+    for motion in motions:
+        for sentence in motion.recording.treatment if motion.recording else ():
+            yield f"{motion.name}: {sentence}"
+
+
+def _smoothing(cutoffs: FloatArray | None) -> str:
+    """What the motions have in common; the last sentence tells what was done last."""
+    if cutoffs is None:
+        return "not all of the motions were smoothed"
+    least, most = number(float(cutoffs.min())), number(float(cutoffs.max()))
+    return f"each motion was smoothed by itself, cut-off {least} Hz" + (
+        f" to {most} Hz" if most != least else ""
     )

@@ -52,6 +52,18 @@ def test_errors_are_within_what_is_stated(seed):
     np.testing.assert_allclose(found.recording.noise_q, 1e-4, rtol=0.1)
 
 
+def test_motion_too_fast_for_the_readings_warns():
+    time = instants(30.0, SECONDS)
+    q = 0.3 * np.sin(2 * np.pi * 0.5 * time) + 2e-3 * np.sin(2 * np.pi * 8.0 * time)
+    noise = 1e-5 * np.random.default_rng(1).normal(size=(len(time), 2))
+    log = readings(time, np.column_stack([q, 0.3 * np.sin(time)]) + noise)
+    with pytest.warns(GdAnalyzeWarning, match="joint 1 of the log accelerates at frequencies above 6.00 Hz"):
+        motion_of(log, None)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        motion_of(readings(time, log.q[:, 1:]), None)
+
+
 def test_it_is_the_same_every_time():
     log = log_of(Motion.of(2))
     assert motion_of(log, None).fingerprint == motion_of(log, None).fingerprint
