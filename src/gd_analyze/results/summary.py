@@ -94,13 +94,17 @@ def _cost(findings: Findings) -> str:
     bound = tube_bound(findings)
     if bound is None:
         said = f"{off_by(model)} along {_these(findings)}"
-        return f"{said}, sampled at its set points; nothing is proven between them."
+        return f"{said}, sampled at {_whose(findings)} set points; nothing is proven between them."
     of = f" of the {worst.of}" if worst.of == "allowed error" else ""
-    return f"near {_these(findings)}, proven, {off_by(model, bound)}; at its set points by {worst.size}{of}."
+    return f"near {_these(findings)}, proven, {off_by(model, bound)}; at {_whose(findings)} set points by {worst.size}{of}."
 
 
 def _these(findings: Findings) -> str:
     return "these motions" if has_motions(findings) else "this trajectory"
+
+
+def _whose(findings: Findings) -> str:
+    return "their" if has_motions(findings) else "its"
 
 
 def facts(findings: Findings) -> list[tuple[str, str]]:
