@@ -10,8 +10,11 @@ import pytest
 from browser import NARROW, WIDE, Tab, opened
 
 from gd_analyze.comparison import compare
+from gd_analyze.main_job import find
 from gd_analyze.report.comparison_files import render_comparison_html
+from gd_analyze.report.html import render_html
 from gd_analyze.robots import load_arm
+from several_motions import swung
 
 RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
 
@@ -40,6 +43,16 @@ def test_no_rule_is_broken_by_a_comparison(browser: Any, tmp_path: Path, scheme:
     path = tmp_path / "comparison.html"
     path.write_text(render_comparison_html(compare(load_arm("two_link"))), encoding="utf-8")
     with opened(browser, path, color_scheme=scheme) as tab:
+        tab.unfold()
+        assert violations(tab) == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_no_rule_is_broken_by_several_motions(browser: Any, tmp_path: Path, scheme: str) -> None:
+    path = tmp_path / "report.html"
+    findings = find("two_link", [swung(20.0, "slow"), swung(2.2, "fast")])
+    path.write_text(render_html(findings), encoding="utf-8")
+    with opened(browser, path, NARROW, color_scheme=scheme) as tab:
         tab.unfold()
         assert violations(tab) == []
 

@@ -9,7 +9,6 @@ from typing import Any
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli.arm_tables import show_arm
 from gd_analyze.cli.given import GivenRobot, robot_or_none
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.terminal import line, lines, sentence, table
@@ -49,6 +48,8 @@ def arms(robot: GivenRobot | None, form: str | None, output: Output) -> None:
         lines(text)
     else:
         with output.working():
+            from gd_analyze.cli.arm_tables import show_arm
+
             arm, suspicious = _inspected(robot)
         output.give(lambda: _document(arm, suspicious), lambda: show_arm(arm, suspicious))
 

@@ -66,18 +66,18 @@ def _matrix(findings: Findings, count: int) -> dict[str, Any]:
                     for mark, verdict in zip(row["marks"], row["verdicts"], strict=True)
                 ]
                 if by_motion
-                else [
-                    {
-                        "mark": str(row["verdicts"].count(verdict) or ""),
-                        "verdict": "neither",
-                        "told": VERDICTS[verdict],
-                    }
-                    for verdict in verdicts
-                ],
+                else [_counted(row, verdict) for verdict in verdicts],
             }
             for row in rows
         ],
     }
+
+
+def _counted(row: Row, verdict: str) -> dict[str, str]:
+    """Along how many motions an element is of a verdict."""
+    count = row["verdicts"].count(verdict)
+    look = _kept(verdict) if count else "neither"
+    return {"mark": str(count or ""), "verdict": look, "told": VERDICTS[verdict]}
 
 
 def _kept(verdict: str) -> str:
