@@ -189,9 +189,10 @@ def _show(shown: _Shown) -> None:
         told = f"{number(bound)} {arm.joints[worst.joint - 1].effort_unit}"
     elif worst.of:
         told += f" of the {measure_told(model) if worst.of == 'peak torque' else worst.of}"
+    # Nothing is dropped: what is left are bounds on roundings.
+    size = f"above {told} (joint {worst.joint})" if model.saves else "beyond round-off, as nothing is dropped"
     sentence(
-        f"{arm_in_words(arm, model.drives)}: no state within {certificate.where} has a torque error above "
-        f"{told} (joint {worst.joint}).",
+        f"{arm_in_words(arm, model.drives)}: no state within {certificate.where} has a torque error {size}.",
         bold=True,
     )
     within = certificate.within(promise.allowed)

@@ -28,6 +28,10 @@ _CANCELLED = 32
 _EPS = float(np.finfo(float).eps)
 
 
+class TooLongError(ModelError):
+    """A program may compute a torque, but of more terms than are written out."""
+
+
 class _Angle(NamedTuple):
     """A sum of angles: how often every joint goes into it, and a constant, rad."""
 
@@ -178,7 +182,13 @@ class TorqueAlgebra:
     def _spend(self, terms: int) -> None:
         self.work += terms
         if terms > _MOST_AT_ONCE or self.work > _MOST:
-            raise no_torque("written out it has too many terms")
+            raise TooLongError(
+                "the program is too long to be written out",
+                where="program",
+                expected=f"up to {_MOST_AT_ONCE} terms at every step",
+                found="more",
+                next_step="`gd-analyze evaluate` tries the model at states",
+            )
 
     def _degrees(self, one: Sum) -> NDArray[np.int64]:
         """Largest multiple of every joint that is there."""

@@ -29,7 +29,7 @@ MANY = 1000
 # What those may make of the budget together, and how many may then be left at most.
 SWEEP, _MOST = 0.3, 4000
 # Terms up to which an arm's torque is written out at all: some seconds.
-_WRITTEN = 100_000
+_WRITTEN = 60_000
 # Numbers held at a time while looking for them, and looked at to rank them, or for a first opinion: seconds.
 _AT_ONCE, _RANKED, _GLANCE = 10_000_000, 100_000_000, 20_000_000
 # Numbers remembered of what terms make of torque: tens of megabytes.

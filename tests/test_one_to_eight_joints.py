@@ -1,0 +1,84 @@
+"""Arms of one to eight joints of every make go through the main job to all its files, and back."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gd_analyze as gd
+from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.levels import ExactDynamics, load_model, save_model
+from gd_analyze.main_job.folder import FILES, write_findings
+from gd_analyze.robots import RobotArm
+from gd_analyze.trajectories import Trajectory
+from parallel_axes import arm_of, scara
+from strategies import random_states
+
+# How each joint stands to the one before; "askew" eight times over is an arm of a million terms and more.
+MAKES = {
+    "a pendulum": ["askew"],
+    "a lift": ["slides"],
+    "a gantry": ["slides", "slides", "slides"],
+    "a plane of three": ["same", "same", "opposite"],
+    "two turns and slides between": ["askew", "slides across", "slides along", "opposite", "slides"],
+    "seven of general make": ["askew"] * 7,
+    "eight of general make": ["askew"] * 4 + ["slides"] + ["askew"] * 3,
+}
+
+
+def moving(arm: RobotArm, count: int = 25) -> Trajectory:
+    """Every joint swings at a frequency of its own."""
+    time, rates = np.linspace(0.0, 2.0, count), np.linspace(1.0, 2.0, arm.n_joints)
+    angle = np.outer(time, rates)
+    return Trajectory(time, np.sin(angle), rates * np.cos(angle), -(rates**2) * np.sin(angle), "swinging")
+
+
+def assert_goes_through(arm: RobotArm, folder: Path) -> None:
+    motion = moving(arm)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", GdAnalyzeWarning)
+        findings = gd.find(arm, motion)
+        write_findings(findings, folder, tuple(FILES))
+        stored, model = gd.load_findings(folder / FILES["h5"]), load_model(folder / FILES["json"])
+    assert all((folder / name).stat().st_size for name in FILES.values())
+    exact = ExactDynamics.of(arm, motion)
+    assert (
+        np.abs(model.torque(*exact.states.arrays) - exact.torque).max(axis=0) <= model.promise.allowed
+    ).all()
+    assert stored.model.operations == model.operations
+    # Nothing takes more operations than the exact torque.
+    assert model.operations.total <= exact.form.operations.total
+
+
+@pytest.mark.parametrize("make", MAKES, ids=lambda make: make.replace(" ", "-"))
+def test_it_goes_through_the_main_job(make, tmp_path):
+    assert_goes_through(arm_of(MAKES[make], np.random.default_rng(3)), tmp_path / "results")
+
+
+def test_a_scara_goes_through_the_main_job(tmp_path):
+    assert_goes_through(scara(), tmp_path / "results")
+
+
+@pytest.mark.parametrize("level", ["term", "energy", "element"])
+def test_an_exact_model_of_a_million_terms_is_kept_and_read(level, tmp_path):
+    """By its parts: a list of its terms would take gigabytes, and its program cannot be written out."""
+    arm = arm_of(["askew"] * 8, np.random.default_rng(4))
+    model = gd.simplify(arm, random_states(8, 50, 1), "0.01%", level=level)
+    assert not model.saves
+    save_model(model, tmp_path / "model.json")
+    assert (tmp_path / "model.json").stat().st_size < 1_000_000
+    assert load_model(tmp_path / "model.json").program.count == model.program.count
+
+
+def test_a_program_too_long_to_be_written_out_is_tried_at_states(tmp_path):
+    arm = arm_of(["askew"] * 8, np.random.default_rng(4))
+    other = arm_of(["askew"] * 8, np.random.default_rng(5))
+    model = gd.simplify(arm, random_states(8, 50, 1), "0.01%", level="element")
+    wrong = gd.simplify(other, random_states(8, 50, 1), "0.01%", level="element")
+    save_model(replace(model, program=wrong.program), tmp_path / "model.json")
+    with pytest.raises(gd.GdAnalyzeError, match="the program does not compute the terms"):
+        load_model(tmp_path / "model.json")
