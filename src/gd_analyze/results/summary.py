@@ -95,8 +95,9 @@ def _cost(findings: Findings) -> str:
     if bound is None:
         said = f"{off_by(model)} along {_these(findings)}"
         return f"{said}, sampled at {_whose(findings)} set points; nothing is proven between them."
-    of = f" of the {worst.of}" if worst.of == "allowed error" else ""
-    return f"near {_these(findings)}, proven, {off_by(model, bound)}; at {_whose(findings)} set points by {worst.size}{of}."
+    sampled = worst.size + (f" of the {worst.of}" if worst.of == "allowed error" else "")
+    near, whose = _these(findings), _whose(findings)
+    return f"near {near}, proven, {off_by(model, bound)}; at {whose} set points by {sampled}."
 
 
 def _these(findings: Findings) -> str:
