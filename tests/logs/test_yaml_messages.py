@@ -134,6 +134,8 @@ CASES: dict[str, tuple[str, list[str]]] = {
     ),
     "no rows": ("---\n---\n", ["holds no motion", "found: no message"]),
     "two plans": (TRAJECTORY * 2, ["holds 2 trajectories", "trajectories of 2, 2 points"]),
+    "lists without end": ("a: " + "[" * 100_000 + "\n", ["more than 50 of them", "line 1"]),
+    "lists down the page": ("- " * 100_000 + "\n", ["more than 50 of them"]),
     "code": ("!!python/object/apply:os.system ['true']\n", ["cannot be read as messages in YAML", "line 1"]),
 }
 

@@ -9,7 +9,7 @@ import click
 
 import gd_analyze as gd
 from gd_analyze.cli.given import GivenRobot, robot_given
-from gd_analyze.cli.log_options import log_options, reading_asked, told_by_stages
+from gd_analyze.cli.log_options import log_options_listed, reading_asked, told_by_stages
 from gd_analyze.cli.options import TRAJECTORY
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.terminal import line, sentence, table
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 @click.command(short_help="Show how the columns of a log are understood.")
 @robot_given
 @click.argument("log", type=TRAJECTORY, help="CSV, bag, Parquet or YAML file of a robot's motion.")
-@log_options
+@log_options_listed
 @reporting
 def columns(robot: GivenRobot, log: str, output: Output) -> None:
     r"""Show which column of a log is taken for what, by what it was understood, and what is left out.

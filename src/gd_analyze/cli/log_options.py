@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -32,58 +33,72 @@ def _keep(context: click.Context, parameter: click.Parameter, value: Any) -> Any
     return value
 
 
-def _option(*names: str, **settings: Any) -> Callable[[F], F]:
-    return click.option(*names, expose_value=False, callback=_keep, **settings)
-
-
-log_options = together(
-    _option(
+_OPTIONS = (
+    partial(
+        click.option,
         "--columns",
         metavar="LIST",
         help="Of a log: names of its columns where it has no header, such as time,q1..q6,-; of one that has, "
         "the only columns to look at.",
     ),
-    _option(
+    partial(
+        click.option,
         "--map",
         multiple=True,
         metavar="ROLE=COLUMN",
         help="Of a log: what a column holds: time=Time, q:JOINT=Position3, torque:JOINT=#9, torque=none, or "
         "the log's name of a joint: joint:elbow=joint_a3. May be repeated.",
     ),
-    _option(
+    partial(
+        click.option,
         "--rate",
         type=PositiveNumber(),
         metavar="HZ",
         help="Of a log: samples per second, where its time counts samples or it has none.",
     ),
-    _option("--time-unit", type=click.Choice(["s", "ms", "us", "ns"]), help="Of a log: unit of its time."),
-    _option("--degrees", is_flag=True, help="Of a log: angles of columns that state no unit are in degrees."),
-    _option(
+    partial(
+        click.option,
+        "--time-unit",
+        type=click.Choice(["s", "ms", "us", "ns"]),
+        help="Of a log: unit of its time.",
+    ),
+    partial(
+        click.option,
+        "--degrees",
+        is_flag=True,
+        help="Of a log: angles of columns that state no unit are in degrees.",
+    ),
+    partial(
+        click.option,
         "--family",
         multiple=True,
         metavar="WORD",
         help="Of a log: which columns to take where several hold the same, by a word of their names (target, "
         "actual), for one role: torque=cur. May be repeated.",
     ),
-    _option("--topic", metavar="TOPIC", help="Of a bag: which topic to read."),
-    _option("--mapping", type=FILE, help="Of a log: read it as a mapping file says."),
-    _option(
+    partial(click.option, "--topic", metavar="TOPIC", help="Of a bag: which topic to read."),
+    partial(click.option, "--mapping", type=FILE, help="Of a log: read it as a mapping file says."),
+    partial(
+        click.option,
         "--save-mapping",
         type=Output(),
         help="Of a log: write a mapping file of how it was understood, for logs alike.",
     ),
-    _option(
+    partial(
+        click.option,
         "--measured/--planned",
         default=None,
         help="Of a log: readings of sensors, to be smoothed, or a plan.  [default: what its columns tell]",
     ),
-    _option(
+    partial(
+        click.option,
         "--cutoff",
         metavar="HZ",
         type=PositiveNumber(),
         help="Of readings: cut-off frequency of their smoothing.  [default: by the noise found in them]",
     ),
-    _option(
+    partial(
+        click.option,
         "--largest-gap",
         metavar="SECONDS",
         type=PositiveNumber(),
@@ -91,6 +106,13 @@ log_options = together(
     ),
 )
 
+
+def _together(hidden: bool) -> Callable[[F], F]:
+    return together(*(option(expose_value=False, callback=_keep, hidden=hidden) for option in _OPTIONS))
+
+
+# A verb that is about something else takes them without listing them.
+log_options, log_options_listed = _together(hidden=True), _together(hidden=False)
 
 _TREATED = ("cutoff", "largest_gap")
 

@@ -186,8 +186,8 @@ def margin_option(told: str) -> Callable[[F], F]:
 def trajectories_argument(without: str | None = None) -> Callable[[F], F]:
     """TRAJECTORY..., one or several, or none where `without` says what happens then."""
     told = (
-        "CSV file, log, name of a shipped trajectory, - for standard input, or a folder of these; "
-        "of several motions the budget holds on each."
+        "CSV file, log (its options: `gd-analyze columns --help`), name of a shipped trajectory, - for "
+        "standard input, or a folder of these; of several motions the budget holds on each."
     )
     return click.argument(
         "trajectories",
@@ -201,7 +201,10 @@ def trajectories_argument(without: str | None = None) -> Callable[[F], F]:
 
 def trajectory_argument(without: str | None = None) -> Callable[[F], F]:
     """TRAJECTORY, which may be left out where `without` says what happens then."""
-    told = "CSV file, log, name of a shipped trajectory, or - for standard input."
+    told = (
+        "CSV file, log (its options: `gd-analyze columns --help`), name of a shipped trajectory, or - for "
+        "standard input."
+    )
     return click.argument(
         "trajectory",
         type=TRAJECTORY,

@@ -16,6 +16,8 @@ LARGEST_FILE = 400_000_000
 # A message in memory takes 35 times the room of its text.
 LARGEST_MESSAGE = 30_000_000
 
+# Messages nest five deep.
+_DEEPEST = 50
 _BETWEEN = re.compile(r"^---[ \t]*$", re.MULTILINE)
 
 
@@ -71,6 +73,7 @@ def _messages(text: str, path: str | Path, progress: Progress) -> Iterator[Any]:
         if len(document) > LARGEST_MESSAGE:
             raise _too_large(Location(path, line + 1), LARGEST_MESSAGE)
         try:
+            _require_shallow(document, Location(path, line + 1))
             message = yaml.load(document, Loader=yaml.CSafeLoader)
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark
@@ -83,6 +86,17 @@ def _messages(text: str, path: str | Path, progress: Progress) -> Iterator[Any]:
         line += document.count("\n")
         begin = following
         progress(following, len(text))
+
+
+def _require_shallow(document: str, where: Location) -> None:
+    """Refuse a document that nests deeper than any message; building such a one would exhaust the stack."""
+    import yaml
+
+    depth = 0
+    for event in yaml.parse(document, Loader=yaml.CSafeLoader):
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if depth > _DEEPEST:
+            raise _not_read(where, f"lists or maps in each other, more than {_DEEPEST} of them")
 
 
 def _too_large(where: Location, most: int) -> TrajectoryError:

@@ -94,13 +94,18 @@ def _cost(findings: Findings) -> str:
     bound = tube_bound(findings)
     if bound is None:
         said = f"{off_by(model)} along {_these(findings)}"
-        return f"{said}, sampled at its set points; nothing is proven between them."
-    of = f" of the {worst.of}" if worst.of == "allowed error" else ""
-    return f"near {_these(findings)}, proven, {off_by(model, bound)}; at its set points by {worst.size}{of}."
+        return f"{said}, sampled at {_whose(findings)} set points; nothing is proven between them."
+    sampled = worst.size + (f" of the {worst.of}" if worst.of == "allowed error" else "")
+    near, whose = _these(findings), _whose(findings)
+    return f"near {near}, proven, {off_by(model, bound)}; at {whose} set points by {sampled}."
 
 
 def _these(findings: Findings) -> str:
     return "these motions" if has_motions(findings) else "this trajectory"
+
+
+def _whose(findings: Findings) -> str:
+    return "their" if has_motions(findings) else "its"
 
 
 def facts(findings: Findings) -> list[tuple[str, str]]:

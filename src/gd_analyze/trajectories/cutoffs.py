@@ -109,7 +109,7 @@ def chosen(sources: Sequence[Source], stamps: Stamps, treatment: Treatment) -> t
             if cutoff < HIGHEST * 0.999
             else "above it arms are not rigid"
         )
-        told = f"the highest that the rule takes ({why})"
+        told = f"the highest that the rule takes: {why}"
     return seeing[place], np.full(n, cutoff), told
 
 

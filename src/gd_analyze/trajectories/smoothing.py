@@ -27,7 +27,9 @@ if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
 _DEGREE = 5
-_KNOTS_PER_PERIOD = 8
+_KNOTS_PER_PERIOD, _KNOTS_PER_READING = 8, 4
+# Below so many periods in a stretch the spline is a parabola, whatever the cut-off.
+_PARABOLA = 0.05
 # Integrals of the products of two quadratic B-splines, knots 1 apart.
 _GRAM = np.array([1, 26, 66, 26, 1]) / 120
 
@@ -53,9 +55,12 @@ def smoothed(time: FloatArray, values: FloatArray, cutoff: float) -> BSpline[np.
     from scipy.linalg import solveh_banded
     from scipy.sparse import csr_array, diags_array
 
-    step = 1 / (_KNOTS_PER_PERIOD * cutoff)
     span = float(time[-1] - time[0])
-    pieces = max(math.ceil(span / step), 1)
+    cutoff = max(cutoff, _PARABOLA / span)
+    # Where readings are far apart, knots between them would say nothing.
+    step = max(1 / (_KNOTS_PER_PERIOD * cutoff), span / (_KNOTS_PER_READING * len(time)))
+    # One more than it takes, so that rounding leaves no reading outside.
+    pieces = int(span / step) + 1
     # From zero on: instants of an epoch have few digits left for what is between them.
     local = time - time[0]
     knots = step * np.arange(-_DEGREE, pieces + _DEGREE + 1)

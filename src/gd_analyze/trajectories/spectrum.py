@@ -9,8 +9,8 @@ import numpy as np
 
 from gd_analyze.vectors import FloatArray
 
-# Length of the pieces whose spectra are averaged, s.
-_PIECE = 8.0
+# Length of the pieces whose spectra are averaged, s, and in readings at least.
+_PIECE, _SHORTEST = 8.0, 64
 # Frequencies averaged into one: a share of the frequency to either side, and these many at least.
 _SHARE, _FEWEST = 0.15, 2
 # Steps that differ by less than this share are even.
@@ -58,7 +58,7 @@ class Spectrum:
         from scipy.signal import welch
 
         longest = max(map(len, readings))
-        piece = max(min(int(_PIECE * rate), longest - order), 1)
+        piece = min(max(int(_PIECE * rate), _SHORTEST), longest - order)
         total, weight = np.zeros(piece // 2 + 1), 0
         for time, x in zip(times, readings, strict=True):
             if len(x) - order < piece:

@@ -92,9 +92,6 @@ class Stamps:
         if not kept.all():
             told.append(f"{_rows(int((~kept).sum()))} left out whose stamp the next one repeats")
         rows, times = rows[kept], times[kept]
-        if abs(times[0]) > _DATE:
-            told.append("time counts from the first reading")
-            times = times - times[0]
         return cls._cut(rows, times, gap, step, told, name, fewest)
 
     @classmethod
@@ -128,7 +125,16 @@ class Stamps:
                 f"{len(gaps)} gap{'s' * (len(gaps) > 1)} longer than {figures(gap)} s: nothing is "
                 "differentiated, smoothed or bounded across"
             )
-        return cls(rows[kept], times[kept], gaps, step, tuple(told))
+        return cls(rows[kept], _from_first(times[kept], told), gaps, step, tuple(told))
+
+
+def _from_first(times: FloatArray, told: list[str]) -> FloatArray:
+    """Count from the first reading where stamps are dates, unless that takes digits that tell them apart."""
+    since = times - times[0]
+    if abs(times[0]) <= _DATE or not (np.diff(since) > 0).all():
+        return times
+    told.append("time counts from the first reading")
+    return since
 
 
 def _in_order(
