@@ -20,9 +20,10 @@ from gd_analyze.levels import ELEMENT, LEVELS, TERM, Budget, ExactDynamics, Exac
 from gd_analyze.levels.program_check import require_terms_computed
 from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import Joint, RobotArm, load_arm, with_payload
-from gd_analyze.search import How, simplify_exact
+from gd_analyze.search import How, simplify, simplify_exact
 from gd_analyze.search.simplify import exactly
 from gd_analyze.states import States, states_in_box
+from parallel_axes import scara
 from strategies import arms, arms_with_states, examples
 
 BUILT_IN = ("puma560", "stanford", "two_link")
@@ -151,3 +152,14 @@ def test_a_wheel_needs_one_product():
         gravity=np.zeros(3),
     )
     assert ExactForm(arm).operations.total == 1
+
+
+def test_a_scara_takes_few_operations():
+    """Its angles add up across the slide: 58 and 59 terms with the roll a run of its own."""
+    form = ExactForm(scara())
+    assert form.operations.total <= 53
+    # The fast profile of Lloyd et al. 2021: the full circle, rates of 1 and accelerations of 10.
+    rng = np.random.default_rng(0)
+    q, qd, qdd = (rng.uniform(-x, x, (1000, 4)) for x in (np.pi, 1.0, 10.0))
+    model = simplify(scara(), States(q, qd, qdd), "1%")
+    assert model.operations.total <= 41
