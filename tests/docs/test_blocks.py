@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from markdown_pages import ROOT, Block, blocks
+from own_robot import write_own_robot
 
 NOT_RUN = "not run"
 
@@ -34,13 +35,14 @@ PAGES = [page for page in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A folder with the program on its own, the shipped data beside it as in a checkout."""
+    """A folder with the program on its own, data beside it as in a checkout, a robot and a log."""
     program = tmp_path / "bin" / "gd-analyze"
     program.parent.mkdir()
     program.write_text(f"#!{sys.executable}\nfrom gd_analyze.cli import main\nmain()\n")
     program.chmod(0o755)
     work = tmp_path / "work"
     shutil.copytree(ROOT / "data", work / "data")
+    write_own_robot(work)
     return work
 
 
