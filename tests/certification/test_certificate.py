@@ -14,7 +14,7 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.certification.harmonics_slack import harmonics_slack
 from gd_analyze.decomposition import decompose_states
-from gd_analyze.errors import UsageError
+from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.harmonics import Waves, harmonics_of
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Torques
@@ -253,10 +253,11 @@ def test_an_arm_of_many_joints_is_bounded_too() -> None:
     assert certificate.ratio[erring].max() < 1.5
 
 
-def test_an_arm_without_limits_needs_a_box() -> None:
+def test_limits_that_are_not_stated_are_stood_in_for() -> None:
     bare = two_link_of(1.0, 1.0, 1.0)
-    with pytest.raises(UsageError, match="does not state all its limits"):
-        certify(model_with(bare, exact_torques(bare)))
+    with pytest.warns(GdAnalyzeWarning, match="does not state all limits"):
+        found = certify(model_with(bare, exact_torques(bare)))
+    assert "assumed" in found.box.where
 
 
 def test_bad_arguments_are_refused(two_link: RobotArm, puma: RobotArm) -> None:

@@ -147,5 +147,5 @@ def test_what_is_too_long_to_be_written_out_is_refused():
     for _ in range(4):
         for x in q:
             value = value * (1.0 + np.cos(x) + 0.5 * np.sin(x))
-    with pytest.raises(ModelError, match="too many terms"):
+    with pytest.raises(ModelError, match="too long to be written out"):
         expanded(Program.of(trace, [value]), [False] * 8)
