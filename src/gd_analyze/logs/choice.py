@@ -6,17 +6,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.logs.joints import Family, families_of
+from gd_analyze.logs.joints import Family, arms_numbers, families_of
 from gd_analyze.logs.reading import ROLES, Reading
 from gd_analyze.logs.refusals import PLURAL, ambiguous, no_positions
 from gd_analyze.logs.roles import Meaning, is_of_set_points, known_joints, meaning_of
 from gd_analyze.logs.said import columns_said, joint_named, listed, no_column
 from gd_analyze.logs.table import LogTable
-from gd_analyze.logs.text_table import is_text
+from gd_analyze.logs.text_table import TextTable, is_text
 from gd_analyze.logs.time_axis import TimeColumns, time_columns
 from gd_analyze.logs.units import TIME_UNITS, fitting_unit, units_of
 from gd_analyze.logs.words import words_of
 from gd_analyze.robots import RobotArm
+from gd_analyze.visible import in_python
 
 _ORDER = {"measured": 0, "plain": 1, "target": 2}
 
@@ -103,6 +104,7 @@ def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[obj
     set_points = any(table.names) and all(is_of_set_points(name) for name in table.names if name)
     planned = target or accelerated or set_points if table.planned is None else table.planned
     told = [sentence for role in ("q",) if role in chosen for sentence in _renaming(chosen[role])]
+    told += _left_over(chosen, arm, table)
     told += _standing_in(families, chosen, zero, table)
     used = {use.column for use in uses}
     return Choice(
@@ -133,6 +135,8 @@ def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]
         if meaning.unit and meaning.role in ROLES:
             fits = any(fitting_unit(meaning.unit, meaning.role, turns) for turns in (True, False))
             meaning = meaning if fits else Meaning("other", unit=meaning.unit)
+        if meaning.role == "time" and meaning.unit and meaning.unit not in TIME_UNITS:
+            meaning = Meaning("other", unit=meaning.unit)
         meanings.append(meaning)
     return _without_text(_named_in_rows(meanings, table, known), table)
 
@@ -154,14 +158,16 @@ def _named_in_rows(
     meanings: list[Meaning], table: LogTable, known: Mapping[tuple[str, ...], int]
 ) -> list[Meaning]:
     """Give counted columns the joints' names where the log has columns name0, name1 and so on."""
-    labels = {}
+    labels, cells = {}, {}
     for k, meaning in enumerate(meanings):
         if meaning.role == "name" and meaning.number is not None:
             text = next((cell for cell in table.head(k) if isinstance(cell, str)), None)
             if text is not None:
-                labels[meaning.number] = words_of(text)
+                labels[meaning.number], cells[k] = words_of(text), text
     if not labels:
         return meanings
+    if isinstance(table, TextTable):  # of other tables in which text may change none is read
+        table.require_constant(cells, or_empty=True)
     return [
         replace(
             meaning, token=() if labels[number] in known else labels[number], joint=known.get(labels[number])
@@ -288,14 +294,23 @@ def _time(
                  for k, meaning in enumerate(meanings)]  # fmt: skip
         found = time_columns(table.names, meanings, stand, table.where())
     if found is None and reading.rate is None:
+        text = next((k for k, name in enumerate(table.names) if _is_time_of_text(name, table.head(k))), None)
         raise TrajectoryError(
-            "no column is known to be the time",
-            where=table.where(),
-            expected="a column such as time, timestamp or header.stamp",
-            found=listed([name for name in table.names if name]) or "columns without names",
+            "no column is known to be the time"
+            if text is None
+            else f"the time in column {table.names[text]} is text, of which no instants are read",
+            where=table.where(None, text),
+            expected="a column such as time, timestamp or header.stamp, in numbers",
+            found=listed([name for name in table.names if name]) or "columns without names"
+            if text is None
+            else in_python(table.head(text)[0]),
             next_step="name it with --map time=COLUMN, or give the samples per second with --rate HZ",
         )
     return found
+
+
+def _is_time_of_text(name: str, cells: Sequence[str | float]) -> bool:
+    return meaning_of(name, {}).role == "time" and is_text(cells)
 
 
 def _renaming(family: Family) -> list[str]:
@@ -308,6 +323,20 @@ def _renaming(family: Family) -> list[str]:
     return [
         f"the log's joints are not called like the arm's and were matched by number: {pairs}; "
         f"--map joint:{own}={log} and so on matches them otherwise"
+    ]
+
+
+def _left_over(chosen: Mapping[str, Family], arm: RobotArm, table: LogTable) -> list[str]:
+    """Say that a log counts more joints than the arm has: it may be of another arm."""
+    family = chosen.get("q")
+    if family is None or not family.extra or not family.why.startswith("by number"):
+        return []
+    counts = arms_numbers([joint.name for joint in arm.joints])
+    if counts is not None and max(counts[1]) - min(counts[1]) >= arm.n_joints:
+        return []  # an arm picked out of a longer chain counts as the log does
+    return [
+        f"it counts {len(family.columns) + len(family.extra)} joints, arm {arm.name} has {arm.n_joints}: "
+        f"{listed([table.names[column] for column in family.extra])} left out; check that the log is of this arm"
     ]
 
 

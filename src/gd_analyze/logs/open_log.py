@@ -80,7 +80,8 @@ def _named(table: TextTable, reading: Reading) -> TextTable:
     echoed = echoed_names(cells, [is_number(cell) for cell in cells])
     if echoed is not None and not reading.columns:
         refuse_long_names(echoed, Location(table.path, table.layout.first))
-        table.require_constant([k for k, cell in enumerate(cells) if k > 2 and cell and not is_number(cell)])
+        names = {k: cell for k, cell in enumerate(cells) if k > 2 and cell and not is_number(cell)}
+        table.require_constant(names)
         return TextTable(table.path, table.data, echoed)
     width = table.layout.width
     if not reading.columns:

@@ -95,7 +95,8 @@ def layout_of(lines: Sequence[str], path: object) -> Layout:
         begin, row = number, first
     refuse_long_names(names, Location(str(path), header))
     values = [cell.strip() for cell in split_cells(row, delimiter, Location(str(path), begin))]
-    comma = delimiter != "," and any(WITH_COMMA.fullmatch(cell) for cell in values)
+    # Between commas a decimal comma stands in quotes.
+    comma = any(WITH_COMMA.fullmatch(cell) for cell in values)
     return Layout(delimiter, "," if comma else ".", names, header, begin)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import re
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal, InvalidOperation
 from functools import cache, cached_property
@@ -88,16 +88,19 @@ class TextTable:
         """Cells of the first row."""
         return self._head[0]
 
-    def require_constant(self, columns: Sequence[int]) -> None:
-        """Raise a TrajectoryError where columns of text are not the same in every row."""
-        first = self.first_cells
+    def require_constant(self, first: Mapping[int, str], *, or_empty: bool = False) -> None:
+        """Raise a TrajectoryError where a column of text is not in every row as in the first, or empty."""
+        columns = sorted(first)
         for block in self._blocks(no_progress):
-            frame = self._parsed(block, list(columns), frozenset(columns))
+            frame = self._parsed(block, columns, frozenset(columns))
             for column in columns:
                 cells = frame[column].to_numpy(dtype=object)
                 if all(cell == first[column] for cell in cells):
                     continue
-                row = next(k for k, cell in enumerate(cells) if cell != first[column])
+                wrong = (k for k, cell in enumerate(cells) if _differs(cell, first[column], or_empty))
+                row = next(wrong, None)
+                if row is None:
+                    continue
                 raise TrajectoryError(
                     "the joints' names change",
                     where=Location(self.path, block.numbers[row], column + 1),
@@ -295,6 +298,11 @@ class TextTable:
                 else "a binary file (zero bytes)",
                 next_step="save it as CSV in UTF-8",
             )
+
+
+def _differs(cell: object, first: str, or_empty: bool) -> bool:
+    """Whether a cell of text is another one; an empty cell is read as nan."""
+    return cell.strip() != first if isinstance(cell, str) else not or_empty
 
 
 @cache

@@ -19,6 +19,8 @@ SAMPLE = "sample"
 _EPOCH = (6.3e8, 4.2e9)
 # Steps of logs of robots, s: from 10 kHz to 1 Hz; longer ones are taken at the user's word alone.
 _STEPS = (1e-4, 1.0)
+# Longer steps than this, and below 1, may be of some readings per second or of some per millisecond.
+_DOUBTFUL = 0.5
 # Before all else a log has the time of its rows, then the stamp of the message, then anything called time.
 _ROW_TIME, _STAMP, _ANY = 0, 1, 2
 
@@ -127,6 +129,14 @@ def in_seconds(
     TrajectoryError
         If the unit is not to be told.
     """
+    if rate is not None and (len(stamps) == 2 or chosen.unit in TIME_UNITS):
+        raise TrajectoryError(
+            f"{name} is a time in {chosen.unit}, which a rate contradicts",
+            where=where,
+            expected="a rate where the log counts samples, or has no time",
+            found=f"{rate:g} Hz",
+            next_step="leave --rate out, or the column: --map time=none",
+        )
     if len(stamps) == 2:
         seconds, nano = stamps
         return _from_start(seconds.rest + 1e-9 * (nano.rest + nano.base)), "s", chosen.why
@@ -139,6 +149,15 @@ def in_seconds(
                 where=where,
                 expected="whole numbers",
                 found=f"{_first(stamp.rest) + stamp.base:.10g} first",
+                next_step="give its unit with --time-unit, or leave the column out: --map time=none",
+            )
+        step = _step(values)
+        if chosen.unit != SAMPLE and step > 1.0:
+            raise TrajectoryError(
+                f"{name} may count samples or be a time, so a rate does not tell",
+                where=where,
+                expected="whole numbers in steps of 1, or a name such as sample",
+                found=f"steps of {step:g}",
                 next_step="give its unit with --time-unit, or leave the column out: --map time=none",
             )
         return values / rate, SAMPLE, f"{rate:g} Hz as given"
@@ -157,8 +176,7 @@ def _by_steps(
     values: FloatArray, chosen: TimeColumns, name: str, where: Location, hint: str
 ) -> tuple[FloatArray, str, str]:
     """Tell the unit by the steps."""
-    steps = np.diff(values[np.isfinite(values)])
-    step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    step = _step(values)
     if chosen.unit == SAMPLE or (_whole(values) and step == 1.0):
         raise TrajectoryError(
             f"{name} counts samples, or is in a unit that it does not tell",
@@ -167,7 +185,7 @@ def _by_steps(
             found="whole numbers in steps of 1" if step == 1.0 else f"whole numbers in steps of {step:g}",
             next_step=f"--rate HZ if it counts samples, --time-unit s, ms, us or ns otherwise{hint}",
         )
-    if step < 1.0:
+    if step < 1.0 and not _DOUBTFUL < step:
         return values, "s", "no unit stated"
     likely = [unit for unit, factor in TIME_UNITS.items() if _STEPS[0] <= step * factor < _STEPS[1]]
     if len(likely) == 1:
@@ -210,6 +228,12 @@ def _from_start(values: FloatArray) -> FloatArray:
 def _first(values: FloatArray) -> float:
     finite = values[np.isfinite(values)]
     return float(finite[0]) if finite.size else 0.0
+
+
+def _step(values: FloatArray) -> float:
+    """Usual step, the median; 0 where time stands."""
+    steps = np.diff(values[np.isfinite(values)])
+    return float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
 
 
 def _whole(values: FloatArray) -> bool:

@@ -12,7 +12,7 @@ TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 _ANGLES = {"rad": 1.0, "mrad": 1e-3, "deg": DEGREE, "rev": 2 * math.pi}
 _LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 _PER = {"q": "", "qd": "/s", "qdd": "/s^2"}
-_TORQUES = {"N m": 1.0, "mN m": 1e-3, "kN m": 1e3}
+_TORQUES = {"N m": 1.0, "cN m": 1e-2, "mN m": 1e-3, "kN m": 1e3}
 _FORCES = {"N": 1.0, "kN": 1e3}
 
 # How units are spelt, beside the way they are shown.
@@ -22,13 +22,16 @@ _SPELT = {
     "second": "s", "seconds": "s", "msec": "ms", "msecs": "ms", "millis": "ms", "milliseconds": "ms",
     "µs": "us", "μs": "us", "usec": "us", "usecs": "us", "micros": "us", "microseconds": "us",
     "nsec": "ns", "nsecs": "ns", "nanosec": "ns", "nanosecs": "ns", "nanos": "ns", "nanoseconds": "ns",
-    "nm": "N m", "n*m": "N m", "n.m": "N m", "n·m": "N m", "n-m": "N m", "mnm": "mN m", "knm": "kN m",
+    "turn": "rev", "turns": "rev", "revs": "rev", "revolutions": "rev",
+    "ncm": "cN m", "n*cm": "cN m", "cnm": "cN m", "nmm": "mN m", "n*mm": "mN m", "nm": "N m", "n*m": "N m", "n.m": "N m", "n·m": "N m", "n-m": "N m", "mnm": "mN m", "knm": "kN m",
     "n": "N", "newton": "N", "kn": "kN",
 }  # fmt: skip
 _TIMES = dict.fromkeys(("s", "sec"), "/s") | dict.fromkeys(("s^2", "s2", "sec^2", "(s^2)", "s/s"), "/s^2")
 # Of quantities that are none of an arm's motion.
 _FOREIGN = frozenset(
-    ["a", "ma", "amp", "amps", "v", "mv", "w", "°c", "degc", "celsius", "k", "%", "hz", "inc", "counts"]
+    ("a", "ma", "amp", "amps", "v", "mv", "w", "°c", "degc", "celsius", "k", "%", "‰", "permille", "hz")
+    + ("inc", "incs", "increments", "count", "counts", "tick", "ticks", "pulse", "pulses", "cdeg", "mdeg")
+    + ("gon", "grad", "inch", "ft", "lbf", "lbfft", "lbfin", "ftlb", "inlb", "kgcm", "kgfcm", "kgm", "kgfm")
 )
 
 
@@ -43,9 +46,9 @@ def unit_in_words(text: str) -> str | None:
     bare = re.sub(r"\s+", "", text).lower().replace("²", "^2").replace("**2", "^2")
     if bare == "rpm":
         return "rpm"
-    if bare in _FOREIGN:
-        return bare
     base, slash, per = bare.partition("/")
+    if re.sub(r"[-.*·]", "", base) in _FOREIGN and (not slash or per in _TIMES):
+        return bare
     shown = _SPELT.get(base, base)
     if not slash:
         known = {*TIME_UNITS, *_ANGLES, *_LENGTHS, *_TORQUES, *_FORCES}
