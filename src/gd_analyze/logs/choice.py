@@ -107,9 +107,12 @@ def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[obj
     told += _left_over(chosen, arm, table)
     told += _standing_in(families, chosen, zero, table)
     used = {use.column for use in uses}
+    time = _time(table, meanings, said, reading)
+    if set_points and not reading.asked and time is not None:
+        time = replace(time, unit="s", why="as files of set points have it")
     return Choice(
         uses=tuple(uses),
-        time=_time(table, meanings, said, reading),
+        time=time,
         unused=_unused(used, meanings, families, chosen, zero),
         measured=not planned if reading.measured is None else reading.measured,
         told=tuple(told),

@@ -151,13 +151,14 @@ def in_seconds(
                 found=f"{_first(stamp.rest) + stamp.base:.10g} first",
                 next_step="give its unit with --time-unit, or leave the column out: --map time=none",
             )
-        step = _step(values)
+        steps = np.diff(values[np.isfinite(values)])
+        step = float(steps[steps > 0].min()) if (steps > 0).any() else 1.0
         if chosen.unit != SAMPLE and step > 1.0:
             raise TrajectoryError(
                 f"{name} may count samples or be a time, so a rate does not tell",
                 where=where,
                 expected="whole numbers in steps of 1, or a name such as sample",
-                found=f"steps of {step:g}",
+                found=f"steps of {step:g} at least",
                 next_step="give its unit with --time-unit, or leave the column out: --map time=none",
             )
         return values / rate, SAMPLE, f"{rate:g} Hz as given"

@@ -59,6 +59,7 @@ def motion_of(logged: Logged, arm: RobotArm | None, treatment: Treatment | None 
             found=f"{logged.q.shape[1]}",
         )
     how = treatment or Treatment()
+    logged = _without_sparse_rates(logged)
     needed = [x for x in (logged.q, logged.qd, logged.qdd) if x is not None]
     readable = np.logical_and.reduce([np.isfinite(x).all(axis=1) for x in needed])
     fewest = FEWEST if logged.measured else FEWEST_SET_POINTS if len(needed) < 3 else 1
@@ -70,6 +71,25 @@ def motion_of(logged: Logged, arm: RobotArm | None, treatment: Treatment | None 
     qd, qdd, torque = (None if x is None else x[stamps.rows] for x in (logged.qd, logged.qdd, logged.torque))
     kept = replace(logged, time=stamps.time, q=q, qd=qd, qdd=qdd, torque=torque)
     return _measured(kept, stamps, how, told) if logged.measured else _planned(kept, stamps, told)
+
+
+def _without_sparse_rates(logged: Logged) -> Logged:
+    """Leave rates and accelerations out that stand in fewer than half of the rows that hold positions."""
+    held = np.isfinite(logged.q).all(axis=1)
+    for name, words in (("qd", "rates"), ("qdd", "accelerations")):
+        values = getattr(logged, name)
+        if values is None:
+            continue
+        beside = int((held & np.isfinite(values).all(axis=1)).sum())
+        if 2 * beside < int(held.sum()):
+            warnings.warn(
+                f"log {logged.name}: {words} stand in {beside} of {int(held.sum())} rows that hold positions, and "
+                "are not used",
+                GdAnalyzeWarning,
+                stacklevel=4,
+            )
+            logged = replace(logged, **{name: None})
+    return logged
 
 
 def _planned(kept: Logged, stamps: Stamps, told: tuple[str, ...]) -> Trajectory:
