@@ -88,6 +88,36 @@ def test_other_words_beside_numbers_where_the_log_counts(read: Read) -> None:
     np.testing.assert_array_equal(logged.torque[0], [3, 4])
 
 
+def test_more_joints_than_the_arm_has_are_told(read: Read, warned) -> None:
+    with warned() as texts:
+        logged = read(positions(["pos_0", "pos_1", "pos_2"]), arm_of("hip", "knee"))
+    np.testing.assert_array_equal(logged.q[0], [0, 1])
+    (text,) = texts
+    assert "it counts 3 joints, arm made has 2: pos_2 left out; check that the log is of this arm" in text
+
+
+NAMED = "time,name[0],name[1],position[0],position[1]\n0.0,knee,hip,1,2\n0.1,,,3,4\n"
+
+
+def test_names_in_cells(read: Read) -> None:
+    logged = read(NAMED + "0.2,knee,hip,5,6\n", arm_of("hip", "knee"))
+    np.testing.assert_array_equal(logged.q, [[2, 1], [4, 3], [6, 5]])
+
+
+def test_names_in_cells_that_change_are_refused(read: Read) -> None:
+    """Messages of two senders, or of one that sorts anew, would be read in the order of the first."""
+    later = "".join(f"{0.1 * k},knee,hip,1,2\n" for k in range(2, 300))  # beyond what the head shows
+    with pytest.raises(TrajectoryError) as caught:
+        read(NAMED + later + "30.0,hip,knee,1,2\n", arm_of("hip", "knee"))
+    for says in ("the joints' names change", "line 302, column 2", "hip; knee before"):
+        assert says in str(caught.value)
+
+
+def test_what_is_worked_out_is_no_reading(read: Read) -> None:
+    for word in ("model", "ff", "gravity", "residual"):
+        assert read(f"time,q1,tau_{word}_1\n0,1,2\n0.1,1,2\n", arm_of("hip")).torque is None
+
+
 def test_a_role_left_out(read: Read) -> None:
     text = "time,q1,qd1,tau1\n0,1,2,3\n0.5,1,2,3\n"
     assert read(text, arm_of("hip"), map=["qd=none"]).qd is None

@@ -34,6 +34,10 @@ LAYOUTS = {
     "blank before": "  t  hip_pos  knee_pos  hip_vel knee_vel\n  "
     + BODY.replace(",", " ").replace("\n", "\n  "),
     "decimal comma": "t;hip_pos;knee_pos;hip_vel;knee_vel\n" + BODY.replace(",", ";").replace(".", ","),
+    "decimal comma in quotes": "t,hip_pos,knee_pos,hip_vel,knee_vel\n"
+    + "".join(
+        ",".join(f'"{cell}"' for cell in line.split(",")).replace(".", ",") + "\n" for line in BODY.split()
+    ),
     "quotes": '"t","hip_pos","knee_pos","hip_vel","knee_vel"\n' + BODY.replace("0.0,", '"0.0",'),
     "comments": "# a robot\n\nt,hip_pos,knee_pos,hip_vel,knee_vel\n"
     + BODY.replace("\n0.016", "\n# here\n\n0.016"),
@@ -54,7 +58,7 @@ LAYOUTS = {
 def test_layouts(layout: str, read: Read) -> None:
     logged = read(LAYOUTS[layout], TWO)
     # Every digit is written, and read as it stands; of decimal commas pandas may miss the last place.
-    ulp = 4 * np.finfo(float).eps if layout == "decimal comma" else 0.0
+    ulp = 4 * np.finfo(float).eps if layout.startswith("decimal comma") else 0.0
     np.testing.assert_allclose(logged.time, TIME, rtol=ulp, atol=0)
     np.testing.assert_allclose(logged.q, Q, rtol=ulp, atol=0)
     np.testing.assert_allclose(logged.qd, QD, rtol=ulp, atol=0)
@@ -103,6 +107,20 @@ def test_units_of_names(read: Read) -> None:
     np.testing.assert_allclose(logged.q, np.pi * np.array([[0.5, 1], [0, -0.5]]), rtol=1e-15)
     np.testing.assert_allclose(logged.qd, np.pi * np.array([[2, 0.25], [0, -0.25]]), rtol=1e-15)
     assert [use.unit for use in logged.columns] == ["ms", "deg", "deg", "rpm", "deg/s"]
+
+
+def test_units_of_motors_and_small_gears(read: Read) -> None:
+    logged = read("t,q1 [turns],q2 [turns],tau1 [Ncm],tau2 [Ncm]\n0,0.25,1,100,50\n0.1,0,0,0,0\n", TWO)
+    np.testing.assert_allclose(logged.q[0], [np.pi / 2, 2 * np.pi], rtol=1e-15)
+    np.testing.assert_allclose(logged.torque[0], [1, 0.5], rtol=1e-15)
+
+
+@pytest.mark.parametrize("unit", ["ticks", "counts", "increments", "grad", "‰"])
+def test_positions_in_units_that_are_not_known_are_none(unit: str, read: Read) -> None:
+    """Rates beside them must not let them pass for radians."""
+    with pytest.raises(TrajectoryError, match="no column is known to be a position"):
+        read(f"t,J1 pos [{unit}],J2 pos [{unit}],J1 vel,J2 vel\n0,1,2,3,4\n0.1,1,2,3,4\n", TWO)
+    assert read(f"t,q1,q2,tau1 [{unit}],tau2 [{unit}]\n0,1,2,3,4\n0.1,1,2,3,4\n", TWO).torque is None
 
 
 def test_a_line_of_units(read: Read) -> None:

@@ -77,6 +77,13 @@ def test_time_may_repeat_and_fall(read: Read) -> None:
     np.testing.assert_array_equal(read(table("time", [0, 0.5, 0.5, 0.25]), ONE).time, [0, 0.5, 0.5, 0.25])
 
 
+def test_set_points_are_in_seconds_here_too(read: Read) -> None:
+    """As they are where the file is analysed; of what is asked for its steps would tell milliseconds."""
+    text = "time,q1\n0,0\n10,1\n20,2\n"
+    assert read(text, ONE).time[1] == 10.0
+    assert read(text, ONE, measured=True).time[1] == 0.01
+
+
 MOVING = "".join(f"{k},{np.sin(0.01 * k)},{10 * np.cos(0.01 * k)}\n" for k in range(40))
 
 CASES: dict[str, tuple[str, dict[str, object], list[str]]] = {
@@ -101,6 +108,32 @@ CASES: dict[str, tuple[str, dict[str, object], list[str]]] = {
         table("time", [0, 500, 1000]),
         {},
         ["does not tell its unit", "steps of 500"],
+    ),
+    "milliseconds or seconds": (
+        table("time", [0, 0.998, 1.996]),
+        {},
+        ["does not tell its unit", "steps of 0.998"],
+    ),
+    "a rate for milliseconds": (
+        table("time_ms", [0, 10, 20]),
+        {"rate": 100.0},
+        ["time_ms is a time in ms, which a rate contradicts", "100 Hz", "leave --rate out"],
+    ),
+    "a rate for what may be milliseconds": (
+        table("time", [0, 10, 20]),
+        {"rate": 100.0},
+        ["may count samples or be a time", "steps of 10 at least", "--time-unit", "--map time=none"],
+    ),
+    "a rate for seconds and nanoseconds": (
+        "sec,nanosec,q_0\n1,0,1\n1,8,2\n",
+        {"rate": 100.0},
+        ["sec is a time in s, which a rate contradicts"],
+    ),
+    "a unit that is none": (table("time [ticks]", [0, 0.1]), {}, ["no column is known to be the time"]),
+    "a date": (
+        table("time", ["2024-01-01T00:00:00", "2024-01-01T00:00:01"]),
+        {},
+        ["the time in column time is text", "line 1, column 1", "found: '2024-01-01T00:00:00'", "--rate"],
     ),
     "no time": (
         "q_0,temp\n1,2\n2,3\n",

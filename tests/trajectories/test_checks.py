@@ -133,3 +133,26 @@ def test_warnings_point_at_the_caller(csv_file: CsvFile, two_link: RobotArm) -> 
     with pytest.warns(GdAnalyzeWarning) as caught:
         read_trajectory(path, two_link)
     assert caught[0].filename == __file__
+
+
+def test_milliseconds_that_nothing_says(csv_file: CsvFile, two_link: RobotArm, warned: Warned) -> None:
+    rows = [f"{10 * k},{0.5 * np.sin(0.02 * k)},{0.3 * np.cos(0.02 * k)}" for k in range(300)]
+    with warned() as texts:
+        read_trajectory(csv_file("\n".join(["time,q1,q2", *rows])), two_link)
+    assert len(texts) == 1
+    assert "% of its rate limits at most, in time read as seconds" in texts[0]
+    assert "--time-unit ms" in texts[0]
+    # Nothing is remarked upon in seconds, of what rests, or of what has its rates.
+    with warned() as texts:
+        read_trajectory(
+            csv_file(
+                "\n".join(["time,q1,q2", *(f"{k / 100}{r[r.index(',') :]}" for k, r in enumerate(rows))])
+            ),
+            two_link,
+        )
+        read_trajectory(
+            csv_file("\n".join(["time,q1,q2", *(f"{10 * k},0.1,{1e-3 * k / 300}" for k in range(300))])),
+            two_link,
+        )
+        check_against_arm(motion([[0, 0], [1, 1]]), two_link)
+    assert texts == []

@@ -204,3 +204,15 @@ def test_wrapped_angles_are_unwrapped_for_an_arm_without_limits(two_link):
     # A straight line stays one; eps of 10 rad through splines of 4 to 240 knots a second.
     np.testing.assert_allclose(found.qdd, 0.0, atol=1e-6)
     assert any("jumps of full turns undone" in told for told in found.recording.treatment)
+
+
+def test_rates_of_other_rows_are_not_used():
+    """Topics that were merged have rows of positions and rows of rates."""
+    motion = Motion.of(3)
+    log = log_of(motion)
+    rates = np.full_like(log.q, np.nan)
+    rates[:100] = motion.at(log.time[:100], 1)
+    with pytest.warns(GdAnalyzeWarning, match=f"rates stand in 100 of {len(log.q)} rows that hold positions"):
+        found = motion_of(replace(log, qd=rates), None)
+    assert found.n_set_points == len(log.q)
+    assert found.derived == ("qd", "qdd")

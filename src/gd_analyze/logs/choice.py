@@ -108,7 +108,7 @@ def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[obj
     told += _standing_in(families, chosen, zero, table)
     used = {use.column for use in uses}
     time = _time(table, meanings, said, reading)
-    if set_points and not reading.asked and time is not None:
+    if set_points and not reading.asked and time is not None and isinstance(table, TextTable):
         time = replace(time, unit="s", why="as files of set points have it")
     return Choice(
         uses=tuple(uses),

@@ -60,6 +60,8 @@ _BLOCKED = frozenset(
         "stiffness",
         "window",
     }
+    | {"model", "modelled", "predicted", "ff", "feedforward", "coriolis", "inertia", "residual", "bias"}
+    | {"delta", "init", "initial"}
     | {"damping", "gravity", "friction", "quaternion", "orientation", "tf", "success", "digital", "analog"}
 )
 _CONTAINERS = frozenset(
