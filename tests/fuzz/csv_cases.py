@@ -16,7 +16,7 @@ from text_changes import BYTES, TEXT
 
 from gd_analyze.robots import load_arm
 from gd_analyze.trajectories import Trajectory, read_trajectory, trajectory_csv
-from gd_analyze.trajectories.csv_file import GAP
+from gd_analyze.trajectories.csv_writing import GAP
 from gd_analyze.trajectories.log_file import keeps_contract
 from gd_analyze.vectors import FloatArray
 

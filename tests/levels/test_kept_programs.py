@@ -48,7 +48,7 @@ def test_it_is_written_once_and_the_same_with_and_without(two_link, place, made,
     assert len(list(place.iterdir())) == 1
     with without_cache():
         assert written(made(two_link)) == written(first)
-    for module, name in (("exact", "_shortest"), ("torque_program", "_thorough")):
+    for module, name in (("exact_form", "_shortest"), ("torque_program", "_thorough")):
         monkeypatch.setattr(f"gd_analyze.levels.{module}.{name}", None)
     again = made(two_link)
     assert written(again) == written(first)

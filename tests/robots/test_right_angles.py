@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
-from gd_analyze.levels.exact import ExactForm
+from gd_analyze.levels.exact_form import ExactForm
 from gd_analyze.robots import load_arm
 from gd_analyze.robots.right_angles import RIGHT, Straightened, straight
 from robot_files import assert_same_torque, joint, link, urdf

@@ -7,8 +7,8 @@ from gd_analyze.levels.evaluation import Evaluation as Evaluation
 from gd_analyze.levels.evaluation import evaluate as evaluate
 from gd_analyze.levels.evaluation import torque_csv as torque_csv
 from gd_analyze.levels.exact import ExactDynamics as ExactDynamics
-from gd_analyze.levels.exact import ExactForm as ExactForm
 from gd_analyze.levels.exact import warn_without_torque as warn_without_torque
+from gd_analyze.levels.exact_form import ExactForm as ExactForm
 from gd_analyze.levels.level import Level as Level
 from gd_analyze.levels.levels import LEVELS as LEVELS
 from gd_analyze.levels.levels import level_named as level_named

@@ -11,7 +11,8 @@ from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula
 from gd_analyze.formulas.parts import parts_formulas
 from gd_analyze.levels.effort import Effort
-from gd_analyze.levels.exact import ExactDynamics, ExactForm
+from gd_analyze.levels.exact import ExactDynamics
+from gd_analyze.levels.exact_form import ExactForm
 from gd_analyze.levels.level import Checked, Costs, Level, Terms
 from gd_analyze.levels.part_costs import part_costs
 from gd_analyze.levels.parts import Part, kept_effects, parts_of, torque_by_part, trace_parts

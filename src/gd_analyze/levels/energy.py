@@ -11,7 +11,7 @@ from pydantic import TypeAdapter
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.lagrangian import torques_of
 from gd_analyze.harmonics.terms import Energies, EnergyTerm, Torques
-from gd_analyze.levels.exact import ExactForm
+from gd_analyze.levels.exact_form import ExactForm
 from gd_analyze.levels.harmonic import FactorEntry, HarmonicLevel, factor_entries, monomial_of, numbered
 from gd_analyze.levels.level import Checked, Coefficient, Numbers
 

@@ -20,7 +20,8 @@ from gd_analyze.harmonics.lagrangian import gathered
 from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, Rate, Torques, TorqueTerm
 from gd_analyze.harmonics.waves import DEGREE
 from gd_analyze.levels.effort import Effort
-from gd_analyze.levels.exact import ExactDynamics, ExactForm
+from gd_analyze.levels.exact import ExactDynamics
+from gd_analyze.levels.exact_form import ExactForm
 from gd_analyze.levels.level import Costs, Level, Terms
 from gd_analyze.levels.torque_program import torque_program, torque_programs
 from gd_analyze.levels.torque_variables import TorqueVariables

@@ -20,7 +20,8 @@ from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.given_numbers import LARGEST_COEFFICIENT
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.levels.effort import THOROUGH, Effort
-from gd_analyze.levels.exact import ExactDynamics, ExactForm
+from gd_analyze.levels.exact import ExactDynamics
+from gd_analyze.levels.exact_form import ExactForm
 from gd_analyze.operations import Program
 from gd_analyze.vectors import FloatArray
 

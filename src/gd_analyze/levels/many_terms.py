@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gd_analyze.levels.exact import ExactForm
+from gd_analyze.levels.exact_form import ExactForm
 from gd_analyze.robots import RobotArm
 
 # Outer joints looked at first: tens of milliseconds.

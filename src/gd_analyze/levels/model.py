@@ -15,7 +15,7 @@ from gd_analyze.formulas.plain import Plain
 from gd_analyze.given_numbers import array_of, require_possible
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.labels import joint_name
-from gd_analyze.levels.exact import ExactForm
+from gd_analyze.levels.exact_form import ExactForm
 from gd_analyze.levels.level import Level, Terms
 from gd_analyze.levels.notice import budget_notice
 from gd_analyze.levels.promise import Promise

@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field, SerializerFunctionWrapHandler, TypeAdapter, model_serializer
 
-from gd_analyze.levels.exact import ExactForm
+from gd_analyze.levels.exact_form import ExactForm
 from gd_analyze.levels.level import Checked
 from gd_analyze.levels.levels import level_named
 from gd_analyze.levels.model import SimplifiedModel

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from typing import Any
 
 from gd_analyze.levels.effort import THOROUGH
-from gd_analyze.levels.exact import ExactForm
+from gd_analyze.levels.exact_form import ExactForm
 from gd_analyze.levels.levels import level_named
 from gd_analyze.operations.written import written
 from gd_analyze.robots import arm_from_description

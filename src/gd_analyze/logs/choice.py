@@ -6,11 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.logs.joints import Family, arms_numbers, families_of
+from gd_analyze.logs.joints import Family, families_of
+from gd_analyze.logs.meanings import meanings_of
 from gd_analyze.logs.reading import ROLES, Reading
-from gd_analyze.logs.refusals import PLURAL, ambiguous, no_positions
-from gd_analyze.logs.roles import Meaning, is_of_set_points, known_joints, meaning_of
-from gd_analyze.logs.said import columns_said, joint_named, listed, no_column
+from gd_analyze.logs.refusals import ambiguous, no_positions
+from gd_analyze.logs.remarks import left_over, renaming, standing_in, unused
+from gd_analyze.logs.roles import Meaning, is_of_set_points, meaning_of
+from gd_analyze.logs.said import columns_said, listed
 from gd_analyze.logs.table import LogTable
 from gd_analyze.logs.text_table import TextTable, is_text
 from gd_analyze.logs.time_axis import TimeColumns, time_columns
@@ -85,7 +87,7 @@ def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[obj
         If the names do not tell, or tell of other joints than the arm's; the message lists the choices.
     """
     names = [joint.name for joint in arm.joints]
-    meanings = _meanings(table, arm, reading)
+    meanings = meanings_of(table, arm, reading)
     families = families_of(meanings, names, table.names)
     said = columns_said(table, arm, reading)
     chosen: dict[str, Family] = {}
@@ -103,9 +105,9 @@ def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[obj
     accelerated = "qdd" in chosen and chosen["qdd"].kind == "plain"
     set_points = any(table.names) and all(is_of_set_points(name) for name in table.names if name)
     planned = target or accelerated or set_points if table.planned is None else table.planned
-    told = [sentence for role in ("q",) if role in chosen for sentence in _renaming(chosen[role])]
-    told += _left_over(chosen, arm, table)
-    told += _standing_in(families, chosen, zero, table)
+    told = [sentence for role in ("q",) if role in chosen for sentence in renaming(chosen[role])]
+    told += left_over(chosen, arm, table)
+    told += standing_in(families, chosen, zero, table)
     used = {use.column for use in uses}
     time = _time(table, meanings, said, reading)
     if set_points and not reading.asked and time is not None and isinstance(table, TextTable):
@@ -113,72 +115,11 @@ def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[obj
     return Choice(
         uses=tuple(uses),
         time=time,
-        unused=_unused(used, meanings, families, chosen, zero),
+        unused=unused(used, meanings, families, chosen, zero),
         measured=not planned if reading.measured is None else reading.measured,
         told=tuple(told),
         families=chosen,
     )
-
-
-def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]:
-    """What the columns' names say; text and columns not asked for say nothing."""
-    known = known_joints([joint.name for joint in arm.joints])
-    for role, other in reading.map:
-        if role.startswith("joint:"):
-            joint = joint_named(role.removeprefix("joint:"), arm)
-            known = {words: k for words, k in known.items() if k != joint} | {words_of(other): joint}
-    named = tuple(name or "-" for name in table.names) == reading.columns  # those of a file without a header
-    only = set() if named else set(reading.columns)
-    missing = only - set(table.names)
-    if missing:
-        raise no_column(sorted(missing)[0], table, "--columns")
-    meanings = []
-    for name in table.names:
-        meaning = meaning_of(name, known) if name and (not only or name in only) else Meaning("other")
-        if meaning.unit and meaning.role in ROLES:
-            fits = any(fitting_unit(meaning.unit, meaning.role, turns) for turns in (True, False))
-            meaning = meaning if fits else Meaning("other", unit=meaning.unit)
-        if meaning.role == "time" and meaning.unit and meaning.unit not in TIME_UNITS:
-            meaning = Meaning("other", unit=meaning.unit)
-        meanings.append(meaning)
-    return _without_text(_named_in_rows(meanings, table, known), table)
-
-
-def _without_text(meanings: list[Meaning], table: LogTable) -> list[Meaning]:
-    return [
-        Meaning("other")
-        if meaning.role in (*ROLES, "time") and is_text(table.head(k)) and not _some_numbers(table, k)
-        else meaning
-        for k, meaning in enumerate(meanings)
-    ]
-
-
-def _some_numbers(table: LogTable, column: int) -> bool:
-    return any(isinstance(cell, float) for cell in table.head(column))
-
-
-def _named_in_rows(
-    meanings: list[Meaning], table: LogTable, known: Mapping[tuple[str, ...], int]
-) -> list[Meaning]:
-    """Give counted columns the joints' names where the log has columns name0, name1 and so on."""
-    labels, cells = {}, {}
-    for k, meaning in enumerate(meanings):
-        if meaning.role == "name" and meaning.number is not None:
-            text = next((cell for cell in table.head(k) if isinstance(cell, str)), None)
-            if text is not None:
-                labels[meaning.number], cells[k] = words_of(text), text
-    if not labels:
-        return meanings
-    if isinstance(table, TextTable):  # of other tables in which text may change none is read
-        table.require_constant(cells, or_empty=True)
-    return [
-        replace(
-            meaning, token=() if labels[number] in known else labels[number], joint=known.get(labels[number])
-        )
-        if meaning.role in ROLES and (number := meaning.number) in labels and meaning.joint is None
-        else meaning
-        for meaning in meanings
-    ]
 
 
 def _family(
@@ -293,8 +234,10 @@ def _time(
         unit = meanings[column].unit if meanings[column].unit in TIME_UNITS else ""
         found = TimeColumns((column,), unit, "as given")
     else:
-        stand = [meaning.role in ("time", "sec", "nanosec", "index") and table.stands(k)
-                 for k, meaning in enumerate(meanings)]  # fmt: skip
+        stand = [
+            meaning.role in ("time", "sec", "nanosec", "index") and table.stands(k)
+            for k, meaning in enumerate(meanings)
+        ]
         found = time_columns(table.names, meanings, stand, table.where())
     if found is None and reading.rate is None:
         text = next((k for k, name in enumerate(table.names) if _is_time_of_text(name, table.head(k))), None)
@@ -314,73 +257,3 @@ def _time(
 
 def _is_time_of_text(name: str, cells: Sequence[str | float]) -> bool:
     return meaning_of(name, {}).role == "time" and is_text(cells)
-
-
-def _renaming(family: Family) -> list[str]:
-    if not family.renamed:
-        return []
-    log, own = family.renamed[0]
-    pairs = f"{log} is {own}"
-    if len(family.renamed) > 1:
-        pairs += " and so on to " + " is ".join(family.renamed[-1])
-    return [
-        f"the log's joints are not called like the arm's and were matched by number: {pairs}; "
-        f"--map joint:{own}={log} and so on matches them otherwise"
-    ]
-
-
-def _left_over(chosen: Mapping[str, Family], arm: RobotArm, table: LogTable) -> list[str]:
-    """Say that a log counts more joints than the arm has: it may be of another arm."""
-    family = chosen.get("q")
-    if family is None or not family.extra or not family.why.startswith("by number"):
-        return []
-    counts = arms_numbers([joint.name for joint in arm.joints])
-    if counts is not None and max(counts[1]) - min(counts[1]) >= arm.n_joints:
-        return []  # an arm picked out of a longer chain counts as the log does
-    return [
-        f"it counts {len(family.columns) + len(family.extra)} joints, arm {arm.name} has {arm.n_joints}: "
-        f"{listed([table.names[column] for column in family.extra])} left out; check that the log is of this arm"
-    ]
-
-
-def _standing_in(
-    families: Sequence[Family], chosen: Mapping[str, Family], zero: frozenset[object], table: LogTable
-) -> list[str]:
-    """Say which columns are taken in the place of such that are 0 throughout."""
-    told = []
-    for role, family in chosen.items():
-        dead = [of for of in families if of.role == role and of.key in zero and of.key != family.key]
-        if dead:
-            first = [table.names[min(of.all_columns)] for of in dead]
-            told.append(
-                f"{' and '.join(first)} and so on are 0 throughout; {PLURAL[role]} are taken from "
-                f"{table.names[min(family.all_columns)]} and so on"
-            )
-    return told
-
-
-def _unused(
-    used: set[int],
-    meanings: Sequence[Meaning],
-    families: Sequence[Family],
-    chosen: Mapping[str, Family],
-    zero: frozenset[object],
-) -> dict[int, str]:
-    """Why each of the other columns is left out."""
-    why = {}
-    for column, meaning in enumerate(meanings):
-        if column not in used and meaning.role not in ("time", "sec", "nanosec", "index"):
-            why[column] = "names of joints" if meaning.role == "name" else "no quantity of the joints' motion"
-    for family in families:
-        reason = "0 throughout" if family.key in zero else "of another family"
-        if family.kind == "target" and "q" in chosen and chosen["q"].kind != "target":
-            reason = "target beside measured"
-        for column in family.all_columns:
-            if column not in used:
-                why[column] = reason
-        for column in family.extra:
-            if column not in used:
-                why[column] = (
-                    "of a joint that the arm lacks" if family.why != "by name" else why.get(column, "")
-                )
-    return why

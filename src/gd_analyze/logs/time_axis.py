@@ -186,7 +186,7 @@ def _by_steps(
             found="whole numbers in steps of 1" if step == 1.0 else f"whole numbers in steps of {step:g}",
             next_step=f"--rate HZ if it counts samples, --time-unit s, ms, us or ns otherwise{hint}",
         )
-    if step < 1.0 and not _DOUBTFUL < step:
+    if step <= _DOUBTFUL:
         return values, "s", "no unit stated"
     likely = [unit for unit, factor in TIME_UNITS.items() if _STEPS[0] <= step * factor < _STEPS[1]]
     if len(likely) == 1:

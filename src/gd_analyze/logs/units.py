@@ -17,22 +17,45 @@ _FORCES = {"N": 1.0, "kN": 1e3}
 
 # How units are spelt, beside the way they are shown.
 _SPELT = {
-    "degree": "deg", "degrees": "deg", "degs": "deg", "°": "deg", "radian": "rad", "radians": "rad",
-    "rads": "rad", "meter": "m", "meters": "m", "metre": "m", "metres": "m", "sec": "s", "secs": "s",
-    "second": "s", "seconds": "s", "msec": "ms", "msecs": "ms", "millis": "ms", "milliseconds": "ms",
-    "µs": "us", "μs": "us", "usec": "us", "usecs": "us", "micros": "us", "microseconds": "us",
-    "nsec": "ns", "nsecs": "ns", "nanosec": "ns", "nanosecs": "ns", "nanos": "ns", "nanoseconds": "ns",
-    "turn": "rev", "turns": "rev", "revs": "rev", "revolutions": "rev",
-    "ncm": "cN m", "n*cm": "cN m", "cnm": "cN m", "nmm": "mN m", "n*mm": "mN m", "nm": "N m", "n*m": "N m", "n.m": "N m", "n·m": "N m", "n-m": "N m", "mnm": "mN m", "knm": "kN m",
-    "n": "N", "newton": "N", "kn": "kN",
-}  # fmt: skip
+    spelt: unit
+    for unit, all_spelt in {
+        "deg": "degree degrees degs °",
+        "rad": "radian radians rads",
+        "m": "meter meters metre metres",
+        "s": "sec secs second seconds",
+        "ms": "msec msecs millis milliseconds",
+        "us": "µs μs usec usecs micros microseconds",
+        "ns": "nsec nsecs nanosec nanosecs nanos nanoseconds",
+        "rev": "turn turns revs revolutions",
+        "cN m": "ncm n*cm cnm",
+        "mN m": "nmm n*mm mnm",
+        "N m": "nm n*m n.m n·m n-m",
+        "kN m": "knm",
+        "N": "n newton",
+        "kN": "kn",
+    }.items()
+    for spelt in all_spelt.split()
+}
 _TIMES = dict.fromkeys(("s", "sec"), "/s") | dict.fromkeys(("s^2", "s2", "sec^2", "(s^2)", "s/s"), "/s^2")
-# Of quantities that are none of an arm's motion.
-_FOREIGN = frozenset(
-    ("a", "ma", "amp", "amps", "v", "mv", "w", "°c", "degc", "celsius", "k", "%", "‰", "permille", "hz")
-    + ("inc", "incs", "increments", "count", "counts", "tick", "ticks", "pulse", "pulses", "cdeg", "mdeg")
-    + ("gon", "grad", "inch", "ft", "lbf", "lbfft", "lbfin", "ftlb", "inlb", "kgcm", "kgfcm", "kgm", "kgfm")
-)
+# Of quantities that are none of an arm's motion, of counts whose size is not known, and others.
+_DRIVES = {"a", "ma", "amp", "amps", "v", "mv", "w", "°c", "degc", "celsius", "k", "%", "‰", "permille", "hz"}
+_COUNTS = {"inc", "incs", "increments", "count", "counts", "tick", "ticks", "pulse", "pulses"}
+_OTHERS = {
+    "cdeg",
+    "mdeg",
+    "gon",
+    "grad",
+    "inch",
+    "ft",
+    "lbf",
+    "lbfft",
+    "lbfin",
+    "ftlb",
+    "inlb",
+    "kgcm",
+    "kgfcm",
+}
+_FOREIGN = _DRIVES | _COUNTS | _OTHERS
 
 
 def unit_in_words(text: str) -> str | None:

@@ -1,13 +1,8 @@
 """Trajectories: the value, its CSV file, planning, and what a motion asks of an arm."""
 
 from gd_analyze.trajectories.checks import check_against_arm
-from gd_analyze.trajectories.csv_file import (
-    read_trajectory,
-    recorded_command,
-    shipped_trajectories,
-    trajectory_csv,
-    write_trajectory,
-)
+from gd_analyze.trajectories.csv_file import read_trajectory, shipped_trajectories
+from gd_analyze.trajectories.csv_writing import recorded_command, trajectory_csv, write_trajectory
 from gd_analyze.trajectories.limits import JointExtremes, LimitReport, Violation, limit_report
 from gd_analyze.trajectories.measured import motion_of
 from gd_analyze.trajectories.motions import Motion

@@ -55,23 +55,23 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
     for violation in limit_report(arm, trajectory).violations:
         if violation.joint - 1 not in suspects:
             _warn(_limit_warning(trajectory, violation))
-    _warn_if_slow(trajectory, arm)
-    for slip in rate_slips(trajectory):
+    for slip in (*_slowness(trajectory, arm), *rate_slips(trajectory)):
         _warn(f"trajectory {trajectory.name}: {slip}")
 
 
-def _warn_if_slow(trajectory: Trajectory, arm: RobotArm) -> None:
-    """Warn where rates come of positions and instants alone, and would be usual ones if these were ms."""
+def _slowness(trajectory: Trajectory, arm: RobotArm) -> list[str]:
+    """Say where rates come of positions and instants alone, and would be usual ones if these were ms."""
     moving = np.ptp(trajectory.q, axis=0) > _MOVES
     limits = arm.limits("rate_limit")[moving]
     if "qd" not in trajectory.derived or not moving.any() or not ((limits > 0) & np.isfinite(limits)).all():
-        return
+        return []
     share = float((np.abs(trajectory.qd[:, moving]).max(axis=0) / limits).max())
-    if 0.0 < 1000.0 * share <= _USUAL:
-        _warn(
-            f"trajectory {trajectory.name}: the arm moves at {100 * share:.2g} % of its rate limits at most, in time "
-            "read as seconds; if it is in milliseconds, say --time-unit ms"
-        )
+    if not 0.0 < 1000.0 * share <= _USUAL:
+        return []
+    return [
+        f"the arm moves at {100 * share:.2g} % of its rate limits at most, in time read as seconds; "
+        "if it is in milliseconds, say --time-unit ms"
+    ]
 
 
 def require_joints(trajectory: Trajectory, arm: RobotArm) -> None:

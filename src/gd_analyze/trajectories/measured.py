@@ -76,20 +76,24 @@ def motion_of(logged: Logged, arm: RobotArm | None, treatment: Treatment | None 
 def _without_sparse_rates(logged: Logged) -> Logged:
     """Leave rates and accelerations out that stand in fewer than half of the rows that hold positions."""
     held = np.isfinite(logged.q).all(axis=1)
-    for name, words in (("qd", "rates"), ("qdd", "accelerations")):
-        values = getattr(logged, name)
+    count = int(held.sum())
+
+    def unless_sparse(values: FloatArray | None, words: str) -> FloatArray | None:
         if values is None:
-            continue
+            return None
         beside = int((held & np.isfinite(values).all(axis=1)).sum())
-        if 2 * beside < int(held.sum()):
-            warnings.warn(
-                f"log {logged.name}: {words} stand in {beside} of {int(held.sum())} rows that hold positions, and "
-                "are not used",
-                GdAnalyzeWarning,
-                stacklevel=4,
-            )
-            logged = replace(logged, **{name: None})
-    return logged
+        if 2 * beside >= count:
+            return values
+        warnings.warn(
+            f"log {logged.name}: {words} stand in {beside} of {count} rows that hold positions, and "
+            "are not used",
+            GdAnalyzeWarning,
+            stacklevel=5,
+        )
+        return None
+
+    qd, qdd = unless_sparse(logged.qd, "rates"), unless_sparse(logged.qdd, "accelerations")
+    return replace(logged, qd=qd, qdd=qdd)
 
 
 def _planned(kept: Logged, stamps: Stamps, told: tuple[str, ...]) -> Trajectory:

@@ -1,0 +1,115 @@
+"""An arm's exact dynamics as sums of terms, and as the shortest program known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from gd_analyze.decomposition import torque_of
+from gd_analyze.formulations import newton_euler_regrouped
+from gd_analyze.harmonics import AbsoluteRates, Harmonics, harmonics_of
+from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
+from gd_analyze.harmonics.terms import Energies, Torques
+from gd_analyze.levels.effort import ROUGH, Effort
+from gd_analyze.levels.kept_programs import Task, inputs_of, kept_programs, some_states
+from gd_analyze.levels.torque_program import torque_program
+from gd_analyze.operations import OperationCount, Program, Trace
+from gd_analyze.operations.rewriting import rewritten
+from gd_analyze.pinocchio_check import round_off_bounds
+from gd_analyze.robots import RobotArm, describe_in_full
+from gd_analyze.round_off import ROUND_OFF_SHARE
+from gd_analyze.vectors import FloatArray
+
+# Joints up to which sums of terms may take fewer operations than the recursion: terms grow with the fourth
+# power of the joints and more, the recursion's operations with the first.
+_FEW_JOINTS = 4
+# Of so many terms at most it is looked for what they share: half a second.
+_SHARED = Effort(250)
+# Rewriting adds roundings: a program may differ by so many times what those of a formulation explain.
+_REWRITTEN = 8
+
+
+@dataclass(frozen=True, eq=False)
+class ExactForm:
+    """An arm's exact dynamics as sums of terms; each is made once, when it is first asked for.
+
+    Parameters
+    ----------
+    arm, drives
+        The arm, and whether drive inertia acts.
+    """
+
+    arm: RobotArm
+    drives: bool = False
+
+    def __repr__(self) -> str:
+        return f"ExactForm({self.arm!r}, drives={self.drives})"
+
+    @property
+    def drive_inertia(self) -> FloatArray | None:
+        """Drive inertia at the joints, shape (n,); None where it does not act."""
+        return self.arm.drive_inertia if self.drives else None
+
+    @cached_property
+    def rates(self) -> AbsoluteRates:
+        """The arm's absolute rates."""
+        return AbsoluteRates.of(self.arm)
+
+    @cached_property
+    def harmonics(self) -> Harmonics:
+        """The dynamics as sums of basis functions, by effect and link."""
+        return harmonics_of(self.arm)
+
+    @cached_property
+    def energies(self) -> Energies:
+        """Every term of the energies and its coefficient."""
+        return energy_terms(self.harmonics, self.drive_inertia)
+
+    @cached_property
+    def torques(self) -> Torques:
+        """Every torque term and its weight."""
+        return torques_of_energies(self.energies, self.rates)
+
+    @cached_property
+    def program(self) -> Program:
+        """Its torque in the fewest operations known; a second or two, and kept for the next run."""
+        key = ["exact", describe_in_full(self.arm), self.drives]
+
+        def are_right(programs: Sequence[Program]) -> bool:
+            return len(programs) == 1 and _is_exact(self, *programs)
+
+        return kept_programs(Task.of(key, self.arm.n_joints, lambda: [_shortest(self)], are_right))[0]
+
+    @property
+    def operations(self) -> OperationCount:
+        """What the exact torque costs: every saving is stated against this."""
+        return self.program.count
+
+
+def _shortest(form: ExactForm) -> Program:
+    ways = [_recursion(form)]
+    if form.arm.n_joints <= _FEW_JOINTS:
+        ways += [torque_program(form.rates, form.torques, effort) for effort in (ROUGH, _SHARED)]
+    return rewritten(min(ways, key=lambda way: way.count.total))
+
+
+def _is_exact(form: ExactForm, program: Program) -> bool:
+    """Whether a program gives the torque at some states, within what roundings explain."""
+    states = some_states(form.arm.n_joints)
+    exact = torque_of(form.arm, states, drives=form.drives)
+    bound = _REWRITTEN * round_off_bounds(form.arm, *states.arrays)["torque"]
+    error = np.abs(program.run(inputs_of(states)).T - exact).max()
+    return bool(error <= bound + ROUND_OFF_SHARE * np.abs(exact).max())
+
+
+def _recursion(form: ExactForm) -> Program:
+    """The cheapest formulation as it folds, drives added."""
+    trace, n = Trace(), form.arm.n_joints
+    states = [trace.inputs(name, n) for name in ("q", "qd", "qdd")]
+    torque = newton_euler_regrouped.torque(form.arm, *states)[:, 0]
+    if form.drive_inertia is not None:
+        torque = torque + form.drive_inertia * states[2][:, 0]
+    return Program.of(trace, list(torque))
