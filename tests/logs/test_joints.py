@@ -93,7 +93,7 @@ def test_more_joints_than_the_arm_has_are_told(read: Read, warned) -> None:
         logged = read(positions(["pos_0", "pos_1", "pos_2"]), arm_of("hip", "knee"))
     np.testing.assert_array_equal(logged.q[0], [0, 1])
     (text,) = texts
-    assert "it counts 3 joints, arm made has 2: pos_2 left out; check that the log is of this arm" in text
+    assert "it counts 3 joints, arm made has 2: pos_2 left out; check that it is of this arm" in text
 
 
 NAMED = "time,name[0],name[1],position[0],position[1]\n0.0,knee,hip,1,2\n0.1,,,3,4\n"

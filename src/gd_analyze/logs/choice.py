@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.logs.joints import Family, families_of
+from gd_analyze.logs.logged import Quantity
 from gd_analyze.logs.meanings import meanings_of
 from gd_analyze.logs.reading import ROLES, Reading
 from gd_analyze.logs.refusals import ambiguous, no_positions
@@ -29,7 +30,7 @@ class Use:
     """A column that is used: its role, the joint from 0, the unit of its numbers, and why."""
 
     column: int
-    role: str
+    role: Quantity
     joint: int
     unit: str
     why: str
@@ -167,7 +168,7 @@ def _preference(family: Family, q: Family | None) -> tuple[int, ...]:
 
 
 def _uses(
-    role: str,
+    role: Quantity,
     family: Family | None,
     given: Mapping[int, int],
     table: LogTable,

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from gd_analyze.logs.reading import ROLES
-from gd_analyze.logs.roles import Kind, Meaning, topic_of
+from gd_analyze.logs.role_words import Kind
+from gd_analyze.logs.roles import Meaning, topic_of
 from gd_analyze.logs.words import FILLERS, Words, as_written, joint_of, words_of
 
 

@@ -7,7 +7,8 @@ from typing import Literal
 
 from gd_analyze.vectors import FloatArray
 
-Role = Literal["time", "q", "qd", "qdd", "torque", "unused"]
+Quantity = Literal["q", "qd", "qdd", "torque"]
+Role = Literal["time", "unused"] | Quantity
 
 
 @dataclass(frozen=True)

@@ -83,7 +83,7 @@ def mapping_of(
     columns += [
         MappedColumn(
             column=_name(use.column, table),
-            role=use.role,  # type: ignore[arg-type]
+            role=use.role,
             joint=arm.joints[use.joint].name,
             unit=use.unit,
         )

@@ -13,10 +13,11 @@ from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.logs.table import ArrayTable
 
 # Fields of points and states, and how the columns made of them are called.
-_FIELDS = {
-    "position": "position", "velocity": "velocity", "effort": "effort",
-    "positions": "position", "velocities": "velocity", "accelerations": "acceleration",
-}  # fmt: skip
+_FIELDS = {word: word for word in ("position", "velocity", "effort")} | {
+    "positions": "position",
+    "velocities": "velocity",
+    "accelerations": "acceleration",
+}
 STATE, TRAJECTORY, CONTROLLER, DYNAMIC = "JointState", "JointTrajectory", "controller state", "dynamic state"
 _SIDES = ("actual", "feedback", "desired", "reference", "command", "output")
 KINDS = {
@@ -105,9 +106,10 @@ def nanoseconds(stamp: Any) -> int:
         return 0
     seconds = next((x for x in (field(stamp, "sec"), field(stamp, "secs")) if x is not None), None)
     nano = next((x for x in (field(stamp, "nanosec"), field(stamp, "nsecs")) if x is not None), None)
-    if not all(isinstance(x, int | np.integer) and abs(int(x)) < 2**40 for x in (seconds, nano)):
+    whole = [int(x) for x in (seconds, nano) if isinstance(x, int | np.integer) and abs(int(x)) < 2**40]
+    if len(whole) < 2:
         raise ValueError("a stamp without sec and nanosec")
-    return int(seconds) * 1_000_000_000 + int(nano)  # type: ignore[arg-type]
+    return whole[0] * 1_000_000_000 + whole[1]
 
 
 def _names(names: Any) -> list[str]:

@@ -12,10 +12,10 @@ from gd_analyze.logs.text_layout import is_number, refuse_long_names
 from gd_analyze.logs.text_table import TextTable
 
 _SUFFIXES = {
-    ".db3": "bag", ".mcap": "bag", ".bag": "bag",
-    ".parquet": "parquet", ".pq": "parquet",
-    ".yaml": "yaml", ".yml": "yaml",
-}  # fmt: skip
+    **dict.fromkeys((".db3", ".mcap", ".bag"), "bag"),
+    **dict.fromkeys((".parquet", ".pq"), "parquet"),
+    **dict.fromkeys((".yaml", ".yml"), "yaml"),
+}
 _NOT_NEEDED = "-"
 
 

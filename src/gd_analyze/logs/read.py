@@ -198,11 +198,11 @@ def _logged(
         )
     if not known.all():
         why += f"; {int((~known).sum())} rows without it or positions left out"
-        time = time[known]
-        arrays = {role: None if x is None else x[known] for role, x in arrays.items()}
+        time, q = time[known], q[known]
+        arrays = {of: None if x is None or of == "q" else x[known] for of, x in arrays.items()}
     logged = Logged(
         time=time - time[0],
-        q=arrays["q"],  # type: ignore[arg-type]
+        q=q,
         qd=arrays["qd"],
         qdd=arrays["qdd"],
         torque=arrays["torque"],
@@ -246,7 +246,7 @@ def _table(table: LogTable, arm: RobotArm, choice: Choice, unit: str, why: str) 
     for use in choice.uses:
         told[use.column] = ColumnUse(
             names[use.column],
-            use.role,  # type: ignore[arg-type]
+            use.role,
             arm.joints[use.joint].name,
             use.unit,
             use.why,

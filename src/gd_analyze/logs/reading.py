@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gd_analyze.errors import TrajectoryError
+from gd_analyze.logs.logged import Quantity
 
-ROLES = ("q", "qd", "qdd", "torque")
+ROLES: tuple[Quantity, ...] = ("q", "qd", "qdd", "torque")
 TIME_UNIT_NAMES = ("s", "ms", "us", "ns")
 NONE = "none"
 

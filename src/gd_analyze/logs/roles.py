@@ -5,112 +5,25 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
+from gd_analyze.logs.role_words import (
+    BLOCKED,
+    COMPOSED,
+    CONTAINERS,
+    DERIVED,
+    INDEX,
+    MEASURED,
+    ROLE_WORDS,
+    SECOND_CHOICE,
+    SET_POINT_COLUMN,
+    SINGLE,
+    TARGET,
+    TIME_CORE,
+    TIME_MORE,
+    Kind,
+    Said,
+)
 from gd_analyze.logs.words import FILLERS, Words, joint_of, unit_taken_out, words_of
-
-Said = Literal["time", "sec", "nanosec", "index", "q", "qd", "qdd", "torque", "name", "other"]
-Kind = Literal["measured", "plain", "target"]
-
-_ROLE_WORDS: dict[str, Said] = {
-    **dict.fromkeys(("q", "pos", "position", "positions", "angle", "angles"), "q"),
-    **dict.fromkeys(("theta", "th", "phi"), "q"),
-    **dict.fromkeys(("qd", "dq", "qdot", "vel", "vels", "velocity", "velocities", "speed", "speeds"), "qd"),
-    **dict.fromkeys(("rate", "rates", "omega", "dtheta", "thetadot", "thetad"), "qd"),
-    **dict.fromkeys(("qdd", "ddq", "qddot", "acc", "accel", "acceleration", "accelerations"), "qdd"),
-    **dict.fromkeys(("ddtheta", "thetaddot", "thetadd"), "qdd"),
-    **dict.fromkeys(("tau", "torque", "torques", "trq", "effort", "efforts", "moment", "moments"), "torque"),
-}
-# A log with q has theta of something else, as libfranka's that of the motors.
-_SECOND_CHOICE = frozenset({"theta", "th", "phi", "dtheta", "thetadot", "thetad", "omega"})
-_MEASURED = frozenset(
-    {"actual", "act", "measured", "meas", "msr", "feedback", "fbk", "fb", "real", "current", "present"}
-)
-_TARGET = frozenset(
-    {
-        "target",
-        "tgt",
-        "command",
-        "commanded",
-        "cmd",
-        "cmptd",
-        "desired",
-        "des",
-        "reference",
-        "ref",
-        "setpoint",
-    }
-    | {"setpoints", "planned", "plan", "goal", "nominal", "demand", "demanded", "interpolated"}
-)
-# What is near a joint in a log and no quantity of its motion.
-_BLOCKED = frozenset(
-    {"temp", "temps", "temperature", "temperatures", "cur", "currents", "amps", "voltage", "voltages", "pose"}
-    | {"tcp", "cartesian", "ext", "external", "contact", "collision", "tool", "scaling", "fraction", "mode"}
-    | {"error", "errors", "err", "deviation", "force", "forces", "wrench", "imu", "status", "power", "jerk"}
-    | {
-        "covariance",
-        "variance",
-        "std",
-        "limit",
-        "limits",
-        "max",
-        "min",
-        "offset",
-        "dtau",
-        "stiffness",
-        "window",
-    }
-    | {"model", "modelled", "predicted", "ff", "feedforward", "coriolis", "inertia", "residual", "bias"}
-    | {"delta", "init", "initial"}
-    | {"damping", "gravity", "friction", "quaternion", "orientation", "tf", "success", "digital", "analog"}
-)
-_CONTAINERS = frozenset(
-    {
-        "states",
-        "state",
-        "msg",
-        "message",
-        "field",
-        "data",
-        "points",
-        "point",
-        "header",
-        "robot",
-        "values",
-        "value",
-    }
-    | {"interface", "rtde", "log", "record", "joint", "joints", "dynamic", "multi", "dof"}
-)
-_TIME_CORE = frozenset(
-    {"time", "timestamp", "timestamps", "stamp", "t", "ts", "clock", "elapsed", "epoch", "duration", "millis"}
-)
-_TIME_MORE = frozenset(
-    {"from", "start", "since", "rel", "relative", "abs", "absolute", "unix", "system", "ros", "robot", "recv"}
-    | {
-        "recording",
-        "log",
-        "header",
-        "field",
-        "of",
-        "sample",
-        "utc",
-        "controller",
-        "receive",
-        "received",
-        "in",
-    }
-)
-_INDEX = frozenset({"index", "idx", "sample", "samples", "tick", "ticks", "cycle", "counter", "seq", "n"})
-_COMPOSED = re.compile(
-    r"(q|dq|qd|ddq|qdd|tau|pos|vel|acc|torque|position|velocity)"
-    r"(act|actual|meas|des|desired|ref|cmd|target|tgt)"
-)
-_DERIVED = {("q", "dot"): "qd", ("theta", "dot"): "thetadot", ("qd", "dot"): "qdd", ("q", "ddot"): "qdd",
-            ("d", "q"): "dq", ("dd", "q"): "ddq", ("thetadot", "dot"): "thetaddot"}  # fmt: skip
-# Columns of the trajectories that gd-analyze writes itself.
-SET_POINT_COLUMN = re.compile(r"(qdd|qd|q)([1-9][0-9]{0,5})(_deg)?")
-# A1 to A6 of a KUKA count as joints; its E1 and S, L, U of others do not tell which they are.
-_SINGLE = frozenset({"a"})
 
 
 @dataclass(frozen=True)
@@ -189,10 +102,10 @@ def _merged(words: Words) -> Words:
     """Words with `q dot` and `qdes` made plain."""
     out: list[str] = []
     for word in words:
-        composed = _COMPOSED.fullmatch(word)
-        for part in composed.groups() if composed and word not in _ROLE_WORDS else (word,):
-            while out and (out[-1], part) in _DERIVED:
-                part = _DERIVED[out.pop(), part]
+        composed = COMPOSED.fullmatch(word)
+        for part in composed.groups() if composed and word not in ROLE_WORDS else (word,):
+            while out and (out[-1], part) in DERIVED:
+                part = DERIVED[out.pop(), part]
             out.append(part)
     return tuple(out)
 
@@ -208,9 +121,9 @@ def _time_said(segments: Sequence[Words]) -> Said | None:
         len(segments) == len(last) == 1 or stamped & {"stamp", "time", "start"}
     ):
         return "nanosec" if end.startswith("n") else "sec"
-    if set(last) & _TIME_CORE and set(last) <= _TIME_CORE | _TIME_MORE:
+    if set(last) & TIME_CORE and set(last) <= TIME_CORE | TIME_MORE:
         return "time"
-    if len(segments) <= 3 and set(last) <= _INDEX | {"number", "no"} and set(last) & _INDEX:
+    if len(segments) <= 3 and set(last) <= INDEX | {"number", "no"} and set(last) & INDEX:
         return "index"
     return None
 
@@ -220,11 +133,11 @@ def _is_blocked(segments: Sequence[Words]) -> bool:
     if "error" in words or "err" in words:
         return True
     last = set(segments[-1]) if segments else set()
-    torque = any(_ROLE_WORDS.get(word) == "torque" for word in last)
-    blocked = last & _BLOCKED
+    torque = any(ROLE_WORDS.get(word) == "torque" for word in last)
+    blocked = last & BLOCKED
     if torque:  # TorqueCur: torque that follows from current
         blocked -= {"cur", "currents"}
-    moving = any(word in _ROLE_WORDS for segment in segments for word in segment)
+    moving = any(word in ROLE_WORDS for segment in segments for word in segment)
     return bool(blocked) or ("current" in last and not moving)
 
 
@@ -241,7 +154,7 @@ def _known_joint(segments: list[Words], joints: Mapping[Words, int]) -> tuple[in
 
 def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> Meaning:
     """Meaning of a name that is not of time: role, joint and group from what its words are."""
-    with_role = [k for k, segment in enumerate(segments) if any(word in _ROLE_WORDS for word in segment)]
+    with_role = [k for k, segment in enumerate(segments) if any(word in ROLE_WORDS for word in segment)]
     role_at = with_role[-1] if with_role else -1
     role: Said = "other"
     rank, spelt = 0, ""
@@ -249,11 +162,11 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
     group: list[str] = []
     for k, segment in enumerate(segments):
         for i, word in enumerate(segment):
-            if k == role_at and word in _ROLE_WORDS and role == "other":
-                role, rank, spelt = _ROLE_WORDS[word], int(word in _SECOND_CHOICE), word
-            elif k == role_at and word == "d" and i and segment[i - 1] in (*_ROLE_WORDS, "j"):
+            if k == role_at and word in ROLE_WORDS and role == "other":
+                role, rank, spelt = ROLE_WORDS[word], int(word in SECOND_CHOICE), word
+            elif k == role_at and word == "d" and i and segment[i - 1] in (*ROLE_WORDS, "j"):
                 group.append("desired")
-            elif word in _MEASURED or word in _TARGET:
+            elif word in MEASURED or word in TARGET:
                 group.append(word)
             else:
                 words.append((k, word))
@@ -267,9 +180,7 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
             return Meaning("name", token)
         # A3 counts, joint_a3 is a name; of other words only those beside "joint" are joints' for certain.
         beside = bool(set(token) & {"joint", "jnt", "axis"})
-        counts = number is not None and (
-            not label or (not beside and len(label) == 1 and label[0] in _SINGLE)
-        )
+        counts = number is not None and (not label or (not beside and len(label) == 1 and label[0] in SINGLE))
         # elbow is a position; elbow_enabled and elbow_x are something else of it.
         more = joint is not None and any(k == at and not _says_nothing(word) for k, word in words)
         if more or (joint is None and not counts and not beside):
@@ -277,12 +188,12 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
         if counts:
             token = (str(number),)
         role, rank = "q", 2
-    kind: Kind = "target" if set(group) & (_TARGET) else "measured" if set(group) & _MEASURED else "plain"
+    kind: Kind = "target" if set(group) & (TARGET) else "measured" if set(group) & MEASURED else "plain"
     return Meaning(role, token, joint, tuple(group), kind, unit, rank, spelt)
 
 
 def _says_nothing(word: str) -> bool:
-    return word in _CONTAINERS or word in FILLERS or (word.isascii() and word.isdigit())
+    return word in CONTAINERS or word in FILLERS or (word.isascii() and word.isdigit())
 
 
 def _token_segment(segments: list[Words], words: list[tuple[int, str]], role_at: int, at: int) -> int:
@@ -306,12 +217,12 @@ def is_of_set_points(name: str) -> bool:
 
 def topic_of(group: Words) -> Words:
     """Words of a group that say neither measured nor target."""
-    return tuple(sorted(set(group) - _MEASURED - _TARGET))
+    return tuple(sorted(set(group) - MEASURED - TARGET))
 
 
 def says_target(words: Words) -> bool:
     """Whether words tell of something commanded or planned."""
-    return bool(set(words) & _TARGET)
+    return bool(set(words) & TARGET)
 
 
 def known_joints(names: Sequence[str]) -> dict[Words, int]:
@@ -320,6 +231,6 @@ def known_joints(names: Sequence[str]) -> dict[Words, int]:
     for number, name in enumerate(names):
         words = _merged(words_of(name))
         label, _ = joint_of(words)
-        if set(label) - set(_ROLE_WORDS) - _SINGLE:
+        if set(label) - set(ROLE_WORDS) - SINGLE:
             known[words] = number
     return known

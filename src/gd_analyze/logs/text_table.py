@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import io
-import re
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal, InvalidOperation
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -18,6 +16,7 @@ from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.given_numbers import LARGEST, number_in
 from gd_analyze.logs.cells import number_of, split_cells, wrong_width
 from gd_analyze.logs.table import Columns, Progress, Stamps, no_progress
+from gd_analyze.logs.text_blocks import Block, block_of, frame_of
 from gd_analyze.logs.text_layout import EMPTY, Layout, layout_of
 
 _BLOCK = 8_000_000  # bytes read at once
@@ -25,8 +24,6 @@ _HEAD_BYTES = 1_000_000
 _HEAD_ROWS = 200
 # Doubles hold smaller instants to a few nanoseconds; of larger ones the whole part is taken off first.
 _EXACT_ENOUGH = 1e6
-_NEEDS_LOOK = re.compile(rb"(?m)^[ \t]*(?:#|$)")
-_NOT_GIVEN = sorted({word for empty in EMPTY for word in (empty, empty.upper(), empty.capitalize(), "NaN")})
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,37 +149,14 @@ class TextTable:
             table, tuple(self._stamps([part[k] for part in texts], column) for k, column in enumerate(stamps))
         )
 
-    def _parsed(self, block: _Block, columns: list[int], as_text: frozenset[int]) -> Any:
+    def _parsed(self, block: Block, columns: list[int], as_text: frozenset[int]) -> Any:
         """Columns of a block as a frame; any fault of it is told with its line and column."""
-        import pandas as pd
-
-        last = self.layout.width - 1
-        asked = sorted({*columns, last})
-        text = as_text | ({last} - set(columns))
-        white = self.layout.delimiter == " "
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("error", pd.errors.ParserWarning)
-                frame = pd.read_csv(
-                    io.BytesIO(block.data),
-                    header=None,
-                    names=range(self.layout.width),
-                    index_col=False,
-                    usecols=asked,
-                    sep=r"\s+" if white else self.layout.delimiter,
-                    decimal=self.layout.decimal,
-                    dtype={column: object if column in text else float for column in asked},
-                    skipinitialspace=True,
-                    keep_default_na=False,
-                    na_values=_NOT_GIVEN,
-                    skip_blank_lines=False,
-                    encoding_errors="replace",
-                    **_exact(),
-                    low_memory=False,
-                )
-        except (ValueError, OverflowError, pd.errors.ParserWarning):
-            frame = None
-        if frame is None or len(frame) != len(block.numbers) or not self._widths_fit(block, frame[last]):
+        frame = frame_of(block, columns, as_text, self.layout)
+        if (
+            frame is None
+            or len(frame) != len(block.numbers)
+            or not self._widths_fit(block, frame[self.layout.width - 1])
+        ):
             self._locate(block, columns, as_text)
             raise TrajectoryError(
                 "the log cannot be read as a table",
@@ -192,7 +166,7 @@ class TextTable:
             )
         return frame
 
-    def _widths_fit(self, block: _Block, last: Any) -> bool:
+    def _widths_fit(self, block: Block, last: Any) -> bool:
         """Whether every line has as many cells as there are names; delimiters tell, quotes aside."""
         sign = self.layout.delimiter
         if sign == " ":
@@ -207,7 +181,7 @@ class TextTable:
         lines = block.data.split(b"\n") if last.isna().any() else []
         return all(line.count(sign.encode()) == between for line in lines if line)
 
-    def _locate(self, block: _Block, columns: Sequence[int], as_text: frozenset[int]) -> None:
+    def _locate(self, block: Block, columns: Sequence[int], as_text: frozenset[int]) -> None:
         """Raise for the first cell of a block that is wrong; slow, but knows where it is."""
         layout = self.layout
         for number, line in zip(block.numbers, block.lines, strict=True):
@@ -251,7 +225,7 @@ class TextTable:
             return Stamps.of(values)
         return Stamps(base, np.array(rest))
 
-    def _blocks(self, progress: Progress) -> Iterator[_Block]:
+    def _blocks(self, progress: Progress) -> Iterator[Block]:
         """The rows, some megabytes at a time, cut between lines."""
         size = len(self.data) if self.data is not None else Path(self.path).stat().st_size
         number, begin = 1, self.layout.first
@@ -270,7 +244,7 @@ class TextTable:
                 lines = data[:cut].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
                 if lines:
                     self._refuse_binary(lines)
-                    block, number = _block(lines, number, begin)
+                    block, number = block_of(lines, number, begin)
                     if block.numbers:
                         yield block
                 if not piece:
@@ -303,43 +277,6 @@ class TextTable:
 def _differs(cell: object, first: str, or_empty: bool) -> bool:
     """Whether a cell of text is another one; an empty cell is read as nan."""
     return cell.strip() != first if isinstance(cell, str) else not or_empty
-
-
-@cache
-def _exact() -> dict[str, Any]:
-    """What makes pandas read every digit; since version 3.1 it does, and says so of the word."""
-    import pandas as pd
-
-    release = tuple(int(part) for part in pd.__version__.split(".")[:2])
-    return {} if release >= (3, 1) else {"float_precision": "round_trip"}
-
-
-@dataclass(frozen=True, eq=False)
-class _Block:
-    """Some rows: their bytes without comments and blank lines, and where they stand in the file."""
-
-    data: bytes
-    numbers: Sequence[int]
-
-    @property
-    def lines(self) -> list[str]:
-        return self.data.decode("utf-8", errors="replace").removesuffix("\n").split("\n")
-
-
-def _block(data: bytes, number: int, begin: int) -> tuple[_Block, int]:
-    """The rows among some lines, the first of which is line `number`; rows begin on line `begin`."""
-    if not data.endswith(b"\n"):
-        data += b"\n"
-    count = data.count(b"\n")
-    following = number + count
-    if number >= begin and not _NEEDS_LOOK.search(data[:-1]):
-        return _Block(data, range(number, following)), following
-    kept = [
-        (k, line)
-        for k, line in enumerate(data[:-1].split(b"\n"), number)
-        if k >= begin and line.strip() and not line.lstrip().startswith(b"#")
-    ]
-    return _Block(b"".join(line + b"\n" for _, line in kept), [k for k, _ in kept]), following
 
 
 def is_text(column: Sequence[str | float]) -> bool:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.logs.roles import SET_POINT_COLUMN
+from gd_analyze.logs.role_words import SET_POINT_COLUMN
 from gd_analyze.logs.text_layout import LONGEST_NAME
 from gd_analyze.robots import RobotArm
 from gd_analyze.visible import in_python
