@@ -143,25 +143,7 @@ def in_seconds(
     (stamp,) = stamps
     values = stamp.rest - (_first(stamp.rest))
     if rate is not None:
-        if not _whole(values):
-            raise TrajectoryError(
-                f"{name} counts no samples, so a rate does not tell its time",
-                where=where,
-                expected="whole numbers",
-                found=f"{_first(stamp.rest) + stamp.base:.10g} first",
-                next_step="give its unit with --time-unit, or leave the column out: --map time=none",
-            )
-        steps = np.diff(values[np.isfinite(values)])
-        step = float(steps[steps > 0].min()) if (steps > 0).any() else 1.0
-        if chosen.unit != SAMPLE and step > 1.0:
-            raise TrajectoryError(
-                f"{name} may count samples or be a time, so a rate does not tell",
-                where=where,
-                expected="whole numbers in steps of 1, or a name such as sample",
-                found=f"steps of {step:g} at least",
-                next_step="give its unit with --time-unit, or leave the column out: --map time=none",
-            )
-        return values / rate, SAMPLE, f"{rate:g} Hz as given"
+        return _by_rate(values, stamp.base + _first(stamp.rest), chosen, rate, name, where)
     if unit is not None:
         return values * TIME_UNITS[unit], unit, "as given"
     if chosen.unit in TIME_UNITS:
@@ -171,6 +153,31 @@ def in_seconds(
         if _EPOCH[0] <= first * factor <= _EPOCH[1]:
             return values * factor, told, "since 1970"
     return _by_steps(values, chosen, name, where, hint)
+
+
+def _by_rate(
+    values: FloatArray, first: float, chosen: TimeColumns, rate: float, name: str, where: Location
+) -> tuple[FloatArray, str, str]:
+    """Take numbers for samples, if they may be such."""
+    if not _whole(values):
+        raise TrajectoryError(
+            f"{name} counts no samples, so a rate does not tell its time",
+            where=where,
+            expected="whole numbers",
+            found=f"{first:.10g} first",
+            next_step="give its unit with --time-unit, or leave the column out: --map time=none",
+        )
+    steps = np.diff(values[np.isfinite(values)])
+    step = float(steps[steps > 0].min()) if (steps > 0).any() else 1.0
+    if chosen.unit != SAMPLE and step > 1.0:
+        raise TrajectoryError(
+            f"{name} may count samples or be a time, so a rate does not tell",
+            where=where,
+            expected="whole numbers in steps of 1, or a name such as sample",
+            found=f"steps of {step:g} at least",
+            next_step="give its unit with --time-unit, or leave the column out: --map time=none",
+        )
+    return values / rate, SAMPLE, f"{rate:g} Hz as given"
 
 
 def _by_steps(
