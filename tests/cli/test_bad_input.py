@@ -107,6 +107,14 @@ CASES = (
     words(
         "unknown arm", "puma506 x.csv", "there is no arm 'puma506'", "expected:", "did you mean 'puma560'?"
     ),
+    words(
+        "log and arm exchanged",
+        "x.csv two_link",
+        "this is no robot's file",
+        "a .csv file, as logs and set points are",
+        "name the robot first, then the log",
+    ),
+    words("folder for an arm", ". x.csv", "this is no robot's file", "a folder", "name the file in it"),
     words("missing arm file", "nowhere.toml x.csv", "there is no arm 'nowhere.toml'", "gd-analyze arms"),
     arm("malformed TOML", ARM.replace("mass = 2.0", "mass = = 2.0"), "line 8, column 8", "not valid TOML"),
     arm("unknown key", ARM.replace("mass = 2.0", "mas = 2.0"), "links[1]"),
