@@ -32,7 +32,8 @@ def arm(name: str, content: str | bytes, *says: str) -> Case:
 
 
 def words(name: str, line: str, *says: str) -> Case:
-    return Case(name, tuple(line.split()), says, {"x.csv": csv(*ROWS)})
+    files: dict[str, str | bytes] = {"x.csv": csv(*ROWS), "arm.urdf": '<?xml version="1.0"?>\n<robot/>\n'}
+    return Case(name, tuple(line.split()), says, files)
 
 
 def replaced(k: int, row: str) -> str:
@@ -112,6 +113,14 @@ CASES = (
         "x.csv two_link",
         "this is no robot's file",
         "a .csv file, as logs and set points are",
+        "name the robot first, then the log",
+    ),
+    words(
+        "arm for a log",
+        "two_link arm.urdf",
+        "this is no log",
+        "where: arm.urdf",
+        "found: XML",
         "name the robot first, then the log",
     ),
     words("folder for an arm", ". x.csv", "this is no robot's file", "a folder", "name the file in it"),
