@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 
@@ -74,3 +75,14 @@ def test_the_rule_of_1986_is_rebuilt() -> None:
     # The exact model is exact to round-off of its some hundred operations; the rule's error is what it is.
     assert module.largest_shares(dynamics, exact).max() < 1e-12
     assert 0.005 < module.largest_shares(dynamics, ruled).max() < 0.02
+
+
+def test_the_study_of_published_arms_is_up_to_date() -> None:
+    if find_spec("frax") is None:
+        pytest.skip("frax, whose URDF files this reads, is not installed")
+    module = study("arms_as_published")
+    chains = {chain.name: chain for file in module.files() for chain in module.chains_of(file)}
+    row = module.row_of(chains["iiwa14 to iiwa_link_7"])
+    assert row.difference <= 1.0
+    written = (ROOT / "analysis" / "arms_as_published.md").read_text("utf-8")
+    assert f"| {row.chain.name} | 7 | {row.terms} | {row.exact} | {row.simplified} |" in written

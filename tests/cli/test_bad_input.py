@@ -32,7 +32,8 @@ def arm(name: str, content: str | bytes, *says: str) -> Case:
 
 
 def words(name: str, line: str, *says: str) -> Case:
-    return Case(name, tuple(line.split()), says, {"x.csv": csv(*ROWS)})
+    files: dict[str, str | bytes] = {"x.csv": csv(*ROWS), "arm.urdf": '<?xml version="1.0"?>\n<robot/>\n'}
+    return Case(name, tuple(line.split()), says, files)
 
 
 def replaced(k: int, row: str) -> str:
@@ -107,6 +108,22 @@ CASES = (
     words(
         "unknown arm", "puma506 x.csv", "there is no arm 'puma506'", "expected:", "did you mean 'puma560'?"
     ),
+    words(
+        "log and arm exchanged",
+        "x.csv two_link",
+        "this is no robot's file",
+        "a .csv file, as logs and set points are",
+        "name the robot first, then the log",
+    ),
+    words(
+        "arm for a log",
+        "two_link arm.urdf",
+        "this is no log",
+        "where: arm.urdf",
+        "found: XML",
+        "name the robot first, then the log",
+    ),
+    words("folder for an arm", ". x.csv", "this is no robot's file", "a folder", "name the file in it"),
     words("missing arm file", "nowhere.toml x.csv", "there is no arm 'nowhere.toml'", "gd-analyze arms"),
     arm("malformed TOML", ARM.replace("mass = 2.0", "mass = = 2.0"), "line 8, column 8", "not valid TOML"),
     arm("unknown key", ARM.replace("mass = 2.0", "mas = 2.0"), "links[1]"),

@@ -150,6 +150,16 @@ CASES: dict[str, tuple[str, dict[str, object], list[str]]] = {
         {"rate": 125.0},
         ["counts no samples", "--time-unit", "--map time=none"],
     ),
+    "a rate for nanoseconds by name": (
+        table("time_ns", [0, 8_000_000, 16_000_000]),
+        {"rate": 125.0},
+        ["time_ns counts no samples", "found: time in ns", "leave out --rate", "--map time=none"],
+    ),
+    "a rate for instants since 1970": (
+        table("time", [1_700_000_000_000, 1_700_000_000_008, 1_700_000_000_016]),
+        {"rate": 125.0},
+        ["time counts no samples", "found: time in ms", "leave out --rate"],
+    ),
     "no such unit": (
         table("time", [0, 1]),
         {"time_unit": "h"},

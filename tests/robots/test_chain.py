@@ -145,3 +145,16 @@ def test_two_links_of_one_name_and_a_joint_may_share_it(read):
     assert arm.joints[0].name == arm.links[0].name == "gripper"
     fixed = two_joints(link("elbow"), joint("left", "lower", "elbow", "prismatic"))
     assert read(fixed, lock=["left=0"]).mass[-1] == 3.0
+
+
+def test_an_arm_with_long_fingers_may_end_at_its_wrist(read):
+    body = [link("base"), *(link(f"a{k}") for k in range(1, 6))]
+    body += [joint(f"arm{k}", "base" if k == 1 else f"a{k - 1}", f"a{k}") for k in range(1, 6)]
+    wheel = [link("rim"), joint("wheel", "base", "rim")]
+    hand: list[str] = []
+    for side in "xyz":
+        names = ["a5", *(f"{side}{k}" for k in range(1, 6))]
+        hand += [link(name) for name in names[1:]]
+        hand += [joint(f"{side}_{k}", *names[k : k + 2]) for k in range(5)]
+    error = refused(read, urdf(*body, *wheel, *hand))
+    assert error.details["next"] == ("name the arm's last link, --tip a5 or --tip x5 or --tip y5 or --tip z5")

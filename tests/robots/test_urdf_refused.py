@@ -202,3 +202,18 @@ def test_a_robot_without_any_mass_is_told(tmp_path):
     path.write_text(two_joints().replace('mass value="2.0"', 'mass value="0"').replace('"1.0"', '"0"'))
     with pytest.warns(GdAnalyzeWarning, match="no link has any mass; is the file stripped, or xacro"):
         load_arm(path)
+
+
+def test_joints_that_state_the_same_of_their_ranges_are_told_together(tmp_path):
+    path = tmp_path / "robot.urdf"
+    names = ("base", "a", "b", "c")
+    bare = 'effort="3" velocity="1"'
+    joints = [joint(f"q{k}", names[k], names[k + 1], limit=bare) for k in range(3)]
+    path.write_text(urdf(*(link(name) for name in names), *joints))
+    with pytest.warns(GdAnalyzeWarning) as caught:
+        load_arm(path)
+    assert len(caught) == 1
+    assert str(caught[0].message).endswith(
+        "robot.urdf, line 6, column 1: joints q0, q1 and q2 are revolute and state no range, "
+        "which is taken as unknown"
+    )

@@ -42,7 +42,7 @@ NOISE = np.random.default_rng(1)
 SLIPS: dict[str, tuple[dict[str, object], str]] = {
     "time in ms": (
         {"time": SOUND.time * 1e3},
-        "qd of joint 1, 2 is 1000 times the derivative of q, as if time",
+        "qd of joints 1 and 2 is 1000 times the derivative of q, as if time",
     ),
     "time in us": ({"time": SOUND.time * 1e6}, "in microseconds"),
     "rates in degrees": (
@@ -50,15 +50,18 @@ SLIPS: dict[str, tuple[dict[str, object], str]] = {
         "columns in degrees are named qd1_deg",
     ),
     "angles in degrees": ({"q": np.degrees(SOUND.q)}, "columns in degrees are named q1_deg"),
-    "no rates": ({"qd": 0 * SOUND.qd}, "qd of joint 1, 2 is 0 throughout while q changes: if unknown, leave"),
-    "no accelerations": ({"qdd": 0 * SOUND.qdd}, "qdd of joint 1, 2 is 0 throughout while qd changes"),
+    "no rates": (
+        {"qd": 0 * SOUND.qd},
+        "qd of joints 1 and 2 is 0 throughout while q changes: if unknown, leave",
+    ),
+    "no accelerations": ({"qdd": 0 * SOUND.qdd}, "qdd of joints 1 and 2 is 0 throughout while qd changes"),
     "other sign": ({"qd": -SOUND.qd}, "with the other sign"),
-    "columns exchanged": ({"qd": SOUND.qd[:, [1, 0, 2]]}, "qd of joint 1, 2 is not the derivative of q"),
+    "columns exchanged": ({"qd": SOUND.qd[:, [1, 0, 2]]}, "qd of joints 1 and 2 is not the derivative of q"),
     "one joint's rates": (
         {"qd": SOUND.qd * [1, 0.5, 1], "qdd": SOUND.qdd * [1, 0.5, 1]},
         "qd of joint 2 is not the derivative of q",
     ),
-    "accelerations for rates": ({"qdd": SOUND.qd}, "qdd of joint 1, 2 is not the derivative of qd"),
+    "accelerations for rates": ({"qdd": SOUND.qd}, "qdd of joints 1 and 2 is not the derivative of qd"),
 }
 
 
@@ -113,7 +116,7 @@ def test_a_file_with_time_in_milliseconds(
     with warned() as texts:
         read_trajectory(csv_file(as_csv(header, rows)), ARM)
     assert len(texts) == 1
-    assert texts[0].startswith("trajectory motion: qd of joint 1, 2 is 1000 times the derivative of q")
+    assert texts[0].startswith("trajectory motion: qd of joints 1 and 2 is 1000 times the derivative of q")
     # Derived from the same numbers, rates are what they say, however slow.
     with warned() as texts:
         read_trajectory(csv_file(as_csv("time,q1,q2,q3", rows[:, :4])), ARM)

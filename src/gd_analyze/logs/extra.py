@@ -25,5 +25,5 @@ def required(module: str, library: str, path: str | Path) -> Any:
             where=Location(path),
             expected=f"{library} beside gd-analyze",
             found="it is not installed",
-            next_step="pip install 'gd-analyze[logs]'",
+            next_step=f"pip install {library}",
         ) from None

@@ -65,3 +65,8 @@ class Logged:
     columns: tuple[ColumnUse, ...] = ()
     name: str = "log"
     origin: str = ""
+
+    def __repr__(self) -> str:
+        found = [role for role in ("q", "qd", "qdd", "torque") if getattr(self, role) is not None]
+        size = f"{self.q.shape[1]} joints, {len(self.time)} rows of {', '.join(found)}"
+        return f"Logged({self.name!r}, {size}, {'readings' if self.measured else 'a plan'})"

@@ -69,7 +69,16 @@ def open_log(
             found="a folder" if Path(path).is_dir() else "nothing",
             next_step="check the path",
         )
-    return _named(TextTable(path, data), reading)
+    table = TextTable(path, data)
+    if (table.names or table.first_cells)[0].lstrip().startswith("<"):
+        raise TrajectoryError(
+            "this is no log",
+            where=Location(path, table.layout.first),
+            expected="a log: text in columns, a bag, Parquet or YAML",
+            found="XML, as robots' files are",
+            next_step="name the robot first, then the log",
+        )
+    return _named(table, reading)
 
 
 def _named(table: TextTable, reading: Reading) -> TextTable:

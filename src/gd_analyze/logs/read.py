@@ -19,7 +19,7 @@ from gd_analyze.logs.refusals import AmbiguityError
 from gd_analyze.logs.table import LogTable, Progress, Stamps, no_progress
 from gd_analyze.logs.time_axis import SAMPLE, in_seconds, unit_by_velocity
 from gd_analyze.logs.units import units_of
-from gd_analyze.robots import RobotArm
+from gd_analyze.robots import RobotArm, arm_of
 from gd_analyze.vectors import FloatArray
 from gd_analyze.visible import visible
 
@@ -29,7 +29,7 @@ _JUDGED = 20_000
 
 def read_log(
     path: str | Path,
-    arm: RobotArm,
+    arm: RobotArm | str | Path,
     reading: Reading | None = None,
     *,
     data: bytes | None = None,
@@ -42,7 +42,7 @@ def read_log(
     path
         A text table, a bag, Parquet or YAML; or what to call the bytes.
     arm
-        Whose motion it is.
+        Whose motion it is, or its name or the path of its file.
     reading
         What the log does not tell itself.
     data
@@ -65,7 +65,7 @@ def read_log(
     GdAnalyzeWarning
         Where joints are matched although their names differ.
     """
-    reading = reading or Reading()
+    arm, reading = arm_of(arm), reading or Reading()
     _refuse_writing_over(path, reading)
     mapping = None
     if reading.mapping is not None:

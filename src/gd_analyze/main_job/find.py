@@ -217,12 +217,13 @@ def _is_large(exact: ExactDynamics) -> bool:
 
 def _tell_of_many_terms(exact: ExactDynamics, model: SimplifiedModel) -> None:
     if exact.arm.n_joints > _MOST_JOINTS:
-        what = f"{exact.arm.n_joints} joints, more than {_MOST_JOINTS}"
+        what, way = f"{exact.arm.n_joints} joints, more than {_MOST_JOINTS}", ""
     else:
         what = f"exact equations of more than {_MOST_TERMS} terms"
+        way = "; --level term chooses among them, which takes minutes and pays at large budgets"
     done = "simplified by elements" if model.saves else "the exact model is given"
     warnings.warn(
-        f"{exact.arm.name} has {what}: {done}, and single terms are not ranked here",
+        f"{exact.arm.name} has {what}: {done}, and single terms are not ranked here{way}",
         GdAnalyzeWarning,
         stacklevel=3,
     )

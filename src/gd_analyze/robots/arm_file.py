@@ -135,8 +135,9 @@ def _read(path: Path) -> str:
         raise ArmError(
             "the arm file is not text",
             where=Location(path),
-            expected="a TOML file in UTF-8",
+            expected="a robot's URDF, MJCF or TOML file in UTF-8",
             found=f"byte 0x{error.object[error.start]:02x} at offset {error.start}",
+            next_step="check that it is an arm's file",
         ) from None
     return content
 

@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gd_analyze.errors import ArmError
+from gd_analyze.errors import ArmError, Location
 from gd_analyze.resources import shipped
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm
@@ -23,6 +23,9 @@ from gd_analyze.visible import in_python
 
 if TYPE_CHECKING:
     import pinocchio
+
+# Suffixes of logs and set points, which no robot's file has.
+_OF_LOGS = frozenset((".csv", ".tsv", ".db3", ".mcap", ".bag", ".parquet"))
 
 
 def builtin_arms() -> dict[str, Path]:
@@ -125,7 +128,10 @@ def _path_of(name_or_path: object) -> Path:
         return builtin[given]
     path = Path(name_or_path)
     with suppress(OSError):  # a name too long for the file system is no file either
-        if path.is_file():
+        is_file = path.is_file()
+        if (given and path.is_dir()) or (is_file and path.suffix.lower() in _OF_LOGS):
+            raise _no_robot(path)
+        if is_file:
             return path
     near = difflib.get_close_matches(given, builtin, n=1)
     raise ArmError(
@@ -133,4 +139,16 @@ def _path_of(name_or_path: object) -> Path:
         expected=f"a built-in arm ({', '.join(builtin)}) or the path of an arm's TOML, URDF or MJCF file",
         found="neither a known name nor an existing file",
         next_step=f"did you mean {near[0]!r}?" if near else "`gd-analyze arms` lists the built-in arms",
+    )
+
+
+def _no_robot(path: Path) -> ArmError:
+    """Refuse what exists but is no robot's file: a folder, or a log that was named first."""
+    is_folder = path.is_dir()
+    return ArmError(
+        "this is no robot's file",
+        where=Location(path),
+        expected="the path of an arm's URDF, MJCF or TOML file, or a built-in arm's name",
+        found="a folder" if is_folder else f"a {path.suffix} file, as logs and set points are",
+        next_step="name the file in it" if is_folder else "name the robot first, then the log",
     )

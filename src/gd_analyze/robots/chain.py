@@ -11,6 +11,8 @@ from gd_analyze.robots.tree import Loop, Tree, TreeJoint
 
 # A finger has up to four joints.
 _FINGER = 4
+# One of a hand with joints in between has more, and hangs on an arm of at least five.
+_ARM = 5
 _MOST_NAMED = 12
 # Of more joints than these --tip says it shorter.
 _FEW = 6
@@ -213,7 +215,10 @@ def _refuse_branches(tree: Tree, free: Sequence[TreeJoint]) -> None:
         if len(held) <= _FEW:
             way = f"{_locks(held)} holds what branches off, with its mass; --tip {fork} does the same"
     else:
-        tips = sorted(moving.ends(at), key=lambda one: -len(tree.path(one.index)))
+        tips = sorted(
+            moving.ends(at, len(stem)),
+            key=lambda one: (not moving.after[one.index], -len(tree.path(one.index))),
+        )
         way = "name the arm's last link, " + " or ".join(f"--tip {tip.link}" for tip in tips[:_MOST_NAMED])
     names = (branch[0].name + (f" with {len(branch) - 1} more" if branch[1:] else "") for branch in branches)
     raise ArmError(
@@ -253,18 +258,26 @@ class _Moving:
             waiting.extend(reversed(self.after[found[-1].index]))
         return found
 
-    def ends(self, forked: Sequence[TreeJoint]) -> list[TreeJoint]:
-        """Joints at which the arms end that part at a fork; a hand's fingers do not count as arms."""
+    def ends(self, forked: Sequence[TreeJoint], before: int) -> list[TreeJoint]:
+        """Joints at which the arms end that part at a fork behind some joints.
+
+        A hand's fingers do not count as arms; a long arm that parts may end at its fork, or at a finger.
+        """
         deepest = max(self.depth[joint.index] for joint in forked)
         found = []
         for joint in forked:
             if self.depth[joint.index] <= _FINGER < deepest:
                 continue
+            length = before + 1
             while len(self.after[joint.index]) == 1:
                 joint = self.after[joint.index][0]
+                length += 1
             beyond = self.after[joint.index]
             is_hand = all(self.depth[one.index] <= _FINGER for one in beyond)
-            found += [joint] if is_hand else self.ends(beyond)
+            if is_hand or length >= _ARM:
+                found.append(joint)
+            if not is_hand:
+                found += self.ends(beyond, length)
         return found
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -61,6 +61,7 @@ def arm_of_tree(tree: Tree, pick: Pick) -> RobotArm:
             *_held_told(tree, chain),
         ),
         doubts=(
+            *_unranged_told(tree, chain),
             *(told for name, told in tree.doubts if name in about),
             *(told for link, told in tree.straightened.suspects if link in placed),
         ),
@@ -156,6 +157,21 @@ def _none_told(tree: Tree, chain: Chain) -> tuple[str, ...]:
     if not names:
         return ()
     return (f"Limits of 100, 1000 and so on stand for none: joint {', '.join(names)}.",)
+
+
+def _unranged_told(tree: Tree, chain: Chain) -> Iterator[str]:
+    """Say which joints should state a range and do not, in one sentence for all that state the same."""
+    alike: dict[tuple[str, str], list[str]] = {}
+    for joint in chain.moving:
+        instead = tree.limits.get(joint.name, Limits()).unranged
+        if instead:
+            alike.setdefault((joint.kind, instead), []).append(joint.name)
+    for (kind, instead), names in alike.items():
+        *first, last = names
+        who = f"joints {', '.join(first)} and {last} are" if first else f"joint {last} is"
+        states = "state" if first else "states"
+        where = tree.line("joint", names[0])
+        yield f"{where}: {who} {kind} and {states} {instead}, which is taken as unknown"
 
 
 def _held_told(tree: Tree, chain: Chain) -> tuple[str, ...]:

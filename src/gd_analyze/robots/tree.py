@@ -92,6 +92,8 @@ class Limits:
     lower: float | None = None
     upper: float | None = None
     rate: float | None = None
+    # What is found instead of the range that a joint of its kind has.
+    unranged: str = ""
 
     def without_placeholders(self) -> Limits:
         """Leave out rates of 100, 1000 and so on and ranges to 1000 and so on: makers write them for none."""
@@ -102,6 +104,7 @@ class Limits:
             self.lower if has_ends else None,
             self.upper if has_ends else None,
             self.rate if has_rate else None,
+            self.unranged,
         )
 
 

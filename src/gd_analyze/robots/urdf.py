@@ -31,7 +31,6 @@ class _Reading:
     lines: dict[tuple[str, str], Location] = field(default_factory=dict)
     mimics: dict[str, Mimic] = field(default_factory=dict)
     limits: dict[str, Limits] = field(default_factory=dict)
-    doubts: list[tuple[str, str]] = field(default_factory=list)
     above: dict[str, str] = field(default_factory=dict)
 
 
@@ -78,11 +77,8 @@ def _tree(path: Path, name: str, model: Any, reading: _Reading) -> Tree:
     import pinocchio as pin
 
     tree_joints, tree_links = joints_of(model, reading.mimics)
-    doubts = list(reading.doubts)
-    if not any(inertia.mass > 0 for inertia in model.inertias):
-        doubts.append(
-            ("", f"{path}: no link has any mass; is the file stripped, or xacro that was expanded in part?")
-        )
+    has_mass = any(inertia.mass > 0 for inertia in model.inertias)
+    massless = f"{path}: no link has any mass; is the file stripped, or xacro that was expanded in part?"
     return Tree(
         model=model,
         name=identifier(name, path.stem),
@@ -97,7 +93,7 @@ def _tree(path: Path, name: str, model: Any, reading: _Reading) -> Tree:
         limits=reading.limits,
         sources=(f"{visible(path.name)}: URDF, read by Pinocchio {pin.__version__}.",),
         assumptions=("URDF states no gravity; 9.81 m/s^2 act against z of the base.",),
-        doubts=tuple(doubts),
+        doubts=() if has_mass else (("", massless),),
         straightened=reading.straightened,
         above=reading.above,
     )
@@ -281,15 +277,12 @@ def _joint(node: Node, reading: _Reading) -> Node:
     bare.children.append(Node("limit", {key: repr(value) for key, value in stated.items()}, limit.where))
     lower, upper = stated["lower"], stated["upper"]
     has_range = kind in ("revolute", "prismatic") and (lower, upper) != (0.0, 0.0)
+    unranged = ""
     if kind in ("revolute", "prismatic") and not has_range:
-        said = (
-            "a range of 0 .. 0" if "lower" in limit.attributes or "upper" in limit.attributes else "no range"
-        )
-        reading.doubts.append(
-            (name, f"{limit.where}: joint {name} is {kind} and states {said}, which is taken as unknown")
-        )
+        states_it = "lower" in limit.attributes or "upper" in limit.attributes
+        unranged = "a range of 0 .. 0" if states_it else "no range"
     reading.limits[name] = Limits(
-        lower if has_range else None, upper if has_range else None, stated["velocity"] or None
+        lower if has_range else None, upper if has_range else None, stated["velocity"] or None, unranged
     )
     _note_mimic(node, name, reading)
     return bare

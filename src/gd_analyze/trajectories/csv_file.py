@@ -14,7 +14,7 @@ from gd_analyze.logs import Reading
 from gd_analyze.logs.open_log import format_by_name
 from gd_analyze.logs.table import Progress, no_progress
 from gd_analyze.resources import shipped
-from gd_analyze.robots import RobotArm
+from gd_analyze.robots import RobotArm, arm_of
 from gd_analyze.trajectories.checks import check_against_arm, warn_if_radians
 from gd_analyze.trajectories.log_file import HEAD, beginning_of, keeps_contract, motion_of_log
 from gd_analyze.trajectories.set_points import set_points_in
@@ -33,7 +33,7 @@ def shipped_trajectories() -> dict[str, Path]:
 
 def read_trajectory(
     path_or_name: str | Path,
-    arm: RobotArm,
+    arm: RobotArm | str | Path,
     reading: Reading | None = None,
     treatment: Treatment | None = None,
     *,
@@ -46,7 +46,7 @@ def read_trajectory(
     path_or_name
         A file, the folder of a bag, the name of a shipped trajectory, or "-" for standard input.
     arm
-        The arm that shall follow it, or did.
+        The arm that shall follow it, or did, or its name or the path of its file.
     reading
         What a log does not tell itself of its columns.
     treatment
@@ -85,6 +85,7 @@ def read_trajectory(
             expected="the name of a shipped one, or the path of a file",
             found=in_python(path_or_name),
         )
+    arm = arm_of(arm)
     log = _log_in(path_or_name, arm, reading or Reading(), treatment, progress)
     trajectory, degrees = (log, None) if isinstance(log, Trajectory) else set_points_in(*log, arm)
     if degrees is not None:

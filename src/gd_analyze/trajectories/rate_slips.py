@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 
+from gd_analyze.formatting import named_joints
 from gd_analyze.trajectories.trajectory import Trajectory
 from gd_analyze.vectors import FloatArray
 
@@ -48,7 +49,8 @@ def rate_slips(trajectory: Trajectory) -> list[str]:
             for joint, factor in found.items():
                 joints_of.setdefault(factor, []).append(joint + 1)
         if joints_of:
-            return [_sentence(name, factor, joints) for factor, joints in joints_of.items()]
+            n_joints = values.shape[1]
+            return [_sentence(name, factor, joints, n_joints) for factor, joints in joints_of.items()]
     return []
 
 
@@ -109,7 +111,7 @@ _MEANING = {
 }
 
 
-def _sentence(name: str, factor: float | None, joints: list[int]) -> str:
+def _sentence(name: str, factor: float | None, joints: list[int], n_joints: int) -> str:
     x = {"qd": "q", "qdd": "qd"}[name]
     if factor == 0.0:
         told = (
@@ -119,4 +121,4 @@ def _sentence(name: str, factor: float | None, joints: list[int]) -> str:
         told = f"not the derivative of {x}: check the units, and the order of the columns"
     else:
         told = _MEANING[factor].format(x=x, v=name)
-    return f"{name} of joint {', '.join(map(str, joints))} is {told}"
+    return f"{name} of {named_joints(joints, n_joints)} is {told}"
