@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
+from few_tries import few_tries
 from gd_analyze import long_decomposition
 from gd_analyze.errors import ModelError, StoreError
 from gd_analyze.levels import LEVELS, load_model, save_model
@@ -68,6 +69,7 @@ def test_the_shipped_motions_of_the_puma(puma):
     st.sampled_from(["0.1%", "5%", "5% or 0.5", "0.3"]),
     st.sampled_from([*LEVELS]),
 )
+@few_tries()
 def test_the_model_is_within_the_budget_of_each(drawn, seed, budget, level):
     arm, states = drawn
     both = [Trajectory(0.1 * np.arange(12), *states.arrays, "first"), other_motion(arm, seed)]
