@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 
+from few_tries import few_tries
 from gd_analyze.main_job import Origin, find
 from gd_analyze.results import Findings
 from gd_analyze.robots import Joint, Link, Placement, RobotArm
@@ -36,6 +37,7 @@ def made_arm(kinds: list[JointKind], title: str = "made up") -> RobotArm:
     )
 
 
+@few_tries()
 def made_findings(kinds: list[JointKind], set_points: int = 9, title: str = "made up") -> Findings:
     arm = made_arm(kinds, title)
     time = np.linspace(0.0, 2.0, set_points) if set_points > 1 else np.zeros(1)

@@ -67,7 +67,7 @@ def test_the_budget_promised_is_the_error_measured(case, shares, refit):
     arm, states = case
     assume(len(shares) in (1, arm.n_joints))
     budget = of_shares(*shares)
-    model = simplify(arm, states, budget, level="energy", refit=refit)
+    model = simplify(arm, states, budget, level="energy", refit=refit, effort=0.1)
     exact = decompose_states(arm, states, coupling=False)["torque"]
     assert_promise_holds(model, states, budget.allowed(Yardsticks(arm, np.abs(exact).max(axis=0))))
     assert model.terms.keys() <= ENERGY.terms(ExactForm(arm)).keys()
