@@ -62,7 +62,7 @@ def test_the_shipped_motions_of_the_puma(puma):
             assert (found.errors.largest > 0.3 * stated.allowed).any()
 
 
-@examples(12)
+@examples(18)
 @given(
     arms_with_states(max_joints=3, count=12, massive=True),
     st.integers(0, 2**32 - 1),
