@@ -24,7 +24,7 @@ MAKES = {
     "a lift": ["slides"],
     "a gantry": ["slides", "slides", "slides"],
     "a plane of three": ["same", "same", "opposite"],
-    "two turns and slides between": ["askew", "slides across", "slides along", "opposite", "slides"],
+    "two turns and slides between": ["askew", "slides across", "slides along", "opposite"],
     "seven of general make": ["askew"] * 7,
     "eight of general make": ["askew"] * 4 + ["slides"] + ["askew"] * 3,
 }

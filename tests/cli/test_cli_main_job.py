@@ -104,7 +104,7 @@ def test_the_terminal_says_how_good_how_proven_how_many_and_whether_drives_act(r
 
 
 def test_small_torques_stand_in_small_units(run, here):
-    result = run("puma560", "pick-and-place", "--no-drives", "--format", "csv")
+    result = run("puma560", "pick-and-place", "--no-drives", "--level", "element", "--format", "csv")
     flange = next(line for line in result.out.splitlines() if line.startswith("6 flange"))
     assert flange.endswith("µN m")
     errors = result.out.partition("Largest torque error")[2].partition("Ranking")[0]
@@ -153,7 +153,8 @@ def test_what_is_stored_follows_the_options(run, motion, here):
 
 def test_drives_count_unless_the_links_alone_are_asked_for(run, here):
     def told(*options: str) -> tuple[float, bool]:
-        document = run("puma560", "large-slew", "--format", "json", "--json", *options).json
+        words = ("puma560", "large-slew", "--level", "element", "--format", "json", "--json")
+        document = run(*words, *options).json
         assert ("drives included" in document["headline"]) == document["drives"]
         assert ("links alone" in document["headline"]) != document["drives"]
         return document["joints"][0]["peak_torque"], document["drives"]

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from few_tries import few_tries
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.levels import ELEMENT, ENERGY, LEVELS, Budget, ExactDynamics, SimplifiedModel
 from gd_analyze.operations import Expression
@@ -93,6 +94,7 @@ def test_so_it_is_of_any_arm(case, level, drives):
     st.sampled_from(list(LEVELS.values())),
     st.sampled_from(["1%", "20%", "60%"]),
 )
+@few_tries()
 def test_a_simplified_model_adds_up_as_well(case, level, budget):
     arm, states = case
     how = How(level, refit=level.has_torque_terms, thorough=False)

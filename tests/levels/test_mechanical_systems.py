@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from few_tries import few_tries
 from gd_analyze.levels import ENERGY, TERM, Budget, ExactDynamics, SimplifiedModel
 from gd_analyze.search import How, simplify_exact
 from gd_analyze.states import states_in_box
@@ -62,6 +63,7 @@ def test_the_energy_level_is_a_mechanical_system(puma_energy, puma):
 
 @examples(8)
 @given(arms_with_states(max_joints=3, massive=True), st.sampled_from(["1%", "10%", "40%"]), st.booleans())
+@few_tries()
 def test_so_it_is_of_any_arm(case, budget, refit):
     arm, states = case
     how = How(ENERGY, refit=refit, thorough=False)

@@ -9,6 +9,7 @@ from browser import Tab, opened, started
 from page_reader import Page
 from report_arms import ONE_JOINT, SLIDING
 
+from few_tries import few_tries
 from gd_analyze.main_job import Origin, Settings, find
 from gd_analyze.report.html import render_html
 from gd_analyze.results import Findings
@@ -65,7 +66,8 @@ def tab(browser: Any, file: Path) -> Iterator[Tab]:
         assert not [line for line in tab.said if line.startswith(("error", "warning"))]
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
+@few_tries()
 def by_level(puma: RobotArm, pick_and_place: Trajectory) -> dict[str, Findings]:
     return {
         "element": find(puma, pick_and_place, Settings(level="element", drives=True)),

@@ -6,7 +6,8 @@ import dataclasses
 
 import numpy as np
 
-from gd_analyze.main_job import Origin, find
+from few_tries import few_tries
+from gd_analyze.main_job import Origin, Settings, find
 from gd_analyze.results import Findings
 from gd_analyze.robots import Joint, Link, Placement, RobotArm
 from gd_analyze.robots.parts import JointKind
@@ -36,12 +37,15 @@ def made_arm(kinds: list[JointKind], title: str = "made up") -> RobotArm:
     )
 
 
-def made_findings(kinds: list[JointKind], set_points: int = 9, title: str = "made up") -> Findings:
+@few_tries()
+def made_findings(
+    kinds: list[JointKind], set_points: int = 9, title: str = "made up", level: str | None = None
+) -> Findings:
     arm = made_arm(kinds, title)
     time = np.linspace(0.0, 2.0, set_points) if set_points > 1 else np.zeros(1)
     phase = 2 * time[:, None] + np.arange(len(kinds))
     motion = Trajectory(time, np.sin(phase), 2 * np.cos(phase), -4 * np.sin(phase), "wave")
-    return find(arm, motion, origin=Origin("gd-analyze made_up wave"))
+    return find(arm, motion, Settings(level=level), origin=Origin("gd-analyze made_up wave"))
 
 
 def resting_findings(arm: RobotArm) -> Findings:

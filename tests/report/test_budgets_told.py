@@ -7,6 +7,7 @@ import json
 import pytest
 
 import gd_analyze as gd
+from few_tries import few_tries
 from gd_analyze.formatting import percent_cell
 from gd_analyze.report.document import document
 from gd_analyze.report.figure_trade_off import trade_off_figure
@@ -15,6 +16,7 @@ from gd_analyze.report.interactive import _trade_off
 
 
 @pytest.fixture(scope="module")
+@few_tries()
 def in_torque(puma, pick_and_place):
     return gd.find(puma, pick_and_place, gd.Settings(budget="0.5 N m"))
 

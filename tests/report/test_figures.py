@@ -30,7 +30,7 @@ gravity_figure = partial(vector_figure, quantity="gravity_loading")
 MADE = {
     "one joint": lambda: made_findings(["revolute"]),
     "two kinds": lambda: made_findings(["prismatic", "revolute"]),
-    "five joints": lambda: made_findings(["revolute"] * 5),
+    "five joints": lambda: made_findings(["revolute"] * 5, level="element"),
     "ten joints": lambda: made_findings(["prismatic"] * 10),
 }
 
@@ -143,7 +143,7 @@ def test_motion_is_drawn_in_degrees_and_metres(drawn: Drawn) -> None:
 
 def test_names_above_a_panel_do_not_meet_its_letters() -> None:
     """Columns of a force and an angle have long units: they are written as small as the room is."""
-    figure = inertia_figure(made_findings(["revolute", "revolute", "prismatic"] * 2))
+    figure = inertia_figure(made_findings(["revolute", "revolute", "prismatic"] * 2, level="element"))
     letters = {text.y: text for text in figure.texts if text.text == "T+R" and text.anchor == "end"}
     assert letters
     for text in figure.texts:

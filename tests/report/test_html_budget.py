@@ -10,6 +10,7 @@ import pytest
 from page_reader import Page
 from report_arms import swing
 
+from few_tries import few_tries
 from gd_analyze.main_job import Settings, find
 from gd_analyze.report.budget_equations import budget_equations
 from gd_analyze.report.budget_path import DECADES, BudgetPath, budget_words
@@ -96,6 +97,7 @@ def test_where_nothing_can_be_dropped_it_says_so_in_place_of_a_slider(two_link: 
 
 
 @pytest.mark.parametrize(("level", "refit"), [("energy", False), ("term", True), ("energy", True)])
+@few_tries()
 def test_coefficients_that_other_budgets_change_are_said_to_be_the_reports(level: str, refit: bool) -> None:
     arm = load_arm("puma560")
     findings = find(arm, swing(arm), Settings(level=level, refit=refit))

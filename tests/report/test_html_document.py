@@ -10,6 +10,7 @@ import pytest
 from page_reader import Page
 from report_arms import swing
 
+from few_tries import few_tries
 from gd_analyze.main_job import Settings, find
 from gd_analyze.report.colours import COLOURS, TEMPLATES
 from gd_analyze.report.html import SHORT_TITLES, render_html
@@ -102,6 +103,7 @@ def test_warnings_are_prominent(puma_findings: Findings, page: Page) -> None:
 
 @pytest.mark.parametrize("level", ["element", "energy"])
 @pytest.mark.parametrize("which", ["sliding", "puma560"])
+@few_tries()
 def test_every_level_has_its_page(arms: dict[str, RobotArm], which: str, level: str) -> None:
     arm = arms.get(which) or load_arm(which)
     findings = find(arm, swing(arm), Settings(level=level))

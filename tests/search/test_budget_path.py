@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from few_tries import few_tries
 from gd_analyze.levels import Budget, ExactDynamics, SimplifiedModel
 from gd_analyze.search import How, simplify_exact
 from gd_analyze.search.budget_path import FACTORS, budget_path
@@ -78,6 +79,7 @@ def test_where_nothing_can_be_dropped_the_path_begins_beyond(puma, pick_and_plac
 
 @examples(10)
 @given(motions(max_joints=3, massive=True), st.sampled_from(KINDS), st.sampled_from([0.001, 0.02, 0.2]))
+@few_tries()
 def test_of_any_arm_and_motion(moved, kind, share):
     exact, budget = ExactDynamics.of(*moved), Budget.parse(f"{100 * share:g}%")
     model = simplify_exact(exact, budget, How(*kind, thorough=False))

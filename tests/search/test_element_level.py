@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from budgets import of_shares, of_torque
+from few_tries import few_tries
 from gd_analyze.decomposition import decompose
 from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.levels import (
@@ -50,6 +51,7 @@ def motion_of(arm, count, seed) -> Trajectory:
 
 @examples(40)
 @given(motions(max_joints=4, massive=True), budgets)
+@few_tries()
 def test_the_promise_holds_and_is_the_torque_of_what_was_dropped(case, budget):
     arm, motion = case
     dataset = decompose(arm, motion)

@@ -1,0 +1,30 @@
+"""Programs of drawn arms with hardly any rearranging: as right as others, and written much sooner."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from gd_analyze.cache import without_cache
+from gd_analyze.levels.kept_programs import kept_programs
+from gd_analyze.operations import rewriting, sharing
+
+# Of 400 and 500.
+_TRIES = 10
+
+
+@contextmanager
+def few_tries() -> Iterator[None]:
+    """Decorate tests of drawn arms that are about what is kept and promised, not how it is written.
+
+    Most of the time of such a test would go into the last percents of operations. That rearranging keeps
+    torques and saves operations is tested with the operations, and of exact programs with the levels.
+    """
+    with pytest.MonkeyPatch.context() as patch, without_cache():
+        for module in (rewriting, sharing):
+            patch.setattr(module, "_TRIES", _TRIES)
+        kept_programs.cache_clear()
+        yield
+    kept_programs.cache_clear()
