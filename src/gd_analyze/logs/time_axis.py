@@ -145,20 +145,15 @@ def in_seconds(
     first = stamp.base + _first(stamp.rest)
     told = _told_unit(chosen, first)
     if rate is not None:
-<<<<<<< HEAD
-        return _by_rate(values, stamp.base + _first(stamp.rest), chosen, rate, name, where)
-=======
-        if told or not _whole(values):
+        if told:
             raise TrajectoryError(
                 f"{name} counts no samples, so a rate does not tell its time",
                 where=where,
-                expected="whole numbers" + (" that count samples" if told else ""),
-                found=f"time in {told[0]}" if told else f"{first:.10g} first",
-                next_step=("leave out --rate" if told else "give its unit with --time-unit")
-                + ", or leave the column out: --map time=none",
+                expected="whole numbers that count samples",
+                found=f"time in {told[0]}",
+                next_step="leave out --rate, or leave the column out: --map time=none",
             )
-        return values / rate, SAMPLE, f"{rate:g} Hz as given"
->>>>>>> r-user
+        return _by_rate(values, first, chosen, rate, name, where)
     if unit is not None:
         return values * TIME_UNITS[unit], unit, "as given"
     if told:
@@ -166,7 +161,6 @@ def in_seconds(
     return _by_steps(values, chosen, name, where, hint)
 
 
-<<<<<<< HEAD
 def _by_rate(
     values: FloatArray, first: float, chosen: TimeColumns, rate: float, name: str, where: Location
 ) -> tuple[FloatArray, str, str]:
@@ -190,14 +184,14 @@ def _by_rate(
             next_step="give its unit with --time-unit, or leave the column out: --map time=none",
         )
     return values / rate, SAMPLE, f"{rate:g} Hz as given"
-=======
+
+
 def _told_unit(chosen: TimeColumns, first: float) -> tuple[str, str] | None:
     """Unit that the column's name or its first instant, since 1970, tells, and which of them does."""
     if chosen.unit in TIME_UNITS:
         return chosen.unit, chosen.why
     known = (unit for unit, factor in TIME_UNITS.items() if _EPOCH[0] <= abs(first) * factor <= _EPOCH[1])
     return next(((unit, "since 1970") for unit in known), None)
->>>>>>> r-user
 
 
 def _by_steps(
