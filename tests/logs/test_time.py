@@ -153,7 +153,7 @@ CASES: dict[str, tuple[str, dict[str, object], list[str]]] = {
     "a rate for nanoseconds by name": (
         table("time_ns", [0, 8_000_000, 16_000_000]),
         {"rate": 125.0},
-        ["time_ns counts no samples", "found: time in ns", "leave out --rate", "--map time=none"],
+        ["time_ns is a time in ns", "which a rate contradicts", "leave --rate out", "--map time=none"],
     ),
     "a rate for instants since 1970": (
         table("time", [1_700_000_000_000, 1_700_000_000_008, 1_700_000_000_016]),
