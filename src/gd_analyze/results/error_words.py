@@ -91,14 +91,17 @@ def measure_told(model: SimplifiedModel) -> str:
     return f"{' and '.join(wholes)} over {over}" if wholes else ""
 
 
-def nothing_gained(model: SimplifiedModel) -> str:
-    """Say so where nothing can be dropped and the model given is the exact one; "" where something is."""
+def nothing_gained(model: SimplifiedModel, searched: str = "model found") -> str:
+    """Say so where nothing can be dropped and the model given is the exact one; "" where something is.
+
+    `searched` names what was looked at.
+    """
     if model.saves:
         return ""
     told = drives_told(model.arm, model.drives)
     told = f" ({told})" if told else ""
     return (
-        f"Nothing is saved within the budget of {model.promise.budget}: no model found takes fewer "
+        f"Nothing is saved within the budget of {model.promise.budget}: no {searched} takes fewer "
         f"operations than the {model.operations_full.total} of the exact torque{told}, which is given."
     )
 

@@ -66,7 +66,7 @@ def headline(findings: Findings) -> str:
     full, left = model.operations_full.total, model.operations.total
     told = drives(findings) and f", {drives(findings)},"
     if not model.saves:
-        return nothing_gained(model)
+        return nothing_gained(model, "model found" if findings.is_written_out else "model of whole elements")
     cost = _cost(findings)
     if model.level.has_torque_terms:
         terms = kept(findings)
