@@ -9,14 +9,17 @@ holds each against Pinocchio on the same file, does the main job to both reports
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import resource
+import subprocess
+import sys
 import tempfile
 import warnings
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, distribution
@@ -26,6 +29,7 @@ import numpy as np
 import pinocchio as pin
 
 import gd_analyze as gd
+from gd_analyze.levels.many_terms import has_more_terms
 from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import fingerprint
 
@@ -37,6 +41,8 @@ _FINGER = 3
 # A link with as many branches as a hand has fingers is one, whatever comes behind it, unless it is the trunk.
 _HAND = 5
 _STATES = 200
+# Torque terms up to which they are counted: those of eight general joints would not fit into memory.
+_MOST_TERMS = 40_000
 
 
 @dataclass(frozen=True)
@@ -114,7 +120,6 @@ class Row:
     seconds: float = 0.0
     difference: float = 0.0
     warnings: tuple[str, ...] = ()
-    numbers: str = ""
     refused: str = ""
 
 
@@ -201,62 +206,86 @@ def row_of(chain: Chain) -> Row:
             arm = gd.load_arm(chain.file, tip=chain.tip, base=chain.base)
             away = difference(chain, arm)
             findings = gd.analyze(arm, motion_of(arm), out=folder)
+            form = gd.ExactDynamics.of(arm, findings.trajectory, drives=False).form
         except gd.GdAnalyzeError as error:
             return Row(chain, refused=str(error).splitlines()[0])
     ended = resource.getrusage(resource.RUSAGE_SELF)
     return Row(
         chain,
-        terms=len(gd.ExactDynamics.of(arm, findings.trajectory, drives=False).form.torques),
+        terms=0 if has_more_terms(form, _MOST_TERMS) else len(form.torques),
         exact=findings.model.operations_full.total,
         simplified=findings.model.operations.total,
         seconds=ended.ru_utime - began.ru_utime,
         difference=away,
         warnings=tuple(str(item.message) for item in caught),
-        numbers=fingerprint(arm),
     )
 
 
-def rows(chains: Sequence[Chain]) -> list[Row]:
-    """Try all chains on as many processes as there are processors."""
-    with ProcessPoolExecutor() as pool:
-        return list(pool.map(row_of, chains))
+def rows(chains: Sequence[Chain]) -> Iterator[Row]:
+    """Try all chains, each in a process of its own, as many at a time as there are processors."""
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for row in pool.map(_row_apart, chains):
+            print(row.chain.name, row.exact, row.simplified, f"{row.seconds:.1f} s", row.refused, flush=True)
+            yield row
 
 
-def report(found: Sequence[Row]) -> str:
-    """Write what became of the chains; those of the same numbers share a line."""
-    alike: dict[str, list[Row]] = {}
-    for row in found:
-        if not row.refused:
-            alike.setdefault(row.numbers, []).append(row)
+def _row_apart(chain: Chain) -> Row:
+    words = [str(chain.file), chain.base or "", chain.tip or "", str(chain.n_joints)]
+    done = subprocess.run([sys.executable, __file__, *words], capture_output=True, text=True, check=False)
+    if done.returncode:
+        return Row(chain, refused=f"stopped with exit code {done.returncode}")
+    found = json.loads(done.stdout.splitlines()[-1])
+    return Row(**found | {"chain": chain, "warnings": tuple(found["warnings"])})
+
+
+def with_own_numbers(chains: Sequence[Chain]) -> dict[Chain, int]:
+    """Chains that are not the same as one before but for names and limits, and how many others are the same."""
+    first: dict[str, Chain] = {}
+    alike: dict[Chain, int] = {}
+    for chain in chains:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", gd.GdAnalyzeWarning)
+            try:
+                numbers = fingerprint(gd.load_arm(chain.file, tip=chain.tip, base=chain.base), drives=True)
+            except gd.GdAnalyzeError:
+                numbers = chain.name
+        first.setdefault(numbers, chain)
+        alike[first[numbers]] = alike.get(first[numbers], -1) + 1
+    return alike
+
+
+def report(found: Sequence[Row], alike: Mapping[Chain, int]) -> str:
+    """Write what became of the chains that have numbers of their own."""
     refused = [row for row in found if row.refused]
-    worst = max(row.difference for row in found)
-    seven = [group[0] for group in alike.values() if group[0].chain.n_joints >= 7]
-    saving = [group[0] for group in alike.values() if group[0].simplified < group[0].exact]
+    went = [row for row in found if not row.refused]
+    worst = max(row.difference for row in went)
+    seven = [row for row in went if row.chain.n_joints >= 7]
+    saving = [row for row in went if row.simplified < row.exact]
     lines = [
         "# Does it work for the arms that people own?",
         "",
         f"Every serial chain of one to {MOST_JOINTS} joints of {len({row.chain.file for row in found})} robots' files: "
-        f"{len(found)} chains, {len(alike)} of them with numbers of their own, {len(refused)} refused.",
+        f"{len(found) + sum(alike.values())} chains, {len(found)} of them with numbers of their own, "
+        f"{len(refused)} of these refused.",
         "",
         f"- **Against Pinocchio**, which reads the same file and holds the other joints: torques at {_STATES} random states differ "
         f"by at most {worst:.2g} of what explains a difference, that is round-off and the angles taken as right ones.",
         f"- **The main job** ran to both reports for every one. It found a model of fewer operations than exact, at 1 % of each "
-        f"joint's peak torque along a motion through most of its range, for {len(saving)} of {len(alike)}. Of the {len(seven)} of "
+        f"joint's peak torque along a motion through most of its range, for {len(saving)} of {len(went)}. Of the {len(seven)} of "
         f"seven and eight joints that is {sum(row.simplified < row.exact for row in seven)}: their equations have up to "
-        f"{max(row.terms for row in seven)} terms, and a model of fewer terms than that is dearer than exact Newton-Euler.",
-        f"- **Seconds** are processor time of one run with an empty cache, at most {max(row.seconds for row in found):.0f}.",
-        f"- **Warnings** were given for {sum(bool(group[0].warnings) for group in alike.values())} arms; what they say is listed below.",
+        f"{_MOST_TERMS} terms and more, and a model of fewer terms than that is dearer than exact Newton-Euler.",
+        f"- **Seconds** are processor time of one run with an empty cache, at most {max(row.seconds for row in went):.0f}.",
+        f"- **Warnings** were given for {sum(bool(row.warnings) for row in went)} arms; what they say is listed below.",
         "",
         "Written by `analysis/arms_as_published.py` from example-robot-data and frax as pip installs them.",
         "",
         "| arm | joints | terms | exact | 1 % | seconds | warnings | the same numbers |",
         "|---|---|---|---|---|---|---|---|",
     ]
-    for group in alike.values():
-        row = group[0]
+    for row in went:
         lines.append(
-            f"| {row.chain.name} | {row.chain.n_joints} | {row.terms} | {row.exact} | {row.simplified} | {row.seconds:.1f} "
-            f"| {len(row.warnings) or ''} | {len(group) - 1 or ''} |"
+            f"| {row.chain.name} | {row.chain.n_joints} | {row.terms or 'more'} | {row.exact} | {row.simplified} | {row.seconds:.1f} "
+            f"| {len(row.warnings) or ''} | {alike[row.chain] or ''} |"
         )
     if refused:
         lines += ["", "## Refused", "", "| arm | why |", "|---|---|"]
@@ -268,7 +297,7 @@ def report(found: Sequence[Row]) -> str:
         "| warning, without its numbers and names | arms |",
         "|---|---|",
     ]
-    kinds = Counter(kind for group in alike.values() for kind in {_kind(said) for said in group[0].warnings})
+    kinds = Counter(kind for row in went for kind in {_kind(said) for said in row.warnings})
     lines += [f"| {kind} | {count} |" for kind, count in kinds.most_common()]
     return "\n".join(lines) + "\n"
 
@@ -281,11 +310,16 @@ def _kind(warning: str) -> str:
 
 
 def main() -> None:
-    """Write the study; what other runs have kept is not used."""
+    """Write the study, or try the one chain that is named; what other runs have kept is not used."""
     os.environ["GD_ANALYZE_CACHE"] = ""
-    chains = [chain for file in files() for chain in chains_of(file)]
+    if len(sys.argv) > 1:
+        file, base, tip, joints = sys.argv[1:]
+        row = row_of(Chain(Path(file), base or None, tip or None, int(joints)))
+        print(json.dumps({**vars(row), "chain": None}))
+        return
+    alike = with_own_numbers([chain for file in files() for chain in chains_of(file)])
     path = Path(__file__).with_suffix(".md")
-    path.write_text(report(rows(chains)), encoding="utf-8")
+    path.write_text(report(list(rows(list(alike))), alike), encoding="utf-8")
     print(f"wrote {path}")
 
 
