@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -43,10 +44,10 @@ def instants(rate: float, seconds: float, jitter: float = 0.0, seed: int = 0) ->
     return np.asarray((np.arange(count) + jitter * shake) / rate)
 
 
-def readings(time: FloatArray, q: FloatArray, **more: object) -> Logged:
+def readings(time: FloatArray, q: FloatArray, **more: Any) -> Logged:
     """A log of readings."""
-    values: dict[str, object] = {"qd": None, "qdd": None, "torque": None, "measured": True} | more
-    return Logged(time, q, **values)  # type: ignore[arg-type]
+    values = {"qd": None, "qdd": None, "torque": None, "measured": True} | more
+    return Logged(time, q, **values)
 
 
 def rms(values: FloatArray) -> FloatArray:

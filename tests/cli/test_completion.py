@@ -70,7 +70,7 @@ def test_what_comes_next(complete):
     assert complete("arms", "") == list(builtin_arms())
 
 
-@pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
+@pytest.mark.skipif(shutil.which("bash") is None, reason="runs the script in bash, which is not installed")
 def test_the_script_works_in_bash(here: Path):
     program = here / "bin" / "gd-analyze"
     program.parent.mkdir()

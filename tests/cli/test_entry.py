@@ -128,7 +128,7 @@ def test_out_of_memory_is_no_bug(process, motion):
     assert "--no-coupling" in result.err
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full on this system")
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="/dev/full plays the full disk, and is not there")
 def test_a_full_disk_behind_standard_output(here):
     code = "from gd_analyze.cli import main; main()"
     with Path("/dev/full").open("w") as full:
@@ -140,7 +140,7 @@ def test_a_full_disk_behind_standard_output(here):
     assert "Traceback" not in done.stderr
 
 
-@pytest.mark.skipif(not hasattr(signal, "SIGPIPE"), reason="no SIGPIPE on this system")
+@pytest.mark.skipif(not hasattr(signal, "SIGPIPE"), reason="without SIGPIPE no reader can leave early")
 def test_a_reader_that_leaves_early_is_no_error(here):
     code = "from gd_analyze.cli import main; main()"
     words = [sys.executable, "-c", code, "arms", "puma560", "--to", "toml"]
@@ -162,7 +162,7 @@ def test_an_interrupted_run_cleans_up(process, motion, listing, number, code):
     assert listing() == {"gentle.csv", "r"}
 
 
-@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="without SIGKILL nothing dies midway")
 def test_a_killed_run_leaves_no_half_file(process, motion, here):
     words = ("two_link", motion, "--format", "h5,json,csv")
     assert process(*words, "--out", "r").code == 0
@@ -197,7 +197,7 @@ def test_signs_a_stream_cannot_show_break_nothing(process, motion, monkeypatch):
         assert (result.code, result.err) == (0, "")
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="file names are bytes on Linux only")
+@pytest.mark.skipif(sys.platform != "linux", reason="on Linux only may a name be no text")
 def test_a_name_that_is_no_text_is_refused(here):
     code = "from gd_analyze.cli import main; main()"
     done = subprocess.run(
@@ -215,7 +215,7 @@ def test_no_progress_and_no_colour_without_a_terminal(process, motion):
     assert "\x1b" not in result.out
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals (module pty)")
+@pytest.mark.skipif(sys.platform == "win32", reason="pty plays the terminal; Windows has none")
 @pytest.mark.parametrize("flags", [(), ("--quiet",)])
 def test_progress_on_a_terminal_only_and_not_when_quiet(here, motion, flags, monkeypatch):
     import pty

@@ -163,7 +163,7 @@ def test_a_header_does_not_act(run, here):
     assert_is_a_message(result.err)
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="closes streams as a POSIX shell does")
+@pytest.mark.skipif(sys.platform == "win32", reason="`>&-` closes streams in POSIX shells only")
 @pytest.mark.parametrize(
     ("words", "closed", "code", "says"),
     [

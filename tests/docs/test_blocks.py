@@ -50,7 +50,7 @@ def test_the_readme_is_among_the_pages():
     assert ROOT / "README.md" in PAGES
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="the blocks are for a POSIX shell")
+@pytest.mark.skipif(sys.platform == "win32", reason="the pages' commands are for a POSIX shell")
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_the_blocks_run(page: Path, folder: Path):
     environment = os.environ | {"PATH": f"{folder.parent / 'bin'}{os.pathsep}{os.environ['PATH']}"}

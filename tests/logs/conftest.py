@@ -4,6 +4,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -28,8 +29,8 @@ def log(tmp_path: Path) -> Callable[..., Path]:
 def read(log: Callable[..., Path]) -> Callable[..., Logged]:
     """Writes a log of text and reads it; keywords are those of `Reading.of`."""
 
-    def call(content: str | bytes, arm: RobotArm, name: str = "log.csv", **asked: object) -> Logged:
-        return read_log(log(content, name), arm, Reading.of(**asked))  # type: ignore[arg-type]
+    def call(content: str | bytes, arm: RobotArm, name: str = "log.csv", **asked: Any) -> Logged:
+        return read_log(log(content, name), arm, Reading.of(**asked))
 
     return call
 

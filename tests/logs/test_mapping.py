@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from gd_analyze.logs import Logged, Reading, read_log
 TWO = arm_of("hip", "knee")
 Read = Callable[..., Logged]
 
-LOGS: dict[str, tuple[str, dict[str, object]]] = {
+LOGS: dict[str, tuple[str, dict[str, Any]]] = {
     "names and units": (
         "time_ms,knee_deg,hip,tau2,tau1\n0,90,1,2,3\n8,45,2,3,4\n",
         {"map": ["q:hip=hip", "q:2=knee_deg"]},
@@ -38,7 +39,7 @@ LOGS: dict[str, tuple[str, dict[str, object]]] = {
 def test_reading_by_a_mapping_gives_the_same(case: str, log, tmp_path: Path) -> None:
     content, asked = LOGS[case]
     path, file = log(content), tmp_path / "ours.toml"
-    first = read_log(path, TWO, Reading.of(**asked, save_mapping=file))  # type: ignore[arg-type]
+    first = read_log(path, TWO, Reading.of(**asked, save_mapping=file))
     again = read_log(path, TWO, Reading(mapping=file))
     for what in ("time", "q", "qd", "qdd", "torque"):
         np.testing.assert_array_equal(getattr(first, what), getattr(again, what))

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.logs.logged import Quantity
@@ -65,7 +66,7 @@ class Reading:
         columns: str | Iterable[str] = (),
         map: Iterable[str] | dict[str, str] = (),
         family: str | Iterable[str] = (),
-        **rest: object,
+        **rest: Any,
     ) -> Reading:
         """Take words as they are typed: "time,q1..q6", "q:elbow=Position3", "torque=cur".
 
@@ -81,7 +82,7 @@ class Reading:
             columns=tuple(name for entry in listed if entry for name in _counted(entry.strip())),
             map=tuple((role.strip(), column.strip()) for role, column in pairs),
             family=tuple(_pair(word, "family") if "=" in word else ("", word) for word in families),
-            **rest,  # type: ignore[arg-type]
+            **rest,
         )
 
     def __post_init__(self) -> None:
