@@ -114,8 +114,10 @@ def eliminate(
     while kept.any():
         may_go = kept & ~last if last is not None and (kept & ~last).any() else kept
         added = scale * (scale * np.diag(gram) - 2.0 * slope)
-        merit = np.where(may_go, added / (np.maximum(savings.now, _LEAST_SAVING) if by_cost else 1.0), np.inf)
-        chosen = int(merit.argmin())
+        merit = added / (np.maximum(savings.now, _LEAST_SAVING) if by_cost else 1.0)
+        # Taken from those that may go whatever their merit is, so that the loop ends.
+        places = np.flatnonzero(may_go)
+        chosen = int(places[merit[places].argmin()])
         kept[chosen] = False
         savings.drop(chosen)
         order.append(chosen)
@@ -146,6 +148,8 @@ class _LeastSquares:
         )
         self._gathered = self._by_number(gram).T
         self._wished = gram.sum(axis=1)
+        # What subtracting leaves of a number that no longer shows is round-off of what it was.
+        self._least = np.finfo(float).eps * np.diag(self._by_number(self._gathered))
 
     def drop(self, k: int) -> None:
         """Fit without k from now on."""
@@ -168,7 +172,7 @@ class _LeastSquares:
         wished = self._by_number(self._wished[:, None])[used, 0]
         # Some coefficients, or differences of some, may not show in the torque at all: what is added to the
         # diagonal keeps them small, and changes the others by no more than their own round-off.
-        size = np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
+        size = np.sqrt(np.maximum(np.diag(normal), np.maximum(self._least[used], np.finfo(float).tiny)))
         scaled = normal / np.outer(size, size) + _SLIGHTLY * np.eye(len(size))
         fitted = np.zeros(len(used))
         fitted[used] = np.linalg.solve(scaled, wished / size) / size
