@@ -57,3 +57,16 @@ def test_refit_is_the_least_squares_fit(candidates):
         ours = np.linalg.norm((kept * elimination.scales[k] - 1.0) @ flat)
         # Ours solves the normal equations: their condition number is squared, so half the digits are left.
         assert ours <= best + 1e-6 * np.linalg.norm(target)
+
+
+def test_numbers_that_do_not_show_in_the_torque_stay_finite():
+    """Two candidates of one number cancel but for round-off, and a third has next to no effect."""
+    rng = np.random.default_rng(3)
+    wave = rng.normal(size=(1, 1, 30))
+    effects = np.vstack(
+        [wave, -wave * (1.0 + 1e-16 * rng.normal(size=30)), 1e-160 * wave, rng.normal(size=(1, 1, 30))]
+    )
+    costs = {frozenset([k]): 1 for k in range(4)}
+    elimination = eliminate(candidates_with(effects, costs, np.array([0, 0, 1, 2])), refit=True)
+    assert sorted(elimination.order) == [0, 1, 2, 3]
+    assert np.isfinite(elimination.scales).all()

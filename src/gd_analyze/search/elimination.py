@@ -148,8 +148,9 @@ class _LeastSquares:
         )
         self._gathered = self._by_number(gram).T
         self._wished = gram.sum(axis=1)
-        # What subtracting leaves of a number that no longer shows is round-off of what it was.
-        self._least = np.finfo(float).eps * np.diag(self._by_number(self._gathered))
+        # What is left of a number where its candidates cancel is round-off of what they are.
+        own = self._ratio * np.diag(gram)
+        self._least = np.finfo(float).eps * self._by_number(own[:, None])[:, 0]
 
     def drop(self, k: int) -> None:
         """Fit without k from now on."""
