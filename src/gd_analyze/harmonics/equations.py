@@ -8,9 +8,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from gd_analyze.errors import UsageError
 from gd_analyze.formulations.generalized_dalembert import EFFECTS
-from gd_analyze.harmonics.conversion import to_terms
+from gd_analyze.harmonics.conversion import to_products
+from gd_analyze.harmonics.product_table import ProductTable
 from gd_analyze.harmonics.terms import Monomial
 from gd_analyze.harmonics.transform import Harmonics, christoffel, harmonics_of
 from gd_analyze.harmonics.waves import DEGREE, Waves
@@ -21,6 +24,9 @@ from gd_analyze.schema import unit_of
 from gd_analyze.vectors import FloatArray
 
 Indices = tuple[int, ...]
+
+# What the few factors of a term's size differ by when they are multiplied in another order.
+_ROUND_OFF = 1e-12
 
 # Of which kind the unit of an element is, by its letter.
 _QUANTITIES = {"D": "inertia", "h": "coupling", "c": "effort"}
@@ -162,10 +168,11 @@ def _equation(harmonics: Harmonics, kind: str, indices: Indices, min_share: floa
     links = tuple(range(max(indices), arm.n_joints))
     by_link = [_of_link(harmonics, kind, indices, s) for s in links]
     waves = Waves.stacked([effects.total(), effects, *by_link])
+    table = to_products(waves, harmonics.rates, noise, deciding=3)
+    table = _large(arm, table.only(np.abs(table.weights[:, 0]) > noise), min_share)
     written = [
         (abs(float(row[0])) * _largest_value(arm, factors), factors, row)
-        for factors, row in to_terms(waves, harmonics.rates, noise, deciding=3).items()
-        if abs(row[0]) > noise
+        for factors, row in zip(table.monomials(), table.weights, strict=True)
     ]
     largest = max((size for size, _, _ in written), default=0.0)
     terms = [
@@ -175,6 +182,13 @@ def _equation(harmonics: Harmonics, kind: str, indices: Indices, min_share: floa
     ]
     terms.sort(key=lambda term: (falling(term.share), term.factors))
     return Equation(kind + joined(indices), unit, tuple(terms))
+
+
+def _large(arm: RobotArm, table: ProductTable, min_share: float) -> ProductTable:
+    """Leave out, before they are written, products whose share is below this by more than round-off."""
+    values = [[_largest_value(arm, name) for name in names] for names in table.names]
+    sizes = np.abs(table.weights[:, 0]) * table.largest(values)
+    return table.only(sizes >= (1.0 - _ROUND_OFF) * min_share * sizes.max(initial=0.0))
 
 
 def _term(factors: Monomial, row: FloatArray, links: tuple[int, ...], noise: float, share: float) -> Term:
