@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from gd_analyze.errors import UsageError
 from gd_analyze.formulas.latex import Latex
-from gd_analyze.formulas.legend import element_legend
+from gd_analyze.formulas.legend import factor_legend
 from gd_analyze.formulas.mathml import MathML
 from gd_analyze.formulas.numbers import number, rounded
 from gd_analyze.formulas.plain import Plain
@@ -52,7 +52,8 @@ def to_mathml(equation: Equation) -> str:
 
 
 def legend(found: list[Equation] | tuple[Equation, ...]) -> tuple[str, ...]:
-    return Plain().legend(element_legend(found))
+    factors = {factor for equation in found for term in equation.terms for factor in term.factors}
+    return Plain().legend(factor_legend(factors))
 
 
 GOLDEN = {

@@ -40,9 +40,7 @@ def to_terms(
     return dict(sorted(joined, key=lambda item: (falling(item[1][0]), item[0])))
 
 
-def to_products(
-    waves: Waves, rates: AbsoluteRates, noise: float = 0.0, deciding: int = 1
-) -> ProductTable:
+def to_products(waves: Waves, rates: AbsoluteRates, noise: float = 0.0, deciding: int = 1) -> ProductTable:
     """Write polynomials in products of sines and cosines; exact, and the same for all of them.
 
     Parameters

@@ -33,7 +33,7 @@ _ROUND_OFF = 1e-12
 _QUANTITIES = {"D": "inertia", "h": "coupling", "c": "effort"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Term:
     """One term of an element.
 
