@@ -187,7 +187,7 @@ def _require_affordable(arm: RobotArm, first: int) -> None:
     n = arm.n_joints
     # The potential energy's grid is the same for all.
     outer = next((i for i in range(first, n) if _bytes(arm, i) <= MOST_BYTES), None)
-    some = "" if outer is None else f"`gd-analyze equations ROBOT --element D{joined((outer, n - 1))}`, and "
+    some = "" if outer is None else f"elements from D{joined((outer, outer))} on, and c, are found; "
     raise ArmError(
         f"the exact equations of arm {arm.name} take too much memory to be found",
         where=f"arm {arm.name}",
