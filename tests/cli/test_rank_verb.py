@@ -7,7 +7,9 @@ import dataclasses
 import pytest
 
 from gd_analyze.comparison.generic_chain import generic_chain
+from gd_analyze.robots import RobotArm
 from gd_analyze.robots.arm_toml import toml_of
+from parallel_axes import arm_of
 
 RANK = ("rank", "two_link", "two-link-swing")
 CURVE = ("trade-off", "two_link", "two-link-swing")
@@ -79,16 +81,17 @@ def test_refused(run, words, told):
     assert "Traceback" not in result.err
 
 
-def chain_file(n: int) -> str:
-    """A general arm with limits to draw states from."""
-    arm = generic_chain(n)
+def file_of(arm: RobotArm) -> str:
+    """An arm with limits to draw states from."""
     limits = {"lower": -2.0, "upper": 2.0, "rate_limit": 2.0, "acceleration_limit": 5.0}
-    return toml_of(dataclasses.replace(arm, joints=[dataclasses.replace(j, **limits) for j in arm.joints]))
+    return toml_of(
+        dataclasses.replace(arm, joints=tuple(dataclasses.replace(j, **limits) for j in arm.joints))
+    )
 
 
 def test_of_many_terms_no_more_is_said_than_holds(run, here):
     """Terms that are not ranked count, too: with them the listed ones may not keep to any share."""
-    (here / "own.toml").write_text(chain_file(5), encoding="utf-8")
+    (here / "own.toml").write_text(file_of(generic_chain(5)), encoding="utf-8")
     words = ("rank", "own.toml", "--states", 40, "--top", 1)
     told, out = run(*words, "--json").json, " ".join(run(*words).out.split())
     assert told["unlisted_share"] > 0.001
@@ -97,8 +100,8 @@ def test_of_many_terms_no_more_is_said_than_holds(run, here):
     assert "More than the first 1000 keep it within 0.1 %." in out
 
 
-def test_far_too_many_terms_are_refused_with_what_to_do_instead(run, here):
-    (here / "own.toml").write_text(chain_file(8), encoding="utf-8")
+def test_far_too_many_terms_are_refused_with_what_to_do_instead(run, here, rng):
+    (here / "own.toml").write_text(file_of(arm_of(["askew"] * 7, rng)), encoding="utf-8")
     result = run("rank", "own.toml", "--states", 40)
     assert (result.code, result.out) == (2, "")
     said = " ".join(result.err.split())
