@@ -106,7 +106,7 @@ class BaseParameters:
         return iter(self.parameters)
 
     def __getitem__(self, symbol: str) -> BaseParameter:
-        return next(one for one in self.parameters if one.symbol == symbol)
+        return {one.symbol: one for one in self.parameters}[symbol]
 
     def __repr__(self) -> str:
         return f"BaseParameters({self.arm.name!r}, {len(self)} of {len(self.original)})"
@@ -178,7 +178,7 @@ def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> B
     frames = _frames(arm, rewritten)
     kept, matrix = _combined(rewritten, regroupings(rewritten))
     effects = _by_effect(arm, frames, drives)
-    found = []
+    found: list[BaseParameter] = []
     for (link, kind), row in zip(kept, matrix, strict=True):
         if KINDS[kind] == "J" and not drives:
             continue
@@ -190,7 +190,7 @@ def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> B
                 _unit(KINDS[kind], arm.is_revolute[link]),
                 _added(row * effects),
                 *(_added(row * effect) for effect in effects),
-                _shares(row, link, drives),
+                _shares(row, link, kind, drives),
             )
         )
     rows = [row for (_, kind), row in zip(kept, matrix, strict=True) if drives or KINDS[kind] != "J"]
@@ -231,8 +231,9 @@ def _combined(arm: RegroupedArm, passed: tuple[Regrouping, ...]) -> tuple[list[t
         arriving = np.zeros_like(arriving)
         arriving[:10] = np.tensordot(carried(link.turned(0.0), link.translation), body, 1)
     matrix = np.array(rows).reshape(-1, n, len(KINDS))
-    sizes = np.abs(matrix).max(axis=(1, 2), keepdims=True)
-    return kept, np.where(np.abs(matrix) <= _ROUND_OFF * sizes, 0.0, matrix)
+    # None, one and minus one are most of them, and meant to be.
+    whole, sizes = np.rint(matrix), np.abs(matrix).max(axis=(1, 2), keepdims=True, initial=0.0)
+    return kept, np.where(np.abs(matrix - whole) <= _ROUND_OFF * sizes, whole + 0.0, matrix)
 
 
 def _by_effect(arm: RobotArm, frames: tuple[Placement, ...], drives: bool) -> FloatArray:
@@ -249,11 +250,13 @@ def _by_effect(arm: RobotArm, frames: tuple[Placement, ...], drives: bool) -> Fl
     return out
 
 
-def _shares(row: FloatArray, link: int, drives: bool) -> tuple[Share, ...]:
-    """What of a row is not zero, from the own link on, drives last of theirs."""
+def _shares(row: FloatArray, link: int, first: int, drives: bool) -> tuple[Share, ...]:
+    """What of a row is not zero: what it is called by, then link by link."""
     kinds = range(len(KINDS) if drives else len(KINDS) - 1)
-    order = sorted(((s, kind) for s in range(len(row)) for kind in kinds), key=lambda at: abs(at[0] - link))
-    return tuple(Share(float(row[s, k]), KINDS[k], s + 1) for s, k in order if row[s, k])
+    order = sorted(
+        ((s, kind) for s in range(len(row)) for kind in kinds), key=lambda at: (at != (link, first), at)
+    )
+    return tuple(Share(float(row[at]), KINDS[at[1]], at[0] + 1) for at in order if row[at])
 
 
 def _added(values: FloatArray) -> float:

@@ -1,0 +1,245 @@
+"""Base parameters: as many as the regressor has rank, in its row space, and torque needs nothing else."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import gd_analyze as gd
+from gd_analyze.formulations import newton_euler_regrouped
+from gd_analyze.formulations.base_parameters import BaseParameters
+from gd_analyze.formulations.newton_euler_link import torque as torque_of_links
+from gd_analyze.formulations.regressor import PARAMETERS, parameters_of, regressor
+from gd_analyze.formulations.regrouped_links import regrouped
+from gd_analyze.formulations.regrouping import carried
+from gd_analyze.pinocchio_check import round_off_bounds
+from gd_analyze.robots import DHRow, Drive, Joint, Link, RobotArm
+from gd_analyze.robots.denavit_hartenberg import standard_placements
+from gd_analyze.robots.inertia import second_moment
+from gd_analyze.vectors import FloatArray
+from parallel_axes import arms_with_runs, scara
+from strategies import arms, examples, random_inertia, random_states
+
+# Above it the least direction that acts stands out (1e-6 and more in a thousand drawn arms), below it is
+# round-off: some hundred roundings of what a row adds up.
+ACTS = 1e-10
+
+
+def stacked(base: BaseParameters, count: int = 40) -> FloatArray:
+    """Rows of joints and states; columns of all parameters, those of drives last if they count."""
+    arm, n = base.arm, base.arm.n_joints
+    states = random_states(n, count, 0)
+    columns = np.moveaxis(regressor(arm, *states.last), -1, 1).reshape(n * count, 10 * n)
+    if not base.drives:
+        return columns
+    drives = np.einsum("ij,jn->inj", np.eye(n), states.qdd.T).reshape(n * count, n)
+    return np.hstack([columns, drives])
+
+
+def map_of(base: BaseParameters) -> FloatArray:
+    """From all parameters, in the links' own frames, to base parameters."""
+    into = base.matrix.reshape(len(base), -1)
+    if not base.drives:
+        return into
+    of_drives = np.zeros((len(base), base.arm.n_joints))
+    for row, one in zip(of_drives, base, strict=True):
+        for share in one.combination:
+            if share.kind == "J":
+                row[share.link - 1] = share.coefficient
+    return np.hstack([into, of_drives])
+
+
+def assert_minimal(base: BaseParameters) -> None:
+    """Every row of the regressor is made of the map's rows, and these are as many as its rank."""
+    rows, into = stacked(base), map_of(base)
+    # Of columns of one size: units differ, and the answer must not hang on theirs.
+    sizes = np.linalg.norm(rows, axis=0)
+    sizes[sizes <= ACTS * sizes.max(initial=0.0)] = 1.0
+    rows, into = rows / sizes, into / sizes
+    spread = np.linalg.svd(rows, compute_uv=False)
+    assert np.count_nonzero(spread > ACTS * spread[0]) * bool(spread[0] > 0) == len(base)
+    if len(base):
+        across = np.linalg.svd(into, full_matrices=False)[2]
+        # The map is known to round-off over the share at which directions count as told apart.
+        assert np.abs(rows - rows @ across.T @ across).max() <= 1e-8 * spread[0]
+
+
+def with_drives(arm: RobotArm) -> RobotArm:
+    return dataclasses.replace(arm, drives=tuple(Drive(inertia=0.1 * (i + 1)) for i in range(arm.n_joints)))
+
+
+@examples(60)
+@given(st.one_of(arms(max_joints=7), arms_with_runs()), st.booleans())
+def test_they_are_as_many_as_the_regressor_has_rank(arm, drives):
+    assert_minimal(gd.base_parameters(with_drives(arm), drives))
+
+
+def numbers(base: BaseParameters, of: str = "number") -> FloatArray:
+    return np.array([getattr(one, of) for one in base])
+
+
+@examples(40)
+@given(st.one_of(arms(max_joints=6), arms_with_runs()), st.booleans())
+def test_the_recursion_needs_nothing_else(arm, drives):
+    """Links that have base parameters only, all else zero, ask for the torque of the arm."""
+    arm = with_drives(arm)
+    base = gd.base_parameters(arm, drives)
+    states = random_states(arm.n_joints, 6, 1)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(newton_euler_regrouped, "regrouped", lambda arm: bare(arm, base))
+        found = newton_euler_regrouped.torque(arm, *states.last)
+    for one in base:
+        if one.kind == "J":
+            found[one.link - 1] += one.number * states.last[2][one.link - 1]
+    exact = torque_of_links(arm, *states.last)
+    of_drives = drives * arm.drive_inertia[:, None] * states.last[2]
+    # As two formulations differ; moved inertias and masses that cancel stand for many links' roundings.
+    allowed = 80 * round_off_bounds(arm, *states.arrays)["torque"] + 1e-14 * np.abs(of_drives).max()
+    assert np.abs(found - exact - of_drives).max() <= allowed
+
+
+def bare(arm: RobotArm, base: BaseParameters):
+    """Links of the recursion with nothing but base parameters."""
+    rewritten = regrouped(arm)
+    values = np.zeros((arm.n_joints, len(PARAMETERS)))
+    for one in base:
+        if one.kind != "J":
+            values[one.link - 1, PARAMETERS.index(one.kind)] = one.number
+    links = []
+    for link, (mass, x, y, z, xx, xy, yy, xz, yz, zz) in zip(rewritten.links, values, strict=True):
+        second = second_moment(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+        assert mass == 0 or link.sliding is not None
+        links.append(
+            dataclasses.replace(link, mass=mass, first=np.array([x, y, z]), second=second, is_round=False)
+        )
+    return dataclasses.replace(rewritten, links=tuple(links))
+
+
+@examples(30)
+@given(st.one_of(arms(max_joints=6), arms_with_runs()))
+def test_the_numbers_are_the_map_of_the_arms_parameters(arm):
+    base = gd.base_parameters(with_drives(arm))
+    without = gd.base_parameters(arm)
+    parameters = parameters_of(arm)
+    scale = np.abs(without.matrix * parameters).sum(axis=(1, 2))
+    # Each is some dozen products, carried along the arm one way and the other.
+    found = without.matrix.reshape(len(without), -1) @ parameters.ravel()
+    assert (np.abs(found - numbers(without)) <= 1e-12 * (1 + scale)).all()
+    for each in (base, without):
+        parts = sum(numbers(each, of) for of in ("translation", "rotation", "drive"))
+        sizes = sum(np.abs(numbers(each, of)) for of in ("translation", "rotation", "drive"))
+        assert (np.abs(parts - numbers(each)) <= 1e-12 * (1 + sizes)).all()
+
+
+@examples(20)
+@given(arms(max_joints=5, massive=True))
+def test_effects_are_masses_at_their_centres_and_inertias_about_them(arm):
+    """An arm of point masses has no rotation, one of inertias about the frames without mass no translation."""
+    points = tuple(dataclasses.replace(link, inertia_com=np.zeros((3, 3))) for link in arm.links)
+    base, of_points = (
+        gd.base_parameters(one) for one in (arm, dataclasses.replace(arm, links=points, dh_table=()))
+    )
+    assert (numbers(of_points, "rotation") == 0).all()
+    np.testing.assert_array_equal(numbers(of_points, "translation"), numbers(base, "translation"))
+
+
+# Published counts: general six and seven joints with the first axis along gravity take 36 and 43, drives add
+# one each but those of the first two, which turn with their links about axes across each other.
+@pytest.mark.parametrize(
+    ("name", "links", "drives"), [("puma560", 36, 40), ("stanford", 33, 37), ("two_link", 6, None)]
+)
+def test_counts_of_the_arms_supplied(name, links, drives):
+    arm = gd.load_arm(name)
+    assert len(gd.base_parameters(arm, False)) == links
+    assert drives is None or len(gd.base_parameters(arm)) == drives
+    for counted in sorted({False, bool(arm.drives)}):
+        assert_minimal(gd.base_parameters(arm, counted))
+
+
+def test_a_general_arm_of_seven_joints_has_43():
+    """KUKA's LBR, modified axes of Lloyd et al. 2021; published code for its like takes 43 of 70."""
+    base = gd.base_parameters(of_axes([-90, 90, 90, -90, -90, 90, 0], [0.34, 0, 0.4, 0, 0.4, 0, 0.126]))
+    assert len(base) == 43
+    assert_minimal(base)
+
+
+def of_axes(twists: list[float], offsets: list[float]) -> RobotArm:
+    rng = np.random.default_rng(0)
+    joints, links = [], []
+    for i, (twist, offset) in enumerate(zip(twists, offsets, strict=True), 1):
+        before, behind = standard_placements("revolute", DHRow(0.0, offset, 0.0, np.deg2rad(twist)))
+        joints.append(Joint(str(i), "revolute", before))
+        links.append(Link(str(i), 1.0, rng.uniform(-0.1, 0.1, 3), random_inertia(rng), behind))
+    return RobotArm("drawn", tuple(joints), tuple(links), np.array([0.0, 0.0, -9.81]))
+
+
+def test_a_scara_by_name():
+    """All axes are parallel: of each turn what is about it, of the slide what it lifts."""
+    base = gd.base_parameters(scara())
+    assert [one.symbol for one in base] == ["ZZ1", "MX2", "MY2", "ZZ2", "M3", "MX4", "MY4", "ZZ4"]
+    assert base["M3"].combination == ((1.0, "m", 3), (1.0, "m", 4))
+    assert base["M3"].number == base["M3"].translation == pytest.approx(1.5, rel=1e-15)
+    assert [share[1:] for share in base["ZZ1"].combination] == [("Izz", 1), ("m", 2)]
+    assert base["ZZ1"].combination[1].coefficient == pytest.approx(0.35**2, rel=1e-14)
+    assert {link for kind, link in base.never_acting if kind == "m"} == {1}
+    assert base.acting_alone == (("mx", 4), ("my", 4), ("Izz", 4))
+    assert_minimal(base)
+
+
+def test_the_pumas_by_name(puma):
+    base = gd.base_parameters(puma)
+    forearm = [(1.0, "mx", 2)] + [(0.4318, "m", link) for link in (3, 4, 5, 6)]
+    assert [share[1:] for share in base["MX2"].combination] == [share[1:] for share in forearm]
+    assert [share[0] for share in base["MX2"].combination] == pytest.approx([x for x, *_ in forearm])
+    assert base["XX6"].combination == ((1.0, "Ixx", 6), (-1.0, "Iyy", 6))
+    assert ("J", 1) in [share[1:] for share in base["ZZ1"].combination]
+    assert base["ZZ1"].drive == puma.drive_inertia[0]
+    assert base.never_acting == tuple((kind, 1) for kind in PARAMETERS if kind != "Izz")
+
+
+def test_what_never_acts_has_no_column(puma):
+    base = gd.base_parameters(puma, False)
+    # In the frames on the axes, which are the links' own but for a constant displacement.
+    rows = stacked(base).reshape(-1, 6, 10)
+    into = np.array([carried(frame.rotation, frame.translation) for frame in base.frames])
+    columns = np.abs(np.einsum("rsp,spo->rso", rows, into)).max(axis=0)
+    still = {(PARAMETERS[k], s + 1) for s, k in zip(*np.nonzero(columns <= 1e-12), strict=True)}
+    assert still == set(base.never_acting)
+
+
+def test_gravity_across_the_first_axis_acts_on_its_first_moment(puma):
+    tilted = dataclasses.replace(puma, gravity=np.array([0.0, 9.81, 0.0]))
+    base = gd.base_parameters(tilted, False)
+    assert len(base) == 38
+    assert {one.symbol for one in base} > {"MX1", "MY1", "ZZ1"}
+    assert_minimal(base)
+
+
+def test_a_gantry_is_masses():
+    """Three slides, and nothing turns."""
+    axes = np.eye(3)
+    joints = tuple(Joint(str(i), "prismatic", axis=axis) for i, axis in enumerate(axes, 1))
+    links = tuple(Link(str(i), float(i), np.full(3, 0.1), 0.1 * np.eye(3)) for i in (1, 2, 3))
+    base = gd.base_parameters(RobotArm("gantry", joints, links))
+    assert [one.symbol for one in base] == ["M1", "M2", "M3"]
+    assert base.acting_alone == (("m", 1), ("m", 2), ("m", 3))
+    assert {one.unit for one in base} == {"kg"}
+    assert_minimal(base)
+
+
+def test_drives_of_an_arm_without_are_refused(two_link):
+    with pytest.raises(gd.GdAnalyzeError, match="describes no drives"):
+        gd.base_parameters(two_link, drives=True)
+
+
+def test_values_show(puma):
+    base = gd.base_parameters(puma)
+    assert repr(base) == "BaseParameters('puma560', 40 of 66)"
+    assert base["J3"].unit == "kg m^2"
+    assert "<td" in base._repr_html_()
+    with pytest.raises(KeyError, match="MX1"):
+        base["MX1"]
