@@ -19,6 +19,7 @@ from gd_analyze.cli.terminal import lines, sentence, table, width
 if TYPE_CHECKING:
     from gd_analyze.formulas.printer import Printer
     from gd_analyze.formulations.base_parameters import BaseParameter
+    from gd_analyze.robots import Placement
 
 # Columns of the combinations, at least.
 _LEAST = 24
@@ -58,14 +59,18 @@ def _show(base: gd.BaseParameters, digits: int) -> None:
     from gd_analyze.cli.joint_table import arm_in_words
     from gd_analyze.formulas.numbers import number
 
+    combinations = [_combination(one, digits) for one in base]
+    zero = sum(one.number == 0.0 for one in base)
     sentence(
-        f"{arm_in_words(base.arm)}: torque is linear in {len(base)} base parameters, and in no fewer, of "
-        f"{len(base.original)} there are{' with drives' if base.drives else ''}. Which combinations they "
-        "are is a matter of geometry; numbers that are zero are this arm's."
+        f"{arm_in_words(base.arm)}: torque is linear in {len(base)} base parameters and in no fewer, out of "
+        f"{len(base.original)} parameters of links{' and drives' if base.drives else ''}. Geometry and "
+        f"gravity's direction decide which combinations these are; {zero or 'none'} of them "
+        f"{'is' if zero == 1 else 'are'} zero in this arm."
     )
     sentence(
-        "Translation is what the masses at their centres make of the number, rotation what the inertias about "
-        f"these do{', drive what drives add' if base.drives else ''}. Units: kg, m. m3..6 = m3 + m4 + m5 + m6."
+        "Translation is what masses at their centres make of a number, rotation what inertias about these "
+        f"do{', drive what drives add' if base.drives else ''}. Units: kg, m."
+        f"{' m3..6 = m3 + m4 + m5 + m6.' if any('..' in one for one in combinations) else ''}"
     )
     effects = ["translation", "rotation", *(["drive"] if base.drives else [])]
     cells = [
@@ -76,25 +81,23 @@ def _show(base: gd.BaseParameters, digits: int) -> None:
         "base parameters",
         ["symbol", "number", *effects, "unit", "combination"],
         cells,
-        [_combination(one, digits) for one in base],
+        combinations,
     )
     table("parameters of the links", ["link", "alone", "in combination", "never"], _acting(base), "llll")
-    rows = [
-        [
-            str(link),
-            *(
-                " ".join(number(x, digits) for x in vector)
-                for vector in (frame.translation, *frame.rotation.T[[0, 2]])
-            ),
-        ]
-        for link, frame in enumerate(base.frames, 1)
-    ]
     table(
-        "frames they are of, z along the axis of a joint that turns: origin (m) and axes as seen in the link's own",
+        "frames they are of, z along the axis of a joint that turns: origin (m) and axes in the link's own",
         ["link", "origin", "x", "z"],
-        rows,
+        [[str(link), *_standing(frame, digits)] for link, frame in enumerate(base.frames, 1)],
         "llll",
     )
+
+
+def _standing(frame: Placement, digits: int) -> Iterable[str]:
+    """Origin, x and z of a frame."""
+    from gd_analyze.formulas.numbers import number
+
+    for vector in (frame.translation, *frame.rotation.T[[0, 2]]):
+        yield " ".join(number(x, digits) for x in vector)
 
 
 def _wrapped_table(
@@ -150,7 +153,7 @@ def _equations(base: Iterable[BaseParameter], form: str, digits: int) -> Iterabl
     printer: Printer = Latex(digits) if form == "latex" else Plain(digits)
     for one in base:
         value = printer.argument((Product(one.number),))
-        unit = rf" \; \mathrm{{{one.unit.replace(' ', ' ~')}}}" if form == "latex" else f" {one.unit}"
+        unit = rf" \; \mathrm{{{one.unit.replace(' ', '~')}}}" if form == "latex" else f" {one.unit}"
         yield f"{printer.line(base_formula(one))} = {value}{unit}"
 
 

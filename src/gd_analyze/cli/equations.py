@@ -95,7 +95,9 @@ def equations(
     """
     if parameters:
         if elements or terms or min_share > 0:
-            raise click.UsageError("--parameters are of the whole arm: without --element, --min-share, --terms")
+            raise click.UsageError(
+                "--parameters are of the whole arm: without --element, --min-share, --terms"
+            )
         give_parameters(robot, form, digits, out, output)
         return
     if terms and (form != "text" or out is not None):

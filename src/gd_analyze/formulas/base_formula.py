@@ -10,12 +10,14 @@ _SAME = 1e-12
 
 
 def base_formula(parameter: BaseParameter) -> Formula:
-    """Formula of what a base parameter combines; m3..6 is the mass of links 3 to 6 together."""
+    """Formula of what a base parameter combines, masses last; m3..6 is that of links 3 to 6 together."""
     symbol = Symbol(parameter.symbol.removesuffix(str(parameter.link)), str(parameter.link))
-    return Formula(symbol, tuple(map(_piece, _together(parameter.combination))))
+    first, *others = parameter.combination
+    shares = [first, *sorted(others, key=lambda share: share.kind == "m")]
+    return Formula(symbol, tuple(map(_piece, _together(shares))))
 
 
-def _together(shares: tuple[Share, ...]) -> list[list[Share]]:
+def _together(shares: list[Share]) -> list[list[Share]]:
     """Put masses of one coefficient together, link by link."""
     runs: list[list[Share]] = []
     for share in shares:

@@ -60,7 +60,7 @@ class BaseParameter:
     number
         Its value.
     translation, rotation, drive
-        What that is the sum of: what comes of masses at their centres, of inertias about these, and of drives.
+        What that is the sum of: what masses at their centres make, inertias about these, and drives.
     combination
         All its shares, those of the own link first.
     """
@@ -182,20 +182,25 @@ def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> B
     for (link, kind), row in zip(kept, matrix, strict=True):
         if KINDS[kind] == "J" and not drives:
             continue
+        translation, rotation, drive = (_added(row * effect) for effect in effects)
         found.append(
             BaseParameter(
-                f"{_LETTERS[KINDS[kind]]}{joined((link,))}",
-                link + 1,
-                KINDS[kind],
-                _unit(KINDS[kind], arm.is_revolute[link]),
-                _added(row * effects),
-                *(_added(row * effect) for effect in effects),
-                _shares(row, link, kind, drives),
+                symbol=f"{_LETTERS[KINDS[kind]]}{joined((link,))}",
+                link=link + 1,
+                kind=KINDS[kind],
+                unit=_unit(KINDS[kind], arm.is_revolute[link]),
+                number=_added(row * effects),
+                translation=translation,
+                rotation=rotation,
+                drive=drive,
+                combination=_shares(row, link, kind, drives),
             )
         )
     rows = [row for (_, kind), row in zip(kept, matrix, strict=True) if drives or KINDS[kind] != "J"]
     into = np.array([np.linalg.inv(carried(frame.rotation, frame.translation)) for frame in frames])
-    in_links = np.einsum("ksp,spo->kso", np.array(rows)[:, :, :10], into)
+    in_links = np.einsum(
+        "ksp,spo->kso", np.array(rows).reshape(-1, arm.n_joints, len(KINDS))[:, :, :10], into
+    )
     return BaseParameters(arm, drives, tuple(found), frames, in_links)
 
 
@@ -237,7 +242,7 @@ def _combined(arm: RegroupedArm, passed: tuple[Regrouping, ...]) -> tuple[list[t
 
 
 def _by_effect(arm: RobotArm, frames: tuple[Placement, ...], drives: bool) -> FloatArray:
-    """Parameters of every link in its frame as masses and as inertias about their centres make them, (3, n, 11)."""
+    """Parameters of links in these frames by what makes them, (3, n, 11): masses, inertias, drives."""
     out = np.zeros((3, arm.n_joints, len(KINDS)))
     for i, frame in enumerate(frames):
         turned = frame.rotation.T

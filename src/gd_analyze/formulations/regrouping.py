@@ -32,12 +32,12 @@ KINDS = (*PARAMETERS, "J")
 # Directions are told from round-off where they stand out by this share: what is known to eps is then known
 # to eps over it, which is less again. Lengths are in the arm's own, so that shares mean something.
 _STANDS_OUT = 1e-7
-# What comes first is counted to the link before where there is a choice: the drive to its link, and then
-# what `RegroupedLink` has lost.
+# A drive's inertia is counted to its link wherever that can be, so that it may be left away; then what comes
+# first leaves, if it is at least this share of what any other would be: solving for it loses a digit at most.
+_DRIVE = KINDS.index("J")
 _LEAVES_FIRST = tuple(
-    KINDS.index(kind) for kind in ("J", "m", "mz", "Iyy", "Ixz", "Iyz", "Ixy", "Ixx", "my", "mx", "Izz")
+    KINDS.index(kind) for kind in ("m", "mz", "Iyy", "Ixz", "Iyz", "Ixy", "Ixx", "my", "mx", "Izz")
 )
-# It leaves if it is at least this share of what any other would be: solving for it loses a digit at most.
 _AS_GOOD = 0.1
 
 
@@ -69,7 +69,6 @@ def regroupings(arm: RegroupedArm) -> tuple[Regrouping, ...]:
     strength = float(np.linalg.norm(arm.gravity)) or 1.0
     motions = _motion(np.zeros(3), arm.gravity / strength)[None]
     products = np.zeros((0, 4, 4))
-    scale = np.array([length ** _LENGTHS[kind] for kind in KINDS])
     out = []
     for link in arm.links:
         places = _places(link, length)
@@ -83,6 +82,7 @@ def regroupings(arm: RegroupedArm) -> tuple[Regrouping, ...]:
         # The drive's inertia acts in the square of the joint's own rate, and nowhere else.
         told = [*((form, 0.0) for form in (*mixed, *np.concatenate(earlier[1:] - earlier[0]))), (alone, 1.0)]
         functionals = np.array([[*(_BODIES * form).sum(axis=(1, 2)), drive] for form, drive in told])
+        scale = length ** np.array([*_LENGTHS, 2 if link.sliding is None else 0])
         out.append(_leaving(_null_space(functionals), scale))
         motions = _span(np.concatenate([motions, own[None]]))
         products = _span(np.concatenate([*earlier, mixed, alone[None]]))
@@ -110,7 +110,7 @@ def _tensors() -> FloatArray:
 
 
 _BODIES = _tensors()
-_LENGTHS = {"m": 0, "mx": 1, "my": 1, "mz": 1} | {kind: 2 for kind in KINDS[4:]}
+_LENGTHS = (0, 1, 1, 1, 2, 2, 2, 2, 2, 2)
 
 
 def _parameters(body: FloatArray) -> FloatArray:
@@ -168,12 +168,13 @@ def _leaving(changes: FloatArray, scale: FloatArray) -> Regrouping:
     while len(gone) < len(changes):
         # What of each kind is left beside those chosen.
         sizes = np.linalg.norm(rest, axis=0)
-        gone.append(next(kind for kind in _LEAVES_FIRST if sizes[kind] >= _AS_GOOD * sizes.max()))
+        best = next(kind for kind in _LEAVES_FIRST if sizes[kind] >= _AS_GOOD * sizes[:_DRIVE].max())
+        gone.append(_DRIVE if sizes[_DRIVE] > _STANDS_OUT else best)
         direction = rest[:, gone[-1]] / sizes[gone[-1]]
         rest = rest - np.outer(direction, direction @ rest)
-    instead = np.linalg.solve(changes[:, gone], changes) if gone else np.zeros((0, len(KINDS)))
+    if not gone:
+        return Regrouping((), np.zeros((0, len(KINDS))))
+    instead = np.linalg.solve(changes[:, gone], changes)
     instead[np.abs(instead) < _STANDS_OUT] = 0.0
     # A unit of a kind in the arm's own length is scale units of it.
-    return Regrouping(tuple(gone), instead * scale / scale[gone, None] if gone else instead)
-
-
+    return Regrouping(tuple(gone), np.asarray(instead * scale / scale[gone, None], dtype=float))
