@@ -201,6 +201,17 @@ def test_the_pumas_by_name(puma):
     assert base.never_acting == tuple((kind, 1) for kind in PARAMETERS if kind != "Izz")
 
 
+def test_they_are_what_the_recursion_keeps(puma):
+    base = gd.base_parameters(puma, False)
+    for i, link in enumerate(regrouped(puma).links[1:], 2):
+        xx, yy = np.diag(link.second)[:2]
+        expected = {"MX": link.first[0], "MY": link.first[1], "XX": yy - xx, "ZZ": xx + yy}
+        expected |= {"XY": -link.second[0, 1], "XZ": -link.second[0, 2], "YZ": -link.second[1, 2]}
+        for letters, number in expected.items():
+            # Some dozen products of up to 6 kg m^2.
+            assert base[f"{letters}{i}"].number == pytest.approx(number, rel=0, abs=1e-14)
+
+
 def test_what_never_acts_has_no_column(puma):
     base = gd.base_parameters(puma, False)
     # In the frames on the axes, which are the links' own but for a constant displacement.
@@ -217,6 +228,31 @@ def test_gravity_across_the_first_axis_acts_on_its_first_moment(puma):
     assert len(base) == 38
     assert {one.symbol for one in base} > {"MX1", "MY1", "ZZ1"}
     assert_minimal(base)
+
+
+def test_without_gravity_less_acts(puma):
+    """First moments count to the link before where nothing but turning tells of them."""
+    base = gd.base_parameters(dataclasses.replace(puma, gravity=np.zeros(3)), False)
+    assert len(base) < 36
+    assert_minimal(base)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1e3])
+def test_the_size_of_the_arm_does_not_matter(puma, size):
+    def grown(place: Placement) -> Placement:
+        return Placement(place.rotation, size * place.translation)
+
+    arm = dataclasses.replace(
+        puma,
+        joints=tuple(dataclasses.replace(one, placement=grown(one.placement)) for one in puma.joints),
+        links=tuple(dataclasses.replace(one, frame=grown(one.frame)) for one in puma.links),
+        dh_table=(),
+    )
+    found, usual = gd.base_parameters(arm), gd.base_parameters(puma)
+    assert [one.symbol for one in found] == [one.symbol for one in usual]
+    assert [[s[1:] for s in one.combination] for one in found] == [
+        [s[1:] for s in one.combination] for one in usual
+    ]
 
 
 def test_a_gantry_is_masses():

@@ -108,7 +108,10 @@ def _wrapped_table(
     room = width() - sum(2 + max(map(len, column)) for column in columns)
     rows: list[list[str]] = []
     for row, words in zip(cells, last, strict=True):
-        first, *others = textwrap.wrap(words, max(room, _LEAST), break_long_words=False) or [""]
+        wrapped = textwrap.wrap(
+            words, max(room, _LEAST), break_long_words=False, break_on_hyphens=False
+        )
+        first, *others = (one.replace("\u00a0", " ") for one in wrapped)
         rows.append([*row, first])
         rows += [[""] * len(row) + [other] for other in others]
     table(title, headings, rows, "l" + "r" * (len(headings) - 3) + "ll")

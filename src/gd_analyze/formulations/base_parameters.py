@@ -27,7 +27,7 @@ _LETTERS = {kind: (kind.removeprefix("I") or kind).upper() for kind in KINDS[:-1
 
 
 class Share(NamedTuple):
-    """A link's own parameter in a combination: `coefficient` of it is in there.
+    """A link's parameter in a combination.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class BaseParameter:
     Parameters
     ----------
     symbol
-        XX4, of link 4: the capital letters of what is its first share.
+        XX4, of link 4: capitals of its first share's kind.
     link, kind
         Of that share.
     unit
@@ -62,7 +62,7 @@ class BaseParameter:
     translation, rotation, drive
         What that is the sum of: what masses at their centres make, inertias about these, and drives.
     combination
-        All its shares, those of the own link first.
+        All its shares: the one it is called by, then link by link.
     """
 
     symbol: str

@@ -77,7 +77,7 @@ def regroupings(arm: RegroupedArm) -> tuple[Regrouping, ...]:
         motions = _span(back[:, None] @ motions @ places[:, None])
         earlier = np.swapaxes(places, 1, 2)[:, None] @ products @ places[:, None]
         own = _own_motion(link)
-        mixed = np.array([_symmetric(own.T @ motion) for motion in motions])
+        mixed = np.array([_symmetric(own.T @ motion) for motion in motions]).reshape(-1, 4, 4)
         alone = own.T @ own
         # The drive's inertia acts in the square of the joint's own rate, and nowhere else.
         told = [*((form, 0.0) for form in (*mixed, *np.concatenate(earlier[1:] - earlier[0]))), (alone, 1.0)]
