@@ -235,7 +235,15 @@ def _regrouped(
     for i in reversed(range(len(kept))):
         fixed = np.zeros((4, 4), dtype=bool)
         fixed[2:, 2:] = turns[i]
-        fixed[:3, :3] |= not turns[i]
+        if not turns[i]:
+            fixed[:3, :3] = True
+            before = [axes[k] for k in range(i) if turns[k]]
+            # Where all so far turn about one direction, z, matter along it is not told from any other; and
+            # none is told that slides along it.
+            if all(_are_parallel(before[0], axis) for axis in before):
+                fixed[2, 3] = fixed[3, 2] = True
+                fixed[:3, 3] |= not before or _are_parallel(before[0], axes[i])
+                fixed[3, :3] = fixed[:3, 3]
         gone = np.where(fixed, kept[i], 0.0)
         kept[i] = np.where(fixed, 0.0, kept[i])
         for block in blocks if kept[i].dtype != object else ():
