@@ -212,7 +212,7 @@ def test_what_base_parameters_combine(run):
     row = next(line for line in out.splitlines() if line.startswith("MX2"))
     assert row.split(maxsplit=7)[1:] == ["3.8", "3.8", "0", "0", "kg", "m", "mx2 + 0.432 m3..6"]
     assert "m3..6 = m3 + m4 + m5 + m6" in " ".join(out.split())
-    assert re.search(r"^1 +Izz J +all but Izz J$", out, re.MULTILINE)
+    assert re.search(r"^1 +Pxx Pyy J +all but Pxx Pyy J$", out, re.MULTILINE)
     assert re.search(r"^2 +-0.432 0 0 +1 0 0 +0 0 1$", out, re.MULTILINE)
     assert "m3..6" not in run("equations", "two_link", "--parameters").out
 
@@ -221,7 +221,7 @@ def test_base_parameters_as_equations(run, here):
     latex = run("equations", "two_link", "--parameters", "--format", "latex").out.splitlines()
     assert latex[0] == r"MX_{1} = mx_{1} + m_{2} = 2 \; \mathrm{kg~m}"
     plain = run("equations", "two_link", "--parameters", "--quiet").out
-    assert plain.splitlines()[2] == "ZZ1 = Izz1 + m2 = 1.67 kg m^2"
+    assert plain.splitlines()[2] == "PXX1 = Pxx1 + Pyy1 + m2 = 1.67 kg m^2"
     assert run("equations", "two_link", "--parameters", "-o", "base.txt").out == "wrote base.txt\n"
     assert (here / "base.txt").read_text(encoding="utf-8") == plain
 
@@ -233,5 +233,5 @@ def test_base_parameters_as_json(run):
     assert told["parameters"][1]["combination"][1] == {"coefficient": 0.4318, "kind": "m", "link": 3}
     assert told["never_acting"][0] == {"kind": "m", "link": 1}
     assert len(told["frames"]) == 6
-    assert told["written"].startswith("ZZ1 = Izz1 + J1 ")
+    assert told["written"].startswith("PXX1 = Pxx1 + Pyy1 + J1 ")
     assert (told["drives"], told["files"], told["warnings"]) == (True, [], [])

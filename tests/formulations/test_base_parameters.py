@@ -11,15 +11,14 @@ from hypothesis import strategies as st
 
 import gd_analyze as gd
 from gd_analyze.formulations import newton_euler_regrouped
-from gd_analyze.formulations.base_parameters import BaseParameters
+from gd_analyze.formulations.base_parameters import _FROM_INERTIA, BaseParameters
 from gd_analyze.formulations.newton_euler_link import torque as torque_of_links
-from gd_analyze.formulations.regressor import PARAMETERS, parameters_of, regressor
+from gd_analyze.formulations.regressor import parameters_of, regressor
 from gd_analyze.formulations.regrouped_links import regrouped
-from gd_analyze.formulations.regrouping import carried
+from gd_analyze.formulations.regrouping import KINDS, carried
 from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import DHRow, Drive, Joint, Link, Placement, RobotArm
 from gd_analyze.robots.denavit_hartenberg import standard_placements
-from gd_analyze.robots.inertia import second_moment
 from gd_analyze.vectors import FloatArray
 from parallel_axes import arms_with_runs, scara
 from strategies import arms, examples, random_inertia, random_states
@@ -105,17 +104,14 @@ def test_the_recursion_needs_nothing_else(arm, drives):
 def bare(arm: RobotArm, base: BaseParameters):
     """Links of the recursion with nothing but base parameters."""
     rewritten = regrouped(arm)
-    values = np.zeros((arm.n_joints, len(PARAMETERS)))
-    for one in base:
-        if one.kind != "J":
-            values[one.link - 1, PARAMETERS.index(one.kind)] = one.number
     links = []
-    for link, (mass, x, y, z, xx, xy, yy, xz, yz, zz) in zip(rewritten.links, values, strict=True):
-        second = second_moment(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+    for i, link in enumerate(rewritten.links, 1):
+        moments = {one.kind: one.number for one in base if one.link == i}
+        first = np.array([moments.get(f"m{x}", 0.0) for x in "xyz"])
+        second = np.array([[moments.get(f"P{min(x, y)}{max(x, y)}", 0.0) for x in "xyz"] for y in "xyz"])
+        mass = moments.get("m", 0.0)
         assert mass == 0 or link.sliding is not None
-        links.append(
-            dataclasses.replace(link, mass=mass, first=np.array([x, y, z]), second=second, is_round=False)
-        )
+        links.append(dataclasses.replace(link, mass=mass, first=first, second=second, is_round=False))
     return dataclasses.replace(rewritten, links=tuple(links))
 
 
@@ -180,13 +176,13 @@ def of_axes(twists: list[float], offsets: list[float]) -> RobotArm:
 def test_a_scara_by_name():
     """All axes are parallel: of each turn what is about it, of the slide what it lifts."""
     base = gd.base_parameters(scara())
-    assert [one.symbol for one in base] == ["ZZ1", "MX2", "MY2", "ZZ2", "M3", "MX4", "MY4", "ZZ4"]
+    assert [one.symbol for one in base] == ["PXX1", "MX2", "MY2", "PXX2", "M3", "MX4", "MY4", "PXX4"]
     assert base["M3"].combination == ((1.0, "m", 3), (1.0, "m", 4))
     assert base["M3"].number == base["M3"].translation == pytest.approx(1.5, rel=1e-15)
-    assert [share[1:] for share in base["ZZ1"].combination] == [("Izz", 1), ("m", 2)]
-    assert base["ZZ1"].combination[1].coefficient == pytest.approx(0.35**2, rel=1e-14)
+    assert [share[1:] for share in base["PXX1"].combination] == [("Pxx", 1), ("Pyy", 1), ("m", 2)]
+    assert base["PXX1"].combination[2].coefficient == pytest.approx(0.35**2, rel=1e-14)
     assert {link for kind, link in base.never_acting if kind == "m"} == {1}
-    assert base.acting_alone == (("mx", 4), ("my", 4), ("Izz", 4))
+    assert base.acting_alone == (("mx", 4), ("my", 4))
     assert_minimal(base)
 
 
@@ -195,18 +191,22 @@ def test_the_pumas_by_name(puma):
     forearm = [(1.0, "mx", 2)] + [(0.4318, "m", link) for link in (3, 4, 5, 6)]
     assert [share[1:] for share in base["MX2"].combination] == [share[1:] for share in forearm]
     assert [share[0] for share in base["MX2"].combination] == pytest.approx([x for x, *_ in forearm])
-    assert base["XX6"].combination == ((1.0, "Ixx", 6), (-1.0, "Iyy", 6))
-    assert ("J", 1) in [share[1:] for share in base["ZZ1"].combination]
-    assert base["ZZ1"].drive == puma.drive_inertia[0]
-    assert base.never_acting == tuple((kind, 1) for kind in PARAMETERS if kind != "Izz")
+    assert base["PYY4"].combination == ((1.0, "Pyy", 4), (1.0, "Pzz", 5))
+    assert ("J", 1) in [share[1:] for share in base["PXX1"].combination]
+    # The second drive turns with its link across the first axis: as an inertia about its own.
+    assert [share[0] for one in base for share in one.combination if share[1:] == ("J", 2)] == pytest.approx(
+        [-0.5, 0.5, 0.5], rel=1e-12
+    )
+    assert base.never_acting == tuple((kind, 1) for kind in KINDS[:-1] if kind not in ("Pxx", "Pyy"))
 
 
 def test_they_are_what_the_recursion_keeps(puma):
     base = gd.base_parameters(puma, False)
     for i, link in enumerate(regrouped(puma).links[1:], 2):
-        xx, yy = np.diag(link.second)[:2]
-        expected = {"MX": link.first[0], "MY": link.first[1], "XX": yy - xx, "ZZ": xx + yy}
-        expected |= {"XY": -link.second[0, 1], "XZ": -link.second[0, 2], "YZ": -link.second[1, 2]}
+        expected = {f"M{x}": link.first["XYZ".index(x)] for x in "XY"}
+        expected |= {
+            f"P{x}{y}": link.second["XYZ".index(x), "XYZ".index(y)] for x, y in ("XX", "XY", "YY", "XZ", "YZ")
+        }
         for letters, number in expected.items():
             # Some dozen products of up to 6 kg m^2.
             assert base[f"{letters}{i}"].number == pytest.approx(number, rel=0, abs=1e-14)
@@ -216,9 +216,10 @@ def test_what_never_acts_has_no_column(puma):
     base = gd.base_parameters(puma, False)
     # In the frames on the axes, which are the links' own but for a constant displacement.
     rows = stacked(base).reshape(-1, 6, 10)
-    into = np.array([carried(frame.rotation, frame.translation) for frame in base.frames])
+    of_moments = np.linalg.inv(_FROM_INERTIA)
+    into = np.array([of_moments @ carried(frame.rotation, frame.translation) for frame in base.frames])
     columns = np.abs(np.einsum("rsp,spo->rso", rows, into)).max(axis=0)
-    still = {(PARAMETERS[k], s + 1) for s, k in zip(*np.nonzero(columns <= 1e-12), strict=True)}
+    still = {(KINDS[k], s + 1) for s, k in zip(*np.nonzero(columns <= 1e-12), strict=True)}
     assert still == set(base.never_acting)
 
 
@@ -226,7 +227,7 @@ def test_gravity_across_the_first_axis_acts_on_its_first_moment(puma):
     tilted = dataclasses.replace(puma, gravity=np.array([0.0, 9.81, 0.0]))
     base = gd.base_parameters(tilted, False)
     assert len(base) == 38
-    assert {one.symbol for one in base} > {"MX1", "MY1", "ZZ1"}
+    assert {one.symbol for one in base} > {"MX1", "MY1", "PXX1"}
     assert_minimal(base)
 
 

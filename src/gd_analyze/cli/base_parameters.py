@@ -69,7 +69,8 @@ def _show(base: gd.BaseParameters, digits: int) -> None:
     )
     sentence(
         "Translation is what masses at their centres make of a number, rotation what inertias about these "
-        f"do{', drive what drives add' if base.drives else ''}. Units: kg, m."
+        f"do{', drive what drives add' if base.drives else ''}. Units: kg, m. Pxx, Pxy, ... are second "
+        "moments: Ixx = Pyy + Pzz, Ixy = -Pxy."
         f"{' m3..6 = m3 + m4 + m5 + m6.' if any('..' in one for one in combinations) else ''}"
     )
     effects = ["translation", "rotation", *(["drive"] if base.drives else [])]
@@ -108,9 +109,7 @@ def _wrapped_table(
     room = width() - sum(2 + max(map(len, column)) for column in columns)
     rows: list[list[str]] = []
     for row, words in zip(cells, last, strict=True):
-        wrapped = textwrap.wrap(
-            words, max(room, _LEAST), break_long_words=False, break_on_hyphens=False
-        )
+        wrapped = textwrap.wrap(words, max(room, _LEAST), break_long_words=False, break_on_hyphens=False)
         first, *others = (one.replace("\u00a0", " ") for one in wrapped)
         rows.append([*row, first])
         rows += [[""] * len(row) + [other] for other in others]
@@ -147,7 +146,7 @@ def _named(kinds: Sequence[str], of_link: Sequence[str]) -> str:
 
 
 def _equations(base: Iterable[BaseParameter], form: str, digits: int) -> Iterable[str]:
-    """MX2 = mx2 + 0.432 m3..6 = 3.8 kg m, in one line each."""
+    """MX2 = mx2 + 0.432 m3..6 = 3.8 kg m, a line each."""
     from gd_analyze.formulas.base_formula import base_formula
     from gd_analyze.formulas.formula import Product
     from gd_analyze.formulas.latex import Latex

@@ -10,20 +10,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gd_analyze.formulations.regressor import inertial_parameters
+from gd_analyze.formulations.regressor import PARAMETERS
 from gd_analyze.formulations.regrouped_links import RegroupedArm, regrouped
-from gd_analyze.formulations.regrouping import KINDS, Regrouping, carried, regroupings
+from gd_analyze.formulations.regrouping import KINDS, Regrouping, carried, moments_of, regroupings
 from gd_analyze.kinematics import solve_kinematics
 from gd_analyze.labels import joined
 from gd_analyze.robots import Placement, RobotArm, arm_of
-from gd_analyze.robots.inertia import of_point_mass
+from gd_analyze.robots.inertia import second_moment
 from gd_analyze.shown import html_of
 from gd_analyze.vectors import FloatArray
 
 # Of what is added up, some dozen numbers along the arm, rounding leaves less than this share.
 _ROUND_OFF = 1e-13
-# Those of what a link keeps are written in capitals.
-_LETTERS = {kind: (kind.removeprefix("I") or kind).upper() for kind in KINDS[:-1]} | {"J": "J"}
 
 
 class Share(NamedTuple):
@@ -34,8 +32,9 @@ class Share(NamedTuple):
     coefficient
         In the power of m that the kinds differ by.
     kind
-        One of "m", "mx", "my", "mz", "Ixx", ... "Izz", of the link in its frame on the joint's axis, the
-        inertia about the origin of that; or "J", the drive's.
+        "m" is the link's mass, "mx", "my" and "mz" its first moments, and "Pxx", "Pxy", ... "Pzz" its second
+        ones, the sums of mass times x x, x y and so on, all in its frame on the joint's axis; its inertia
+        about the origin of that is Ixx = Pyy + Pzz, Ixy = -Pxy. "J" is the inertia of its drive.
     link
         From 1.
     """
@@ -52,7 +51,7 @@ class BaseParameter:
     Parameters
     ----------
     symbol
-        XX4, of link 4: capitals of its first share's kind.
+        PXX4, of link 4: capitals of its first share's kind.
     link, kind
         Of that share.
     unit
@@ -169,8 +168,8 @@ def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> B
     >>> base = gd.base_parameters("two_link")
     >>> base
     BaseParameters('two_link', 6 of 20)
-    >>> base["ZZ2"].combination
-    (Share(coefficient=1.0, kind='Izz', link=2),)
+    >>> base["PXX2"].combination
+    (Share(coefficient=1.0, kind='Pxx', link=2), Share(coefficient=1.0, kind='Pyy', link=2))
     """
     arm = arm_of(arm)
     drives = arm.counts_drives(drives)
@@ -185,7 +184,7 @@ def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> B
         translation, rotation, drive = (_added(row * effect) for effect in effects)
         found.append(
             BaseParameter(
-                symbol=f"{_LETTERS[KINDS[kind]]}{joined((link,))}",
+                symbol=f"{KINDS[kind].upper()}{joined((link,))}",
                 link=link + 1,
                 kind=KINDS[kind],
                 unit=_unit(KINDS[kind], arm.is_revolute[link]),
@@ -197,11 +196,28 @@ def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> B
             )
         )
     rows = [row for (_, kind), row in zip(kept, matrix, strict=True) if drives or KINDS[kind] != "J"]
-    into = np.array([np.linalg.inv(carried(frame.rotation, frame.translation)) for frame in frames])
+    into = np.array(
+        [np.linalg.solve(carried(frame.rotation, frame.translation), _FROM_INERTIA) for frame in frames]
+    )
     in_links = np.einsum(
         "ksp,spo->kso", np.array(rows).reshape(-1, arm.n_joints, len(KINDS))[:, :, :10], into
     )
     return BaseParameters(arm, drives, tuple(found), frames, in_links)
+
+
+def _of_inertias() -> FloatArray:
+    """Moments per unit of each of the regressor's parameters, about one origin, (10, 10)."""
+    out = np.zeros((10, 10))
+    out[:4, :4] = np.eye(4)
+    for column, entry in enumerate(PARAMETERS[4:], 4):
+        a, b = ("xyz".index(axis) for axis in entry[1:])
+        inertia = np.zeros((3, 3))
+        inertia[a, b] = inertia[b, a] = 1.0
+        out[:, column] = moments_of(np.pad(second_moment(inertia), (0, 1)))
+    return out
+
+
+_FROM_INERTIA = _of_inertias()
 
 
 def _frames(arm: RobotArm, rewritten: RegroupedArm) -> tuple[Placement, ...]:
@@ -248,8 +264,9 @@ def _by_effect(arm: RobotArm, frames: tuple[Placement, ...], drives: bool) -> Fl
         turned = frame.rotation.T
         com = turned @ (arm.com[i] - frame.translation)
         mass, inertia = arm.mass[i], turned @ arm.inertia_com[i] @ frame.rotation
-        out[0, i, :10] = inertial_parameters(mass, mass * com, of_point_mass(mass, com))
-        out[1, i, :10] = inertial_parameters(0.0, np.zeros(3), inertia)
+        seen = np.append(com, 1.0)
+        out[0, i, :10] = moments_of(mass * np.outer(seen, seen))
+        out[1, i, :10] = moments_of(np.pad(second_moment(inertia), (0, 1)))
     if drives:
         out[2, :, 10] = arm.drive_inertia
     return out

@@ -22,13 +22,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.formulations.regressor import PARAMETERS, inertial_parameters
 from gd_analyze.formulations.regrouped_links import RegroupedArm, RegroupedLink
-from gd_analyze.robots.inertia import second_moment
 from gd_analyze.vectors import FloatArray, skew
 
-# The ten of a link, and its drive's inertia.
-KINDS = (*PARAMETERS, "J")
+# A link's mass, its first and second moments, and its drive's inertia.
+KINDS = ("m", "mx", "my", "mz", "Pxx", "Pxy", "Pyy", "Pxz", "Pyz", "Pzz", "J")
+# Where the ten stand in the 4x4 matrix of moments.
+_ENTRIES = tuple(tuple("xyz".find(axis) % 4 for axis in f"{kind[1:]:m<2}") for kind in KINDS[:-1])
 # Directions are told from round-off where they stand out by this share: what is known to eps is then known
 # to eps over it, which is less again. Lengths are in the arm's own, so that shares mean something.
 _STANDS_OUT = 1e-7
@@ -36,7 +36,7 @@ _STANDS_OUT = 1e-7
 # first leaves, if it is at least this share of what any other would be: solving for it loses a digit at most.
 _DRIVE = KINDS.index("J")
 _LEAVES_FIRST = tuple(
-    KINDS.index(kind) for kind in ("m", "mz", "Iyy", "Ixz", "Iyz", "Ixy", "Ixx", "my", "mx", "Izz")
+    KINDS.index(kind) for kind in ("m", "mz", "Pzz", "Pxz", "Pyz", "Pxy", "Pyy", "my", "mx", "Pxx")
 )
 _AS_GOOD = 0.1
 
@@ -90,32 +90,24 @@ def regroupings(arm: RegroupedArm) -> tuple[Regrouping, ...]:
 
 
 def carried(rotation: FloatArray, translation: FloatArray) -> FloatArray:
-    """Parameters in one frame from those in another that stands so in it, (10, 10)."""
+    """The ten in one frame from those in another that stands so in it, (10, 10)."""
     place = _place(rotation, translation)
-    return np.column_stack([_parameters(place @ body @ place.T) for body in _BODIES])
+    return np.column_stack([moments_of(place @ body @ place.T) for body in _BODIES])
 
 
-def _tensors() -> FloatArray:
-    """Second moments, (10, 4, 4), of a unit of each of the ten parameters."""
-    out = np.zeros((10, 4, 4))
-    out[0, 3, 3] = 1.0
-    for axis in range(3):
-        out[1 + axis, axis, 3] = out[1 + axis, 3, axis] = 1.0
-    for kind in range(4, 10):
-        a, b = ("xyz".index(letter) for letter in PARAMETERS[kind][1:])
-        inertia = np.zeros((3, 3))
-        inertia[a, b] = inertia[b, a] = 1.0
-        out[kind, :3, :3] = second_moment(inertia)
+def moments_of(body: FloatArray) -> FloatArray:
+    """Mass, first and second moments, (10,), from [[second, first], [first, mass]], (4, 4)."""
+    return np.array([body[entry] for entry in _ENTRIES])
+
+
+def _unit(entry: tuple[int, ...]) -> FloatArray:
+    out = np.zeros((4, 4))
+    out[entry] = out[entry[::-1]] = 1.0
     return out
 
 
-_BODIES = _tensors()
-_LENGTHS = (0, 1, 1, 1, 2, 2, 2, 2, 2, 2)
-
-
-def _parameters(body: FloatArray) -> FloatArray:
-    second = body[:3, :3]
-    return inertial_parameters(body[3, 3], body[:3, 3], np.trace(second) * np.eye(3) - second)
+_BODIES = np.array([_unit(entry) for entry in _ENTRIES])
+_LENGTHS = tuple(len(kind) - 1 for kind in KINDS[:-1])
 
 
 def _place(rotation: FloatArray, translation: FloatArray) -> FloatArray:
