@@ -287,3 +287,13 @@ def test_values_show(puma):
     assert "<td" in base._repr_html_()
     with pytest.raises(KeyError, match="MX1"):
         base["MX1"]
+
+
+@examples(40)
+@given(st.one_of(arms(max_joints=6, massive=True), arms_with_runs()))
+def test_the_recursion_multiplies_with_no_more(arm):
+    """Gravity is drawn, so that it is along no axis."""
+    kept = 0
+    for link in regrouped(arm).links:
+        kept += sum(np.count_nonzero(x) for x in (link.mass, link.first, np.triu(link.second)))
+    assert kept == np.count_nonzero(numbers(gd.base_parameters(arm, False)))

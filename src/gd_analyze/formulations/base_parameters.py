@@ -262,7 +262,7 @@ def _by_effect(arm: RobotArm, frames: tuple[Placement, ...], drives: bool) -> Fl
     out = np.zeros((3, arm.n_joints, len(KINDS)))
     for i, frame in enumerate(frames):
         turned = frame.rotation.T
-        com = turned @ (arm.com[i] - frame.translation)
+        com = _rounded(turned @ (arm.com[i] - frame.translation), arm.reach + np.abs(arm.com[i]).max())
         mass, inertia = arm.mass[i], turned @ arm.inertia_com[i] @ frame.rotation
         seen = np.append(com, 1.0)
         out[0, i, :10] = moments_of(mass * np.outer(seen, seen))

@@ -3,7 +3,7 @@
 Kinetic energy is a sum of q'_j q'_k tr(X_j P X_k^T), P the link's second moment (4x4, mass and first moment
 in it) and X_j the motion that joint j makes of the link, a 4x4 matrix in the link's frame; the torque of
 gravity is the same with the motion of the base along gravity in place of one of the two. So a change of P in
-link i acts as one of link i-1 where three things hold:
+link i acts as one of link i-1 where two things hold:
 
     - nothing of it is in the products of joint i's own motion with any motion that reaches the link,
     - what is in the products of two earlier ones is the same for every q_i,
