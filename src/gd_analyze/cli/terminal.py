@@ -165,14 +165,14 @@ def stages(quiet: bool) -> Iterator[Stages]:
         TextColumn("{task.description:<34}", markup=False),
         BarColumn(14),
         TimeElapsedColumn(),
-        _left_column(),
+        left_column(),
     )
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True, redirect_stdout=False) as display:
         yield Stages(display)
 
 
-def _left_column() -> ProgressColumn:
+def left_column() -> ProgressColumn:
     """Say how long it will take yet, where the number of steps is known."""
     from datetime import timedelta
 
