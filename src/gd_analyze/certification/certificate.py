@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from gd_analyze.certification.along import Bounded, bound_along
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.error_field import ErrorField
-from gd_analyze.certification.grid import shared_out
+from gd_analyze.certification.grid import Reached, shared_out
 from gd_analyze.certification.harmonics_slack import harmonics_slack
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
@@ -37,8 +37,12 @@ from gd_analyze.shown import html_of
 from gd_analyze.vectors import FloatArray
 from gd_analyze.visible import in_python
 
-# Positions per joint: about 22 per angle for an arm like the PUMA 560, whose error knows four of its angles.
+# Positions per joint: about 22 per angle for an arm like the PUMA 560, whose error knows four of its angles;
+# and how many times as many for every angle beyond these.
 EFFORT = 250_000
+_ANGLES, _FURTHER = 4, 10
+# Places per angle at which it is looked how large an error there is, before grids are chosen.
+_FEW = 3
 # Groups of waves with a grid of their own.
 _GROUPS = 3
 # Grid positions from which the search for the worst state climbs.
@@ -216,18 +220,31 @@ def _bounded_in(field: ErrorField, region: Box | Tube, box: Box, effort: int) ->
 
 def _bounded(field: ErrorField, box: Box, effort: int) -> tuple[float, FloatArray]:
     """Proven bound of one joint without the slack of the exact dynamics, and positions to climb from."""
-    shares, rest = shared_out(field.waves, box, effort, _GROUPS)
+    effort *= _FURTHER ** max(0, sum(degree > 0 for degree in field.waves.degrees) - _ANGLES)
+    reached = _expected(field, box) if len(field.waves) else None
+    shares, rest = shared_out(field.waves, box, effort, _GROUPS, reached)
     bound = field.rest + float(rest.sizes(box.farthest).sum())
     starts = [box.centre]
     for waves, grid in shares:
         amplitudes = float(waves.sizes(box.farthest).sum())
         largest, positions = _over_grid(field, waves, grid.nodes)
         starts += list(grid.positions(positions).T)
-        between = float(grid.between(waves, box).sum())
-        bound += min(largest + field.round_off + between, amplitudes)
+        bound += min(grid.over_box(waves, box, largest + field.round_off), amplitudes)
     # Some roundings of these sums.
     bound = bound * (1.0 + 64 * float(np.finfo(float).eps)) + field.round_off
     return bound, np.array(starts).T
+
+
+def _expected(field: ErrorField, box: Box) -> Reached:
+    """What the error reaches at a few positions, in the box and around the circle."""
+    rng, turning = np.random.default_rng(0), ~np.array(field.waves.sliding)
+    shares = [rng.random(_FEW if degree else 1) for degree in field.waves.degrees]
+    lower, width = box.lower, box.upper - box.lower
+    found = []
+    for widths in (width, np.where(turning & (width > 0.0), 2 * np.pi, width)):
+        nodes = [low + share * wide for low, share, wide in zip(lower, shares, widths, strict=True)]
+        found.append(max(float(field.motion.quick_bound(v).max()) for v in field.waves.on_grid(nodes)))
+    return Reached(*found)
 
 
 def _over_grid(

@@ -9,6 +9,7 @@ import numpy as np
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.local_maximum import local_maximum
 from gd_analyze.certification.motion import Motion
+from gd_analyze.certification.worst_state import highest_position
 from gd_analyze.harmonics import Waves
 from gd_analyze.harmonics.torque_rows import RateFactor, rate_factors
 from gd_analyze.vectors import FloatArray
@@ -17,6 +18,8 @@ _EPS = float(np.finfo(float).eps)
 # What should cancel between model and exact form leaves waves of this share of the torque, or less. There may
 # be many, in many joints; a bound by their amplitudes costs nothing and keeps them from the choice of grids.
 _CANCELLED = 1e-12
+# Coefficients up to which trying the worst rates at every place takes no longer than holding them on the way.
+_FEW = 16_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +78,10 @@ class ErrorField:
         """
         if not len(self.waves):
             return 0.0, box.centre, np.zeros(box.n_joints), np.zeros(box.n_joints)
-        q, _ = local_maximum(lambda q: self.motion.reached(self.waves(q)), box, starts)
+        if self.waves.coefficients.size <= _FEW:
+            q, _ = local_maximum(lambda q: self.motion.reached(self.waves(q)), box, starts)
+        else:
+            q = highest_position(self.waves, self.motion, box, starts)
         error, rates, pushes = self.motion.worst(self.waves(q[:, None])[:, 0])
         return error, q, rates * box.rate, pushes * box.acceleration
 

@@ -8,6 +8,7 @@ wave, the one that is lexically larger in the turning joints is kept.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,6 +23,8 @@ from gd_analyze.vectors import Array, FloatArray
 DEGREE = 2
 # Positions evaluated at once: their values of some twenty polynomials fit the cache.
 _CHUNK = 8192
+# Numbers of tables held at once on the way, 32 MB.
+_MOST = 1 << 22
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,20 +153,8 @@ class Waves:
         position costs a few multiplications instead of its own sines and cosines.
         """
         bases = [self._basis(k, node) for k, node in enumerate(nodes)]
-        counts = [len(node) for node in nodes]
-        inner = len(counts)
-        while inner and np.prod(counts[inner - 1 :], dtype=float) <= _CHUNK:
-            inner -= 1
         table = self._table()
-        kept = table.shape[inner + 1 :]
-        # Outer joints once, all their nodes; shape (P, outer positions, B of the inner joints).
-        table = _contracted(table.reshape(*table.shape[: inner + 1], -1), bases[:inner])
-        table = table.reshape(len(table), -1, *kept)
-        step = max(1, int(_CHUNK // np.prod(counts[inner:], dtype=float)))
-        for start in range(0, table.shape[1], step):
-            piece = table[:, start : start + step]
-            values = _contracted(piece.reshape(-1, *kept, 1), bases[inner:])
-            yield values.reshape(len(table), -1)
+        yield from _on_grid(table.reshape(len(table), -1), bases)
 
     def _powers(self, q: FloatArray) -> FloatArray:
         """Product of the sliding joints' powers, shape (W, K)."""
@@ -190,6 +181,29 @@ class Waves:
         table[(slice(None), *(self.multiples + lowest).T)] = self.coefficients
         turns = [_euler(low).T if low else np.eye(size) for low, size in zip(lowest, shape, strict=True)]
         return np.ascontiguousarray(_contracted(table[..., None], turns).real).reshape(-1, *shape)
+
+
+def _on_grid(table: FloatArray, bases: Sequence[FloatArray]) -> Iterator[FloatArray]:
+    """Contract (P, B_1 .. B_m) with bases (N_k, B_k), in pieces of row-major order."""
+    counts, sizes = [len(basis) for basis in bases], [basis.shape[1] for basis in bases]
+    inner = len(counts)
+    while inner and np.prod(counts[inner - 1 :], dtype=float) <= _CHUNK:
+        inner -= 1
+    behind = math.prod(sizes[inner:])
+    if inner > 1 and len(table) * math.prod(counts[:inner]) * behind > _MOST:
+        # Too many positions of the outer joints for their tables to be held all at once.
+        by_first = table.reshape(len(table), sizes[0], -1)
+        for row in bases[0]:
+            yield from _on_grid(np.matmul(row, by_first), bases[1:])
+        return
+    # Outer joints once, all their nodes; shape (P, outer positions, B of the inner joints).
+    outer = _contracted(table.reshape(len(table), *sizes[:inner], behind), bases[:inner])
+    outer = outer.reshape(len(table), -1, behind)
+    step = max(1, int(_CHUNK // np.prod(counts[inner:], dtype=float)))
+    for start in range(0, outer.shape[1], step):
+        piece = outer[:, start : start + step]
+        values = _contracted(piece.reshape(-1, *sizes[inner:], 1), bases[inner:])
+        yield values.reshape(len(table), -1)
 
 
 def numbers(multiples: NDArray[np.int64]) -> NDArray[np.int64]:
