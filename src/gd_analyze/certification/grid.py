@@ -152,7 +152,7 @@ class _Spectrum:
     total: float
 
     def beyond(self, joint: int, degree: int) -> tuple[float, float]:
-        """a and b: amplitudes of what has a higher degree in a joint, and their curvatures."""
+        """Amplitudes a and curvatures b of what has a higher degree in a joint."""
         high = np.arange(degree + 1, self.amplitudes.shape[1])
         return float(self.amplitudes[joint, high].sum()), float(self.amplitudes[joint, high] @ high**2)
 
@@ -250,7 +250,7 @@ def _axes(waves: Waves, box: Box, reached: Reached | None, total: float) -> list
 def _cheapest(
     spectrum: _Spectrum, ways: list[_Axes], effort: int
 ) -> tuple[_Axes, list[int], tuple[int, ...]] | None:
-    """Of the ways to go over a box that of the least promised bound; None where the effort allows for none."""
+    """Of the ways to go over a box that of the least promised bound; None where no effort allows for one."""
     return _promised(spectrum, ways, effort)[1]
 
 
