@@ -134,8 +134,9 @@ class _Spectra:
 
     @classmethod
     def of(cls, waves: Waves, box: Box) -> _Spectra:
-        curvatures = waves.curvatures(box.farthest).sum(axis=0)
-        return cls(waves.sizes(box.farthest).sum(axis=0), curvatures, np.abs(waves.multiples))
+        every = waves.magnitudes()
+        sizes, curvatures = every.sizes(box.farthest), every.curvatures(box.farthest)
+        return cls(sizes[0], curvatures[0], np.abs(waves.multiples))
 
     def __call__(self, chosen: NDArray[np.bool_]) -> _Spectrum:
         sizes, most = self.sizes * chosen, int(self.multiples.max(initial=0))
@@ -291,7 +292,7 @@ def shared_out(
     shares: list[tuple[Waves, Grid]] = []
     while len(shares) < groups and waves.multiples.size:
         chosen, expected = _promising(waves, box, effort, reached)
-        part = waves.only(chosen)
+        part = waves if chosen.all() else waves.only(chosen)
         grid = grid_of(part, box, effort, expected)
         if grid is None or not chosen.any():
             break

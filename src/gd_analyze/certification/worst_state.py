@@ -30,8 +30,10 @@ def highest_position(waves: Waves, motion: Motion, box: Box, starts: FloatArray)
     reached = motion.reached(values)
     climbing = np.arange(q.shape[1])
     for _ in range(_CHOICES):
-        ridge = _Ridge(waves, waves.coefficients.T @ motion.shares(values[:, climbing]), q[:, climbing])
-        for joint in np.flatnonzero(waves.degrees):
+        shares = motion.shares(values[:, climbing])
+        real, imaginary = (part.T @ shares for part in waves.parts)
+        ridge = _Ridge(waves, real + 1j * imaginary, q[:, climbing])
+        for joint in map(int, np.flatnonzero(waves.degrees)):
             ridge.climb(joint, box)
         there = waves(ridge.q)
         now = motion.reached(there)

@@ -23,6 +23,8 @@ from gd_analyze.vectors import Array, FloatArray
 DEGREE = 2
 # Positions evaluated at once: their values of some twenty polynomials fit the cache.
 _CHUNK = 8192
+# Coefficients, and the share of them that are not zero, up to which sums over all are as fast.
+_SPARSE = (1 << 16, 0.3)
 # Numbers of tables held at once on the way, 32 MB.
 _MOST = 1 << 22
 
@@ -142,9 +144,24 @@ class Waves:
         turning = ~np.array(self.sliding)
         angles = self.multiples[:, turning].astype(float) @ q[turning]
         powers = self._powers(q)
-        values = self.coefficients.real @ (powers * np.cos(angles))
-        values -= self.coefficients.imag @ (powers * np.sin(angles))
-        return np.asarray(values)
+        real, imaginary = self.parts
+        return np.asarray(real @ (powers * np.cos(angles)) - imaginary @ (powers * np.sin(angles)))
+
+    @cached_property
+    def parts(self) -> tuple[Any, Any]:
+        """Real and imaginary coefficients, sparse where there are many and most are zero, shape (P, W)."""
+        parts = self.coefficients.real.copy(), self.coefficients.imag.copy()
+        size = self.coefficients.size
+        if size <= _SPARSE[0] or np.count_nonzero(self.coefficients) > _SPARSE[1] * size:
+            return parts
+        from scipy.sparse import csr_array
+
+        return csr_array(parts[0]), csr_array(parts[1])
+
+    def magnitudes(self) -> Waves:
+        """One polynomial of the sums of all magnitudes: its sizes and curvatures are the polynomials' sums."""
+        total = np.abs(self.coefficients).sum(axis=0, keepdims=True)
+        return Waves(self.sliding, self.multiples, total.astype(complex))
 
     def on_grid(self, nodes: Sequence[FloatArray]) -> Iterator[FloatArray]:
         """Values on the tensor grid of every joint's nodes, in pieces (P, K) of its row-major order.
@@ -153,7 +170,7 @@ class Waves:
         position costs a few multiplications instead of its own sines and cosines.
         """
         bases = [self._basis(k, node) for k, node in enumerate(nodes)]
-        table = self._table()
+        table = self._table
         yield from _on_grid(table.reshape(len(table), -1), bases)
 
     def _powers(self, q: FloatArray) -> FloatArray:
@@ -173,14 +190,27 @@ class Waves:
         out[:, 1::2], out[:, 2::2] = np.cos(angles), np.sin(angles)
         return out
 
+    @cached_property
     def _table(self) -> FloatArray:
         """Coefficients of the products of the joints' basis functions, shape (P, B_1, .., B_n)."""
-        lowest = np.array(self.degrees) * ~np.array(self.sliding)
-        shape = [degree + low + 1 for degree, low in zip(self.degrees, lowest, strict=True)]
-        table: Array = np.zeros((len(self.coefficients), *shape), dtype=complex)
-        table[(slice(None), *(self.multiples + lowest).T)] = self.coefficients
-        turns = [_euler(low).T if low else np.eye(size) for low, size in zip(lowest, shape, strict=True)]
-        return np.ascontiguousarray(_contracted(table[..., None], turns).real).reshape(-1, *shape)
+        turning = ~np.array(self.sliding)
+        shape = tuple((1 + turning) * self.degrees + 1)
+        out = np.zeros((len(self.coefficients), *shape))
+        for p, row in enumerate(self.coefficients):
+            there = np.flatnonzero(row)
+            # Of single polynomials most know few joints.
+            multiples = self.multiples[there]
+            degrees = np.abs(multiples).max(axis=0, initial=0)
+            lowest = degrees * turning
+            table: Array = np.zeros((1, *(degrees + lowest + 1)), dtype=complex)
+            table[(0, *(multiples + lowest).T)] = row[there]
+            small = table.shape[1:]
+            turns = [
+                _euler(int(d)).T if turns else np.eye(d + 1)
+                for d, turns in zip(degrees, turning, strict=True)
+            ]
+            out[(p, *map(slice, small))] = _contracted(table[..., None], turns).real.reshape(small)
+        return out
 
 
 def _on_grid(table: FloatArray, bases: Sequence[FloatArray]) -> Iterator[FloatArray]:
