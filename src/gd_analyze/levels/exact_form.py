@@ -15,6 +15,7 @@ from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Energies, Torques
 from gd_analyze.levels.effort import ROUGH, Effort
 from gd_analyze.levels.kept_programs import Task, inputs_of, kept_programs, some_states
+from gd_analyze.levels.recursion import Recursion
 from gd_analyze.levels.torque_program import torque_program
 from gd_analyze.operations import OperationCount, Program, Trace
 from gd_analyze.operations.rewriting import rewritten
@@ -83,6 +84,16 @@ class ExactForm:
 
         return kept_programs(Task.of(key, self.arm.n_joints, lambda: [_shortest(self)], are_right))[0]
 
+    @cached_property
+    def recursion(self) -> Recursion:
+        """Its torque by the cheapest formulation as it folds, step by step, drives added."""
+        trace, n = Trace(), self.arm.n_joints
+        states = [trace.inputs(name, n) for name in ("q", "qd", "qdd")]
+        torque = newton_euler_regrouped.torque(self.arm, *states)[:, 0]
+        if self.drive_inertia is not None:
+            torque = torque + self.drive_inertia * states[2][:, 0]
+        return Recursion(tuple(trace.expressions), tuple(torque))
+
     @property
     def operations(self) -> OperationCount:
         """What the exact torque costs: every saving is stated against this."""
@@ -90,7 +101,7 @@ class ExactForm:
 
 
 def _shortest(form: ExactForm) -> Program:
-    ways = [_recursion(form)]
+    ways = [form.recursion.program]
     if form.arm.n_joints <= _FEW_JOINTS:
         ways += [torque_program(form.rates, form.torques, effort) for effort in (ROUGH, _SHARED)]
     return rewritten(min(ways, key=lambda way: way.count.total))
@@ -103,13 +114,3 @@ def _is_exact(form: ExactForm, program: Program) -> bool:
     bound = _REWRITTEN * round_off_bounds(form.arm, *states.arrays)["torque"]
     error = np.abs(program.run(inputs_of(states)).T - exact).max()
     return bool(error <= bound + ROUND_OFF_SHARE * np.abs(exact).max())
-
-
-def _recursion(form: ExactForm) -> Program:
-    """The cheapest formulation as it folds, drives added."""
-    trace, n = Trace(), form.arm.n_joints
-    states = [trace.inputs(name, n) for name in ("q", "qd", "qdd")]
-    torque = newton_euler_regrouped.torque(form.arm, *states)[:, 0]
-    if form.drive_inertia is not None:
-        torque = torque + form.drive_inertia * states[2][:, 0]
-    return Program.of(trace, list(torque))
