@@ -86,7 +86,9 @@ def simplify_certified(
             break
         known = known.at(known.states.joined_by(*(states[beyond] for states in certificate.worst_states)))
         needed = 0.98 * allowed / np.where(beyond, certificate.certified, allowed)
-        share = np.where(beyond, np.minimum(share, _SLIGHTLY) if turn < _PATIENT else share * needed, share)
+        # Where there are no terms to write a model of, each takes long, and the bound asks at once.
+        patient = turn < _PATIENT and bool(model.terms)
+        share = np.where(beyond, np.minimum(share, _SLIGHTLY) if patient else share * needed, share)
     everything = replace(exactly(exact, level, allowed, stated), provenance=dict(provenance or {}))
     certificate = certify(everything, region, harmonics=exact.form.harmonics)
     if (certificate.certified <= allowed).all():
@@ -104,7 +106,9 @@ def _finished(
     model: SimplifiedModel, exact: ExactDynamics, allowed: FloatArray, stated: str
 ) -> SimplifiedModel:
     """Say what the model was asked for, and write its program with few operations."""
-    written = replace(model, program=model.level.write(model.form, model.terms, THOROUGH))
+    written = model
+    if model.terms:
+        written = replace(model, program=model.level.write(model.form, model.terms, THOROUGH))
     promise = replace(written.promise, allowed=allowed, budget=stated)
     promise = exact.held(promise, written.torque(*exact.states.arrays))
     return no_dearer(exact, replace(written, promise=promise))

@@ -20,7 +20,7 @@ _CHOICES = 40
 # Places along a joint that are looked at, and Newton's steps from the best of them.
 _PLACES, _STEPS = 33, 3
 # A gain less than this share is none.
-_GAIN = 1e-6
+_GAIN = 3e-4
 
 
 def highest_position(waves: Waves, motion: Motion, box: Box, starts: FloatArray) -> FloatArray:

@@ -159,7 +159,7 @@ class Waves:
         return csr_array(parts[0]), csr_array(parts[1])
 
     def magnitudes(self) -> Waves:
-        """One polynomial of the sums of all magnitudes: its sizes and curvatures are the polynomials' sums."""
+        """Sum of all magnitudes as one polynomial: its sizes and curvatures are the sums of all."""
         total = np.abs(self.coefficients).sum(axis=0, keepdims=True)
         return Waves(self.sliding, self.multiples, total.astype(complex))
 
@@ -209,7 +209,9 @@ class Waves:
                 _euler(int(d)).T if turns else np.eye(d + 1)
                 for d, turns in zip(degrees, turning, strict=True)
             ]
-            out[(p, *map(slice, small))] = _contracted(table[..., None], turns).real.reshape(small)
+            out[p][tuple(slice(size) for size in small)] = _contracted(table[..., None], turns).real.reshape(
+                small
+            )
         return out
 
 
