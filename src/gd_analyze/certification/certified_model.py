@@ -2,7 +2,8 @@
 
 A model is made for some states and certified over the region. Where the bound is beyond the budget, the worst
 state found joins the states, so that the next model knows of it, and the budget of that joint shrinks a
-little. A few rounds suffice, as the bound is close to the worst state.
+little; by what the bound asks for where a model is a program without terms, which takes long to make. A few
+rounds suffice, as the bound is close to the worst state.
 """
 
 from __future__ import annotations
@@ -76,9 +77,11 @@ def simplify_certified(
         if progress is not None:
             progress(1)
         if (certificate.certified <= allowed).all():
-            # Written anew it is another program, and that one runs.
-            model = _finished(model, exact, allowed, stated)
-            certificate = certify(model, region, harmonics=exact.form.harmonics)
+            finished = _finished(model, exact, allowed, stated)
+            if finished.program is not model.program:
+                # Written anew it is another program, and that one runs.
+                certificate = certify(finished, region, harmonics=exact.form.harmonics)
+            model = finished
         beyond = certificate.certified > allowed
         if not beyond.any():
             if model.saves:

@@ -92,13 +92,14 @@ def round_off_of(waves: Waves, box: Box) -> float:
     Every value is a sum of products in which no more than `count` roundings follow one another: one per wave
     and polynomial, some ten per joint. Each is eps/2 of terms that add up to `reach`: on a grid products of
     cosines and sines, which add up to sqrt(2) times a wave's amplitude per turning joint at most. An angle
-    m.q, and the place of a node, is off by some eps of the farthest one.
+    m.q, and the place of a node, is off by some eps of the farthest one, which may be a turn beyond the box.
     """
     degrees = np.array(waves.degrees)
     count = sum(waves.coefficients.shape) + 32 * (1 + len(degrees))
     turning = int((degrees[~np.array(waves.sliding)] > 0).sum())
     reach = 2.0 ** (turning / 2) * float(waves.sizes(box.farthest).sum())
-    return count * (1.0 + float(degrees @ box.farthest)) * _EPS * reach
+    farthest = box.farthest + 2 * np.pi * ~np.array(waves.sliding)
+    return count * (1.0 + float(degrees @ farthest)) * _EPS * reach
 
 
 def _largest(factor: RateFactor, box: Box) -> float:

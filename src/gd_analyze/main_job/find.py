@@ -251,6 +251,8 @@ def _efforts(model: SimplifiedModel, many: bool) -> tuple[int, int] | None:
     """Efforts of the certificates in a box and along a motion; None for a model of too many terms for any."""
     if not many:
         return _EFFORT, _EFFORT_OF_TUBE
+    if not model.saves:
+        return None
     try:
         written = expansion_of(model)
     except TooLongError:
