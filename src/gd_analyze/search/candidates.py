@@ -122,7 +122,8 @@ def candidates_of(
             where=f"level {level.name}",
             expected=f"at most {_WRITTEN} torque terms",
             found="more",
-            next_step="use --level element, or the main job, which ranks elements",
+            next_step="`gd-analyze simplify ROBOT --level recursive` simplifies such an arm, `gd-analyze "
+            "equations ROBOT --element D12 --min-share 1%` prints the largest terms of an element",
         )
     every = level.terms(exact.form)
     terms, swept = every, 0.0
@@ -185,7 +186,7 @@ def _swept(
             where="budget",
             expected=f"at most {_MOST}",
             found=str(len(items) - gone),
-            next_step="allow a larger error, or use --level element",
+            next_step="use --level recursive, whose models keep no terms, or allow a larger error",
         )
     return dict(items[k] for k in np.sort(order[gone:])), share
 
