@@ -10,10 +10,11 @@ import pytest
 
 from gd_analyze.certification import Box, simplify_certified
 from gd_analyze.levels import TERM, Budget, ExactDynamics, Promise, SimplifiedModel
+from gd_analyze.levels.kept_programs import inputs_of
 from gd_analyze.levels.recursion import NUMBER, Change
 from gd_analyze.search import How
 from gd_analyze.states import States
-from test_pruned_programs import errors_at, general_arm, searched
+from pruned_recursions import errors_at, general_arm, searched
 
 
 def pruned_within(
@@ -36,8 +37,6 @@ def pruned_within(
             promise=promise,
             provenance=dict(provenance or {}),
         )
-
-    from gd_analyze.levels.kept_programs import inputs_of
 
     inputs = inputs_of(exact.states)
     best = model_of(changes)
@@ -64,7 +63,8 @@ def test_a_budget_is_proven_in_few_rounds(monkeypatch: pytest.MonkeyPatch) -> No
         exact, Budget.parse("8%"), box, level=TERM, progress=rounds.append
     )
     assert 1 < len(rounds) <= 5
-    assert model.saves and not model.terms
+    assert model.saves
+    assert not model.terms
     assert certificate.within(model.promise.allowed).all()
     assert (model.promise.errors.largest <= model.promise.allowed).all()
     for joint in range(4):

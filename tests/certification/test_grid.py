@@ -176,7 +176,8 @@ def test_around_a_circle_the_bound_is_that_of_its_degree() -> None:
     turn = Box(np.array([-np.pi]), np.array([np.pi]), np.zeros(1), np.zeros(1))
     waves = to_waves([{(("cos", (1,)),): 1.0}], [False])
     grid = grid_of(waves, turn, count, Reached(1.0, 1.0))
-    assert grid is not None and grid.counts == (count,)
+    assert grid is not None
+    assert grid.counts == (count,)
     by_itself = Grid(grid.nodes, grid.reaches, (1,))
     loss = (np.pi / count) ** 2 / 2
     assert by_itself.over_box(waves, turn, 0.9) == pytest.approx(0.9 / (1.0 - loss), rel=1e-12)
