@@ -121,6 +121,18 @@ class Tape:
         return out
 
     @cached_property
+    def degree(self) -> NDArray[np.intp]:
+        """Degree in the motion: 1 of what is linear in rates, 2 of their products and of accelerations."""
+        out = np.zeros(len(self), dtype=np.intp)
+        for k, (operation, a, b) in enumerate(self._code):
+            degrees = [int(out[x]) if x >= 0 else 0 for x in (a, b)]
+            if operation == "input":
+                out[k] = self.steps[k].arguments[0].count("d")
+            elif operation not in ("cos", "sin"):
+                out[k] = sum(degrees) if operation == "multiply" else max(degrees)
+        return out
+
+    @cached_property
     def needs(self) -> NDArray[np.bool_]:
         """Whether a step (row) needs another (column), itself included, shape (steps, steps)."""
         out = np.eye(len(self), dtype=bool)

@@ -2,8 +2,10 @@
 
 Where u, times c, stands in for v, the error changes by slope_v (c u - v), to first order. So for every pair
 of steps the c that makes squares least, and these squares, follow from two products of matrices; operations
-that are saved are those that are alone for v and that u does not need. A second step is looked for beside the
-best first ones. What is most promising is then looked at together with what a fit of all numbers makes of it.
+that are saved are those that are alone for v and that u does not need. What is linear in rates stands in for
+such only, and what has neither rates nor accelerations for all but that. A second step is looked for beside
+the best first ones. What is most promising is then looked at together with what a fit of all numbers makes
+of it.
 """
 
 from __future__ import annotations
@@ -138,6 +140,7 @@ class _Pool:
     alive: NDArray[np.float32]
     needs: NDArray[np.float32]
     left: FloatArray
+    degree: NDArray[np.intp]
     count: int
 
     @classmethod
@@ -160,6 +163,7 @@ class _Pool:
         saved[tape.needs.T] = -np.inf
         saved[:, never] = -np.inf
         saved[never | inputs] = -np.inf
+        saved[~_same_kind(tape.degree)] = -np.inf
         total[never | inputs] = -np.inf
         return cls(
             values=values,
@@ -174,6 +178,7 @@ class _Pool:
             alive=alive,
             needs=needs,
             left=left.sum(axis=1),
+            degree=tape.degree,
             count=n_errors,
         )
 
@@ -238,13 +243,21 @@ class _Pool:
             c = -self.left[v] / self.by_itself[v] if self.by_itself[v] > 0.0 else 0.0
             none = self._replacement(int(v), ((NUMBER, 0.0),), self.total[v] + 1.0, self.constant[v])
             added = self.constant[v] + self.left[v] * c
-            found += [none, self._replacement(int(v), ((NUMBER, float(c)),), self.total[v], added)]
+            found.append(none)
+            if self.degree[v] != 1:
+                found.append(self._replacement(int(v), ((NUMBER, float(c)),), self.total[v], added))
         return found
 
     def _replacement(
         self, v: int, by: tuple[tuple[int, float], ...], saved: float, added: float
     ) -> Replacement:
         return Replacement(v, by, float(saved), float(added) / self.count)
+
+
+def _same_kind(degree: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """What (column) may stand in for what (row), so that torque stays D(q) qdd + h(q, qd) + c(q)."""
+    v, u = degree[:, None], degree
+    return np.asarray((u == v) | ((v == 2) & (u == 0)))
 
 
 def _merit(added: FloatArray, saved: FloatArray) -> FloatArray:
