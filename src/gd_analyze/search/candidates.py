@@ -64,7 +64,7 @@ class Candidates:
         How much an error counts, shape (N, n), see `gd_analyze.states.States.weights`.
     """
 
-    level: Level
+    level: CandidateLevel
     form: ExactForm
     terms: Terms
     effects: FloatArray
@@ -95,7 +95,7 @@ class Candidates:
 
 
 def candidates_of(
-    exact: ExactDynamics, level: Level, allowed: FloatArray, sweep: float = SWEEP
+    exact: ExactDynamics, level: CandidateLevel, allowed: FloatArray, sweep: float = SWEEP
 ) -> Candidates:
     """Make the candidates of a level.
 
@@ -147,7 +147,7 @@ def candidates_of(
     )
 
 
-def _effects(exact: ExactDynamics, level: Level, terms: Terms, count: int) -> FloatArray:
+def _effects(exact: ExactDynamics, level: CandidateLevel, terms: Terms, count: int) -> FloatArray:
     """Torque of each term; of all `count` terms, where these are not many numbers, it is remembered."""
     if len(terms) < count or count * exact.states.q.size > _REMEMBERED:
         return level.effects(exact, terms)
@@ -157,7 +157,7 @@ def _effects(exact: ExactDynamics, level: Level, terms: Terms, count: int) -> Fl
 
 
 def _swept(
-    exact: ExactDynamics, level: Level, every: Terms, allowed: FloatArray, sweep: float
+    exact: ExactDynamics, level: CandidateLevel, every: Terms, allowed: FloatArray, sweep: float
 ) -> tuple[Terms, float]:
     """Terms left when the smallest have gone, and the largest error over allowed that these make together.
 
@@ -191,7 +191,7 @@ def _swept(
 
 
 def _gone(
-    exact: ExactDynamics, level: Level, items: list[tuple[Any, float]], allowed: FloatArray, sweep: float
+    exact: ExactDynamics, level: CandidateLevel, items: list[tuple[Any, float]], allowed: FloatArray, sweep: float
 ) -> tuple[int, float]:
     """How many of the terms, from the first, may go together, and the error over allowed that they make."""
     lost = np.zeros((exact.arm.n_joints, len(exact.states)))
