@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from gd_analyze.errors import UsageError
 from gd_analyze.levels import ExactDynamics, ExactForm, Level
 from gd_analyze.levels.effort import Effort
-from gd_analyze.levels.level import Costs, Terms
+from gd_analyze.levels.level import CandidateLevel, Costs, Terms
 from gd_analyze.levels.many_terms import has_more_terms
 from gd_analyze.operations import OperationCount
 from gd_analyze.vectors import FloatArray
@@ -95,7 +95,7 @@ class Candidates:
 
 
 def candidates_of(
-    exact: ExactDynamics, level: CandidateLevel, allowed: FloatArray, sweep: float = SWEEP
+    exact: ExactDynamics, level: Level, allowed: FloatArray, sweep: float = SWEEP
 ) -> Candidates:
     """Make the candidates of a level.
 
@@ -115,14 +115,23 @@ def candidates_of(
     ------
     TooManyTermsError
         If far too many terms would be left.
+    UsageError
+        If the level has no candidates.
     """
+    if not isinstance(level, CandidateLevel):
+        raise UsageError(
+            f"level {level.name} keeps no terms that could be looked at one by one",
+            where="level",
+            expected="term, energy or element",
+            found=level.name,
+        )
     if level.has_torque_terms and has_more_terms(exact.form, _WRITTEN):
         raise TooManyTermsError(
             f"the exact torque of {exact.arm.name} has too many terms to look at them one by one",
             where=f"level {level.name}",
             expected=f"at most {_WRITTEN} torque terms",
             found="more",
-            next_step="use --level element, or the main job, which ranks elements",
+            next_step="use --level recursive, which changes the recursion instead",
         )
     every = level.terms(exact.form)
     terms, swept = every, 0.0
@@ -185,7 +194,7 @@ def _swept(
             where="budget",
             expected=f"at most {_MOST}",
             found=str(len(items) - gone),
-            next_step="allow a larger error, or use --level element",
+            next_step="use --level recursive, or allow a larger error",
         )
     return dict(items[k] for k in np.sort(order[gone:])), share
 
