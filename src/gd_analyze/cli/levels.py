@@ -22,9 +22,7 @@ def budget_option(
     return click.option("--budget", default="1%", show_default=True, metavar="LIST", help=told)
 
 
-def level_option(
-    names: Sequence[str] = tuple(LEVEL_NAMES), default: str = CHEAPEST
-) -> Callable[[F], F]:
+def level_option(names: Sequence[str] = tuple(LEVEL_NAMES), default: str = CHEAPEST) -> Callable[[F], F]:
     """--level; None for the cheapest."""
     told = [f"{name}: {LEVEL_NAMES[name]}" for name in names]
     if default == CHEAPEST:
@@ -44,7 +42,8 @@ simplify_options = together(
     click.option(
         "--refit",
         is_flag=True,
-        help="Refit what is kept, to absorb what is dropped; at level term or energy; level recursive always does.",
+        help="Refit what is kept, to absorb what is dropped; at level term or energy; "
+        "level recursive always does.",
     ),
     number_option(
         "--operations",

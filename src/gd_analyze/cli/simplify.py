@@ -178,7 +178,7 @@ def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: f
         f"{in_words(promise.made_for)}; in {seconds:.2g} s"
     )
     if promise.levels:
-        sentence(f"Operations by level: {promise.by_level}.")
+        sentence(f"{promise.by_level}.")
     sentence(f"Operations after each step of the search: {promise.search}.")
     promise_table(promise, arm)
     line()

@@ -115,8 +115,12 @@ class Level(ABC):
         """Equations of the joints' torques, as a person would write them."""
 
     def told(self, terms: Terms) -> str:
-        """Say what a model is made of."""
+        """Say what a model is made of: "30 torque terms"."""
         return f"{len(terms)} {self.keeps}"
+
+    def told_beside(self, form: ExactForm) -> str:
+        """Say what of: "kept of the exact model's 78"."""
+        return f"kept of the exact model's {len(self.terms(form))}"
 
     def legend(self, form: ExactForm, terms: Terms) -> Legend:
         """Meaning of the names in them: by default all are the founding text's."""

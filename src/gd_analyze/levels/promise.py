@@ -230,7 +230,8 @@ class Promise:
 
     @property
     def by_level(self) -> str:
-        """What every level took, in words; "" where one was asked for."""
+        """Operations of the models of several levels, in words, and why others were not tried."""
         took = [f"{one.level} {one.operations}" for one in self.levels if one.operations is not None]
-        others = [f"{one.level} not tried ({one.why})" for one in self.levels if one.operations is None]
-        return ", ".join([*took, *others])
+        others = [f"{one.level}, as {one.why}" for one in self.levels if one.operations is None]
+        tried = f"Operations by level: {', '.join(took)}"
+        return "; ".join([tried, *([f"not tried: {', '.join(others)}"] if others else [])])

@@ -46,7 +46,12 @@ class RecursiveLevel(Level):
 
     def told(self, terms: Terms) -> str:
         """Say how much of the recursion is changed."""
-        return f"the recursion, {len({change.step for change in terms})} of its steps changed"
+        return f"the recursion with {len({change.step for change in terms})} changed steps"
+
+    def told_beside(self, form: ExactForm) -> str:
+        """Say how many steps the recursion has."""
+        steps = [step for step in form.recursion.program.steps if step.operation != "input"]
+        return f"of the {len(steps)} of Newton and Euler's, written for the arm"
 
     def to_entry(self, term: Change, weight: float) -> Checked:
         """Write the places of both steps and the number."""

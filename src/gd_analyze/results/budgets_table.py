@@ -21,8 +21,8 @@ def budgets_table(
     """Tabulate what is kept, at what error and how many operations, for each multiple of the budget.
 
     Of a model of torque or energy terms, `kept` says which of the ranked torque terms remain: one remains as
-    long as anything does that makes it. Of a model of parts, `kept_parts` says which of these do. A recursion keeps
-    neither.
+    long as anything does that makes it. Of a model of parts, `kept_parts` says which of these do. A recursion
+    keeps neither.
     """
     form, counts = path[0].form, [model.operations for model in path]
     values: dict[str, Any] = {

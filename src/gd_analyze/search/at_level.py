@@ -15,8 +15,9 @@ from gd_analyze.search.how import How
 from gd_analyze.search.search import Progress
 from gd_analyze.vectors import FloatArray
 
-# --operations: the smallest multiple of the budget, how close it is searched, how often it is tightened.
-_LEAST, _CLOSE, _ATTEMPTS = 1e-6, 1.02, 4
+# --operations: the smallest multiple of the budget, how close it is searched, how often it is tightened, and by
+# what it is widened where the quick count promised too much.
+_LEAST, _CLOSE, _ATTEMPTS, _WIDER = 1e-6, 1.02, 4, 1.05
 
 
 def at_level(
@@ -55,9 +56,7 @@ def _searched(
     else:
         found = pruned.pruned(exact, allowed, how, progress)
     everything = exactly(exact, level, allowed, budget)
-    promise = replace(
-        everything.promise, steps=found.steps, solved=found.solved, cut_short=found.cut_short
-    )
+    promise = replace(everything.promise, steps=found.steps, solved=found.solved, cut_short=found.cut_short)
     model = measured(
         exact,
         replace(
@@ -100,6 +99,9 @@ def _of_few_operations(
         middle = (few * many) ** 0.5
         few, many = (middle, many) if quick(middle) > operations else (few, middle)
     best = _within(exact, budget.scaled(many), level, how, progress)
+    while best.operations.total > operations:
+        many *= _WIDER
+        best = _within(exact, budget.scaled(many), level, how, progress)
     step = 0.8
     for _ in range(_ATTEMPTS):
         trial = _within(exact, budget.scaled(many * step), level, how)

@@ -73,7 +73,10 @@ def _pruned(
 ) -> Iterator[SimplifiedModel | None]:
     """Models with more and more changes of the recursion: some up to the given one, and some from it on."""
     some, allowed = exact.thinned(), given.promise.allowed
-    for side, start in (([f for f in factors if f <= 1.0], {}), ([f for f in factors if f > 1.0], given.terms)):
+    for side, start in (
+        ([f for f in factors if f <= 1.0], {}),
+        ([f for f in factors if f > 1.0], given.terms),
+    ):
         looked_at = [factor for k, factor in enumerate(side) if k % _APART == 0 and factor != 1.0]
         found = dict(zip(looked_at, pruned_path(some, [f * allowed for f in looked_at], start), strict=True))
         for factor in side:

@@ -200,7 +200,11 @@ def _swept(
 
 
 def _gone(
-    exact: ExactDynamics, level: CandidateLevel, items: list[tuple[Any, float]], allowed: FloatArray, sweep: float
+    exact: ExactDynamics,
+    level: CandidateLevel,
+    items: list[tuple[Any, float]],
+    allowed: FloatArray,
+    sweep: float,
 ) -> tuple[int, float]:
     """How many of the terms, from the first, may go together, and the error over allowed that they make."""
     lost = np.zeros((exact.arm.n_joints, len(exact.states)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from gd_analyze.levels import ELEMENT, ENERGY, RECURSIVE, TERM, Budget, ExactDynamics, Level, SimplifiedModel
+from gd_analyze.levels import RECURSIVE, TERM, Budget, ExactDynamics, Level, SimplifiedModel
 from gd_analyze.levels.many_terms import has_many_terms, many_terms_told
 from gd_analyze.levels.promise import LevelTried
 from gd_analyze.search.at_level import at_level
@@ -15,12 +15,9 @@ from gd_analyze.search.search import Progress
 
 # Where terms take less than this share of the exact torque's operations, no recursion takes fewer.
 _FAR_BELOW = 0.45
-# Levels that are tried, and those that never take fewer operations than they.
+# Levels that are tried. The others give more than few operations: a mechanical system, or the founding text's
+# conclusions; models of theirs that take fewer are not known.
 _TRIED = (TERM, RECURSIVE)
-_ON_REQUEST = {
-    ENERGY: "a mechanical system, for more operations",
-    ELEMENT: "whole effects, for more operations",
-}
 
 
 def cheapest(
@@ -47,7 +44,6 @@ def cheapest(
                 why = error.what
         operations = None if why else models[-1].operations.total
         tried.append(LevelTried(level.name, operations, why))
-    tried += [LevelTried(level.name, None, why) for level, why in _ON_REQUEST.items()]
     best = min(models, key=_operations if how.operations is None else _allowed)
     return replace(best, promise=replace(best.promise, levels=tuple(tried)))
 
@@ -58,7 +54,9 @@ def _unpromising(exact: ExactDynamics, level: Level, models: Sequence[Simplified
         return f"the arm has {many_terms_told(exact.form)}" if has_many_terms(exact.form) else ""
     full = exact.form.operations.total
     least = min((model.operations.total for model in models), default=full)
-    return f"{least} of {full} operations are less than a recursion takes" if least < _FAR_BELOW * full else ""
+    return (
+        f"{least} of {full} operations are less than a recursion takes" if least < _FAR_BELOW * full else ""
+    )
 
 
 def _operations(model: SimplifiedModel) -> float:

@@ -19,6 +19,8 @@ from gd_analyze.trajectories import GivenMotions
 if TYPE_CHECKING:
     import xarray as xr
 
+_USUAL = How()
+
 
 def simplify(
     arm: RobotArm | str | Path,
@@ -83,7 +85,7 @@ def simplify(
 def simplify_exact(
     exact: ExactDynamics,
     budget: Budget | str | None = None,
-    how: How = How(),
+    how: How = _USUAL,
     *,
     provenance: Mapping[str, str] | None = None,
     progress: Progress = None,

@@ -129,7 +129,7 @@ def trade_off(
             searched = (simplify_exact(exact, budget.scaled(factor), how) for factor in order)
             found = ((model.operations, model.promise.errors.largest) for model in searched)
         elif not isinstance(level, CandidateLevel):
-            models = pruned_path(exact, [factor * allowed for factor in order])
+            models = tuple(pruned_path(exact, [factor * allowed for factor in order]))
             found = _best_of(exact, models, allowed, order)
         else:
             if level not in known:
