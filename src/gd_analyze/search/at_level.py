@@ -15,8 +15,8 @@ from gd_analyze.search.how import How
 from gd_analyze.search.search import Progress
 from gd_analyze.vectors import FloatArray
 
-# --operations: the smallest multiple of the budget, how close it is searched, how often it is tightened, and by
-# what it is widened where the quick count promised too much.
+# --operations: the smallest multiple of the budget, how close it is searched, how often it is tightened, and
+# by what it is widened where the quick count promised too much.
 _LEAST, _CLOSE, _ATTEMPTS, _WIDER = 1e-6, 1.02, 4, 1.05
 
 
