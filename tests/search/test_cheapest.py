@@ -18,14 +18,14 @@ from strategies import arms_with_states, examples
 
 
 @few_tries()
-@examples(8)
+@examples(5)
 @given(arms_with_states(max_joints=3, count=30, massive=True), st.sampled_from([0.01, 0.1]))
 def test_no_level_that_was_tried_takes_fewer_operations(case, share):
     exact = ExactDynamics.of(*case)
     quick = How(thorough=False, effort=0.1)
     model = simplify_exact(exact, of_shares(share), quick)
     took = {one.level: one.operations for one in model.promise.levels}
-    assert set(took) == {"term", "recursive"}
+    assert list(took) == ["term", "recursive"]
     assert model.operations.total == min(count for count in took.values() if count is not None)
     assert took[model.level.name] == model.operations.total
     assert (model.promise.errors.counting <= model.promise.allowed).all()
@@ -65,7 +65,7 @@ def test_where_terms_are_far_below_the_recursion_is_not_tried(two_link, swing, m
     model = gd.simplify(two_link, swing, "20%")
     assert model.level is TERM
     assert model.promise.levels[1].operations is None
-    assert "less than a recursion takes" in model.promise.levels[1].why
+    assert "fewer than it leaves" in model.promise.levels[1].why
 
 
 def test_what_was_tried_is_in_the_file(two_link, swing, tmp_path):
