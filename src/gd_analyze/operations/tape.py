@@ -120,6 +120,21 @@ class Tape:
         return out
 
     @cached_property
+    def rates(self) -> NDArray[np.intp]:
+        """What a step holds, shape (steps,): 0 nothing that moves, 1 one rate, 2 two or an acceleration."""
+        out = np.zeros(len(self), dtype=np.intp)
+        for k, (operation, a, b) in enumerate(self._code):
+            held = [out[x] for x in (a, b) if x >= 0]
+            if operation == "input":
+                name = self.steps[k].arguments[0]
+                out[k] = 2 if name.startswith("qdd") else 1 if name.startswith("qd") else 0
+            elif operation == "multiply":
+                out[k] = sum(held)
+            else:
+                out[k] = max(held, default=0)
+        return out
+
+    @cached_property
     def needs(self) -> NDArray[np.bool_]:
         """Whether a step (row) needs another (column), itself included, shape (steps, steps)."""
         out = np.eye(len(self), dtype=bool)

@@ -125,7 +125,7 @@ class _Pool:
 
     `constant` is that of nothing, shape (steps,); `linear` and `square` are by v and u, `among` is slope^2,
     (steps, N); `saved` operations by v and u, before any multiplication; `alive` what u needs of what is
-    alone for v.
+    alone for v; `is_rate` tells what holds a single rate, for which no number can stand in.
     """
 
     values: FloatArray
@@ -141,6 +141,7 @@ class _Pool:
     needs: FloatArray
     left: FloatArray
     count: int
+    is_rate: NDArray[np.bool_]
 
     @classmethod
     def of(
@@ -163,6 +164,10 @@ class _Pool:
         saved[:, never] = -np.inf
         saved[never | inputs] = -np.inf
         total[never | inputs] = -np.inf
+        # What stands in holds no more of the motion, nor a single rate where there was none or two: else the
+        # outputs would be no torques of an arm, which hold two rates, an acceleration or neither.
+        v, u = tape.rates[:, None], tape.rates[None, :]
+        saved[(u > v) | (u % 2 != v % 2)] = -np.inf
         return cls(
             values=values,
             among=among,
@@ -177,6 +182,7 @@ class _Pool:
             needs=needs,
             left=left.sum(axis=1),
             count=n_errors,
+            is_rate=tape.rates == 1,
         )
 
     def by_one(self) -> list[Replacement]:
@@ -240,7 +246,9 @@ class _Pool:
             c = -self.left[v] / self.by_itself[v] if self.by_itself[v] > 0.0 else 0.0
             none = self._replacement(int(v), ((NUMBER, 0.0),), self.total[v] + 1.0, self.constant[v])
             added = self.constant[v] + self.left[v] * c
-            found += [none, self._replacement(int(v), ((NUMBER, float(c)),), self.total[v], added)]
+            found.append(none)
+            if not self.is_rate[v]:
+                found.append(self._replacement(int(v), ((NUMBER, float(c)),), self.total[v], added))
         return found
 
     def _replacement(
