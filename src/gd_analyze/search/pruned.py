@@ -15,8 +15,8 @@ from gd_analyze.search.pruning import prune
 from gd_analyze.search.search import Progress
 from gd_analyze.vectors import FloatArray
 
-# Of a usual search's effort, a minute: what is usual here, and for one of many, or one that is not thorough. At
-# least it takes what a first descent does.
+# Of a usual search's effort, a minute: what is usual here, and for one of many, or one that is not thorough.
+# At least it takes what a first descent does.
 _USUAL, _QUICK = 0.4, 0.01
 
 
