@@ -13,9 +13,9 @@ from gd_analyze.search.candidates import TooManyTermsError
 from gd_analyze.search.how import How
 from gd_analyze.search.search import Progress
 
-# Where terms take less than this share of the exact torque's operations, the recursion is not tried: at states
-# of all the arm's limits it was found to take half to four fifths, at 1 % of peak torque. At few states it may
-# take fewer than terms, as its numbers are fitted to them, and then errs the more between them.
+# Where terms take less than this share of the exact torque's operations, the recursion is not tried: it was
+# found to take half to four fifths at states of all the arm's limits, at 1 % of peak torque. At few states it
+# may take fewer than terms, as its numbers are fitted to them, and then errs the more between them.
 _FEW = 0.65
 # Levels that are tried; the others are for more than few operations: a mechanical system, or the founding
 # text's conclusions.
