@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import importlib
 import os
 
@@ -11,11 +10,10 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeError, OutputError, TrajectoryError, UsageError
-from gd_analyze.levels import ELEMENT, parts_of
+from gd_analyze.levels import ELEMENT, RECURSIVE, parts_of
 from gd_analyze.main_job import Origin, Settings, analyze, find
 from gd_analyze.main_job.folder import FILES, default_folder, require_folder, write_findings
 from gd_analyze.robots import with_payload
-from gd_analyze.trajectories import Trajectory
 from strategies import names_in
 
 DATA_FORMATS = ("h5", "json", "csv")
@@ -181,28 +179,28 @@ def test_provenance_is_flat(puma_findings):
     assert puma_findings.decomposition.attrs["command"] == source["command"]
 
 
-def test_an_arm_of_many_terms_stays_with_elements(puma, rng) -> None:
-    """A PUMA that carries two more links of its kind has thousands of terms."""
-    arm = dataclasses.replace(
-        puma,
-        joints=puma.joints + puma.joints[1:3],
-        links=puma.links + puma.links[1:3],
-        dh_table=(),
-        drives=(),
-    )
-    assert arm.n_joints == 8
-    states = rng.uniform(-1.0, 1.0, (3, 4, 8))
-    findings = find(arm, Trajectory(np.arange(4.0), *states, "drawn"))
-    assert findings.model.level is ELEMENT
-    assert not findings.model.saves
-    assert findings.model.operations.total < findings.element_model.operations.total
+def test_an_arm_of_many_terms_is_simplified_in_its_recursion(two_link, swing, monkeypatch) -> None:
+    monkeypatch.setattr("gd_analyze.levels.many_terms.MOST_TERMS", 3)
+    findings = find(two_link, swing)
+    model = findings.model
+    assert model.level is RECURSIVE
+    assert model.saves
+    assert (model.promise.errors.largest <= model.promise.allowed).all()
+    tried = {one.level: one for one in model.promise.levels}
+    assert tried["recursive"].operations == model.operations.total < findings.element_model.operations.total
+    assert tried["term"].operations is None
+    assert "more than 3 torque terms" in tried["term"].why
     assert not findings.is_written_out
-    assert any("more than 2000" in warning for warning in findings.warnings)
+    assert any("single terms are not" in warning for warning in findings.warnings)
     assert findings.ranked_terms == {}
-    assert set(findings.tables["trade_off"].level.values) == {"element"}
-    assert np.isnan(findings.tables["beyond"].certified).all()
-    assert findings.tables["tube"].tube_along.isnull().all()
-    assert findings.tables["tube"].attrs["note"].startswith("Not certified: ")
+    assert set(findings.tables["trade_off"].level.values) == {"element", "recursive"}
+    budgets = findings.tables["budgets"]
+    assert not {"kept", "kept_parts"} & {*budgets}
+    counts = budgets.operations.values
+    assert counts[0] >= counts[10] == model.operations.total > counts[-1]
+    assert (np.diff(counts) <= 0).all()
+    errors = budgets.largest_error.values
+    assert (errors <= budgets.factor.values[:, None] * model.promise.allowed * (1 + 1e-12)).all()
 
 
 @pytest.mark.parametrize("level", ["element", "term", "energy"])

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from gd_analyze.errors import UsageError
 from gd_analyze.levels import ExactDynamics, ExactForm, Level
 from gd_analyze.levels.effort import Effort
-from gd_analyze.levels.level import Costs, Terms
+from gd_analyze.levels.level import CandidateLevel, Costs, Terms
 from gd_analyze.levels.many_terms import has_more_terms
 from gd_analyze.operations import OperationCount
 from gd_analyze.vectors import FloatArray
@@ -64,7 +64,7 @@ class Candidates:
         How much an error counts, shape (N, n), see `gd_analyze.states.States.weights`.
     """
 
-    level: Level
+    level: CandidateLevel
     form: ExactForm
     terms: Terms
     effects: FloatArray
@@ -115,7 +115,16 @@ def candidates_of(
     ------
     TooManyTermsError
         If far too many terms would be left.
+    UsageError
+        If the level has no candidates.
     """
+    if not isinstance(level, CandidateLevel):
+        raise UsageError(
+            f"level {level.name} keeps no terms that could be looked at one by one",
+            where="level",
+            expected="term, energy or element",
+            found=level.name,
+        )
     if level.has_torque_terms and has_more_terms(exact.form, _WRITTEN):
         raise TooManyTermsError(
             f"the exact torque of {exact.arm.name} has too many terms to look at them one by one",
@@ -148,7 +157,7 @@ def candidates_of(
     )
 
 
-def _effects(exact: ExactDynamics, level: Level, terms: Terms, count: int) -> FloatArray:
+def _effects(exact: ExactDynamics, level: CandidateLevel, terms: Terms, count: int) -> FloatArray:
     """Torque of each term; of all `count` terms, where these are not many numbers, it is remembered."""
     if len(terms) < count or count * exact.states.q.size > _REMEMBERED:
         return level.effects(exact, terms)
@@ -158,7 +167,7 @@ def _effects(exact: ExactDynamics, level: Level, terms: Terms, count: int) -> Fl
 
 
 def _swept(
-    exact: ExactDynamics, level: Level, every: Terms, allowed: FloatArray, sweep: float
+    exact: ExactDynamics, level: CandidateLevel, every: Terms, allowed: FloatArray, sweep: float
 ) -> tuple[Terms, float]:
     """Terms left when the smallest have gone, and the largest error over allowed that these make together.
 
@@ -192,7 +201,11 @@ def _swept(
 
 
 def _gone(
-    exact: ExactDynamics, level: Level, items: list[tuple[Any, float]], allowed: FloatArray, sweep: float
+    exact: ExactDynamics,
+    level: CandidateLevel,
+    items: list[tuple[Any, float]],
+    allowed: FloatArray,
+    sweep: float,
 ) -> tuple[int, float]:
     """How many of the terms, from the first, may go together, and the error over allowed that they make."""
     lost = np.zeros((exact.arm.n_joints, len(exact.states)))

@@ -34,7 +34,7 @@ _LEADING = 0.3
 # Shares of the changed steps that are undone at once, and how often such that are near each other.
 _UNDONE, _NEAR = (0.03, 0.06, 0.12), 0.6
 # Multiplications of matrices that take as long as one by itself, and those as long as writing down one step.
-_AT_A_TIME, _WRITING = 8.0, 3e4
+_AT_A_TIME, _WRITING = 8.0, 1.5e4
 # Largest error over the allowed one up to which several are tried.
 _ROOM = 0.6
 # Replacements looked at together, tried before none is said to be possible, and what their largest error over
@@ -81,12 +81,12 @@ class _Pruning:
 
     def with_changes(self, changes: Changes) -> _Pruned | None:
         """Carry changes out; None where steps would stand in for one another in a circle."""
+        self.work.spend(_WRITING * len(self.recursion.steps))
         try:
             changed = self.recursion.carried_out(changes)
         except ValueError:
             return None
         tape = Tape(changed.program, changed.scales)
-        self.work.spend(_WRITING * len(tape))
         return _Pruned(dict(changes), changed, tape, unfitted(tape, self.aim))
 
     def again(self, pruned: _Pruned) -> _Pruned:
@@ -217,9 +217,9 @@ class _Pruning:
             return here
         return self.stated(self.fitted(left, 4.0, 1))
 
-    def descend(self, here: _Pruned, tell: Callable[[_Pruned], None]) -> _Pruned:
-        """Replace as long as that is possible."""
-        while self.work.affords(0.0):
+    def descend(self, here: _Pruned, tell: Callable[[_Pruned], None], whole: bool = False) -> _Pruned:
+        """Replace as long as that is possible, and as the effort lasts or, if `whole`, to the end."""
+        while here.operations and (whole or self.work.affords(0.0)):
             here = self.again(here)
             found, mean_square = self.promising(here)
             trial = self.several(here, found, mean_square) if here.fit.largest < _ROOM else None
@@ -277,7 +277,7 @@ def prune(
     allowed
         Allowed error per joint, N m, shape (n,).
     effort
-        How much to do, as a multiple of the usual.
+        How much to do, as a multiple of the usual: a first descent always ends.
     start
         Changes to begin with, within the budget.
     progress
@@ -302,7 +302,7 @@ def prune(
             progress(reached - pruned.operations)
             reached = pruned.operations
 
-    here = pruning.descend(here, tell)
+    here = pruning.descend(here, tell, whole=True)
     random = Random(0)
     while here.replaced and pruning.work.affords(0.0):
         trial = pruning.descend(pruning.partly_undone(here, random), tell)
