@@ -13,19 +13,22 @@ class Symbol:
     Parameters
     ----------
     letter
-        "tau" is the Greek one.
+        "tau" and "omega" are the Greek ones.
     index
-        Digits and commas, or a letter that stands for any joint.
+        Digits and commas, letters of a component behind them; or a letter that stands for any joint.
     dots
         1 for a rate, 2 for an acceleration.
     word
         Upright superscript.
+    primes
+        How many stand behind the letter.
     """
 
     letter: str
     index: str = ""
     dots: int = 0
     word: str = ""
+    primes: int = 0
 
 
 class Power(NamedTuple):

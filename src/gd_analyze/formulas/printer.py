@@ -9,6 +9,9 @@ from typing import ClassVar
 from gd_analyze.formulas.formula import Formula, Function, Legend, Piece, Power, Product, Symbol
 from gd_analyze.formulas.numbers import rounded
 
+# Of vectors in a frame other than their own.
+PRIME = "'"
+
 
 @dataclass(frozen=True)
 class Printer(ABC):

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from gd_analyze.levels.recursion_names import Quantity
 from gd_analyze.operations import Program, Trace
 from gd_analyze.operations.trace import Expression
 
@@ -43,10 +44,13 @@ class Recursion:
         Expressions, each after its arguments; what no output needs may stand in for what one does.
     outputs
         Torques of the joints: expressions or numbers.
+    quantities
+        What a reader knows, each with its expression or number, in the order of their making.
     """
 
     steps: tuple[Expression, ...]
     outputs: tuple[Any, ...]
+    quantities: tuple[tuple[Quantity, Any], ...] = ()
 
     @property
     def program(self) -> Program:
