@@ -122,24 +122,19 @@ class Names:
             for other in b
         ]
 
+    def parts(self, steps: Iterable[Expression]) -> Mapping[int, Quantity]:
+        """Quantity that each expression is, or is a part of; of several the last that takes it."""
+        of = dict(self.quantity)
+        for step in sorted(steps, key=lambda step: -step.order):
+            for argument in step.arguments:
+                if isinstance(argument, Expression) and step.order in of:
+                    of.setdefault(argument.order, of[step.order])
+        return of
+
     def sum(self, x: Any, weight: float = 1.0, *, inside: bool = False) -> tuple[Product, ...]:
         """Write an expression as people order a sum: what comes of other links first, A last."""
         terms = (term for term in self.terms(x, weight, inside=inside) if term.weight)
         return tuple(sorted(terms, key=lambda term: max(map(_rank, term.powers), default=(9,))))
-
-
-def parts(steps: Iterable[Expression], told: Iterable[tuple[Quantity, Any]]) -> Mapping[int, Quantity]:
-    """Quantity that each expression is, or is a part of; where there are several, the last that takes it."""
-    of: dict[int, Quantity] = {}
-    for quantity, value in told:
-        base = unsigned(value)[1]
-        if isinstance(base, Expression):
-            of.setdefault(base.order, quantity)
-    for step in sorted(steps, key=lambda step: -step.order):
-        for argument in step.arguments:
-            if isinstance(argument, Expression) and step.order in of:
-                of.setdefault(argument.order, of[step.order])
-    return of
 
 
 def _merged(powers: tuple[Power, ...]) -> tuple[Power, ...]:
