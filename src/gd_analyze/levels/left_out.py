@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -67,7 +67,7 @@ def omissions(recursion: Recursion, changes: Mapping[Change, float], states: Sta
     states
         Where torque is looked at.
     """
-    changed, known = recursion.images(changes)
+    _, known = recursion.images(changes)
     steps = by_step(changes)
     wanted = [place for place in steps if place in known]
     torque, peak = _alone(recursion, {place: steps[place] for place in wanted}, states)
@@ -78,9 +78,7 @@ def omissions(recursion: Recursion, changes: Mapping[Change, float], states: Sta
         if not largest.any():
             continue
         share = np.divide(largest, peak, out=np.zeros_like(peak), where=peak > 0.0)
-        out.append(
-            Omission(place, names.of(place), exact, instead, CONSTANT in steps[place], largest, share)
-        )
+        out.append(Omission(place, names.of(place), exact, instead, CONSTANT in steps[place], largest, share))
     return tuple(sorted(out, key=lambda one: (-float(one.share.max(initial=0.0)), one.place)))
 
 

@@ -160,4 +160,8 @@ def _input(name: str) -> Symbol:
 
 def _index(term: Product) -> str:
     """Joint of an angle, last of all the constant."""
-    return f"{int(term.powers[0].base.index):3d}" if term.powers else "~"
+    if not term.powers:
+        return "~"
+    base = term.powers[0].base
+    assert isinstance(base, Symbol), "angles are sums of joint variables"
+    return f"{int(base.index):3d}"

@@ -45,12 +45,23 @@ class Reading:
     ----------
     passages
         Outward from the base, then back to it; links without equations are left out.
-    legend
+    functions
         Sines and cosines.
     """
 
     passages: tuple[Passage, ...]
-    legend: Legend
+    functions: tuple[Formula, ...]
+
+    @property
+    def legend(self) -> Legend:
+        """The longest plain cosine and sine, which explain the others, and all that are not plain."""
+        told: list[Formula] = []
+        for letter in ("C", "S"):
+            own = [formula for formula in self.functions if formula.left.letter == letter]
+            plain = [formula for formula in own if _is_plain(formula)]
+            told += [max(plain, key=lambda formula: len(formula.left.index))] if plain else []
+            told += [formula for formula in own if formula not in plain]
+        return Legend((), (), tuple(told))
 
     @property
     def formulas(self) -> tuple[Formula, ...]:
@@ -80,7 +91,8 @@ def read(recursion: Recursion, changes: Mapping[Change, float]) -> Reading:
             )
             formulas = (_formula(quantity, *told[quantity], names) for quantity in own)
             passages.append(Passage(link, outward, tuple(filter(None, formulas))))
-    return Reading(tuple(passage for passage in passages if passage.formulas), _legend(names))
+    functions = (Formula(symbol, (Piece(one(own)),)) for symbol, own in names.functions.items())
+    return Reading(tuple(passage for passage in passages if passage.formulas), tuple(functions))
 
 
 def _now(value: Any, known: Mapping[int, Any], needed: Set[int]) -> tuple[float, Any] | None:
@@ -112,16 +124,8 @@ def _is_aside(quantity: Quantity) -> bool:
     return PRIME in quantity.kind or quantity.kind in ("p", "pd", "A", "r")
 
 
-def _legend(names: Names) -> Legend:
-    """The longest plain cosine and sine, which explain the others, and all that are not plain."""
-    told = []
-    for letter in ("C", "S"):
-        own = {symbol: function for symbol, function in names.functions.items() if symbol.letter == letter}
-        plain = [symbol for symbol, function in own.items() if _is_plain(function)]
-        longest = [max(plain, key=lambda symbol: len(symbol.index))] if plain else []
-        told += longest + [symbol for symbol in own if symbol not in plain]
-    return Legend((), (), tuple(Formula(symbol, (Piece(one(names.functions[symbol])),)) for symbol in told))
-
-
-def _is_plain(function: Function) -> bool:
+def _is_plain(formula: Formula) -> bool:
+    """Whether it is the cosine or sine of a sum of angles."""
+    ((function, _),) = formula.pieces[0].product.powers
+    assert isinstance(function, Function)
     return all(term.powers and term.weight == 1.0 for term in function.argument)
