@@ -12,7 +12,7 @@ from gd_analyze.levels.level import Checked
 from gd_analyze.levels.levels import level_named
 from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.levels.program_check import require_terms_computed
-from gd_analyze.levels.promise import AlongMotion, ErrorTable, Promise, SearchStep
+from gd_analyze.levels.promise import AlongMotion, ErrorTable, LevelTried, Promise, SearchStep
 from gd_analyze.levels.statements import measured_where_possible, require_consistent, require_equal
 from gd_analyze.operations import OperationCount
 from gd_analyze.operations.written import read_back, written
@@ -37,6 +37,12 @@ class _JointError(Checked):
 class _Step(Checked):
     name: str
     operations: int
+
+
+class _LevelTried(Checked):
+    level: str
+    operations: int | None = None
+    why: str = ""
 
 
 class _SetPoints(Checked):
@@ -84,6 +90,8 @@ class ModelDocument(Checked):
     made_for: _MadeFor
     # Of a model made for several motions: what is promised along each.
     motions: list[_AlongMotion] = Field(default_factory=list)
+    # Where the cheapest level was looked for: what each took.
+    levels: list[_LevelTried] = Field(default_factory=list)
     search: list[_Step]
     solved: bool
     cut_short: bool = False
@@ -99,9 +107,9 @@ class ModelDocument(Checked):
 
     @model_serializer(mode="wrap")
     def _without_what_is_not_there(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Of one motion the file says nothing of motions."""
+        """Of one motion the file says nothing of motions, of one level nothing of others."""
         said: dict[str, Any] = write(self)
-        return said if self.motions else {key: value for key, value in said.items() if key != "motions"}
+        return {key: value for key, value in said.items() if value or key not in ("motions", "levels")}
 
 
 def document_of(model: SimplifiedModel) -> ModelDocument:
@@ -127,6 +135,7 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
             )
             for one in promise.motions
         ],
+        levels=[_LevelTried(**one._asdict()) for one in promise.levels],
         search=[_Step(name=step.name, operations=step.operations) for step in promise.steps],
         solved=promise.solved,
         cut_short=promise.cut_short,
@@ -186,6 +195,7 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
                 AlongMotion(one.name, one.fingerprint, one.set_points, *_stated(one.errors))
                 for one in document.motions
             ),
+            levels=tuple(LevelTried(one.level, one.operations, one.why) for one in document.levels),
         ),
         provenance=document.provenance,
     )
