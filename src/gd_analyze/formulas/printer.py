@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -56,8 +57,12 @@ class Printer(ABC):
 
     def argument(self, products: tuple[Product, ...]) -> str:
         """Write the sum a function is taken of."""
+        return self.sum(products, self.close)
+
+    def sum(self, products: Sequence[Product], apart: str | None = None) -> str:
+        """Write a sum of products; nothing of none."""
         return self.between.join(
-            self.sign(product.weight < 0, place == 0) + self.product(product, self.close)
+            self.sign(product.weight < 0, place == 0) + self.product(product, apart)
             for place, product in enumerate(products)
         )
 

@@ -6,11 +6,26 @@ from collections.abc import Mapping, Set
 from dataclasses import dataclass
 from typing import Any
 
-from gd_analyze.formulas.formula import Formula, Function, Legend, Piece, Power, Product, one
+from gd_analyze.formulas.formula import Formula, Function, Legend, Piece, Power, Product, Symbol, one
 from gd_analyze.formulas.printer import PRIME
 from gd_analyze.levels.recursion import Change, Recursion
 from gd_analyze.levels.recursion_names import INWARD, OUTWARD, Names, Quantity, unsigned
 from gd_analyze.operations.trace import Expression
+
+# What the symbols in it mean, those of one meaning together.
+MEANINGS: tuple[tuple[tuple[Symbol, ...], str], ...] = (
+    (
+        (Symbol("omega"), Symbol("omega", dots=1)),
+        "angular velocity and acceleration of a link, in its frame on the joint's axis",
+    ),
+    ((Symbol("a"),), "acceleration of that frame's origin, gravity counted in"),
+    ((Symbol("A"),), "matrix by which a point r of the link has A r more"),
+    ((Symbol("f"), Symbol("n")), "force and moment, about the origin, on the link and those beyond"),
+    (
+        (Symbol("a", primes=1), Symbol("a", primes=2)),
+        "the same in that frame before its joint turns, and in the frame of the link before",
+    ),
+)
 
 
 @dataclass(frozen=True)
