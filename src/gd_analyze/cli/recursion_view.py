@@ -87,7 +87,7 @@ def _show_parameters(parameters: Sequence[LinkParameter]) -> None:
         for link, own in groupby(shown, key=lambda one: one.link)
     ]
     table("Regrouped parameters of the links: steps kept of those that each has", ["link", *kinds], rows, "r")
-    told = ["* with another number"] * any(_is_changed(one) for one in shown)
+    told = ["* with another number"] * any(one.is_changed for one in shown)
     told += ["· never acts", *(words for prefix, words in _WORDS if any(k.startswith(prefix) for k in kinds))]
     sentence(f"{'; '.join(told)}; what a joint does not move counts to the link before.")
 
@@ -95,11 +95,7 @@ def _show_parameters(parameters: Sequence[LinkParameter]) -> None:
 def _cell(one: LinkParameter) -> str:
     if not one.places:
         return "·"
-    return f"{len(one.kept)}/{one.places}{'*' * _is_changed(one)}"
-
-
-def _is_changed(one: LinkParameter) -> bool:
-    return any(number != one.number for number in one.kept)
+    return f"{len(one.kept)}/{one.places}{'*' * one.is_changed}"
 
 
 def losses_of_changes(model: gd.SimplifiedModel, states: States) -> tuple[Loss, ...]:

@@ -58,6 +58,11 @@ class LinkParameter:
         return _UNITS[KINDS.index(self.kind)]
 
     @property
+    def is_changed(self) -> bool:
+        """Whether a step that is left multiplies with another number."""
+        return any(number != self.number for number in self.kept)
+
+    @property
     def state(self) -> str:
         """One of "kept", "refitted", "partly kept", "dropped", "never acts"."""
         if not self.places:
@@ -66,7 +71,7 @@ class LinkParameter:
             return "dropped"
         if len(self.kept) < self.places:
             return "partly kept"
-        return "kept" if all(number == self.number for number in self.kept) else "refitted"
+        return "refitted" if self.is_changed else "kept"
 
 
 def link_parameters(form: ExactForm, changes: Mapping[Change, float]) -> tuple[LinkParameter, ...]:

@@ -38,6 +38,7 @@ _TABLES = {
     "verdicts": "verdicts that depend on the motion",
     "terms": "single terms ranked by torque",
     "kept": "what the model keeps",
+    "left_out": "what the model leaves out",
     "operations": "operations for one evaluation of all torques",
     "tube": "bounds near the motion",
     "beyond": "errors beyond the motion",
@@ -93,7 +94,7 @@ def _absent(findings: Findings) -> tuple[set[str], set[str], set[str]]:
     one = not summary.has_motions(findings)
     tables = {
         "motions": one,
-        "kept": summary.made_of(findings) == "recursion",
+        "left_out": summary.made_of(findings) != "recursion",
         "verdicts": one or not changing(findings),
         "terms": not findings.is_written_out,
         "tube": summary.tube_proven(findings) is None,
