@@ -9,7 +9,10 @@ from gd_analyze.operations.trace import Expression
 
 
 def random_changes(recursion: Recursion, share: float, seed: int) -> dict[Change, float]:
-    """Change a share of the steps: summands dropped, factors made constant, numbers changed, steps gone."""
+    """Change a share of the steps: summands dropped, sines taken as constant, numbers changed, steps gone.
+
+    What comes out is a torque: of degree two in the rates, one in the accelerations.
+    """
     rng = np.random.default_rng(seed)
     place = {step.order: k for k, step in enumerate(recursion.steps)}
     changes: dict[Change, float] = {}
@@ -20,10 +23,14 @@ def random_changes(recursion: Recursion, share: float, seed: int) -> dict[Change
             continue
         gone, which = rng.random() < 0.2, int(rng.integers(len(operands)))
         if gone:
-            changes[Change(k, NUMBER)] = float(rng.choice([0.0, 0.3]))
+            changes[Change(k, NUMBER)] = 0.0
         elif len(operands) < 2 and step.operation == "multiply":
             changes[Change(k, CONSTANT)] = float(step.arguments[0] * rng.uniform(0.5, 1.5))
         elif step.operation == "multiply":
+            functions = [x for x in operands if recursion.steps[x].operation in ("cos", "sin")]
+            if len(functions) != 1:
+                continue
+            (which,) = (place for place, x in enumerate(operands) if x not in functions)
             changes[Change(k, operands[which])] = float(rng.uniform(-1.0, 1.0))
         elif len(operands) == 2:
             second = step.arguments[1]

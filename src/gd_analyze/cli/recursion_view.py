@@ -123,7 +123,7 @@ def _show_left_out(model: gd.SimplifiedModel, left_out: Sequence[Omission], plai
         [
             plain.symbol(one.quantity.symbol),
             _short(one.exact, plain),
-            _short(one.instead, plain) or "nothing",
+            one.changed_by or _short(one.instead, plain) or "nothing",
             amount(float(one.torque[one.joint]), model.arm.joints[one.joint].effort_unit),
             percent(float(one.share[one.joint])),
             str(one.joint + 1),

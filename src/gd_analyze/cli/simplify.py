@@ -105,7 +105,9 @@ def simplify(
             gd.save_model(model, out)
 
     output.give(
-        lambda: _document(model, exact.states, certificate, digits) | {"seconds": seconds} | output.about(out),
+        lambda: (
+            _document(model, exact.states, certificate, digits) | {"seconds": seconds} | output.about(out)
+        ),
         lambda: _show(model, exact.states, certificate, seconds, digits),
         out,
     )
@@ -140,11 +142,15 @@ def _document(
     if model.level is gd.LEVELS["element"]:
         return document | {"kept": _labels(model), "dropped": _labels(model, dropped=True)}
     plain = Plain(digits)
-    return document | {
-        "terms": len(model.terms),
-        "equations": [plain.line(formula) for formula in model.formulas],
-        "legend": list(plain.legend(model.legend)),
-    } | (recursion_document(model, states, digits) if model.level is gd.LEVELS["recursive"] else {})
+    return (
+        document
+        | {
+            "terms": len(model.terms),
+            "equations": [plain.line(formula) for formula in model.formulas],
+            "legend": list(plain.legend(model.legend)),
+        }
+        | (recursion_document(model, states, digits) if model.level is gd.LEVELS["recursive"] else {})
+    )
 
 
 def _labels(model: gd.SimplifiedModel, dropped: bool = False) -> list[str]:

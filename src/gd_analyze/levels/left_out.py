@@ -48,6 +48,13 @@ class Omission:
     share: FloatArray
 
     @property
+    def changed_by(self) -> str:
+        """How much larger a number is than it was, where only that changed: "+2.1 %"; "" elsewhere."""
+        if not self.is_refit or not self.instead:
+            return ""
+        return f"{100.0 * (self.instead[0].weight / self.exact[0].weight - 1.0):+.2g} %"
+
+    @property
     def joint(self) -> int:
         """The joint that loses the largest share, from 0."""
         return int(self.share.argmax())

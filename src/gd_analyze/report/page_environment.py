@@ -57,7 +57,9 @@ def environment() -> Environment:
         "left": lambda formula: Markup(_MATHS.left(formula)),
         "line": lambda formula: Markup(_MATHS.line(formula)),
         "letter": lambda symbol: Markup(f"<math>{_MATHS.symbol(symbol)}</math>"),
-        "summands": lambda terms: [*map(Markup, _MATHS.elements(Formula(Symbol(""), tuple(map(Piece, terms)))))],
+        "summands": lambda terms: [
+            *map(Markup, _MATHS.elements(Formula(Symbol(""), tuple(map(Piece, terms)))))
+        ],
         "pieces": lambda formula: [*map(Markup, _MATHS.elements(formula))],
         "amount": lambda value, unit: formatting.markup(
             formatting.pretty(formatting.amount(float(value), unit))

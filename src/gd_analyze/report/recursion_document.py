@@ -113,10 +113,7 @@ def recursion_data(findings: Findings) -> dict[str, Any] | None:
     return {
         "kinds": list(shown.kinds),
         "parameters": [
-            [
-                {"kept": len(one.kept), "of": one.places, "changed": one.is_changed}
-                for one in own
-            ]
+            [{"kept": len(one.kept), "of": one.places, "changed": one.is_changed} for one in own]
             for own in shown.parameters
         ],
         "steps": [
@@ -140,6 +137,7 @@ def _row(one: Omission) -> dict[str, Any]:
         "in": _TYPST.symbol(one.quantity.symbol),
         "exact": _TYPST.sum(one.exact),
         "instead": _TYPST.sum(one.instead),
+        "changed": one.changed_by,
         "share": percent(float(one.share[one.joint])),
         "joint": one.joint + 1,
     }
