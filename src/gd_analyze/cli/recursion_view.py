@@ -1,4 +1,4 @@
-"""A model that is a changed recursion, for people and as JSON: what it keeps, what it leaves out, its steps."""
+"""A model that is a changed recursion, for people and as JSON: what it keeps and leaves out, its steps."""
 
 from __future__ import annotations
 

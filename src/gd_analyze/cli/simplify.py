@@ -12,8 +12,8 @@ from gd_analyze.cli.given import Given, given_dynamics
 from gd_analyze.cli.levels import budget_option, level_option, simplify_options
 from gd_analyze.cli.options import command_line, digits_option, margin_option, out_option
 from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.recursion_view import recursion_document, show_recursion
 from gd_analyze.cli.outputs import require_outputs
+from gd_analyze.cli.recursion_view import recursion_document, show_recursion
 from gd_analyze.cli.terminal import WIDTH, line, lines, sentence
 
 if TYPE_CHECKING:

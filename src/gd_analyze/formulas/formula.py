@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -123,6 +124,11 @@ class Legend(NamedTuple):
 def one(base: Symbol | Function) -> Product:
     """A symbol or function by itself."""
     return Product(1.0, (Power(base),))
+
+
+def as_formula(left: Symbol, terms: Iterable[Product]) -> Formula:
+    """A sum of products by a symbol."""
+    return Formula(left, tuple(map(Piece, terms)) or NOTHING)
 
 
 def bracketed(quantity: str, terms: tuple[Product, ...], common: tuple[Power, ...]) -> tuple[Piece, ...]:

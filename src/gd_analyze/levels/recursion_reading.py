@@ -6,7 +6,17 @@ from collections.abc import Mapping, Set
 from dataclasses import dataclass
 from typing import Any
 
-from gd_analyze.formulas.formula import Formula, Function, Legend, Piece, Power, Product, Symbol, one
+from gd_analyze.formulas.formula import (
+    Formula,
+    Function,
+    Legend,
+    Piece,
+    Power,
+    Product,
+    Symbol,
+    as_formula,
+    one,
+)
 from gd_analyze.formulas.printer import PRIME
 from gd_analyze.levels.recursion import Change, Recursion
 from gd_analyze.levels.recursion_names import INWARD, OUTWARD, Names, Quantity, unsigned
@@ -131,7 +141,7 @@ def _formula(quantity: Quantity, sign: float, base: Any, names: Names) -> Formul
     if name != quantity.symbol:
         another = Product(sign * own_sign, (Power(name),))
         return None if _is_aside(quantity) else Formula(quantity.symbol, (Piece(another),))
-    return Formula(quantity.symbol, tuple(map(Piece, names.sum(base, own_sign, inside=True))))
+    return as_formula(quantity.symbol, names.sum(base, own_sign, inside=True))
 
 
 def _is_aside(quantity: Quantity) -> bool:
