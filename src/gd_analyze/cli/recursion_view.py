@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from gd_analyze.states import States
 
 _WORDS = (("M", "M mass, MX MY MZ first moment"), ("P", "P second moment"), ("J", "J drive's inertia"))
-# Of what is left out, so many lines are shown.
-_ROWS = 12
+# Of what is left out, so many lines are shown, with sums of so many characters.
+_ROWS, _LONGEST = 12, 24
 
 
 def recursion_document(model: gd.SimplifiedModel, states: States, digits: int) -> dict[str, Any]:
@@ -36,7 +36,7 @@ def recursion_document(model: gd.SimplifiedModel, states: States, digits: int) -
                 "number": one.number,
                 "unit": one.unit,
                 "state": one.state,
-                "steps": one.places,
+                "products": one.places,
                 "kept": list(one.kept),
             }
             for one in link_parameters(model.form, model.terms)
@@ -47,11 +47,11 @@ def recursion_document(model: gd.SimplifiedModel, states: States, digits: int) -
                 "in": plain.symbol(one.quantity.symbol),
                 "exact": plain.sum(one.exact),
                 "instead": plain.sum(one.instead),
-                "only_a_number": one.is_refit,
+                "changed_by": one.changed_by,
                 "torque": one.torque.tolist(),
                 "share": one.share.tolist(),
             }
-            for one in omissions(model.form.recursion, model.terms, states)
+            for one in omissions(model.form, model.terms, states)
         ],
     }
 
@@ -61,12 +61,13 @@ def show_recursion(model: gd.SimplifiedModel, states: States, digits: int) -> No
     from gd_analyze.formulas.plain import Plain
     from gd_analyze.levels.left_out import omissions
     from gd_analyze.levels.link_parameters import link_parameters
-    from gd_analyze.levels.recursion_reading import MEANINGS, read
+    from gd_analyze.levels.recursion_reading import MEANINGS
+    from gd_analyze.levels.recursive import RECURSIVE
 
     plain = Plain(digits)
     _show_parameters(link_parameters(model.form, model.terms))
-    _show_left_out(model, omissions(model.form.recursion, model.terms, states), plain)
-    reading = read(model.form.recursion, model.terms)
+    _show_left_out(model, omissions(model.form, model.terms, states), plain)
+    reading = RECURSIVE.reading(model.form, model.terms)
     line()
     sentence("The model, in kg, m, s, rad", bold=True)
     meanings = [f"{', '.join(map(plain.symbol, symbols))}: {words}" for symbols, words in MEANINGS]
@@ -86,7 +87,12 @@ def _show_parameters(parameters: Sequence[LinkParameter]) -> None:
         [str(link + 1), *(_cell(one) for one in own)]
         for link, own in groupby(shown, key=lambda one: one.link)
     ]
-    table("Regrouped parameters of the links: steps kept of those that each has", ["link", *kinds], rows, "r")
+    table(
+        "Regrouped parameters of the links: products with each that are left, of all",
+        ["link", *kinds],
+        rows,
+        "r",
+    )
     told = ["* with another number"] * any(one.is_changed for one in shown)
     told += ["· never acts", *(words for prefix, words in _WORDS if any(k.startswith(prefix) for k in kinds))]
     sentence(f"{'; '.join(told)}; what a joint does not move counts to the link before.")
@@ -106,7 +112,7 @@ def losses_of_changes(model: gd.SimplifiedModel, states: States) -> tuple[Loss, 
     from gd_analyze.levels.promise import share_of
 
     plain, out = Plain(), []
-    for one in omissions(model.form.recursion, model.terms, states):
+    for one in omissions(model.form, model.terms, states):
         multiples = share_of(one.torque, model.promise.allowed)
         joint = int(multiples.argmax())
         told = f"{_short(one.exact, plain)} in {plain.symbol(one.quantity.symbol)}"
@@ -149,5 +155,6 @@ def _show_left_out(model: gd.SimplifiedModel, left_out: Sequence[Omission], plai
 
 
 def _short(terms: Sequence[Any], plain: Plain) -> str:
-    """A sum, of more than two summands the first and how many follow."""
-    return plain.sum(terms) if len(terms) < 3 else f"{plain.sum(terms[:1])} and {len(terms) - 1} more"
+    """A sum, of a long one only the first summand."""
+    whole = plain.sum(terms)
+    return whole if len(terms) < 2 or len(whole) <= _LONGEST else f"{plain.sum(terms[:1])} + …"

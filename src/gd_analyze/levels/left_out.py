@@ -2,26 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from gd_analyze.formulas.formula import Product
+from gd_analyze.formulas.formula import Power, Product
+from gd_analyze.levels.exact_form import ExactForm
 from gd_analyze.levels.kept_programs import inputs_of
-from gd_analyze.levels.recursion import CONSTANT, NUMBER, Change, Recursion
-from gd_analyze.levels.recursion_names import Names, Quantity, unsigned
+from gd_analyze.levels.recursion import CONSTANT, NUMBER, Changes, Recursion
+from gd_analyze.levels.recursion_names import Names, Quantity, merged, unsigned
+from gd_analyze.levels.recursion_scales import scales
 from gd_analyze.operations.program import UFUNCS
 from gd_analyze.operations.trace import Expression, reached
 from gd_analyze.states import States
 from gd_analyze.vectors import FloatArray, chunks
 
+# What stands in for a step: numbers by the source they multiply.
+Instead = dict[int, float]
+# Shares of peak torque that rounding makes, and ratios that are one.
+_NOTHING, _EQUAL = 1e-12, 1e-9
+
 
 @dataclass(frozen=True, eq=False)
 class Omission:
-    """One change of a recursion.
+    """One change of a recursion, what was taken out of its quantities (see `recursion_scales`) left out.
 
     Parameters
     ----------
@@ -31,8 +39,6 @@ class Omission:
         What it is part of, or is.
     exact, instead
         Sums of products: what was there, and what is; () where nothing is.
-    is_refit
-        Whether only a number is another.
     torque
         Largest magnitude at the states of what it alone changes, N m (N), shape (n,).
     share
@@ -43,16 +49,16 @@ class Omission:
     quantity: Quantity
     exact: tuple[Product, ...]
     instead: tuple[Product, ...]
-    is_refit: bool
     torque: FloatArray
     share: FloatArray
 
     @property
     def changed_by(self) -> str:
-        """How much larger a number is than it was, where only that changed: "+2.1 %"; "" elsewhere."""
-        if not self.is_refit or not self.instead:
+        """How much larger it is than it was, where it is a multiple of that: "+2.1 %"; "" elsewhere."""
+        if not self.instead or [x.powers for x in self.exact] != [x.powers for x in self.instead]:
             return ""
-        return f"{100.0 * (self.instead[0].weight / self.exact[0].weight - 1.0):+.2g} %"
+        ratios = [now.weight / was.weight for was, now in zip(self.exact, self.instead, strict=True)]
+        return f"{100.0 * (ratios[0] - 1.0):+.2g} %" if np.ptp(ratios) <= _EQUAL * abs(ratios[0]) else ""
 
     @property
     def joint(self) -> int:
@@ -60,80 +66,122 @@ class Omission:
         return int(self.share.argmax())
 
 
-def omissions(recursion: Recursion, changes: Mapping[Change, float], states: States) -> tuple[Omission, ...]:
+def omissions(form: ExactForm, changes: Changes, states: States) -> tuple[Omission, ...]:
     """List what changes do to steps that are still needed, those first that make most torque alone.
 
     What makes none alone is left out.
 
     Parameters
     ----------
-    recursion
-        The exact one.
+    form
+        The exact dynamics.
     changes
-        Of it.
+        Of their recursion.
     states
         Where torque is looked at.
     """
-    _, known = recursion.images(changes)
-    steps = by_step(changes)
-    wanted = [place for place in steps if place in known]
-    torque, peak = _alone(recursion, {place: steps[place] for place in wanted}, states)
-    names = _Exact(recursion)
+    words = _Words(form.recursion)
+    steps = words.without_factors(changes, scales(form, changes))
+    torque, peak = _alone(form.recursion, steps, states)
     out = []
-    for place, largest in zip(wanted, torque, strict=True):
-        exact, instead = names.told(place, steps[place])
-        if not largest.any():
-            continue
+    for (place, instead), largest in zip(steps.items(), torque, strict=True):
         share = np.divide(largest, peak, out=np.zeros_like(peak), where=peak > 0.0)
-        out.append(Omission(place, names.of(place), exact, instead, CONSTANT in steps[place], largest, share))
+        if share.max(initial=0.0) > _NOTHING:
+            out.append(Omission(place, words.of(place), *words.told(place, instead), largest, share))
     return tuple(sorted(out, key=lambda one: (-float(one.share.max(initial=0.0)), one.place)))
 
 
-def by_step(changes: Mapping[Change, float]) -> dict[int, dict[int, float]]:
-    """Changes of the same step together."""
-    out: dict[int, dict[int, float]] = {}
-    for (step, source), number in changes.items():
-        out.setdefault(step, {})[source] = number
-    return out
-
-
-class _Exact:
+class _Words:
     """The exact recursion in words."""
 
     def __init__(self, recursion: Recursion) -> None:
-        self.steps = recursion.steps
-        told = {quantity: unsigned(value) for quantity, value in recursion.quantities}
-        self.names = Names(recursion.steps, told)
-        self.parts = self.names.parts(recursion.steps)
+        self.recursion, self.steps = recursion, recursion.steps
+        self.names = Names(
+            self.steps, {quantity: unsigned(value) for quantity, value in recursion.quantities}
+        )
+        self.parts = self.names.parts(self.steps)
 
     def of(self, place: int) -> Quantity:
         """The quantity a step is part of."""
         return self.parts[self.steps[place].order]
 
-    def told(
-        self, place: int, instead: Mapping[int, float]
-    ) -> tuple[tuple[Product, ...], tuple[Product, ...]]:
-        """What a step was and what it is; of a sum without some summands these alone."""
+    def without_factors(self, changes: Changes, factors: Mapping[Quantity, float]) -> dict[int, Instead]:
+        """What stands in for steps, by place, as if every quantity were as large as it was.
+
+        So a number that only makes up for another is none that changed, and one that does not, is.
+        """
+        _, known = self.recursion.images(changes)
+        stated: dict[int, Instead] = {}
+        for (place, source), number in changes.items():
+            stated.setdefault(place, {})[source] = number
+
+        def factor(place: int) -> float:
+            quantity = self.parts.get(self.steps[place].order)
+            return 1.0 if quantity is None else factors.get(quantity, 1.0)
+
+        out: dict[int, Instead] = {}
+        for place in sorted(known):
+            was = self._as_it_is(place)
+            if not was:
+                continue
+            operands = [x for x in self.recursion.arguments[place] if isinstance(x, int)]
+            of_operands, own = math.prod(map(factor, operands)), factor(place)
+            now = {}
+            for source, number in stated.get(place, was).items():
+                by = (
+                    1.0
+                    if source == NUMBER
+                    else of_operands
+                    if source in (CONSTANT, place)
+                    else factor(source)
+                )
+                now[source] = number * (by / own)
+            if now != was:
+                out[place] = now
+        return out
+
+    def _as_it_is(self, place: int) -> Instead:
+        """An unchanged step, as what stands in for it; nothing of what no change is stated of."""
+        step, arguments = self.steps[place], self.recursion.arguments[place]
+        is_sum = (
+            step.operation in ("add", "subtract") and len({x for x in arguments if isinstance(x, int)}) == 2
+        )
+        if is_sum:
+            a, b = arguments
+            return {a: 1.0, b: -1.0 if step.operation == "subtract" else 1.0}
+        if step.operation == "multiply" and not isinstance(arguments[0], int):
+            return {CONSTANT: arguments[0]}
+        return {} if step.operation in ("input", "cos", "sin") else {place: 1.0}
+
+    def told(self, place: int, instead: Instead) -> tuple[tuple[Product, ...], tuple[Product, ...]]:
+        """What a step was and what it is, without what is there as it was."""
         step, names = self.steps[place], self.names
         if CONSTANT in instead:
             number, x = step.arguments
             return names.sum(x, number), names.sum(x, instead[CONSTANT])
-        if len(instead) == 1 and step.operation in ("add", "subtract"):
-            ((source, number),) = instead.items()
-            a, b = step.arguments
-            sign = -1.0 if step.operation == "subtract" else 1.0
-            left = None if source == NUMBER else self.steps[source]
-            for kept, weight, other, lost in ((a, 1.0, b, sign), (b, sign, a, 1.0)):
-                if kept is left and number == weight:
-                    return names.sum(other, lost), ()
-        now: tuple[Product, ...] = ()
+        now: list[Product] = []
         for source, number in instead.items():
-            now += (Product(number),) if source == NUMBER else names.sum(self.steps[source], number)
-        was, now = names.sum(step), tuple(term for term in now if term.weight)
-        if len(was) == 1 and was[0].weight == -1.0 and len(was[0].powers) == 1:
+            now += [Product(number)] if source == NUMBER else names.terms(self.steps[source], number)
+        then = names.sum(step)
+        if len(instead) > 1 or self._as_it_is(place).keys() & instead.keys():
+            then, now = _apart(names.sum(step, inside=True), merged(now))
+        exact, now = then, merged(now)
+        if len(exact) == 1 and exact[0].weight == -1.0 and len(exact[0].powers) == 1:
             # A quantity that the step has with the opposite sign.
-            was, now = _turned(was), _turned(now)
-        return was, now
+            exact, now = _turned(exact), _turned(now)
+        return exact, now
+
+
+def _apart(
+    exact: Sequence[Product], now: Sequence[Product]
+) -> tuple[tuple[Product, ...], tuple[Product, ...]]:
+    """Leave out what is in both."""
+    before, after = ({term.powers: term.weight for term in terms} for terms in (exact, now))
+
+    def is_new(term: Product, there: Mapping[tuple[Power, ...], float]) -> bool:
+        return not math.isclose(there.get(term.powers, 0.0), term.weight, rel_tol=_EQUAL)
+
+    return tuple(t for t in exact if is_new(t, after)), tuple(t for t in now if is_new(t, before))
 
 
 def _turned(terms: tuple[Product, ...]) -> tuple[Product, ...]:
@@ -141,7 +189,7 @@ def _turned(terms: tuple[Product, ...]) -> tuple[Product, ...]:
 
 
 def _alone(
-    recursion: Recursion, changes: Mapping[int, Mapping[int, float]], states: States
+    recursion: Recursion, changes: Mapping[int, Instead], states: States
 ) -> tuple[FloatArray, FloatArray]:
     """Largest torque that each change by itself takes away, (K, n), and that there is, (n,)."""
     n, inputs = len(recursion.outputs), inputs_of(states)
@@ -189,7 +237,7 @@ class _Run:
         """The exact torque, (n, N)."""
         return self._torque({})
 
-    def lost(self, place: int, instead: Mapping[int, float]) -> FloatArray:
+    def lost(self, place: int, instead: Instead) -> FloatArray:
         """Largest difference of each joint's torque once something stands in for a step, (n,)."""
         if CONSTANT in instead:
             (x,) = (x for x in self.steps[place].arguments if isinstance(x, Expression))

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from gd_analyze.formulas.formula import Symbol
+from gd_analyze.formulas.formula import Power, Symbol
 from gd_analyze.formulas.printer import PRIME
 from gd_analyze.formulations.regrouped_links import regrouped
 from gd_analyze.labels import joined
 from gd_analyze.levels.exact_form import ExactForm
-from gd_analyze.levels.left_out import by_step
-from gd_analyze.levels.recursion import CONSTANT, Change
-from gd_analyze.levels.recursion_names import INWARD, Names, Quantity, unsigned
-from gd_analyze.operations.trace import Expression, reached
+from gd_analyze.levels.recursion import Changes
+from gd_analyze.levels.recursion_names import INWARD, Quantity
+from gd_analyze.levels.recursion_scales import scales
+from gd_analyze.levels.recursion_told import Told
 
 _AXES = "xyz"
 # Of every link in this order: mass, first moments, second moments, and the drive's inertia.
@@ -35,9 +36,9 @@ class LinkParameter:
     number
         In the exact recursion, SI.
     places
-        Steps of the exact recursion that multiply with it.
+        Products with it in the exact recursion.
     kept
-        Numbers that those left multiply with, as if all stood for the parameter.
+        Numbers in those that are left, as if all stood for the parameter.
     """
 
     link: int
@@ -60,7 +61,7 @@ class LinkParameter:
     @property
     def is_changed(self) -> bool:
         """Whether a step that is left multiplies with another number."""
-        return any(number != self.number for number in self.kept)
+        return not all(math.isclose(number, self.number, rel_tol=1e-9) for number in self.kept)
 
     @property
     def state(self) -> str:
@@ -74,19 +75,17 @@ class LinkParameter:
         return "refitted" if self.is_changed else "kept"
 
 
-def link_parameters(form: ExactForm, changes: Mapping[Change, float]) -> tuple[LinkParameter, ...]:
+def link_parameters(form: ExactForm, changes: Changes) -> tuple[LinkParameter, ...]:
     """Parameters of all links, in the order of `KINDS`; drives' inertia only where they count."""
-    recursion, steps = form.recursion, by_step(changes)
-    _, known = recursion.images(changes)
-    numbers = _numbers(form)
+    recursion, numbers = form.recursion, _numbers(form)
+    exact = Told(recursion, {})
+    model = Told(recursion, changes, scales(form, changes))
     places, kept = defaultdict[Quantity, int](int), defaultdict[Quantity, list[float]](list)
-    for place, key in _users(form, numbers):
+    for (key, _), (into, factor, weight) in _uses(exact, numbers).items():
         places[key] += 1
-        instead = steps.get(place, {})
-        if place in known and (not instead or CONSTANT in instead):
-            step = recursion.steps[place]
-            (own,) = (x for x in step.arguments if not isinstance(x, Expression))
-            kept[key].append(numbers[key] * (instead.get(CONSTANT, own) / own))
+        now = _weight(model, into, factor)
+        if now is not None:
+            kept[key].append(numbers[key] * (now / weight))
     return tuple(
         LinkParameter(key.link, key.kind, number, places[key], tuple(kept[key]))
         for key, number in numbers.items()
@@ -107,26 +106,40 @@ def _pair(kind: str) -> tuple[int, int]:
     return _AXES.index(kind[1]), _AXES.index(kind[2])
 
 
-def _users(form: ExactForm, numbers: Mapping[Quantity, float]) -> list[tuple[int, Quantity]]:
-    """Steps that multiply with a parameter, by place, each with that."""
-    recursion = form.recursion
-    told = {quantity: unsigned(value) for quantity, value in recursion.quantities}
-    names = Names(recursion.steps, told)
-    of, needed = names.parts(recursion.steps), set(reached(recursion.outputs))
-    out = []
-    for place, step in enumerate(recursion.steps):
-        is_product = step.operation == "multiply" and not isinstance(step.arguments[0], Expression)
-        if not is_product or step.order not in needed:
+def _uses(
+    exact: Told, numbers: Mapping[Quantity, float]
+) -> dict[tuple[Quantity, Symbol], tuple[Quantity, Symbol, float]]:
+    """Where parameters act: by each and what it multiplies, into which quantity, and with which number."""
+    of_symbol = {quantity.symbol: quantity for quantity in exact.values}
+    out: dict[tuple[Quantity, Symbol], tuple[Quantity, Symbol, float]] = {}
+    for into in exact.values:
+        if into.kind.rstrip(PRIME) not in INWARD:
             continue
-        number, operand = step.arguments
-        target, factor = of[step.order], names.quantity.get(operand.order)
-        # What stands before the force or moment of a further link is a length or of a rotation.
-        if target.kind.rstrip(PRIME) not in INWARD or (factor and factor.kind[0] in "fn"):
-            continue
-        found = [key for key in _of_link(target, numbers) if abs(numbers[key]) == abs(number)]
-        likely = [key for key in found if factor and key.kind == _expected(target, factor)]
-        out += [(place, key) for key in (likely or found)[:1]]
+        for term in exact.sum(into):
+            if len(term.powers) != 1 or term.powers[0].exponent != 1:
+                continue
+            symbol = term.powers[0].base
+            # What stands before the force or moment of a further link is a length or of a rotation.
+            if not isinstance(symbol, Symbol) or symbol.letter in ("f", "n"):
+                continue
+            found = [key for key in _of_link(into, numbers) if abs(numbers[key]) == abs(term.weight)]
+            factor = of_symbol.get(symbol)
+            likely = [key for key in found if factor and key.kind == _expected(into, factor)]
+            for key in (likely or found)[:1]:
+                out.setdefault((key, symbol), (into, symbol, term.weight))
     return out
+
+
+def _weight(model: Told, into: Quantity, factor: Symbol) -> float | None:
+    """Number by which something goes into a quantity; None where it does not."""
+    if into not in model.values:
+        return None
+    sign, symbol = 1.0, factor
+    for quantity in model.values:
+        if quantity.symbol == factor:
+            sign, symbol = model.name(quantity) or (0.0, factor)
+    weights = [term.weight for term in model.sum(into) if term.powers == (Power(symbol),)]
+    return sign * weights[0] if weights and sign else None
 
 
 def _of_link(target: Quantity, numbers: Mapping[Quantity, float]) -> list[Quantity]:

@@ -117,7 +117,7 @@ class Names:
         assert x.operation == "multiply", "inputs, sines and cosines have names"
         a, b = (self.terms(argument) for argument in x.arguments)
         return [
-            Product(weight * one.weight * other.weight, _merged(one.powers + other.powers))
+            Product(weight * one.weight * other.weight, _product(one.powers + other.powers))
             for one in a
             for other in b
         ]
@@ -132,12 +132,20 @@ class Names:
         return of
 
     def sum(self, x: Any, weight: float = 1.0, *, inside: bool = False) -> tuple[Product, ...]:
-        """Write an expression as people order a sum: what comes of other links first, A last."""
-        terms = (term for term in self.terms(x, weight, inside=inside) if term.weight)
-        return tuple(sorted(terms, key=lambda term: max(map(_rank, term.powers), default=(9,))))
+        """Write an expression as people order a sum, see `merged`."""
+        return merged(self.terms(x, weight, inside=inside))
 
 
-def _merged(powers: tuple[Power, ...]) -> tuple[Power, ...]:
+def merged(terms: Iterable[Product]) -> tuple[Product, ...]:
+    """Equal products as one, and in the order in which people put them: what A goes into comes last."""
+    weights: dict[tuple[Power, ...], float] = {}
+    for term in terms:
+        weights[term.powers] = weights.get(term.powers, 0.0) + term.weight
+    left = (Product(weight, powers) for powers, weight in weights.items() if weight)
+    return tuple(sorted(left, key=lambda term: max(map(_rank, term.powers), default=(9, ""))))
+
+
+def _product(powers: tuple[Power, ...]) -> tuple[Power, ...]:
     """Equal factors as one power."""
     exponents: dict[Symbol | Function, int] = {}
     for base, exponent in powers:

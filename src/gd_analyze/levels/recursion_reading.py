@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Set
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from gd_analyze.formulas.formula import (
     Formula,
     Function,
     Legend,
     Piece,
-    Power,
-    Product,
     Symbol,
     as_formula,
     one,
 )
 from gd_analyze.formulas.printer import PRIME
-from gd_analyze.levels.recursion import Change, Recursion
-from gd_analyze.levels.recursion_names import INWARD, OUTWARD, Names, Quantity, unsigned
-from gd_analyze.operations.trace import Expression
+from gd_analyze.levels.recursion import Changes, Recursion
+from gd_analyze.levels.recursion_names import INWARD, OUTWARD, Quantity
+from gd_analyze.levels.recursion_told import Told
 
 # What the symbols in it mean, those of one meaning together.
 MEANINGS: tuple[tuple[tuple[Symbol, ...], str], ...] = (
@@ -94,54 +91,43 @@ class Reading:
         return tuple(formula for passage in self.passages for formula in passage.formulas)
 
 
-def read(recursion: Recursion, changes: Mapping[Change, float]) -> Reading:
+def read(recursion: Recursion, changes: Changes, factors: Mapping[Quantity, float] | None = None) -> Reading:
     """Write a changed recursion in equations of the quantities that a reader knows.
 
     What is zero, is not needed any more, or only is another quantity in another frame, has no equation.
+
+    Parameters
+    ----------
+    recursion
+        The exact one.
+    changes
+        Of it.
+    factors
+        What is taken out of quantities, see `recursion_scales`.
     """
-    program, known = recursion.images(changes)
-    needed = {step.order for step in program.steps}
-    now = {quantity: _now(value, known, needed) for quantity, value in recursion.quantities}
-    torques = [quantity for quantity in now if quantity.kind == "tau"]
-    now |= zip(torques, map(unsigned, program.outputs), strict=True)
-    told = {quantity: value for quantity, value in now.items() if value is not None}
-    names = Names(program.steps, told)
-    links = range(len(torques))
+    told = Told(recursion, changes, factors)
+    links = range(len(recursion.outputs))
     passages = []
     for outward, kinds in ((True, OUTWARD), (False, INWARD)):
         for link in links if outward else reversed(links):
             own = sorted(
-                (quantity for quantity in told if quantity.link == link and quantity.kind in kinds),
+                (quantity for quantity in told.values if quantity.link == link and quantity.kind in kinds),
                 key=lambda quantity: kinds.index(quantity.kind),
             )
-            formulas = (_formula(quantity, *told[quantity], names) for quantity in own)
-            passages.append(Passage(link, outward, tuple(filter(None, formulas))))
-    functions = (Formula(symbol, (Piece(one(own)),)) for symbol, own in names.functions.items())
+            formulas = (
+                as_formula(quantity.symbol, told.sum(quantity)) for quantity in own if _says(quantity, told)
+            )
+            passages.append(Passage(link, outward, tuple(formulas)))
+    functions = (Formula(symbol, (Piece(one(own)),)) for symbol, own in told.names.functions.items())
     return Reading(tuple(passage for passage in passages if passage.formulas), tuple(functions))
 
 
-def _now(value: Any, known: Mapping[int, Any], needed: Set[int]) -> tuple[float, Any] | None:
-    """Sign and what became of an expression; None where nothing needs it."""
-    if not isinstance(value, Expression):
-        return 1.0, value
-    for sign, x in ((1.0, value), unsigned(value)):
-        if x.order in known:
-            other, base = unsigned(known[x.order])
-            if not isinstance(base, Expression) or base.order in needed:
-                return sign * other, base
-    return None
-
-
-def _formula(quantity: Quantity, sign: float, base: Any, names: Names) -> Formula | None:
-    """Equation of a quantity; None where there is nothing to say."""
-    is_torque = quantity.kind == "tau"
-    if not isinstance(base, Expression):
-        return Formula(quantity.symbol, (Piece(Product(sign * base)),)) if is_torque else None
-    own_sign, name = names.known[base.order]
-    if name != quantity.symbol:
-        another = Product(sign * own_sign, (Power(name),))
-        return None if _is_aside(quantity) else Formula(quantity.symbol, (Piece(another),))
-    return as_formula(quantity.symbol, names.sum(base, own_sign, inside=True))
+def _says(quantity: Quantity, told: Told) -> bool:
+    """Whether a quantity's equation says anything."""
+    name = told.name(quantity)
+    if quantity.kind == "tau":
+        return True
+    return name is not None and (name[1] == quantity.symbol or not _is_aside(quantity))
 
 
 def _is_aside(quantity: Quantity) -> bool:

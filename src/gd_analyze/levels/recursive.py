@@ -13,7 +13,8 @@ from gd_analyze.levels.effort import COUNTING, Effort
 from gd_analyze.levels.exact_form import ExactForm
 from gd_analyze.levels.level import Checked, Coefficient, Level, Terms
 from gd_analyze.levels.recursion import CONSTANT, NUMBER, Change
-from gd_analyze.levels.recursion_reading import read
+from gd_analyze.levels.recursion_reading import Reading, read
+from gd_analyze.levels.recursion_scales import scales
 from gd_analyze.operations import Expression, Program
 from gd_analyze.operations.rewriting import rewritten
 
@@ -43,11 +44,15 @@ class RecursiveLevel(Level):
 
     def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
         """Equations of the quantities that the recursion passes on, in the order of their making."""
-        return read(form.recursion, terms).formulas
+        return self.reading(form, terms).formulas
 
     def legend(self, form: ExactForm, terms: Terms) -> Legend:
         """Sines and cosines."""
-        return read(form.recursion, terms).legend
+        return self.reading(form, terms).legend
+
+    def reading(self, form: ExactForm, terms: Terms) -> Reading:
+        """Its equations link by link."""
+        return read(form.recursion, terms, scales(form, terms))
 
     def told(self, terms: Terms) -> str:
         """Say how much of the recursion is changed."""

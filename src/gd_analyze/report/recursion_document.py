@@ -11,7 +11,8 @@ from gd_analyze.formulas.formula import Formula, Symbol
 from gd_analyze.formulas.typst import Typst
 from gd_analyze.levels.left_out import Omission, omissions
 from gd_analyze.levels.link_parameters import LinkParameter, link_parameters
-from gd_analyze.levels.recursion_reading import MEANINGS, read
+from gd_analyze.levels.recursion_reading import MEANINGS
+from gd_analyze.levels.recursive import RECURSIVE
 from gd_analyze.report.harmonic_data import equation_data
 from gd_analyze.results import Findings, summary
 from gd_analyze.states import states_of
@@ -77,8 +78,8 @@ def recursion_shown(findings: Findings) -> RecursionShown | None:
     parameters = link_parameters(model.form, model.terms)
     acting = {one.kind for one in parameters if one.places}
     shown = [one for one in parameters if one.kind in acting]
-    reading = read(model.form.recursion, model.terms)
-    changes = omissions(model.form.recursion, model.terms, states_of(findings.trajectory))
+    reading = RECURSIVE.reading(model.form, model.terms)
+    changes = omissions(model.form, model.terms, states_of(findings.trajectory))
     steps = []
     for link in range(findings.arm.n_joints):
         ways = [
