@@ -144,7 +144,7 @@ def test_dropped_torque_is_the_difference_of_two_evaluations():
     found = omissions(form, changes, states)
     assert len(found) > 10
     for one in found:
-        alone = {change: number for change, number in changes.items() if change.step == one.place}
+        alone = {change: number for change, number in changes.items() if change.step in one.places}
         torque = form.recursion.changed(alone).run(inputs_of(states))
         # Both round as the torque does.
         wanted = np.abs(torque - exact).max(axis=1)

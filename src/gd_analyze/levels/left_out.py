@@ -5,24 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from gd_analyze.formulas.formula import Power, Product
 from gd_analyze.levels.exact_form import ExactForm
-from gd_analyze.levels.kept_programs import inputs_of
 from gd_analyze.levels.recursion import CONSTANT, NUMBER, Changes, Recursion
 from gd_analyze.levels.recursion_names import Names, Quantity, merged, unsigned
 from gd_analyze.levels.recursion_scales import scales
-from gd_analyze.operations.program import UFUNCS
-from gd_analyze.operations.trace import Expression, reached
+from gd_analyze.levels.torque_alone import Instead, torque_alone
+from gd_analyze.operations.trace import Expression
 from gd_analyze.states import States
-from gd_analyze.vectors import FloatArray, chunks
+from gd_analyze.vectors import FloatArray
 
-# What stands in for a step: numbers by the source they multiply.
-Instead = dict[int, float]
 # Shares of peak torque that rounding makes, and ratios that are one.
 _NOTHING, _EQUAL = 1e-12, 1e-9
 
@@ -33,19 +28,19 @@ class Omission:
 
     Parameters
     ----------
-    place
-        Of the step.
+    places
+        Of the steps, mostly one.
     quantity
-        What it is part of, or is.
+        What they are part of, or are.
     exact, instead
-        Sums of products: what was there, and what is; () where nothing is.
+        Sums of products in that quantity: what was there, and what is; () where nothing is.
     torque
         Largest magnitude at the states of what it alone changes, N m (N), shape (n,).
     share
         That over the peak torque, 0 of a joint that has none.
     """
 
-    place: int
+    places: tuple[int, ...]
     quantity: Quantity
     exact: tuple[Product, ...]
     instead: tuple[Product, ...]
@@ -69,7 +64,8 @@ class Omission:
 def omissions(form: ExactForm, changes: Changes, states: States) -> tuple[Omission, ...]:
     """List what changes do to steps that are still needed, those first that make most torque alone.
 
-    What makes none alone is left out.
+    What makes none alone is left out. Changes of one quantity that take the same step in are one, as they
+    add it and take it away.
 
     Parameters
     ----------
@@ -81,14 +77,15 @@ def omissions(form: ExactForm, changes: Changes, states: States) -> tuple[Omissi
         Where torque is looked at.
     """
     words = _Words(form.recursion)
-    steps = words.without_factors(changes, scales(form, changes))
-    torque, peak = _alone(form.recursion, steps, states)
+    together = words.together(words.without_factors(changes, scales(form, changes)))
+    torque, peak = torque_alone(form.recursion, together, states)
     out = []
-    for (place, instead), largest in zip(steps.items(), torque, strict=True):
+    for steps, largest in zip(together, torque, strict=True):
         share = np.divide(largest, peak, out=np.zeros_like(peak), where=peak > 0.0)
         if share.max(initial=0.0) > _NOTHING:
-            out.append(Omission(place, words.of(place), *words.told(place, instead), largest, share))
-    return tuple(sorted(out, key=lambda one: (-float(one.share.max(initial=0.0)), one.place)))
+            quantity = words.of(min(steps))
+            out.append(Omission(tuple(steps), quantity, *words.told(quantity, steps), largest, share))
+    return tuple(sorted(out, key=lambda one: (-float(one.share.max(initial=0.0)), one.places)))
 
 
 class _Words:
@@ -96,9 +93,9 @@ class _Words:
 
     def __init__(self, recursion: Recursion) -> None:
         self.recursion, self.steps = recursion, recursion.steps
-        self.names = Names(
-            self.steps, {quantity: unsigned(value) for quantity, value in recursion.quantities}
-        )
+        self.values = dict(recursion.quantities)
+        told = {quantity: unsigned(value) for quantity, value in self.values.items()}
+        self.names = Names(self.steps, told)
         self.parts = self.names.parts(self.steps)
 
     def of(self, place: int) -> Quantity:
@@ -122,54 +119,70 @@ class _Words:
         out: dict[int, Instead] = {}
         for place in sorted(known):
             was = self._as_it_is(place)
-            if not was:
-                continue
-            operands = [x for x in self.recursion.arguments[place] if isinstance(x, int)]
-            of_operands, own = math.prod(map(factor, operands)), factor(place)
+            own = factor(place)
+            of_operands = math.prod(factor(x) for x in self.recursion.arguments[place] if isinstance(x, int))
             now = {}
             for source, number in stated.get(place, was).items():
-                by = (
-                    1.0
-                    if source == NUMBER
-                    else of_operands
-                    if source in (CONSTANT, place)
-                    else factor(source)
-                )
-                now[source] = number * (by / own)
+                if source == NUMBER:
+                    now[source] = number / own
+                else:
+                    by = of_operands if source in (CONSTANT, place) else factor(source)
+                    now[source] = number * (by / own)
             if now != was:
                 out[place] = now
+        return out
+
+    def together(self, changes: Mapping[int, Instead]) -> list[dict[int, Instead]]:
+        """Put changes side by side that take the same step into one quantity, which they had not before."""
+        by_source: dict[tuple[Quantity, int], dict[int, Instead]] = {}
+        out: list[dict[int, Instead]] = []
+        for place, instead in changes.items():
+            foreign = instead.keys() - {NUMBER, CONSTANT, place, *self.recursion.arguments[place]}
+            keys = [(self.of(place), source) for source in sorted(foreign)]
+            group = next((by_source[key] for key in keys if key in by_source), None)
+            if group is None:
+                group = {}
+                out.append(group)
+            group[place] = instead
+            by_source |= dict.fromkeys(keys, group)
         return out
 
     def _as_it_is(self, place: int) -> Instead:
         """An unchanged step, as what stands in for it; nothing of what no change is stated of."""
         step, arguments = self.steps[place], self.recursion.arguments[place]
-        is_sum = (
-            step.operation in ("add", "subtract") and len({x for x in arguments if isinstance(x, int)}) == 2
-        )
-        if is_sum:
-            a, b = arguments
+        operands = [x for x in arguments if isinstance(x, int)]
+        if step.operation in ("add", "subtract") and len(set(operands)) == 2:
+            a, b = operands
             return {a: 1.0, b: -1.0 if step.operation == "subtract" else 1.0}
-        if step.operation == "multiply" and not isinstance(arguments[0], int):
+        if step.operation == "multiply" and len(operands) == 1:
             return {CONSTANT: arguments[0]}
         return {} if step.operation in ("input", "cos", "sin") else {place: 1.0}
 
-    def told(self, place: int, instead: Instead) -> tuple[tuple[Product, ...], tuple[Product, ...]]:
-        """What a step was and what it is, without what is there as it was."""
-        step, names = self.steps[place], self.names
-        if CONSTANT in instead:
-            number, x = step.arguments
-            return names.sum(x, number), names.sum(x, instead[CONSTANT])
-        now: list[Product] = []
+    def told(
+        self, quantity: Quantity, changes: Mapping[int, Instead]
+    ) -> tuple[tuple[Product, ...], tuple[Product, ...]]:
+        """What a quantity was and what it is, without what is there as it was."""
+        _, base = unsigned(self.values[quantity])
+        sign, _ = self.names.known[base.order]
+        known = {self.steps[place].order: self._now(place, instead) for place, instead in changes.items()}
+        if known.get(base.order) == []:
+            return (Product(1.0, (Power(quantity.symbol),)),), ()
+        exact = self.names.sum(base, sign, inside=True)
+        now = merged(self.names.terms(base, sign, inside=True, instead=known))
+        return _apart(exact, now)
+
+    def _now(self, place: int, instead: Instead) -> list[Product]:
+        """What stands in for a step, as a sum."""
+        out: list[Product] = []
         for source, number in instead.items():
-            now += [Product(number)] if source == NUMBER else names.terms(self.steps[source], number)
-        then = names.sum(step)
-        if len(instead) > 1 or self._as_it_is(place).keys() & instead.keys():
-            then, now = _apart(names.sum(step, inside=True), merged(now))
-        exact, now = then, merged(now)
-        if len(exact) == 1 and exact[0].weight == -1.0 and len(exact[0].powers) == 1:
-            # A quantity that the step has with the opposite sign.
-            exact, now = _turned(exact), _turned(now)
-        return exact, now
+            if source == NUMBER:
+                out += [Product(number)] if number else []
+            elif source == CONSTANT:
+                (x,) = (x for x in self.steps[place].arguments if isinstance(x, Expression))
+                out += self.names.terms(x, number)
+            else:
+                out += self.names.terms(self.steps[source], number, inside=source == place)
+        return out
 
 
 def _apart(
@@ -182,74 +195,3 @@ def _apart(
         return not math.isclose(there.get(term.powers, 0.0), term.weight, rel_tol=_EQUAL)
 
     return tuple(t for t in exact if is_new(t, after)), tuple(t for t in now if is_new(t, before))
-
-
-def _turned(terms: tuple[Product, ...]) -> tuple[Product, ...]:
-    return tuple(term._replace(weight=-term.weight) for term in terms)
-
-
-def _alone(
-    recursion: Recursion, changes: Mapping[int, Instead], states: States
-) -> tuple[FloatArray, FloatArray]:
-    """Largest torque that each change by itself takes away, (K, n), and that there is, (n,)."""
-    n, inputs = len(recursion.outputs), inputs_of(states)
-    torque, peak = np.zeros((len(changes), n)), np.zeros(n)
-    for few in chunks(len(states)):
-        run = _Run(recursion, {name: values[few] for name, values in inputs.items()})
-        peak = np.maximum(peak, np.abs(run.torque).max(axis=1))
-        for row, (place, instead) in zip(torque, changes.items(), strict=True):
-            np.maximum(row, run.lost(place, instead), out=row)
-    return torque, peak
-
-
-class _Run:
-    """The exact recursion carried out, every step kept."""
-
-    def __init__(self, recursion: Recursion, inputs: Mapping[str, FloatArray]) -> None:
-        self.steps, self.outputs = recursion.steps, recursion.outputs
-        self.count = len(next(iter(inputs.values())))
-        self.place = {step.order: k for k, step in enumerate(self.steps)}
-        needed = set(reached(self.outputs))
-        self.values: dict[int, Any] = {}
-        self.needed: list[int] = []
-        for k, step in enumerate(self.steps):
-            if step.operation == "input":
-                self.values[k] = inputs[step.arguments[0]]
-            else:
-                self.values[k] = self._made(step, {})
-                self.needed += [k] if step.order in needed else []
-
-    def _of(self, x: Any, changed: Mapping[int, Any]) -> Any:
-        if not isinstance(x, Expression):
-            return x
-        place = self.place[x.order]
-        return changed[place] if place in changed else self.values[place]
-
-    def _made(self, step: Expression, changed: Mapping[int, Any]) -> Any:
-        return UFUNCS[step.operation](*(self._of(x, changed) for x in step.arguments))
-
-    def _torque(self, changed: Mapping[int, Any]) -> FloatArray:
-        rows = [np.broadcast_to(self._of(x, changed), (self.count,)) for x in self.outputs]
-        return np.array(rows)
-
-    @cached_property
-    def torque(self) -> FloatArray:
-        """The exact torque, (n, N)."""
-        return self._torque({})
-
-    def lost(self, place: int, instead: Instead) -> FloatArray:
-        """Largest difference of each joint's torque once something stands in for a step, (n,)."""
-        if CONSTANT in instead:
-            (x,) = (x for x in self.steps[place].arguments if isinstance(x, Expression))
-            step = UFUNCS[self.steps[place].operation]
-            now = step(instead[CONSTANT], self._of(x, {}))
-        else:
-            now = sum(number * (1.0 if k == NUMBER else self.values[k]) for k, number in instead.items())
-        changed: dict[int, Any] = {place: now}
-        for k in self.needed:
-            step = self.steps[k]
-            if k > place and any(
-                isinstance(x, Expression) and self.place[x.order] in changed for x in step.arguments
-            ):
-                changed[k] = self._made(step, changed)
-        return np.abs(self._torque(changed) - self.torque).max(axis=1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -102,20 +102,40 @@ class Names:
         self.functions[symbol] = Function(str(step.operation), argument)
         return symbol
 
-    def terms(self, x: Any, weight: float = 1.0, *, inside: bool = False) -> list[Product]:
-        """Write an expression as a sum of products of what has a name; `inside` of that itself, if it has."""
+    def terms(
+        self,
+        x: Any,
+        weight: float = 1.0,
+        *,
+        inside: bool = False,
+        instead: Mapping[int, Sequence[Product]] | None = None,
+    ) -> list[Product]:
+        """Write an expression as a sum of products of what has a name.
+
+        Parameters
+        ----------
+        x, weight
+            An expression, or a number, and what it is multiplied with.
+        inside
+            Whether to write what it is made of, though it has a name.
+        instead
+            What stands in for expressions, by their order.
+        """
         if not isinstance(x, Expression):
             return [Product(weight * x)] if x else []
+        if instead and x.order in instead:
+            return [Product(weight * term.weight, term.powers) for term in instead[x.order]]
         if x.order in self.known and not inside:
             sign, symbol = self.known[x.order]
             return [Product(weight * sign, (Power(symbol),))]
         if x.operation in ("add", "subtract"):
-            a, b = x.arguments
-            return self.terms(a, weight) + self.terms(b, -weight if x.operation == "subtract" else weight)
+            signs = (weight, -weight if x.operation == "subtract" else weight)
+            both = zip(x.arguments, signs, strict=True)
+            return [term for one, own in both for term in self.terms(one, own, instead=instead)]
         if x.operation == "negative":
-            return self.terms(x.arguments[0], -weight)
+            return self.terms(x.arguments[0], -weight, instead=instead)
         assert x.operation == "multiply", "inputs, sines and cosines have names"
-        a, b = (self.terms(argument) for argument in x.arguments)
+        a, b = (self.terms(argument, instead=instead) for argument in x.arguments)
         return [
             Product(weight * one.weight * other.weight, _product(one.powers + other.powers))
             for one in a

@@ -49,9 +49,9 @@ def scales(form: ExactForm, changes: Changes) -> dict[Quantity, float]:
     for kind in _FREE:
         logarithms = [_logarithm(sums[kind, link]) for link in range(form.arm.n_joints)]
         for links, found in _runs(logarithms):
-            group = [quantity for link in links for quantity in members[kind, link]]
-            if found and _is_made_up_for(found, frozenset(group), exact, model):
-                out |= dict.fromkeys(group, math.exp(found))
+            own = [quantity for link in links for quantity in members[kind, link]]
+            if found and _is_made_up_for(found, frozenset(own), exact, model):
+                out |= dict.fromkeys(own, math.exp(found))
     return out
 
 
@@ -92,10 +92,12 @@ def _is_made_up_for(found: float, group: Set[Quantity], exact: Told, model: Told
 
 def _some_states(arm: RobotArm) -> States:
     """States within the limits that an arm states, or such as arms have."""
-    ranges = [np.full(arm.n_joints, math.pi)]
-    for name, usual in (("rate_limit", _RATE), ("acceleration_limit", _ACCELERATION)):
-        limit = arm.limits(name)
-        ranges.append(np.where(np.isfinite(limit), limit, usual))
+    rate, acceleration = arm.limits("rate_limit"), arm.limits("acceleration_limit")
+    ranges = (
+        np.full(arm.n_joints, math.pi),
+        np.where(np.isfinite(rate), rate, _RATE),
+        np.where(np.isfinite(acceleration), acceleration, _ACCELERATION),
+    )
     random = np.random.default_rng(0)
     return States(*(random.uniform(-1.0, 1.0, (_STATES, arm.n_joints)) * most for most in ranges))
 
