@@ -82,7 +82,7 @@ def unfitted(tape: Tape, aim: Aim, numbers: FloatArray | None = None) -> Fit:
 def columns_of(tape: Tape, fit: Fit, slopes: FloatArray) -> FloatArray:
     """What every number makes of the errors, shape (numbers, n N)."""
     found = slopes[tape.scaled] * fit.values[tape.multiplied][:, None, :]
-    return found.reshape(len(tape.scaled), -1)
+    return found.reshape(len(tape.scaled), fit.errors.size)
 
 
 def fitted(tape: Tape, aim: Aim, start: Fit, power: float, turns: int, enough: float = 0.0) -> Fit:

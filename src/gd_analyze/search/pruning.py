@@ -191,7 +191,7 @@ class _Pruning:
 
     def descend(self, here: _Pruned, tell: Callable[[_Pruned], None]) -> _Pruned:
         """Replace as long as that is possible."""
-        while self.work.affords(0.0):
+        while here.operations and self.work.affords(0.0):
             here = self.again(here)
             found, mean_square = self.promising(here)
             trial = self.several(here, found, mean_square) if here.fit.largest < _ROOM else None
