@@ -99,7 +99,8 @@ def _some_states(arm: RobotArm) -> States:
         np.where(np.isfinite(acceleration), acceleration, _ACCELERATION),
     )
     random = np.random.default_rng(0)
-    return States(*(random.uniform(-1.0, 1.0, (_STATES, arm.n_joints)) * most for most in ranges))
+    q, qd, qdd = (random.uniform(-1.0, 1.0, (_STATES, arm.n_joints)) * most for most in ranges)
+    return States(q, qd, qdd)
 
 
 def _values(told: Told, states: States) -> dict[Quantity, FloatArray]:
