@@ -61,9 +61,7 @@ def moving(puma, pick_and_place) -> ExactDynamics:
     return ExactDynamics.of(puma, pick_and_place, drives=True)
 
 
-@pytest.mark.parametrize(
-    ("level", "refit"), [("term", False), ("term", True), ("element", False), ("recursive", False)]
-)
+@pytest.mark.parametrize(("level", "refit"), [("term", False), ("term", True), ("element", False)])
 def test_along_a_motion_of_the_puma(moving, level, refit):
     how = How(level, refit, thorough=False)
     model = simplify_exact(moving, ONE_PERCENT, how)

@@ -60,12 +60,12 @@ def test_where_a_search_finds_too_many_to_weigh_the_other_level_is_taken(two_lin
     assert "matter within that budget" in model.promise.by_level
 
 
-def test_where_terms_are_far_below_the_recursion_is_not_tried(two_link, swing, monkeypatch):
-    monkeypatch.setattr(cheapest, "_FAR_BELOW", 2.0)
+def test_where_terms_take_few_the_recursion_is_not_tried(two_link, swing, monkeypatch):
+    monkeypatch.setattr(cheapest, "_FEW", 2.0)
     model = gd.simplify(two_link, swing, "20%")
     assert model.level is TERM
     assert model.promise.levels[1].operations is None
-    assert "fewer than it leaves" in model.promise.levels[1].why
+    assert "operations are few" in model.promise.levels[1].why
 
 
 def test_what_was_tried_is_in_the_file(two_link, swing, tmp_path):

@@ -31,7 +31,7 @@ class Tape:
     def __init__(self, program: Program, free: Container[int] | None = None) -> None:
         self.program, self.steps = program, program.steps
         self.place = {step.order: k for k, step in enumerate(self.steps)}
-        self._code = []
+        self._code: list[tuple[str, int, int]] = []
         numbers, scaled = np.full(len(self.steps), np.nan), []
         for k, step in enumerate(self.steps):
             operands = [self._operand(x) for x in step.arguments] if step.operation != "input" else []
@@ -39,7 +39,8 @@ class Tape:
                 numbers[k] = step.arguments[0]
                 if free is None or step.order in free:
                     scaled.append(k)
-            self._code.append((str(step.operation), *(operands + [-1, -1])[:2]))
+            first, second = (*operands, -1, -1)[:2]
+            self._code.append((str(step.operation), first, second))
         self.numbers: FloatArray = numbers
         # Steps that multiply by a number that may change, and what each of them multiplies.
         self.scaled: NDArray[np.intp] = np.array(scaled, dtype=np.intp)
@@ -103,7 +104,7 @@ class Tape:
         return out
 
     @cached_property
-    def operations(self) -> FloatArray:
+    def operations(self) -> NDArray[np.float32]:
         """1 for what counts as an operation, 0 for the others, shape (steps,)."""
         counting = ("add", "subtract", "multiply")
         return np.array([code[0] in counting for code in self._code], dtype=np.float32)
@@ -117,6 +118,21 @@ class Tape:
                 out[k] = not self.steps[k].arguments[0].startswith("qd")
             elif operation not in ("cos", "sin"):
                 out[k] = any(x >= 0 and out[x] for x in (a, b))
+        return out
+
+    @cached_property
+    def rates(self) -> NDArray[np.intp]:
+        """What a step holds, shape (steps,): 0 nothing that moves, 1 one rate, 2 two or an acceleration."""
+        out = np.zeros(len(self), dtype=np.intp)
+        for k, (operation, a, b) in enumerate(self._code):
+            held = [out[x] for x in (a, b) if x >= 0]
+            if operation == "input":
+                name = self.steps[k].arguments[0]
+                out[k] = 2 if name.startswith("qdd") else 1 if name.startswith("qd") else 0
+            elif operation == "multiply":
+                out[k] = sum(held)
+            else:
+                out[k] = max(held, default=0)
         return out
 
     @cached_property

@@ -35,15 +35,20 @@ _HELD_BACK = 1e-3
 class Replacement(NamedTuple):
     """A step, and the steps (or `NUMBER`) with their coefficients that stand in for it.
 
-    `added` is what the mean square error over the allowed one grows by, `saved` operations go; `largest` is
-    what the largest error would be.
+    `added` is what the error grows by, over the allowed one: its mean square; `saved` operations go.
     """
 
     step: int
     by: tuple[tuple[int, float], ...]
     saved: float
     added: float
-    largest: float = 0.0
+
+    def change(self, values: FloatArray) -> FloatArray:
+        """What stands in minus the step itself, shape (N,), by the values of all steps."""
+        change = -values[self.step]
+        for u, c in self.by:
+            change = change + (c if u == NUMBER else c * values[u])
+        return change
 
     @property
     def merit(self) -> float:
@@ -95,10 +100,7 @@ def _beside_a_fit(
     error = fit.errors.ravel() * root
     trials = np.empty((len(promising), len(error)))
     for row, one in zip(trials, promising, strict=True):
-        change = -fit.values[one.step]
-        for u, c in one.by:
-            change = change + (c if u == NUMBER else c * fit.values[u])
-        row[:] = (slopes[one.step] * change).ravel()
+        row[:] = (slopes[one.step] * one.change(fit.values)).ravel()
     trials *= root
     trials += error
     columns = columns_of(tape, fit, slopes) * root
@@ -111,11 +113,7 @@ def _beside_a_fit(
         error, trials = every[0], every[1:]
     base = float(error @ error) / len(error)
     added = np.einsum("ks,ks->k", trials, trials) / len(error) - base
-    largest = np.abs(trials / root).max(axis=1, initial=0.0)
-    found = [
-        one._replace(added=float(more), largest=float(most))
-        for one, more, most in zip(promising, added, largest, strict=True)
-    ]
+    found = [one._replace(added=float(more)) for one, more in zip(promising, added, strict=True)]
     return sorted(found, key=lambda one: (one.merit, one.step)), base
 
 
@@ -125,7 +123,7 @@ class _Pool:
 
     `constant` is that of nothing, shape (steps,); `linear` and `square` are by v and u, `among` is slope^2,
     (steps, N); `saved` operations by v and u, before any multiplication; `alive` what u needs of what is
-    alone for v.
+    alone for v; `is_rate` tells what holds a single rate, for which no number can stand in.
     """
 
     values: FloatArray
@@ -136,11 +134,12 @@ class _Pool:
     by_itself: FloatArray
     saved: FloatArray
     total: FloatArray
-    alone: FloatArray
-    alive: FloatArray
-    needs: FloatArray
+    alone: NDArray[np.float32]
+    alive: NDArray[np.float32]
+    needs: NDArray[np.float32]
     left: FloatArray
     count: int
+    is_rate: NDArray[np.bool_]
 
     @classmethod
     def of(
@@ -163,6 +162,10 @@ class _Pool:
         saved[:, never] = -np.inf
         saved[never | inputs] = -np.inf
         total[never | inputs] = -np.inf
+        # What stands in holds no more of the motion, nor a single rate where there was none or two: else the
+        # outputs would be no torques of an arm, which hold two rates, an acceleration or neither.
+        v, u = tape.rates[:, None], tape.rates[None, :]
+        saved[(u > v) | (u % 2 != v % 2)] = -np.inf
         return cls(
             values=values,
             among=among,
@@ -177,6 +180,7 @@ class _Pool:
             needs=needs,
             left=left.sum(axis=1),
             count=n_errors,
+            is_rate=tape.rates == 1,
         )
 
     def by_one(self) -> list[Replacement]:
@@ -240,7 +244,9 @@ class _Pool:
             c = -self.left[v] / self.by_itself[v] if self.by_itself[v] > 0.0 else 0.0
             none = self._replacement(int(v), ((NUMBER, 0.0),), self.total[v] + 1.0, self.constant[v])
             added = self.constant[v] + self.left[v] * c
-            found += [none, self._replacement(int(v), ((NUMBER, float(c)),), self.total[v], added)]
+            found.append(none)
+            if not self.is_rate[v]:
+                found.append(self._replacement(int(v), ((NUMBER, float(c)),), self.total[v], added))
         return found
 
     def _replacement(
