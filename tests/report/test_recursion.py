@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -61,7 +62,7 @@ def test_parameters_and_changes_are_those_of_the_model(findings: Findings, sourc
     for group in shown.left_out:
         own = [one.quantity for one in group.rows]
         # Those of one quantity stand together.
-        assert len(dict.fromkeys(own)) == 1 + sum(a != b for a, b in zip(own, own[1:], strict=False))
+        assert len(dict.fromkeys(own)) == 1 + sum(a != b for a, b in pairwise(own))
 
 
 def test_folds_are_links(source: str) -> None:
