@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.grid import Grid, grid_of, shared_out
+from gd_analyze.certification.grid import Grid, Reached, grid_of, shared_out
 from gd_analyze.harmonics import Waves
 from gd_analyze.harmonics.conversion import to_waves
 from strategies import examples
@@ -149,3 +149,38 @@ def test_one_position_needs_no_more() -> None:
     grid = Grid.at(np.array([1.0, 2.0]))
     assert grid.size == math.prod(grid.counts) == 1
     assert grid.positions(np.array([0])).tolist() == [[1.0], [2.0]]
+
+
+@examples(40)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 4), st.sampled_from([50, 3000]), st.floats(1e-3, 10.0))
+def test_what_is_reached_bounds_what_lies_between(seed: int, joints: int, effort: int, guess: float) -> None:
+    """By Bernstein's inequality, whatever was guessed of what is reached."""
+    _, waves, box = drawn(seed, joints)
+    amplitudes = float(waves.sizes(box.farthest).sum())
+    grid = grid_of(waves, box, effort, Reached(guess * amplitudes, 2.0 * guess * amplitudes))
+    if grid is None:
+        return
+    assert grid.size <= effort
+    largest = max(float(np.abs(values).max()) for values in waves.on_grid(grid.nodes))
+    bound = grid.over_box(waves, box, largest)
+    rng = np.random.default_rng(seed)
+    q = rng.uniform(box.lower, box.upper, (3000, joints)).T
+    ends = np.where(rng.random(q.shape) < 0.5, box.lower[:, None], box.upper[:, None])
+    q = np.where(rng.random(q.shape) < 0.3, ends, q)
+    assert np.abs(waves(q)).max() <= bound + round_off(waves, box)
+
+
+def test_around_a_circle_the_bound_is_that_of_its_degree() -> None:
+    """Nine nodes of cos q: the loss is h^2 / 2 of the bound itself, h = pi / 9, not of the amplitudes."""
+    count = 9
+    turn = Box(np.array([-np.pi]), np.array([np.pi]), np.zeros(1), np.zeros(1))
+    waves = to_waves([{(("cos", (1,)),): 1.0}], [False])
+    grid = grid_of(waves, turn, count, Reached(1.0, 1.0))
+    assert grid is not None
+    assert grid.counts == (count,)
+    by_itself = Grid(grid.nodes, grid.reaches, (1,))
+    loss = (np.pi / count) ** 2 / 2
+    assert by_itself.over_box(waves, turn, 0.9) == pytest.approx(0.9 / (1.0 - loss), rel=1e-12)
+    assert Grid(grid.nodes, grid.reaches).over_box(waves, turn, 0.9) == pytest.approx(0.9 + loss, rel=1e-12)
+    # Too few nodes tell nothing.
+    assert Grid((np.zeros(1),), np.full(1, 2.0), (1,)).over_box(waves, turn, 0.9) == math.inf

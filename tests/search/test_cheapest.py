@@ -23,7 +23,10 @@ from strategies import arms_with_states, examples
 def test_no_level_that_was_tried_takes_fewer_operations(case, share):
     exact = ExactDynamics.of(*case)
     quick = How(thorough=False, effort=0.1)
-    model = simplify_exact(exact, of_shares(share), quick)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(cheapest, "_FEW_JOINTS", 0)
+        patch.setattr(cheapest, "_FEW", 0.0)
+        model = simplify_exact(exact, of_shares(share), quick)
     took = {one.level: one.operations for one in model.promise.levels}
     assert list(took) == ["term", "recursive"]
     assert model.operations.total == min(count for count in took.values() if count is not None)
@@ -61,6 +64,9 @@ def test_where_a_search_finds_too_many_to_weigh_the_other_level_is_taken(two_lin
 
 
 def test_where_terms_take_few_the_recursion_is_not_tried(two_link, swing, monkeypatch):
+    model = gd.simplify(two_link, swing, "20%")
+    assert "at most 4 joints" in model.promise.levels[1].why
+    monkeypatch.setattr(cheapest, "_FEW_JOINTS", 0)
     monkeypatch.setattr(cheapest, "_FEW", 2.0)
     model = gd.simplify(two_link, swing, "20%")
     assert model.level is TERM

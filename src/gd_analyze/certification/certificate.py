@@ -15,6 +15,7 @@ the program out and running it in floating point can (`Expansion.round_off`).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,7 +24,7 @@ from numpy.typing import NDArray
 from gd_analyze.certification.along import Bounded, bound_along
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.error_field import ErrorField
-from gd_analyze.certification.grid import shared_out
+from gd_analyze.certification.grid import Grid, Reached, shared_out
 from gd_analyze.certification.harmonics_slack import harmonics_slack
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
@@ -37,14 +38,20 @@ from gd_analyze.shown import html_of
 from gd_analyze.vectors import FloatArray
 from gd_analyze.visible import in_python
 
-# Positions per joint: about 22 per angle for an arm like the PUMA 560, whose error knows four of its angles.
+# Positions per joint: about 22 per angle for an arm like the PUMA 560, whose error knows four of its angles;
+# and how many times as many for every angle beyond these.
 EFFORT = 250_000
+_ANGLES, _FURTHER = 4, 10
+# Places per angle at which it is looked how large an error there is, before grids are chosen.
+_FEW = 3
 # Groups of waves with a grid of their own.
 _GROUPS = 3
 # Grid positions from which the search for the worst state climbs.
 _STARTS = 8
 # Positions that cost as much as the bound in one small box of a tube, and what is worth another look.
 _PER_BOX, _LOOSE = 20, 1.1
+# Coefficients beyond which a small box costs more than that.
+_MANY = 4_000
 # Positions whose rates are looked at together, so that all choices fit the cache: first, and then closely.
 _BATCH, _CLOSELY = 512, 32
 
@@ -126,6 +133,7 @@ def certify(
     *,
     effort: int = EFFORT,
     harmonics: Harmonics | None = None,
+    progress: Callable[[int], None] | None = None,
 ) -> Certificate:
     """Bound a model's torque error over a box of states, or over a tube around a motion.
 
@@ -139,10 +147,13 @@ def certify(
         The states; the arm's own limits by default.
     effort
         Of a box: most positions per joint at which the error is evaluated (of each of at most 3 groups of
-        waves). Of a tube: a twentieth as many small boxes, which cost as much, each piece of the tube being
-        one to begin with. More bring the bound closer to the truth; it is proven with any number.
+        waves), ten times as many for every angle beyond the fourth that it knows. Of a tube: a twentieth as
+        many small boxes, which cost as much, fewer where there are very many waves, each piece of the tube
+        being one to begin with. More bring the bound closer to the truth; it is proven with any number.
     harmonics
         The arm's exact dynamics where they are at hand.
+    progress
+        Called with the hundredths of a joint that are done since it was called last.
 
     Returns
     -------
@@ -166,8 +177,12 @@ def certify(
     roundings = runs.round_off(box.farthest, box.rate, box.acceleration)
     found = []
     for i, (row, rounding) in enumerate(zip(runs.rows, roundings, strict=True)):
-        field = ErrorField.of(exact_row(harmonics, inertia, i), row, float(rounding), box)
-        found.append(_bounded_in(field, tube or box, box, effort))
+        field, told = (
+            ErrorField.of(exact_row(harmonics, inertia, i), row, float(rounding), box),
+            _Told(progress),
+        )
+        found.append(_bounded_in(field, tube or box, box, effort, told))
+        told(1.0)
     rows, errors, *states = (np.array(values) for values in zip(*found, strict=True))
     bounds = rows.T + harmonics_slack(harmonics, box)
     along = np.where(bounds <= 0.0, 0.0, np.nextafter(bounds, np.inf))
@@ -201,42 +216,68 @@ def box_of(given: Box | None, arm: RobotArm, effort: int = 1) -> Box:
     return box
 
 
-def _bounded_in(field: ErrorField, region: Box | Tube, box: Box, effort: int) -> Bounded:
+class _Told:
+    """Tells whoever wants to know which share of a joint's work is done."""
+
+    def __init__(self, progress: Callable[[int], None] | None) -> None:
+        self._progress, self._done = progress, 0
+
+    def __call__(self, share: float) -> None:
+        more = int(100 * share) - self._done
+        if self._progress is not None and more > 0:
+            self._progress(more)
+            self._done += more
+
+
+def _bounded_in(field: ErrorField, region: Box | Tube, box: Box, effort: int, told: _Told) -> Bounded:
     """One joint's error in a box, or in a tube in that box."""
     if isinstance(region, Box):
-        bound, starts = _bounded(field, box, effort)
+        angles = sum(degree > 0 for degree in field.waves.degrees)
+        bound, starts = _bounded(field, box, effort * _FURTHER ** max(0, angles - _ANGLES), told)
         return Bounded(np.array([bound]), *field.worst(box, starts))
-    along = bound_along(field, region, effort // _PER_BOX)
+    many = 1 + int(np.count_nonzero(field.waves.coefficients)) // _MANY
+    along = bound_along(field, region, effort // (_PER_BOX * many))
     known = along.found + field.rest + field.round_off
     if along.bounds.max() <= _LOOSE * known:
         return along
     # Of wide boxes, between set points far apart, a grid over all of them may tell more.
-    return along._replace(bounds=np.minimum(along.bounds, _bounded(field, box, effort)[0]))
+    return along._replace(bounds=np.minimum(along.bounds, _bounded(field, box, effort, told)[0]))
 
 
-def _bounded(field: ErrorField, box: Box, effort: int) -> tuple[float, FloatArray]:
+def _bounded(field: ErrorField, box: Box, effort: int, told: _Told) -> tuple[float, FloatArray]:
     """Proven bound of one joint without the slack of the exact dynamics, and positions to climb from."""
-    shares, rest = shared_out(field.waves, box, effort, _GROUPS)
+    reached = _expected(field, box) if len(field.waves) else None
+    shares, rest = shared_out(field.waves, box, effort, _GROUPS, reached)
     bound = field.rest + float(rest.sizes(box.farthest).sum())
     starts = [box.centre]
     for waves, grid in shares:
         amplitudes = float(waves.sizes(box.farthest).sum())
-        largest, positions = _over_grid(field, waves, grid.nodes)
+        # The first grid is the largest.
+        largest, positions = _over_grid(field, waves, grid, told)
         starts += list(grid.positions(positions).T)
-        between = float(grid.between(waves, box).sum())
-        bound += min(largest + field.round_off + between, amplitudes)
+        bound += min(grid.over_box(waves, box, largest + field.round_off), amplitudes)
     # Some roundings of these sums.
     bound = bound * (1.0 + 64 * float(np.finfo(float).eps)) + field.round_off
     return bound, np.array(starts).T
 
 
-def _over_grid(
-    field: ErrorField, waves: Waves, nodes: tuple[FloatArray, ...]
-) -> tuple[float, NDArray[np.int64]]:
+def _expected(field: ErrorField, box: Box) -> Reached:
+    """What the error reaches at a few positions, in the box and around the circle."""
+    rng, turning = np.random.default_rng(0), ~np.array(field.waves.sliding)
+    shares = [rng.random(_FEW if degree else 1) for degree in field.waves.degrees]
+    lower, width = box.lower, box.upper - box.lower
+    found = []
+    for widths in (width, np.where(turning & (width > 0.0), 2 * np.pi, width)):
+        nodes = [low + share * wide for low, share, wide in zip(lower, shares, widths, strict=True)]
+        found.append(max(float(field.motion.quick_bound(v).max()) for v in field.waves.on_grid(nodes)))
+    return Reached(*found)
+
+
+def _over_grid(field: ErrorField, waves: Waves, grid: Grid, told: _Told) -> tuple[float, NDArray[np.int64]]:
     """Largest value over a grid, and the numbers of the best positions of a few of its pieces."""
     largest, before = 0.0, 0
     tops: list[tuple[float, int]] = []
-    for values in waves.on_grid(nodes):
+    for values in waves.on_grid(grid.nodes):
         rough = np.abs(values).sum(axis=0)
         top = int(rough.argmax())
         tops.append((float(field.motion.bound(values[:, [top]])[0]), before + top))
@@ -259,5 +300,6 @@ def _over_grid(
                 tops.append((largest, before + int(near[bounds.argmax()])))
             near, quick = near[_CLOSELY:], quick[_CLOSELY:]
         before += values.shape[1]
+        told(0.95 * before / grid.size)
     tops.sort(reverse=True)
     return largest, np.array([index for _, index in tops[:_STARTS]])

@@ -2,7 +2,8 @@
 
 A model is made for some states and certified over the region. Where the bound is beyond the budget, the worst
 state found joins the states, so that the next model knows of it, and the budget of that joint shrinks a
-little. A few rounds suffice, as the bound is close to the worst state.
+little; by what the bound asks for where a model is a program without terms, which takes long to make. A few
+rounds suffice, as the bound is close to the worst state.
 """
 
 from __future__ import annotations
@@ -81,9 +82,11 @@ def simplify_certified(
         if progress is not None:
             progress(1)
         if (certificate.certified <= allowed).all():
-            # Written anew it is another program, and that one runs.
-            model = _finished(model, exact, allowed, stated)
-            certificate = certify(model, region, harmonics=exact.form.harmonics)
+            finished = _finished(model, exact, allowed, stated)
+            if finished.program is not model.program:
+                # Written anew it is another program, and that one runs.
+                certificate = certify(finished, region, harmonics=exact.form.harmonics)
+            model = finished
         beyond = certificate.certified > allowed
         if not beyond.any():
             if model.saves:
@@ -91,7 +94,9 @@ def simplify_certified(
             break
         known = known.at(known.states.joined_by(*(states[beyond] for states in certificate.worst_states)))
         needed = 0.98 * allowed / np.where(beyond, certificate.certified, allowed)
-        share = np.where(beyond, np.minimum(share, _SLIGHTLY) if turn < _PATIENT else share * needed, share)
+        # Where numbers are refitted each model takes long, and the bound asks at once.
+        patient = turn < _PATIENT and not model.level.always_refits
+        share = np.where(beyond, np.minimum(share, _SLIGHTLY) if patient else share * needed, share)
     everything = replace(exactly(exact, model.level, allowed, stated), provenance=dict(provenance or {}))
     certificate = certify(everything, region, harmonics=exact.form.harmonics)
     if (certificate.certified <= allowed).all():
@@ -109,7 +114,9 @@ def _finished(
     model: SimplifiedModel, exact: ExactDynamics, allowed: FloatArray, stated: str
 ) -> SimplifiedModel:
     """Say what the model was asked for, and write its program with few operations."""
-    written = replace(model, program=model.level.write(model.form, model.terms, THOROUGH))
+    written = model
+    if model.terms:
+        written = replace(model, program=model.level.write(model.form, model.terms, THOROUGH))
     promise = replace(written.promise, allowed=allowed, budget=stated)
     promise = exact.held(promise, written.torque(*exact.states.arrays))
     return no_dearer(exact, replace(written, promise=promise))

@@ -9,6 +9,7 @@ import numpy as np
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.local_maximum import local_maximum
 from gd_analyze.certification.motion import Motion
+from gd_analyze.certification.worst_state import highest_position
 from gd_analyze.harmonics import Waves
 from gd_analyze.harmonics.torque_rows import RateFactor, rate_factors
 from gd_analyze.vectors import FloatArray
@@ -17,6 +18,8 @@ _EPS = float(np.finfo(float).eps)
 # What should cancel between model and exact form leaves waves of this share of the torque, or less. There may
 # be many, in many joints; a bound by their amplitudes costs nothing and keeps them from the choice of grids.
 _CANCELLED = 1e-12
+# Coefficients up to which trying the worst rates at every place takes no longer than holding them on the way.
+_FEW = 16_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +78,10 @@ class ErrorField:
         """
         if not len(self.waves):
             return 0.0, box.centre, np.zeros(box.n_joints), np.zeros(box.n_joints)
-        q, _ = local_maximum(lambda q: self.motion.reached(self.waves(q)), box, starts)
+        if self.waves.coefficients.size <= _FEW:
+            q, _ = local_maximum(lambda q: self.motion.reached(self.waves(q)), box, starts)
+        else:
+            q = highest_position(self.waves, self.motion, box, starts)
         error, rates, pushes = self.motion.worst(self.waves(q[:, None])[:, 0])
         return error, q, rates * box.rate, pushes * box.acceleration
 
@@ -86,13 +92,14 @@ def round_off_of(waves: Waves, box: Box) -> float:
     Every value is a sum of products in which no more than `count` roundings follow one another: one per wave
     and polynomial, some ten per joint. Each is eps/2 of terms that add up to `reach`: on a grid products of
     cosines and sines, which add up to sqrt(2) times a wave's amplitude per turning joint at most. An angle
-    m.q, and the place of a node, is off by some eps of the farthest one.
+    m.q, and the place of a node, is off by some eps of the farthest one, which may be a turn beyond the box.
     """
     degrees = np.array(waves.degrees)
     count = sum(waves.coefficients.shape) + 32 * (1 + len(degrees))
     turning = int((degrees[~np.array(waves.sliding)] > 0).sum())
     reach = 2.0 ** (turning / 2) * float(waves.sizes(box.farthest).sum())
-    return count * (1.0 + float(degrees @ box.farthest)) * _EPS * reach
+    farthest = box.farthest + 2 * np.pi * ~np.array(waves.sliding)
+    return count * (1.0 + float(degrees @ farthest)) * _EPS * reach
 
 
 def _largest(factor: RateFactor, box: Box) -> float:

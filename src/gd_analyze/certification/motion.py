@@ -128,6 +128,23 @@ class Motion:
         moved = still + squares.sum(axis=0) + self._pair_signs @ pairs
         return np.abs(np.vstack([still[None], moved])) + pushed
 
+    def shares(self, values: FloatArray) -> FloatArray:
+        """Every factor, -1 to 1, where rates and accelerations at their limits are worst, shape (P, K).
+
+        Times the values they add up to what `reached` gives.
+        """
+        still, pushed, squares, pairs = self._kinds
+        best = self._at_vertices(values).argmax(axis=0)
+        moves = best > 0
+        out = np.zeros_like(values)
+        out[still] = 1.0
+        out[squares] = moves
+        out[pairs] = self._pair_signs[np.maximum(best - 1, 0)].T * moves
+        sign = np.where((values * out).sum(axis=0) < 0.0, -1.0, 1.0)
+        out[pushed] = np.where(values[pushed] < 0.0, -1.0, 1.0)
+        out[still], out[squares], out[pairs] = sign * out[still], sign * out[squares], sign * out[pairs]
+        return out
+
     def worst(self, values: FloatArray) -> tuple[float, FloatArray, FloatArray]:
         """Search the rates and accelerations of one position's largest error.
 

@@ -66,12 +66,8 @@ class TaylorForm:
 
     def __init__(self, field: ErrorField) -> None:
         self.field, self.n = field, field.motion.n_joints
-        coefficients = field.waves.coefficients
-        self._real, self._imag, self._sizes = (
-            coefficients.real.copy(),
-            coefficients.imag.copy(),
-            abs(coefficients),
-        )
+        self._real, self._imag = field.waves.parts
+        self._sizes = (self._real**2 + self._imag**2) ** 0.5
         self._sliding = [k for k, slides in enumerate(field.waves.sliding) if slides]
         turning = [k for k, slides in enumerate(field.waves.sliding) if not slides]
         self._used = [k for k, degree in enumerate(field.waves.degrees) if degree]

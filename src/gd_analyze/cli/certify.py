@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -53,9 +54,9 @@ class _Shown:
     type=click.IntRange(min=1),
     default=250_000,
     show_default=True,
-    help="Positions per joint at which the error is evaluated; along a motion a twentieth as many small "
-    "boxes, and D at a thirtieth as many positions. More bring the bounds closer to the truth; they are "
-    "proven with any number.",
+    help="Positions per joint at which the error is evaluated, ten times as many for every angle beyond the "
+    "fourth that it knows; along a motion a twentieth as many small boxes, and D at a thirtieth as many "
+    "positions. More bring the bounds closer to the truth; they are proven with any number.",
 )
 @reporting
 def certify(model: Path, along: str | None, margin: str | None, effort: int, output: Output) -> None:
@@ -89,13 +90,17 @@ def certify(model: Path, along: str | None, margin: str | None, effort: int, out
             loaded = replace(loaded, promise=loaded.promise.along(motion.fingerprint))
         if motion and loaded.promise.made_for.get("trajectory_fingerprint") == motion.fingerprint:
             loaded = measured_at(loaded, gd.states_of(motion))
-        stage("certifying")
-        shown = _certified(loaded, motion, around, effort)
+        stage("certifying", 100 * loaded.arm.n_joints * (1 if motion is None else 2))
+        shown = _certified(loaded, motion, around, effort, stage.advance)
     output.give(lambda: _document(shown) | {"effort": effort}, lambda: _show(shown))
 
 
 def _certified(
-    model: gd.SimplifiedModel, motion: gd.Trajectory | None, margin: gd.Margin, effort: int
+    model: gd.SimplifiedModel,
+    motion: gd.Trajectory | None,
+    margin: gd.Margin,
+    effort: int,
+    progress: Callable[[int], None],
 ) -> _Shown:
     from gd_analyze.certification import certificate as bounds
     from gd_analyze.certification import largest_torque, positive_definite
@@ -105,10 +110,10 @@ def _certified(
         None,
         gd.Box.of(model.arm) if motion is None else gd.Tube.along(model.arm, motion, margin),
     )
-    certificate = gd.certify(model, region, effort=effort, harmonics=harmonics)
+    certificate = gd.certify(model, region, effort=effort, harmonics=harmonics, progress=progress)
     if motion is not None:
         between = gd.Box.around(motion.q, motion.qd, motion.qdd)
-        extremes = gd.certify(model, between, effort=effort, harmonics=harmonics)
+        extremes = gd.certify(model, between, effort=effort, harmonics=harmonics, progress=progress)
     definiteness = None
     if model.level.is_mechanical:
         of_inertia = max(1, effort * positive_definite.EFFORT // bounds.EFFORT)

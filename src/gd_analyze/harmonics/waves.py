@@ -8,6 +8,7 @@ wave, the one that is lexically larger in the turning joints is kept.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,6 +23,10 @@ from gd_analyze.vectors import Array, FloatArray
 DEGREE = 2
 # Positions evaluated at once: their values of some twenty polynomials fit the cache.
 _CHUNK = 8192
+# Coefficients, and the share of them that are not zero, up to which sums over all are as fast.
+_SPARSE = (1 << 16, 0.3)
+# Numbers of tables held at once on the way, 32 MB.
+_MOST = 1 << 22
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,9 +144,24 @@ class Waves:
         turning = ~np.array(self.sliding)
         angles = self.multiples[:, turning].astype(float) @ q[turning]
         powers = self._powers(q)
-        values = self.coefficients.real @ (powers * np.cos(angles))
-        values -= self.coefficients.imag @ (powers * np.sin(angles))
-        return np.asarray(values)
+        real, imaginary = self.parts
+        return np.asarray(real @ (powers * np.cos(angles)) - imaginary @ (powers * np.sin(angles)))
+
+    @cached_property
+    def parts(self) -> tuple[Any, Any]:
+        """Real and imaginary coefficients, sparse where there are many and most are zero, shape (P, W)."""
+        parts = self.coefficients.real.copy(), self.coefficients.imag.copy()
+        size = self.coefficients.size
+        if size <= _SPARSE[0] or np.count_nonzero(self.coefficients) > _SPARSE[1] * size:
+            return parts
+        from scipy.sparse import csr_array
+
+        return csr_array(parts[0]), csr_array(parts[1])
+
+    def magnitudes(self) -> Waves:
+        """Sum of all magnitudes as one polynomial: its sizes and curvatures are the sums of all."""
+        total = np.abs(self.coefficients).sum(axis=0, keepdims=True)
+        return Waves(self.sliding, self.multiples, total.astype(complex))
 
     def on_grid(self, nodes: Sequence[FloatArray]) -> Iterator[FloatArray]:
         """Values on the tensor grid of every joint's nodes, in pieces (P, K) of its row-major order.
@@ -150,20 +170,8 @@ class Waves:
         position costs a few multiplications instead of its own sines and cosines.
         """
         bases = [self._basis(k, node) for k, node in enumerate(nodes)]
-        counts = [len(node) for node in nodes]
-        inner = len(counts)
-        while inner and np.prod(counts[inner - 1 :], dtype=float) <= _CHUNK:
-            inner -= 1
-        table = self._table()
-        kept = table.shape[inner + 1 :]
-        # Outer joints once, all their nodes; shape (P, outer positions, B of the inner joints).
-        table = _contracted(table.reshape(*table.shape[: inner + 1], -1), bases[:inner])
-        table = table.reshape(len(table), -1, *kept)
-        step = max(1, int(_CHUNK // np.prod(counts[inner:], dtype=float)))
-        for start in range(0, table.shape[1], step):
-            piece = table[:, start : start + step]
-            values = _contracted(piece.reshape(-1, *kept, 1), bases[inner:])
-            yield values.reshape(len(table), -1)
+        table = self._table
+        yield from _on_grid(table.reshape(len(table), -1), bases)
 
     def _powers(self, q: FloatArray) -> FloatArray:
         """Product of the sliding joints' powers, shape (W, K)."""
@@ -182,14 +190,52 @@ class Waves:
         out[:, 1::2], out[:, 2::2] = np.cos(angles), np.sin(angles)
         return out
 
+    @cached_property
     def _table(self) -> FloatArray:
         """Coefficients of the products of the joints' basis functions, shape (P, B_1, .., B_n)."""
-        lowest = np.array(self.degrees) * ~np.array(self.sliding)
-        shape = [degree + low + 1 for degree, low in zip(self.degrees, lowest, strict=True)]
-        table: Array = np.zeros((len(self.coefficients), *shape), dtype=complex)
-        table[(slice(None), *(self.multiples + lowest).T)] = self.coefficients
-        turns = [_euler(low).T if low else np.eye(size) for low, size in zip(lowest, shape, strict=True)]
-        return np.ascontiguousarray(_contracted(table[..., None], turns).real).reshape(-1, *shape)
+        turning = ~np.array(self.sliding)
+        shape = tuple((1 + turning) * self.degrees + 1)
+        out = np.zeros((len(self.coefficients), *shape))
+        for p, row in enumerate(self.coefficients):
+            there = np.flatnonzero(row)
+            # Of single polynomials most know few joints.
+            multiples = self.multiples[there]
+            degrees = np.abs(multiples).max(axis=0, initial=0)
+            lowest = degrees * turning
+            table: Array = np.zeros((1, *(degrees + lowest + 1)), dtype=complex)
+            table[(0, *(multiples + lowest).T)] = row[there]
+            small = table.shape[1:]
+            turns = [
+                _euler(int(d)).T if turns else np.eye(d + 1)
+                for d, turns in zip(degrees, turning, strict=True)
+            ]
+            out[p][tuple(slice(size) for size in small)] = _contracted(table[..., None], turns).real.reshape(
+                small
+            )
+        return out
+
+
+def _on_grid(table: FloatArray, bases: Sequence[FloatArray]) -> Iterator[FloatArray]:
+    """Contract (P, B_1 .. B_m) with bases (N_k, B_k), in pieces of row-major order."""
+    counts, sizes = [len(basis) for basis in bases], [basis.shape[1] for basis in bases]
+    inner = len(counts)
+    while inner and np.prod(counts[inner - 1 :], dtype=float) <= _CHUNK:
+        inner -= 1
+    behind = math.prod(sizes[inner:])
+    if inner > 1 and len(table) * math.prod(counts[:inner]) * behind > _MOST:
+        # Too many positions of the outer joints for their tables to be held all at once.
+        by_first = table.reshape(len(table), sizes[0], -1)
+        for row in bases[0]:
+            yield from _on_grid(np.matmul(row, by_first), bases[1:])
+        return
+    # Outer joints once, all their nodes; shape (P, outer positions, B of the inner joints).
+    outer = _contracted(table.reshape(len(table), *sizes[:inner], behind), bases[:inner])
+    outer = outer.reshape(len(table), -1, behind)
+    step = max(1, int(_CHUNK // np.prod(counts[inner:], dtype=float)))
+    for start in range(0, outer.shape[1], step):
+        piece = outer[:, start : start + step]
+        values = _contracted(piece.reshape(-1, *sizes[inner:], 1), bases[inner:])
+        yield values.reshape(len(table), -1)
 
 
 def numbers(multiples: NDArray[np.int64]) -> NDArray[np.int64]:

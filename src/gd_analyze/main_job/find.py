@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gd_analyze.certification import Box, Certificate, Margin, Tube, certify
+from gd_analyze.certification.certificate import expansion_of
 from gd_analyze.dominance import rank
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
+from gd_analyze.harmonics.torque_algebra import TooLongError
 from gd_analyze.levels import (
     ELEMENT,
     Budget,
@@ -56,6 +58,8 @@ _FACTORS = (0.5, 1.0, 2.0, 5.0)
 _DRAWN = 1000
 # Of certificates: close to the truth in a box as small as a trajectory's, and along a motion that is told.
 _EFFORT, _EFFORT_OF_TUBE = 5_000, 100_000
+# The same of a model that is not chosen by its terms, where it has no more than so many: a few seconds.
+_LITTLE, _MOST_WRITTEN = (500, 2_000), 150_000
 
 
 def find(
@@ -145,6 +149,7 @@ def find(
     through = {(model.level, how.refit and model.level.has_torque_terms): path}
     points = trade_off(exact, asked, factors=_FACTORS, thorough=False, through=through)
     stage("bounding errors")
+    efforts = _efforts(model, many)
     recorded = {}
     if trajectory.recording is not None and trajectory.recording.measured:
         recorded["recording"] = recording_table(arm, trajectory, dataset, dominance)
@@ -161,8 +166,8 @@ def find(
             "terms": tables.terms_table(ranking, arm, not many),
             "trade_off": tables.trade_off_table(points, arm, how.asked.shares_of),
             "budgets": budgets_table(path, FACTORS, ranking),
-            "beyond": _beyond(exact, model, ranking, many),
-            "tube": _tube(exact, model, trajectory, Margin.of(how.margin), many),
+            "beyond": _beyond(exact, model, ranking, efforts),
+            "tube": _tube(exact, model, trajectory, Margin.of(how.margin), efforts),
             **recorded,
             **measured,
             **_by_motion(exact, dataset, trajectory, dominance, how, model),
@@ -216,13 +221,29 @@ def _measured_torque(
     return {"measured_torque": table}
 
 
-def _beyond(exact: ExactDynamics, model: SimplifiedModel, ranking: TermRanking, many: bool) -> xr.Dataset:
+def _efforts(model: SimplifiedModel, many: bool) -> tuple[int, int] | None:
+    """Efforts of the certificates in a box and along a motion; None for a model of too many terms for any."""
+    if not many:
+        return _EFFORT, _EFFORT_OF_TUBE
+    if not model.saves:
+        return None
+    try:
+        written = expansion_of(model)
+    except TooLongError:
+        return None
+    terms = sum(np.count_nonzero(row.coefficients) for row in written.rows)
+    return _LITTLE if terms <= _MOST_WRITTEN else None
+
+
+def _beyond(
+    exact: ExactDynamics, model: SimplifiedModel, ranking: TermRanking, efforts: tuple[int, int] | None
+) -> xr.Dataset:
     """Hold a model against states it was not made for."""
     arm, states = exact.arm, exact.states
     certificate: Certificate | None = None
-    if not many:
+    if efforts is not None:
         box = Box.around(*states.arrays)
-        certificate = certify(model, box, effort=_EFFORT, harmonics=exact.form.harmonics)
+        certificate = certify(model, box, effort=efforts[0], harmonics=exact.form.harmonics)
     errors = None
     if arm.has_all_limits:
         drawn = exact.at(states_in_box(arm, _DRAWN))
@@ -232,21 +253,25 @@ def _beyond(exact: ExactDynamics, model: SimplifiedModel, ranking: TermRanking, 
 
 
 def _tube(
-    exact: ExactDynamics, model: SimplifiedModel, motion: Trajectory, margin: Margin, many: bool
+    exact: ExactDynamics,
+    model: SimplifiedModel,
+    motion: Trajectory,
+    margin: Margin,
+    efforts: tuple[int, int] | None,
 ) -> xr.Dataset:
     """Bound a model's errors around the motion, where its equations are few enough to be written out."""
     arm = exact.arm
     certificate = None
     try:
         tube = Tube.along(arm, motion, margin)
-        if many:
+        if efforts is None:
             why = "the exact torque is given, so that there is no error but round-off to bound"
             if model.saves:
                 large = "more equations than are written out here"
                 why = f"{arm.name} has {large}; `gd-analyze certify` takes its time"
             tube = replace(tube, note=f"Not certified: {why}.")
         else:
-            certificate = certify(model, tube, effort=_EFFORT_OF_TUBE, harmonics=exact.form.harmonics)
+            certificate = certify(model, tube, effort=efforts[1], harmonics=exact.form.harmonics)
     except TrajectoryError as error:
         # What is said of the set points themselves is as true as before.
         unknown = np.full((1, 3, arm.n_joints), np.nan)

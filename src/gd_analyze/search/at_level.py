@@ -15,9 +15,9 @@ from gd_analyze.search.how import How
 from gd_analyze.search.search import Progress
 from gd_analyze.vectors import FloatArray
 
-# --operations: the smallest multiple of the budget, and by what it is widened where a quick count promised too
-# much. How close it is searched, and how often tightened then: among candidates, and in a recursion, of which
-# every count takes seconds.
+# --operations: the smallest multiple of the budget, and by what it is widened where a quick count promised
+# too much. How close it is searched, and how often tightened then: among candidates, and in a recursion, of
+# which every count takes seconds.
 _LEAST, _WIDER = 1e-6, 1.05
 _CLOSE, _CLOSE_IN_RECURSION = (1.02, 4), (1.1, 1)
 

@@ -13,12 +13,13 @@ from gd_analyze.search.candidates import TooManyTermsError
 from gd_analyze.search.how import How
 from gd_analyze.search.search import Progress
 
-# Where terms take less than this share of the exact torque's operations, the recursion is not tried: at states
-# of all the arm's limits it was found to take half to four fifths of them, at 1 % of peak torque. At few states
-# it may take fewer than terms, as its numbers are fitted to them, and then errs the more between them.
-_FEW = 0.65
-# Levels that are tried. The others give more than few operations: a mechanical system, or the founding text's
-# conclusions; models of theirs that take fewer are not known.
+# Where terms take less than this share of the exact torque's operations, the recursion is not tried: it was
+# found to take half to four fifths at states of all the arm's limits, at 1 % of peak torque. At few states it
+# may take fewer than terms, as its numbers are fitted to them, and then errs the more between them.
+# Nor is it tried for so few joints, whose equations are short.
+_FEW, _FEW_JOINTS = 0.65, 4
+# Levels that are tried; the others are for more than few operations: a mechanical system, or the founding
+# text's conclusions.
 _TRIED = (TERM, RECURSIVE)
 
 
@@ -54,6 +55,8 @@ def _unpromising(exact: ExactDynamics, level: Level, models: Sequence[Simplified
     """Why a level cannot take fewer operations than the models there are; "" where it may."""
     if level is TERM:
         return f"the arm has {many_terms_told(exact.form)}" if has_many_terms(exact.form) else ""
+    if models and exact.arm.n_joints <= _FEW_JOINTS:
+        return f"the arm has at most {_FEW_JOINTS} joints, and its numbers would be fitted to the states"
     full = exact.form.operations.total
     least = min((model.operations.total for model in models), default=full)
     if least < _FEW * full:

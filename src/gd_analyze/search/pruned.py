@@ -15,9 +15,10 @@ from gd_analyze.search.pruning import prune
 from gd_analyze.search.search import Progress
 from gd_analyze.vectors import FloatArray
 
-# Of a usual search's effort, a minute: what is usual here, and for one of many, or one that is not thorough. At
-# least it takes what a first descent does.
-_USUAL, _QUICK = 0.4, 0.01
+# Shares of a usual search's effort, a minute. For one of many searches, or one that is not thorough: hardly
+# more than the first descent, which always ends. Otherwise seconds beyond it for six joints, 20 for seven, by
+# this power of the number of joints.
+_QUICK, _SIX_JOINTS, _POWER, _MOST = 1e-6, 0.06, 10, 0.4
 
 
 def pruned(
@@ -28,7 +29,8 @@ def pruned(
     start: Mapping[Change, float] | None = None,
 ) -> Found:
     """Search for changes of the recursion, and write it in few operations."""
-    effort = how.effort * (_USUAL if how.thorough else _QUICK)
+    usual = min(_SIX_JOINTS * (exact.arm.n_joints / 6) ** _POWER, _MOST)
+    effort = how.effort * (usual if how.thorough else _QUICK)
     changes = prune(exact, allowed, effort=effort, start=start, progress=progress)
     rough = RECURSIVE.write(exact.form, changes, ROUGH)
     program = RECURSIVE.write(exact.form, changes, THOROUGH if how.write else COUNTING)

@@ -1,0 +1,72 @@
+"""A proven budget of models that are programs alone: few rounds, each of which takes long."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gd_analyze.certification import Box, simplify_certified
+from gd_analyze.levels import TERM, Budget, ExactDynamics, Promise, SimplifiedModel
+from gd_analyze.levels.kept_programs import inputs_of
+from gd_analyze.levels.recursion import NUMBER, Change
+from gd_analyze.search import How
+from gd_analyze.states import States
+from pruned_recursions import errors_at, general_arm, searched
+
+
+def pruned_within(
+    exact: ExactDynamics, budget: Budget, how: How, *, provenance: Mapping[str, str] | None
+) -> SimplifiedModel:
+    """Leave out one product after the other that the budget allows for at the states known."""
+    form, allowed = exact.form, exact.allowed(budget)
+    changes: dict[Change, float] = {}
+
+    def model_of(changes: Mapping[Change, float]) -> SimplifiedModel:
+        program = form.recursion.changed(changes)
+        errors = exact.errors_of(program.run(inputs).T)
+        promise = Promise(allowed, str(budget), errors, exact.states.described)
+        return SimplifiedModel(
+            level=how.level,
+            form=form,
+            terms={},
+            program=program,
+            operations_full=form.recursion.program.count,
+            promise=promise,
+            provenance=dict(provenance or {}),
+        )
+
+    inputs = inputs_of(exact.states)
+    best = model_of(changes)
+    for place, step in enumerate(form.recursion.steps):
+        if step.operation == "multiply":
+            tried = model_of(changes | {Change(place, NUMBER): 0.0})
+            if (tried.promise.errors.largest <= allowed).all():
+                best, changes = tried, changes | {Change(place, NUMBER): 0.0}
+    return best
+
+
+def test_a_budget_is_proven_in_few_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(3)
+    arm = general_arm(4, rng, slides=False)
+    box = Box(np.full(4, -2.0), np.full(4, 2.0), np.ones(4), np.full(4, 5.0))
+    q, signs = rng.uniform(box.lower, box.upper, (200, 4)), rng.choice([-1.0, 1.0], (2, 200, 4))
+    states = States(
+        q, signs[0] * box.rate, signs[1] * box.acceleration, {"box": "drawn", "states": 200, "seed": 3}
+    )
+    exact = ExactDynamics.of(arm, states)
+    monkeypatch.setattr("gd_analyze.certification.certified_model.simplify_exact", pruned_within)
+    rounds: list[Any] = []
+    model, certificate = simplify_certified(
+        exact, Budget.parse("8%"), box, level=TERM, progress=rounds.append
+    )
+    assert 1 < len(rounds) <= 5
+    assert model.saves
+    assert not model.terms
+    assert certificate.within(model.promise.allowed).all()
+    assert (model.promise.errors.largest <= model.promise.allowed).all()
+    for joint in range(4):
+        state = searched(model, box, joint, rng)[:, None]
+        assert errors_at(model, *state)[0, joint] <= model.promise.allowed[joint]
