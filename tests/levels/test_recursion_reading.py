@@ -23,7 +23,7 @@ from gd_analyze.levels.recursion_names import Names, Quantity, unsigned
 from gd_analyze.levels.recursion_reading import Reading, read
 from gd_analyze.levels.recursion_scales import scales
 from gd_analyze.operations import Program
-from gd_analyze.operations.trace import Expression
+from gd_analyze.operations.trace import Expression, reached
 from gd_analyze.robots import RobotArm, load_arm
 from gd_analyze.states import States
 from parallel_axes import scara
@@ -172,6 +172,16 @@ def test_a_summand_that_is_dropped_is_named_where_it_was():
     assert Plain().product(one.exact[0]) not in Plain().right(
         equation(form, {Change(place, kept): 1.0}, "omegad5x")
     )
+
+
+def test_a_sine_that_became_a_number_is_told_as_that():
+    form, states = ExactForm(PUMA), random_states(6, 20, 0)
+    needed = set(reached(form.recursion.outputs))
+    steps = enumerate(form.recursion.steps)
+    place = next(k for k, step in steps if step.operation == "sin" and step.order in needed)
+    (one,) = omissions(form, {Change(place, NUMBER): 0.3}, states)
+    assert Plain().sum(one.exact).startswith("S")
+    assert Plain().sum(one.instead) == "0.3"
 
 
 def test_a_quantity_that_is_gone_has_no_equation():

@@ -165,6 +165,10 @@ class _Words:
         _, base = unsigned(self.values[quantity])
         sign, _ = self.names.known[base.order]
         known = {self.steps[place].order: self._now(place, instead) for place, instead in changes.items()}
+        first = self.steps[min(changes)]
+        if first.operation in ("cos", "sin"):
+            # It is in more quantities than this.
+            return self.names.sum(first), merged(known[first.order])
         if known.get(base.order) == []:
             return (Product(1.0, (Power(quantity.symbol),)),), ()
         exact = self.names.sum(base, sign, inside=True)
