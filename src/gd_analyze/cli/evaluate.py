@@ -15,6 +15,7 @@ from gd_analyze.cli.log_options import log_options, read_motion
 from gd_analyze.cli.options import FILE, out_option
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.outputs import require_outputs
+from gd_analyze.cli.recursion_view import losses_of_changes
 from gd_analyze.cli.terminal import line, sentence
 
 if TYPE_CHECKING:
@@ -90,10 +91,14 @@ def evaluate(
             loaded = replace(loaded, promise=loaded.promise.along(motion.fingerprint))
         stage("evaluating")
         evaluation = gd.evaluate(loaded, given, held)
-        # At the other levels what is dropped is no part that the decomposition knows, and with a payload it
-        # is not what the error comes from.
+        # At the other levels what is dropped is single terms, and with a payload it is not what the error
+        # comes from.
         tells = motion is not None and body is None and not loaded.level.has_torque_terms
-        lost = losses(loaded, evaluation.dynamics) if tells else ()
+        lost: tuple[Loss, ...] = ()
+        if tells and loaded.level is gd.LEVELS["recursive"]:
+            lost = losses_of_changes(loaded, given)
+        elif tells:
+            lost = losses(loaded, evaluation.dynamics)
         if out is not None and motion is not None:
             stage(f"writing {out.name}")
             write_text(out, torque_csv(motion, evaluation))
@@ -222,9 +227,10 @@ def _compare(trial: _Trial, made_for: str) -> None:
     )
     for loss in [loss for loss in trial.lost if loss.torque_share >= _WORTH_A_LINE][:5]:
         joint = loss.torque_joint - 1
-        line(
-            f"  {loss.part:18} up to {torque(loss.torque_peak, joint)} at joint {joint + 1}, "
-            f"{number(loss.torque_peak / allowed[joint])} times what is allowed"
+        sentence(
+            f"{loss.part:18} up to {torque(loss.torque_peak, joint)} at joint {joint + 1}, "
+            f"{number(loss.torque_peak / allowed[joint])} times what is allowed",
+            indent="  ",
         )
 
 

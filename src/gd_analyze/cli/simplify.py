@@ -13,6 +13,7 @@ from gd_analyze.cli.levels import budget_option, level_option, simplify_options
 from gd_analyze.cli.options import command_line, digits_option, margin_option, out_option
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.outputs import require_outputs
+from gd_analyze.cli.recursion_view import recursion_document, show_recursion
 from gd_analyze.cli.terminal import WIDTH, line, lines, sentence
 
 if TYPE_CHECKING:
@@ -104,13 +105,17 @@ def simplify(
             gd.save_model(model, out)
 
     output.give(
-        lambda: _document(model, certificate, digits) | {"seconds": seconds} | output.about(out),
-        lambda: _show(model, certificate, seconds, digits),
+        lambda: (
+            _document(model, exact.states, certificate, digits) | {"seconds": seconds} | output.about(out)
+        ),
+        lambda: _show(model, exact.states, certificate, seconds, digits),
         out,
     )
 
 
-def _document(model: gd.SimplifiedModel, certificate: Certificate | None, digits: int) -> dict[str, Any]:
+def _document(
+    model: gd.SimplifiedModel, states: gd.States, certificate: Certificate | None, digits: int
+) -> dict[str, Any]:
     from gd_analyze.cli.joint_table import counts, joint_rows, promise_values
     from gd_analyze.formulas.plain import Plain
 
@@ -137,11 +142,15 @@ def _document(model: gd.SimplifiedModel, certificate: Certificate | None, digits
     if model.level is gd.LEVELS["element"]:
         return document | {"kept": _labels(model), "dropped": _labels(model, dropped=True)}
     plain = Plain(digits)
-    return document | {
-        "terms": len(model.terms),
-        "equations": [plain.line(formula) for formula in model.formulas],
-        "legend": list(plain.legend(model.legend)),
-    }
+    return (
+        document
+        | {
+            "terms": len(model.terms),
+            "equations": [plain.line(formula) for formula in model.formulas],
+            "legend": list(plain.legend(model.legend)),
+        }
+        | (recursion_document(model, states, digits) if model.level is gd.LEVELS["recursive"] else {})
+    )
 
 
 def _labels(model: gd.SimplifiedModel, dropped: bool = False) -> list[str]:
@@ -150,7 +159,13 @@ def _labels(model: gd.SimplifiedModel, dropped: bool = False) -> list[str]:
     return [p.label for p in parts_of(model.arm.n_joints) if (p in model.terms) != dropped]
 
 
-def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: float, digits: int) -> None:
+def _show(
+    model: gd.SimplifiedModel,
+    states: gd.States,
+    certificate: Certificate | None,
+    seconds: float,
+    digits: int,
+) -> None:
     from gd_analyze.cli.joint_table import arm_in_words, promise_table
     from gd_analyze.formatting import amount, rounded_up
     from gd_analyze.formulas.plain import Plain
@@ -199,6 +214,9 @@ def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: f
         for heading, dropped in (("Kept", False), ("Dropped", True)):
             sentence(heading, bold=True)
             sentence(", ".join(_labels(model, dropped)) or "nothing")
+        return
+    if model.level is gd.LEVELS["recursive"]:
+        show_recursion(model, states, digits)
         return
     plain = Plain(digits)
     sentence("The model, in kg, m, s, rad", bold=True)

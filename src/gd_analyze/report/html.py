@@ -21,6 +21,7 @@ from gd_analyze.report.motions_document import motions_told
 from gd_analyze.report.numbering import numbering
 from gd_analyze.report.page_environment import environment, style, template_text
 from gd_analyze.report.recording_document import recording_document
+from gd_analyze.report.recursion_document import recursion_shown
 from gd_analyze.report.stroboscope import stroboscope
 from gd_analyze.report.terms import (
     exact_elements,
@@ -170,6 +171,7 @@ def _mathematics(findings: Findings, path: BudgetPath) -> dict[str, Any]:
         "parts_formulas": findings.element_model.formulas,
         "inertia_labels": [[inertia_label(i, j) for j in range(n)] for i in range(n)],
         "exact_elements": exact_elements(findings),
+        "recursion": recursion_shown(findings),
     }
 
 
