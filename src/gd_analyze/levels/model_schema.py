@@ -7,6 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field, SerializerFunctionWrapHandler, TypeAdapter, model_serializer
 
+from gd_analyze.levels.budget import NormShare
 from gd_analyze.levels.exact_form import ExactForm
 from gd_analyze.levels.level import Checked
 from gd_analyze.levels.levels import level_named
@@ -70,6 +71,12 @@ class _AlongMotion(Checked):
     errors: list[_JointError]
 
 
+class _NormShare(Checked):
+    states: float = Field(gt=0.0, le=1.0)
+    # None where only an error is, and no torque.
+    share: float | None = Field(ge=0.0)
+
+
 class ModelDocument(Checked):
     """The whole file; `terms` are as the level's own entry says."""
 
@@ -84,6 +91,8 @@ class ModelDocument(Checked):
     made_for: _MadeFor
     # Of a model made for several motions: what is promised along each.
     motions: list[_AlongMotion] = Field(default_factory=list)
+    # Norm of the error over norm of the torque, by the share of the states that keep it; not in older files.
+    norms: list[_NormShare] = Field(default_factory=list)
     search: list[_Step]
     solved: bool
     cut_short: bool = False
@@ -99,9 +108,9 @@ class ModelDocument(Checked):
 
     @model_serializer(mode="wrap")
     def _without_what_is_not_there(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Of one motion the file says nothing of motions."""
+        """Of one motion the file says nothing of motions, and what is not known stays unsaid."""
         said: dict[str, Any] = write(self)
-        return said if self.motions else {key: value for key, value in said.items() if key != "motions"}
+        return {key: value for key, value in said.items() if value or key not in ("motions", "norms")}
 
 
 def document_of(model: SimplifiedModel) -> ModelDocument:
@@ -126,6 +135,10 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
                 errors=_errors(model, one),
             )
             for one in promise.motions
+        ],
+        norms=[
+            _NormShare(states=norm.states, share=norm.share if np.isfinite(norm.share) else None)
+            for norm in promise.norms
         ],
         search=[_Step(name=step.name, operations=step.operations) for step in promise.steps],
         solved=promise.solved,
@@ -185,6 +198,9 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
             motions=tuple(
                 AlongMotion(one.name, one.fingerprint, one.set_points, *_stated(one.errors))
                 for one in document.motions
+            ),
+            norms=tuple(
+                NormShare(np.inf if norm.share is None else norm.share, norm.states) for norm in document.norms
             ),
         ),
         provenance=document.provenance,

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gd_analyze.levels.budget import Budget
+from gd_analyze.levels.budget import Budget, NormShare
 from gd_analyze.round_off import peak_magnitude, round_off_of
 from gd_analyze.vectors import FloatArray
 
@@ -148,6 +148,10 @@ class Promise:
         stated of the arm's parameters.
     motions
         What is promised along each of several motions, where the model was made for several.
+    norms
+        Norm of the torque error over norm of the torque, as so many of the states keep it; infinite where
+        only an error is. Where the budget is one of the norm, what it asked for is among them. Files of
+        before it was kept have none.
     """
 
     allowed: FloatArray
@@ -160,6 +164,7 @@ class Promise:
     measured: bool = True
     uncertainty: FloatArray | None = None
     motions: tuple[AlongMotion, ...] = ()
+    norms: tuple[NormShare, ...] = ()
 
     def along(self, fingerprint: str) -> Promise:
         """Take what is promised along one of several motions, by its fingerprint; itself of any other."""
@@ -177,6 +182,7 @@ class Promise:
                     uncertainty=one.uncertainty,
                     made_for=made_for,
                     motions=(),
+                    norms=(),
                 )
         return self
 

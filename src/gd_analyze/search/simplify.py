@@ -26,6 +26,7 @@ from gd_analyze.search.candidates import Kept, TooManyTermsError, candidates_of
 from gd_analyze.search.elimination import eliminate
 from gd_analyze.search.exact_model import exactly, measured, no_dearer
 from gd_analyze.search.search import Progress, search
+from gd_analyze.search.within_norm import within_norm
 from gd_analyze.search.work import Work
 from gd_analyze.states import States
 from gd_analyze.trajectories import GivenMotions
@@ -174,6 +175,8 @@ def simplify_exact(
     """
     budget = Budget.of(budget)
     exact = exact.under(budget)
+    if how.operations is not None:
+        budget.require_per_joint("a model of so many operations", "give the share of the norm alone")
     if how.operations is None:
         model = _within(exact, budget, how, progress)
     else:
@@ -182,11 +185,24 @@ def simplify_exact(
 
 
 def _within(exact: ExactDynamics, budget: Budget, how: How, progress: Progress = None) -> SimplifiedModel:
-    """Search on some of the states if there are very many; those that break the budget join them."""
+    """Search under what the budget allows every joint, or of the norm, under what keeps that."""
+
+    def search(exact: ExactDynamics, allowed: FloatArray) -> SimplifiedModel:
+        return _within_allowed(exact, allowed, str(budget), how, progress)
+
     allowed = exact.allowed(budget)
+    if budget.norm is None:
+        return search(exact, allowed)
+    return within_norm(exact, budget, search, exactly(exact, how.level, allowed, str(budget)))
+
+
+def _within_allowed(
+    exact: ExactDynamics, allowed: FloatArray, budget: str, how: How, progress: Progress
+) -> SimplifiedModel:
+    """Search on some of the states if there are very many; those that break the budget join them."""
     known, margin = exact.thinned(), 1.0  # what is added counts a little more every time, so it ends
     while True:
-        model = _searched(known, margin * allowed, str(budget), how, progress)
+        model = _searched(known, margin * allowed, budget, how, progress)
         if known is exact:
             return model
         torque = model.torque(*exact.states.arrays)

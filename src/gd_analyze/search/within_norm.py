@@ -1,0 +1,93 @@
+"""Models within a budget of the norm, by searches that know what every joint is allowed at every state.
+
+What keeps |error_i| within a part of the torque's norm at every state that counts, keeps the norm of the error
+within a share of it. How large that part may be is not known beforehand, nor which states had best be given
+up: so it is widened and narrowed until the measure itself, taken of the model's own program, is just kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from gd_analyze.errors import UsageError
+from gd_analyze.levels import Budget, ExactDynamics, Promise, SimplifiedModel
+from gd_analyze.levels.measures import NormMeasure
+from gd_analyze.vectors import FloatArray
+
+# Finds a model whose every error, as it counts at its state, is within what is allowed, N m, shape (n,).
+Search = Callable[[ExactDynamics, FloatArray], SimplifiedModel]
+
+# How often is searched, how close to the budget is close enough, and how far a step goes at most.
+_SEARCHES, _CLOSE, _STEP = 6, 0.97, 3.0
+# An error counts at most so many times what it does where the torque is largest.
+_MOST = 1e6
+
+
+def within_norm(
+    exact: ExactDynamics, budget: Budget, search: Search, otherwise: SimplifiedModel
+) -> SimplifiedModel:
+    """Find the model of fewest operations that keeps a budget of the norm.
+
+    Parameters
+    ----------
+    exact, budget
+        Exact dynamics at the states that count, all of one motion or of none; a budget of the norm.
+    search
+        What looks for a model within an allowed error.
+    otherwise
+        The exact model, for when nothing else keeps the budget; it promises that budget.
+
+    Raises
+    ------
+    UsageError
+        If the states are those of several motions.
+    """
+    if exact.states.motions:
+        names = ", ".join(motion.name for motion in exact.states.motions)
+        budget.require_per_joint("a model for several motions", f"simplify for one of them: {names}")
+    measure = exact.measure(budget)
+    if not isinstance(measure, NormMeasure):
+        raise UsageError("this is no budget of the norm", where="budget", found=str(budget))
+    # At first those states are given up where the torque is least.
+    best, shares = otherwise, -measure.norms.min(axis=0)
+    kept, broken, factor = 0.0, np.inf, 1.0
+    for _ in range(_SEARCHES):
+        weighed, allowed = _allowances(exact, measure, shares, factor)
+        model = search(weighed, allowed)
+        torque = model.torque(*exact.states.arrays)
+        error = (torque - exact.torque).T
+        shares, used = measure.shares(error), measure.share(error)
+        if used <= 1.0:
+            kept = max(kept, factor)
+            if model.operations.total <= best.operations.total:
+                best = replace(model, promise=exact.held(_promised(model, otherwise), torque))
+        else:
+            broken = min(broken, factor)
+        if kept > _CLOSE * broken or (used <= 1.0 and model.operations.total == 0):
+            break
+        if np.isinf(broken) or not kept:
+            factor *= float(np.clip(1.0 / max(used, 1.0 / _STEP), 1.0 / _STEP, _STEP))
+        else:
+            factor = float(np.sqrt(kept * broken))
+    return best
+
+
+def _allowances(
+    exact: ExactDynamics, measure: NormMeasure, shares: FloatArray, factor: float
+) -> tuple[ExactDynamics, FloatArray]:
+    """Let errors count by the torque's norm, and not at all where shares of it were largest."""
+    norms = measure.norms[measure.group]
+    largest = norms.max(axis=1, keepdims=True)
+    counts = np.divide(largest, norms, out=np.full(norms.shape, _MOST), where=norms * _MOST > largest)
+    if measure.exempt:
+        counts[:, np.argsort(-shares, kind="stable")[: measure.exempt]] = 0.0
+    return exact.weighed(counts.T), np.maximum(factor * measure.allowed * largest[:, 0], exact.round_off)
+
+
+def _promised(model: SimplifiedModel, otherwise: SimplifiedModel) -> Promise:
+    """What the search says of itself, under the budget that was asked for."""
+    asked = otherwise.promise
+    return replace(model.promise, allowed=asked.allowed, budget=asked.budget)
