@@ -187,13 +187,19 @@ def simplify_exact(
 def _within(exact: ExactDynamics, budget: Budget, how: How, progress: Progress = None) -> SimplifiedModel:
     """Search under what the budget allows every joint, or of the norm, under what keeps that."""
 
-    def search(exact: ExactDynamics, allowed: FloatArray) -> SimplifiedModel:
-        return _within_allowed(exact, allowed, str(budget), how, progress)
+    def search(exact: ExactDynamics, allowed: FloatArray, thorough: bool = True) -> SimplifiedModel:
+        # Written shortly, one that takes more operations than exact may still take fewer.
+        trial = how if thorough else replace(how, thorough=False, write=False, dearer=True)
+        return _within_allowed(exact, allowed, str(budget), trial, progress)
 
     allowed = exact.allowed(budget)
     if budget.norm is None:
         return search(exact, allowed)
-    return within_norm(exact, budget, search, exactly(exact, how.level, allowed, str(budget)))
+    everything = exactly(exact, how.level, allowed, str(budget))
+    try:
+        return within_norm(exact, budget, search, everything)
+    except TooManyTermsError:
+        return replace(everything, promise=replace(everything.promise, cut_short=True))
 
 
 def _within_allowed(

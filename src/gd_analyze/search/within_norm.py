@@ -13,15 +13,18 @@ from dataclasses import replace
 import numpy as np
 
 from gd_analyze.errors import UsageError
-from gd_analyze.levels import Budget, ExactDynamics, Promise, SimplifiedModel
+from gd_analyze.levels import Budget, ExactDynamics, SimplifiedModel
+from gd_analyze.levels.effort import THOROUGH
 from gd_analyze.levels.measures import NormMeasure
 from gd_analyze.vectors import FloatArray
 
-# Finds a model whose every error, as it counts at its state, is within what is allowed, N m, shape (n,).
-Search = Callable[[ExactDynamics, FloatArray], SimplifiedModel]
+# Finds a model whose every error, as it counts at its state, is within what is allowed, N m, shape (n,);
+# thoroughly or not.
+Search = Callable[[ExactDynamics, FloatArray, bool], SimplifiedModel]
 
-# How often is searched, how close to the budget is close enough, and how far a step goes at most.
-_SEARCHES, _CLOSE, _STEP = 6, 0.97, 3.0
+# How often is searched quickly, and then thoroughly; how close to the budget is close enough, and how far a
+# step goes at most.
+_QUICK, _THOROUGH, _CLOSE, _STEP = 6, 2, 0.97, 3.0
 # An error counts at most so many times what it does where the torque is largest.
 _MOST = 1e6
 
@@ -54,25 +57,47 @@ def within_norm(
     # At first those states are given up where the torque is least.
     best, shares = otherwise, -measure.norms.min(axis=0)
     kept, broken, factor = 0.0, np.inf, 1.0
-    for _ in range(_SEARCHES):
-        weighed, allowed = _allowances(exact, measure, shares, factor)
-        model = search(weighed, allowed)
-        torque = model.torque(*exact.states.arrays)
-        error = (torque - exact.torque).T
+    for turn in range(_QUICK + _THOROUGH):
+        model = search(*_allowances(exact, measure, shares, factor), turn >= _QUICK)
+        model, error = _spent(exact, measure, model)
         shares, used = measure.shares(error), measure.share(error)
         if used <= 1.0:
             kept = max(kept, factor)
             if model.operations.total <= best.operations.total:
-                best = replace(model, promise=exact.held(_promised(model, otherwise), torque))
+                promise = replace(
+                    model.promise, allowed=otherwise.promise.allowed, budget=otherwise.promise.budget
+                )
+                best = replace(model, promise=exact.held(promise, error.T + exact.torque))
         else:
             broken = min(broken, factor)
-        if kept > _CLOSE * broken or (used <= 1.0 and model.operations.total == 0):
-            break
         if np.isinf(broken) or not kept:
             factor *= float(np.clip(1.0 / max(used, 1.0 / _STEP), 1.0 / _STEP, _STEP))
-        else:
+        elif kept < _CLOSE * broken:
             factor = float(np.sqrt(kept * broken))
+        else:
+            factor = kept
     return best
+
+
+def _spent(
+    exact: ExactDynamics, measure: NormMeasure, model: SimplifiedModel
+) -> tuple[SimplifiedModel, FloatArray]:
+    """Let more terms go, while the measure itself is kept; the model, and its error (n, N)."""
+    error = (model.torque(*exact.states.arrays) - exact.torque).T
+    terms = list(model.terms)
+    if measure.share(error) > 1.0 or not terms:
+        return model, error
+    effects = model.level.effects(exact, model.terms)
+    gone, lost = set[int](), error
+    for k in np.argsort([measure.share(error - effect) for effect in effects], kind="stable").tolist():
+        if measure.share(lost - effects[k]) <= 1.0:
+            gone.add(k)
+            lost = lost - effects[k]
+    left = {term: model.terms[term] for k, term in enumerate(terms) if k not in gone}
+    program = model.level.write(model.form, left, THOROUGH)
+    fewer = replace(model, terms=left, program=program)
+    again = (fewer.torque(*exact.states.arrays) - exact.torque).T
+    return (fewer, again) if measure.share(again) <= 1.0 else (model, error)
 
 
 def _allowances(
@@ -85,9 +110,3 @@ def _allowances(
     if measure.exempt:
         counts[:, np.argsort(-shares, kind="stable")[: measure.exempt]] = 0.0
     return exact.weighed(counts.T), np.maximum(factor * measure.allowed * largest[:, 0], exact.round_off)
-
-
-def _promised(model: SimplifiedModel, otherwise: SimplifiedModel) -> Promise:
-    """What the search says of itself, under the budget that was asked for."""
-    asked = otherwise.promise
-    return replace(model.promise, allowed=asked.allowed, budget=asked.budget)
