@@ -8,5 +8,6 @@ from __future__ import annotations
 LEVEL_NAMES = {
     "element": "parts of D and h as a whole, the founding text's method",
     "term": "torque terms one by one, the fewest operations",
+    "recursive": "the recursion of Newton and Euler, pruned step by step: for arms of many terms",
     "energy": "the model remains a mechanical system, with symmetric D and its own energy",
 }

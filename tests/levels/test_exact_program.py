@@ -21,7 +21,7 @@ from gd_analyze.levels.program_check import require_terms_computed
 from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import Joint, RobotArm, load_arm, with_payload
 from gd_analyze.search import How, simplify, simplify_exact
-from gd_analyze.search.simplify import exactly
+from gd_analyze.search.exact_model import exactly
 from gd_analyze.states import States, states_in_box
 from parallel_axes import scara
 from strategies import arms, arms_with_states, examples

@@ -1,62 +1,60 @@
-"""What every level says of itself, and a level whose models are pruned programs and no lists of terms."""
+"""What every level says of itself, and the one whose models are changed programs and no sums of terms."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from pydantic import TypeAdapter
 
 from gd_analyze.certification import certify, certify_positive_definite
 from gd_analyze.decomposition import decompose_states
 from gd_analyze.errors import ModelError, UsageError
-from gd_analyze.formulas.formula import Formula
 from gd_analyze.levels import (
     ELEMENT,
     ENERGY,
     LEVELS,
+    RECURSIVE,
     TERM,
-    Budget,
-    ErrorTable,
     ExactDynamics,
     ExactForm,
-    Level,
-    Promise,
     SimplifiedModel,
     evaluate,
     level_named,
     payload_effect,
 )
-from gd_analyze.levels.effort import ROUGH, Effort
-from gd_analyze.levels.level import Checked, Costs, Terms
-from gd_analyze.operations import Expression, Program
+from gd_analyze.levels.effort import ROUGH
+from gd_analyze.levels.level import CandidateLevel
+from gd_analyze.levels.recursion import Change
+from gd_analyze.operations import Expression
 from gd_analyze.operations.derivative import derivative
-from gd_analyze.search import How, simplify_exact
+from gd_analyze.search.exact_model import exactly
 from gd_analyze.states import States, states_in_box
-from gd_analyze.vectors import FloatArray
 from made_models import ROUND_OFF
 
 
 def test_a_level_is_known_by_its_name_or_as_itself():
-    assert list(LEVELS) == ["element", "term", "energy"]
+    assert list(LEVELS) == ["element", "term", "recursive", "energy"]
     for name, level in LEVELS.items():
         assert str(level) == level.name == name
         assert level_named(name) is level_named(level) is level
     with pytest.raises(UsageError, match="no such level") as caught:
         level_named("atom")
-    assert caught.value.details["expected"] == "element, term, energy"
+    assert caught.value.details["expected"] == "element, term, recursive, energy"
 
 
 def test_what_each_level_is():
     assert {level for level in LEVELS.values() if level.is_mechanical} == {ENERGY}
     assert {level for level in LEVELS.values() if level.has_torque_terms} == {TERM, ENERGY}
-    assert {level for level in LEVELS.values() if level.is_priced_exactly} == {ELEMENT}
+    candidates = {level for level in LEVELS.values() if isinstance(level, CandidateLevel)}
+    assert candidates == {ELEMENT, TERM, ENERGY}
+    assert {level for level in candidates if level.is_priced_exactly} == {ELEMENT}
+    assert {level for level in LEVELS.values() if level.always_refits} == {RECURSIVE}
 
 
-@pytest.mark.parametrize("level", LEVELS.values(), ids=str)
+@pytest.mark.parametrize("level", [ELEMENT, TERM, ENERGY], ids=str)
 def test_terms_come_back_from_their_entries(level, puma):
     form = ExactForm(puma)
     terms = level.terms(form)
@@ -71,74 +69,24 @@ def test_parts_have_no_harmonic_terms(two_link):
     assert "gd-analyze simplify" in caught.value.details["next"]
 
 
-class PrunedLevel(Level):
-    """The exact program with some additions left out: one of the two summands goes."""
-
-    name = "pruned"
-    keeps = "steps"
-    entries = TypeAdapter(list[Checked])
-
-    def __init__(self, forgotten: Sequence[int]) -> None:
-        self.forgotten = forgotten
-
-    def terms(self, form: ExactForm) -> Terms:
-        return {}
-
-    def effects(self, exact: ExactDynamics, terms: Terms) -> FloatArray:
-        return np.zeros((0, exact.arm.n_joints, len(exact.states)))
-
-    def costs(self, form: ExactForm, terms: Sequence[Any]) -> Costs:
-        return {}
-
-    def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
-        whole = TERM.write(form, form.torques, effort)
-        sums = [step for step in whole.steps if step.operation in ("add", "subtract")]
-        return pruned(whole, {sums[k].order for k in self.forgotten})
-
-    def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
-        return ()
-
-    def to_entry(self, term: Any, weight: float) -> Checked:
-        raise AssertionError("there are no terms")
-
-    def from_entry(self, form: ExactForm, entry: Any) -> tuple[Any, float]:
-        raise AssertionError("there are no terms")
-
-
-def pruned(program: Program, forgotten: set[int]) -> Program:
-    """Let sums be their first summand alone."""
-    replaced: dict[int, Any] = {}
-
-    def of(x: Any) -> Any:
-        while isinstance(x, Expression) and x.order in forgotten:
-            x = x.arguments[0]
-        return replaced.get(x.order, x) if isinstance(x, Expression) else x
-
-    trace = program.steps[0].trace
-    for step in program.steps:
-        if step.operation != "input" and step.order not in forgotten:
-            replaced[step.order] = trace.record(step.operation, *map(of, step.arguments))
-    return Program.of(trace, [of(output) for output in program.outputs])
-
-
 def pruned_model(exact: ExactDynamics, forgotten: Sequence[int]) -> SimplifiedModel:
-    level = PrunedLevel(forgotten)
-    program = level.write(exact.form, {}, ROUGH)
-    n = exact.arm.n_joints
-    inputs = {
-        f"{name}{i + 1}": array[:, i]
-        for name, array in zip(("q", "qd", "qdd"), exact.states.arrays, strict=True)
-        for i in range(n)
-    }
-    errors = ErrorTable.of(exact.torque, program.run(inputs).T)
-    return SimplifiedModel(
-        level=level,
+    """Let some sums of the recursion be one of their summands alone."""
+    recursion = exact.form.recursion
+    sums = [k for k, step in enumerate(recursion.steps) if step.operation in ("add", "subtract")]
+    changes = {}
+    for k in (sums[which] for which in forgotten):
+        summand = next(x for x in recursion.steps[k].arguments if isinstance(x, Expression))
+        changes[Change(k, recursion.steps.index(summand))] = 1.0
+    model = SimplifiedModel(
+        level=RECURSIVE,
         form=exact.form,
-        terms=level.terms(exact.form),
-        program=program,
+        terms=changes,
+        program=RECURSIVE.write(exact.form, changes, ROUGH),
         operations_full=exact.form.operations,
-        promise=Promise(errors.largest, "1%", errors, exact.states.described),
+        promise=exactly(exact, RECURSIVE, np.zeros(exact.arm.n_joints), "1%").promise,
     )
+    errors = exact.errors_of(model.torque(*exact.states.arrays))
+    return replace(model, promise=replace(model.promise, allowed=errors.largest, errors=errors))
 
 
 @pytest.fixture(scope="module")
@@ -152,7 +100,7 @@ def model(exact) -> SimplifiedModel:
 
 
 def test_a_pruned_program_is_a_model(model, exact):
-    assert model.terms == {}
+    assert len(model.terms) == 1
     assert model.operations.total > 0
     found = evaluate(model, exact.states)
     assert found.errors.largest.max() > 0.0
@@ -203,11 +151,3 @@ def test_a_derivative_of_it_is_a_program_as_any(model):
     inputs = {f"q{i + 1}": states.q[:, i] for i in range(2)}
     found = np.stack([column.run(inputs)[:, 0] for column in columns], axis=1)
     np.testing.assert_array_equal(found, model.inertia(states.q)[0])
-
-
-def test_the_search_keeps_it_as_it_is(exact):
-    """It has nothing to drop, and measures what the program gives."""
-    made = simplify_exact(exact, Budget.parse("1%"), How(PrunedLevel(()), thorough=False))
-    assert made.terms == {}
-    assert made.operations.total > 0
-    assert not made.promise.errors.largest.any()

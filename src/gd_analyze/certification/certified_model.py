@@ -16,7 +16,7 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import Certificate, certify
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
-from gd_analyze.levels import TERM, Budget, ExactDynamics, Level, SimplifiedModel
+from gd_analyze.levels import Budget, ExactDynamics, Level, SimplifiedModel
 from gd_analyze.levels.effort import THOROUGH
 from gd_analyze.levels.promise import CERTIFIED
 from gd_analyze.search import How, simplify_exact
@@ -34,7 +34,7 @@ def simplify_certified(
     budget: Budget | str,
     region: Box | Tube,
     *,
-    level: Level = TERM,
+    level: Level | None = None,
     provenance: Mapping[str, str] | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> tuple[SimplifiedModel, Certificate]:
@@ -72,6 +72,11 @@ def simplify_certified(
     for turn in range(_ROUNDS):
         within = Budget.of_torques(share * allowed)
         model = simplify_exact(known, within, how, provenance=provenance)
+        if turn == 0:
+            # The level that was the cheapest remains the one.
+            level, levels = model.level, model.promise.levels
+            how = replace(how, level=level)
+        model = replace(model, promise=replace(model.promise, levels=levels))
         certificate = certify(model, region, harmonics=exact.form.harmonics)
         if progress is not None:
             progress(1)
@@ -87,7 +92,7 @@ def simplify_certified(
         known = known.at(known.states.joined_by(*(states[beyond] for states in certificate.worst_states)))
         needed = 0.98 * allowed / np.where(beyond, certificate.certified, allowed)
         share = np.where(beyond, np.minimum(share, _SLIGHTLY) if turn < _PATIENT else share * needed, share)
-    everything = replace(exactly(exact, level, allowed, stated), provenance=dict(provenance or {}))
+    everything = replace(exactly(exact, model.level, allowed, stated), provenance=dict(provenance or {}))
     certificate = certify(everything, region, harmonics=exact.form.harmonics)
     if (certificate.certified <= allowed).all():
         return everything, certificate

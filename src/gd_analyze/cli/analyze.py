@@ -49,7 +49,7 @@ class MainJob(click.Command):
 @overwrite_option
 @formats_option(FORMATS)
 @budget_option()
-@level_option(None, "term; element for an arm of more than 2000 terms")
+@level_option()
 @simplify_options
 @drives_option
 @payload_option

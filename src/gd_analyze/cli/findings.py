@@ -44,6 +44,7 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
         "notice": model.notice,
         "level": model.level.name,
         "refitted": model.refitted,
+        "levels": [one._asdict() for one in model.promise.levels],
         "search": [step._asdict() for step in model.promise.steps],
         "joints": joint_rows(findings, "simplified_model"),
         "operations": asdict(model.operations),
@@ -116,6 +117,7 @@ def _measured_torque(findings: Findings) -> dict[str, Any] | None:
 
 def _show(findings: Findings, files: list[Path], top: int) -> None:
     from gd_analyze.formatting import number
+    from gd_analyze.levels import ELEMENT
     from gd_analyze.results import summary
 
     sentence(f"{summary.title(findings)} {summary.subtitle(findings)}", bold=True)
@@ -143,7 +145,7 @@ def _show(findings: Findings, files: list[Path], top: int) -> None:
     if findings.model.saves:
         line(f"         -> {findings.model.operations}")
     sentence(f"by level    {_by_level(findings)}", indent=" " * 12)
-    if findings.model.level.has_torque_terms:
+    if findings.model.level is not ELEMENT:
         line("            found quickly; `gd-analyze simplify` searches longer")
     check = summary.cross_check_row(findings)
     line(

@@ -9,6 +9,9 @@ import click
 from gd_analyze.cli.options import F, number_option, together
 from gd_analyze.level_names import LEVEL_NAMES
 
+# Of levels: as none is asked for.
+CHEAPEST = "cheapest"
+
 
 def budget_option(
     told: str = "Allowed torque error: a share of each joint's peak torque (1%), torque limit (0.5% limit), "
@@ -19,13 +22,19 @@ def budget_option(
     return click.option("--budget", default="1%", show_default=True, metavar="LIST", help=told)
 
 
-def level_option(
-    default: str | None, help_default: str, names: Sequence[str] = tuple(LEVEL_NAMES)
-) -> Callable[[F], F]:
-    """--level."""
-    told = "; ".join(f"{name}: {LEVEL_NAMES[name]}" for name in names)
+def level_option(names: Sequence[str] = tuple(LEVEL_NAMES), default: str = CHEAPEST) -> Callable[[F], F]:
+    """--level; None for the cheapest."""
+    told = [f"{name}: {LEVEL_NAMES[name]}" for name in names]
+    if default == CHEAPEST:
+        told.insert(0, f"{CHEAPEST}: of those promising for the arm, the one of fewest operations")
+        names = (CHEAPEST, *names)
     return click.option(
-        "--level", type=click.Choice(names), default=default, help=f"{told}.  [default: {help_default}]"
+        "--level",
+        type=click.Choice(names),
+        default=default,
+        show_default=True,
+        callback=lambda context, option, chosen: None if chosen == CHEAPEST else chosen,
+        help=f"{'; '.join(told)}.",
     )
 
 
@@ -33,7 +42,8 @@ simplify_options = together(
     click.option(
         "--refit",
         is_flag=True,
-        help="Refit what is kept, to absorb what is dropped; at level term or energy.",
+        help="Refit what is kept, to absorb what is dropped; at level term or energy; "
+        "level recursive always does.",
     ),
     number_option(
         "--operations",

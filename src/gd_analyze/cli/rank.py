@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @click.command(short_help="Rank every term of D, h and c by the torque it makes.")
 @given_dynamics
-@level_option("term", "term", ("term", "energy"))
+@level_option(("term", "energy"), "term")
 @number_option("--top", 20, "Terms to print; --json has all.")
 @reporting
 def rank(given: Given, level: str, top: int, output: Output) -> None:

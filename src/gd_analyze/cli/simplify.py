@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 @click.command(short_help="Find a model of few terms within a torque budget.")
 @given_dynamics
 @budget_option()
-@level_option("term", "term")
+@level_option()
 @simplify_options
 @click.option(
     "--effort",
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 def simplify(
     given: Given,
     budget: str,
-    level: str,
+    level: str | None,
     refit: bool,
     operations: int | None,
     effort: float,
@@ -77,7 +77,7 @@ def simplify(
         from gd_analyze.provenance import provenance
         from gd_analyze.search import How, simplify_exact
 
-        how = How(gd.LEVELS[level], refit, operations, effort=effort)
+        how = How(None if level is None else gd.LEVELS[level], refit, operations, effort=effort)
         if certified and (refit or operations is not None):
             raise click.UsageError("--certified goes without --refit and --operations")
         if margin is not None and not (certified and given.trajectories):
@@ -95,8 +95,9 @@ def simplify(
                 exact, allowed, region, level=how.level, provenance=source, progress=stage.advance
             )
         else:
-            stage("searching")
-            model = simplify_exact(exact, allowed, how, provenance=source, progress=stage.advance)
+            model = simplify_exact(
+                exact, allowed, how, provenance=source, progress=stage.advance, stage=stage
+            )
         seconds = time.perf_counter() - start
         if out is not None:
             stage(f"writing {out.name}")
@@ -125,6 +126,7 @@ def _document(model: gd.SimplifiedModel, certificate: Certificate | None, digits
         "made_for": dict(promise.made_for),
         "operations": counts(model.operations),
         "operations_full": counts(model.operations_full),
+        "levels": [one._asdict() for one in promise.levels],
         "search": [step._asdict() for step in promise.steps],
         "solved": promise.solved,
         "cut_short": promise.cut_short,
@@ -132,7 +134,7 @@ def _document(model: gd.SimplifiedModel, certificate: Certificate | None, digits
         "notice": model.notice,
         "joints": joint_rows(model.arm, columns),
     } | where
-    if not model.level.has_torque_terms:
+    if model.level is gd.LEVELS["element"]:
         return document | {"kept": _labels(model), "dropped": _labels(model, dropped=True)}
     plain = Plain(digits)
     return document | {
@@ -172,9 +174,11 @@ def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: f
         line(f"         -> {left}")
     refitted = ", refitted" if model.refitted else ""
     sentence(
-        f"{len(model.terms)} {model.level.keeps}{refitted}, budget {promise.budget}, for "
+        f"{model.level.told(model.terms)}{refitted}, budget {promise.budget}, for "
         f"{in_words(promise.made_for)}; in {seconds:.2g} s"
     )
+    if promise.levels:
+        sentence(f"{promise.by_level}.")
     sentence(f"Operations after each step of the search: {promise.search}.")
     promise_table(promise, arm)
     line()
@@ -191,7 +195,7 @@ def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: f
             f"{certificate.note}"
         )
         line()
-    if not model.level.has_torque_terms:
+    if model.level is gd.LEVELS["element"]:
         for heading, dropped in (("Kept", False), ("Dropped", True)):
             sentence(heading, bold=True)
             sentence(", ".join(_labels(model, dropped)) or "nothing")

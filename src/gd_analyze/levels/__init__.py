@@ -24,6 +24,7 @@ from gd_analyze.levels.payload_effect import payload_effect as payload_effect
 from gd_analyze.levels.promise import ErrorTable as ErrorTable
 from gd_analyze.levels.promise import Promise as Promise
 from gd_analyze.levels.promise import SearchStep as SearchStep
+from gd_analyze.levels.recursive import RECURSIVE as RECURSIVE
 from gd_analyze.levels.term import TERM as TERM
 from gd_analyze.levels.uncertainty import torque_uncertainty as torque_uncertainty
 from gd_analyze.levels.yardsticks import Yardsticks as Yardsticks

@@ -13,7 +13,7 @@ from gd_analyze.formulas.parts import parts_formulas
 from gd_analyze.levels.effort import Effort
 from gd_analyze.levels.exact import ExactDynamics
 from gd_analyze.levels.exact_form import ExactForm
-from gd_analyze.levels.level import Checked, Costs, Level, Terms
+from gd_analyze.levels.level import CandidateLevel, Checked, Costs, Terms
 from gd_analyze.levels.part_costs import part_costs
 from gd_analyze.levels.parts import Part, kept_effects, parts_of, torque_by_part, trace_parts
 from gd_analyze.operations import Program
@@ -24,7 +24,7 @@ class _PartEntry(Checked):
     part: str
 
 
-class ElementLevel(Level):
+class ElementLevel(CandidateLevel):
     """Parts are kept or dropped as they are: each has the weight 1."""
 
     name: ClassVar[str] = "element"

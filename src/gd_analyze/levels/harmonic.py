@@ -22,7 +22,7 @@ from gd_analyze.harmonics.waves import DEGREE
 from gd_analyze.levels.effort import Effort
 from gd_analyze.levels.exact import ExactDynamics
 from gd_analyze.levels.exact_form import ExactForm
-from gd_analyze.levels.level import Costs, Level, Terms
+from gd_analyze.levels.level import CandidateLevel, Costs, Terms
 from gd_analyze.levels.torque_program import torque_program, torque_programs
 from gd_analyze.levels.torque_variables import TorqueVariables
 from gd_analyze.operations import Program
@@ -40,7 +40,7 @@ _FEW = 0.1
 FactorEntry = tuple[Literal["cos", "sin", "power"], list[int], Annotated[int, Field(ge=1, le=DEGREE)]]
 
 
-class HarmonicLevel(Level):
+class HarmonicLevel(CandidateLevel):
     """A level whose models are sums of harmonic torque terms."""
 
     has_torque_terms: ClassVar[bool] = True

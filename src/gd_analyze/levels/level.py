@@ -1,9 +1,9 @@
 """What a level of simplification is: how far the dynamics are cut up before something is left out.
 
-A level says by itself what may be dropped, what each candidate makes of torque and costs, how a program is
-written from what is kept, how that is stored and shown, and whether it can be refitted. Search,
-models, certificates and reports ask the level and know none by name. A level whose models are no list of
-terms, but programs that were pruned, keeps no terms and gives its program as it is.
+A level says by itself how a program is written from what a model holds, how that is stored and shown, and
+whether it can be refitted. Most cut the dynamics into candidates, see `CandidateLevel`, and say what each of
+them makes of torque and costs; another changes the steps of a program. Search, models, certificates and
+reports ask the level and know none by name.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from gd_analyze.levels.exact_form import ExactForm
 from gd_analyze.operations import Program
 from gd_analyze.vectors import FloatArray
 
-# What a model keeps: a number by term, of whatever kind the level's terms are.
+# What a model is made of: a number by term, or by change of a program, of whatever kind the level's are.
 Terms = Mapping[Any, float]
 # Operations by the set of candidates, numbered in their order, that need them.
 Costs = Mapping[frozenset[int], int]
@@ -65,13 +65,13 @@ class Level(ABC):
     name
         As users call it, see `gd_analyze.level_names`.
     keeps
-        What its models keep, in the plural.
+        What its models are made of, in the plural.
     has_torque_terms
         Whether its models are sums of harmonic terms, whose coefficients can be refitted.
+    always_refits
+        Whether its searches always refit the numbers that remain.
     is_mechanical
         Whether its models are mechanical systems, with a symmetric D.
-    is_priced_exactly
-        Whether `costs` are what a program takes, so that an integer program's optimum is the end.
     entries
         Schema of the terms in a model file.
     """
@@ -79,8 +79,8 @@ class Level(ABC):
     name: ClassVar[str]
     keeps: ClassVar[str]
     has_torque_terms: ClassVar[bool] = False
+    always_refits: ClassVar[bool] = False
     is_mechanical: ClassVar[bool] = False
-    is_priced_exactly: ClassVar[bool] = False
     entries: ClassVar[TypeAdapter[Any]]
 
     def __repr__(self) -> str:
@@ -91,15 +91,7 @@ class Level(ABC):
 
     @abstractmethod
     def terms(self, form: ExactForm) -> Terms:
-        """All terms of the exact dynamics: what a model may keep."""
-
-    @abstractmethod
-    def effects(self, exact: ExactDynamics, terms: Terms) -> FloatArray:
-        """Torque that each term makes at each state, N m, shape (K, n, N)."""
-
-    @abstractmethod
-    def costs(self, form: ExactForm, terms: Sequence[Any]) -> Costs:
-        """Operations by the set of terms that need them."""
+        """What makes the exact dynamics: all terms there are, or no change."""
 
     @abstractmethod
     def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
@@ -121,6 +113,14 @@ class Level(ABC):
     @abstractmethod
     def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
         """Equations of the joints' torques, as a person would write them."""
+
+    def told(self, terms: Terms) -> str:
+        """Say what a model is made of: "30 torque terms"."""
+        return f"{len(terms)} {self.keeps}"
+
+    def told_beside(self, form: ExactForm) -> str:
+        """Say what of: "kept of the exact model's 78"."""
+        return f"kept of the exact model's {len(self.terms(form))}"
 
     def legend(self, form: ExactForm, terms: Terms) -> Legend:
         """Meaning of the names in them: by default all are the founding text's."""
@@ -154,10 +154,6 @@ class Level(ABC):
             raise ModelError("a term is stated twice")
         return terms
 
-    def numbers(self, form: ExactForm, terms: Sequence[Any]) -> Numbers:
-        """Free numbers of a refit: by default every term has its own."""
-        return Numbers(np.arange(len(terms)), np.ones(len(terms)))
-
     def torques(self, form: ExactForm, terms: Terms) -> Torques:
         """Harmonic terms of the torques that terms make.
 
@@ -172,3 +168,27 @@ class Level(ABC):
             found=f"level {self.name}",
             next_step="make one with `gd-analyze simplify`",
         )
+
+
+class CandidateLevel(Level):
+    """A level whose models keep some of the exact dynamics' terms.
+
+    Parameters
+    ----------
+    is_priced_exactly
+        Whether `costs` are what a program takes, so that an integer program's optimum is the end.
+    """
+
+    is_priced_exactly: ClassVar[bool] = False
+
+    @abstractmethod
+    def effects(self, exact: ExactDynamics, terms: Terms) -> FloatArray:
+        """Torque that each term makes at each state, N m, shape (K, n, N)."""
+
+    @abstractmethod
+    def costs(self, form: ExactForm, terms: Sequence[Any]) -> Costs:
+        """Operations by the set of terms that need them."""
+
+    def numbers(self, form: ExactForm, terms: Sequence[Any]) -> Numbers:
+        """Free numbers of a refit: by default every term has its own."""
+        return Numbers(np.arange(len(terms)), np.ones(len(terms)))

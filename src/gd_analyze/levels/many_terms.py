@@ -11,6 +11,22 @@ from gd_analyze.robots import RobotArm
 
 # Outer joints looked at first: tens of milliseconds.
 _FEW = 4
+# Torque terms up to which terms are worth choosing from: a seven-joint arm of general make has tens of
+# thousands, and any model of them takes more operations than its recursion.
+MOST_TERMS = 2000
+# Joints up to which identifying the exact form takes no more than a second.
+MOST_JOINTS = 8
+
+
+def has_many_terms(form: ExactForm) -> bool:
+    """Whether an arm has too many joints, or its exact equations too many terms, to choose from them."""
+    return form.arm.n_joints > MOST_JOINTS or has_more_terms(form, MOST_TERMS)
+
+
+def many_terms_told(form: ExactForm) -> str:
+    """Say what there is too much of, for an arm of which `has_many_terms` is true."""
+    n = form.arm.n_joints
+    return f"{n} joints" if n > MOST_JOINTS else f"more than {MOST_TERMS} torque terms"
 
 
 def has_more_terms(form: ExactForm, most: int) -> bool:

@@ -90,7 +90,7 @@ class SimplifiedModel:
         lines = [printer.wrapped(formula, 100) for formula in formulas]
         legend = ", ".join(printer.legend(self.legend)) if formulas else ""
         return html_of(
-            f"{self.arm.title or self.arm.name}: {len(self.terms)} {self.level.keeps}",
+            f"{self.arm.title or self.arm.name}: {self.level.told(self.terms)}",
             ["joint", "peak torque", "allowed error", "largest error", "RMS error"],
             rows,
             f"{self._told[0].upper()}{self._told[1:]}; budget {self.promise.budget}.",

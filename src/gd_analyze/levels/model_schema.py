@@ -13,7 +13,7 @@ from gd_analyze.levels.level import Checked
 from gd_analyze.levels.levels import level_named
 from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.levels.program_check import require_terms_computed
-from gd_analyze.levels.promise import AlongMotion, ErrorTable, Promise, SearchStep
+from gd_analyze.levels.promise import AlongMotion, ErrorTable, LevelTried, Promise, SearchStep
 from gd_analyze.levels.statements import measured_where_possible, require_consistent, require_equal
 from gd_analyze.operations import OperationCount
 from gd_analyze.operations.written import read_back, written
@@ -38,6 +38,12 @@ class _JointError(Checked):
 class _Step(Checked):
     name: str
     operations: int
+
+
+class _LevelTried(Checked):
+    level: str
+    operations: int | None = None
+    why: str = ""
 
 
 class _SetPoints(Checked):
@@ -93,6 +99,8 @@ class ModelDocument(Checked):
     motions: list[_AlongMotion] = Field(default_factory=list)
     # Norm of the error over norm of the torque, by the share of the states that keep it; not in older files.
     norms: list[_NormShare] = Field(default_factory=list)
+    # Where the cheapest level was looked for: what each took.
+    levels: list[_LevelTried] = Field(default_factory=list)
     search: list[_Step]
     solved: bool
     cut_short: bool = False
@@ -108,9 +116,10 @@ class ModelDocument(Checked):
 
     @model_serializer(mode="wrap")
     def _without_what_is_not_there(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Of one motion the file says nothing of motions, and what is not known stays unsaid."""
+        """Of one motion the file says nothing of motions, of one level nothing of others."""
         said: dict[str, Any] = write(self)
-        return {key: value for key, value in said.items() if value or key not in ("motions", "norms")}
+        unsaid = ("motions", "norms", "levels")
+        return {key: value for key, value in said.items() if value or key not in unsaid}
 
 
 def document_of(model: SimplifiedModel) -> ModelDocument:
@@ -140,6 +149,7 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
             _NormShare(states=norm.states, share=norm.share if np.isfinite(norm.share) else None)
             for norm in promise.norms
         ],
+        levels=[_LevelTried(**one._asdict()) for one in promise.levels],
         search=[_Step(name=step.name, operations=step.operations) for step in promise.steps],
         solved=promise.solved,
         cut_short=promise.cut_short,
@@ -202,6 +212,7 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
             norms=tuple(
                 NormShare(np.inf if norm.share is None else norm.share, norm.states) for norm in document.norms
             ),
+            levels=tuple(LevelTried(one.level, one.operations, one.why) for one in document.levels),
         ),
         provenance=document.provenance,
     )

@@ -124,6 +124,24 @@ class SearchStep(NamedTuple):
         return _WORDS.get(self.name, self.name)
 
 
+class LevelTried(NamedTuple):
+    """What a level took, where the cheapest was looked for.
+
+    Parameters
+    ----------
+    level
+        Its name.
+    operations
+        Of its model; None where it was not tried.
+    why
+        Why not, in words.
+    """
+
+    level: str
+    operations: int | None
+    why: str = ""
+
+
 @dataclass(frozen=True, eq=False)
 class Promise:
     """What a model states of itself.
@@ -152,6 +170,8 @@ class Promise:
         Norm of the torque error over norm of the torque, as so many of the states keep it; infinite where
         only an error is. Where the budget is one of the norm, what it asked for is among them. Files of
         before it was kept have none.
+    levels
+        What every level took, where the cheapest was looked for; empty where one was asked for.
     """
 
     allowed: FloatArray
@@ -165,6 +185,7 @@ class Promise:
     uncertainty: FloatArray | None = None
     motions: tuple[AlongMotion, ...] = ()
     norms: tuple[NormShare, ...] = ()
+    levels: tuple[LevelTried, ...] = ()
 
     def along(self, fingerprint: str) -> Promise:
         """Take what is promised along one of several motions, by its fingerprint; itself of any other."""
@@ -212,3 +233,11 @@ class Promise:
         said += ["solved to the end"] * self.solved
         said += ["ended as its effort was used up"] * self.cut_short
         return ", ".join(said)
+
+    @property
+    def by_level(self) -> str:
+        """Operations of the models of several levels, in words, and why others were not tried."""
+        took = [f"{one.level} {one.operations}" for one in self.levels if one.operations is not None]
+        others = [f"{one.level}, as {one.why}" for one in self.levels if one.operations is None]
+        tried = f"Operations by level: {', '.join(took)}"
+        return "; ".join([tried, *([f"not tried: {', '.join(others)}"] if others else [])])

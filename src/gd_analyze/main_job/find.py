@@ -14,17 +14,15 @@ from gd_analyze.dominance import rank
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.levels import (
     ELEMENT,
-    TERM,
     Budget,
     ExactDynamics,
-    Level,
     SimplifiedModel,
     Yardsticks,
     level_named,
     payload_effect,
     warn_without_torque,
 )
-from gd_analyze.levels.many_terms import has_more_terms
+from gd_analyze.levels.many_terms import has_many_terms, many_terms_told
 from gd_analyze.long_decomposition import decompose_on_demand
 from gd_analyze.main_job.how import Origin, Progress, Settings, Silent
 from gd_analyze.measured_torque.comparison import compared, require_torques
@@ -41,7 +39,6 @@ from gd_analyze.robots import RobotArm, arm_of, describe_in_full, warn_of_slips
 from gd_analyze.search import How, TermRanking, rank_terms, simplify_exact, trade_off
 from gd_analyze.search.budget_path import FACTORS, budget_path
 from gd_analyze.search.exact_model import no_dearer
-from gd_analyze.search.trade_off import KINDS
 from gd_analyze.states import states_in_box
 from gd_analyze.trajectories import (
     GivenMotions,
@@ -54,11 +51,6 @@ from gd_analyze.trajectories import (
 if TYPE_CHECKING:
     import xarray as xr
 
-# Torque terms of an exact form up to which terms are worth choosing from: a seven-joint arm of general make
-# has tens of thousands, and any model of them more operations than one of whole elements.
-_MOST_TERMS = 2000
-# Joints up to which identifying the exact form takes no more than a second.
-_MOST_JOINTS = 8
 # Multiples of the budget that the report's curve shows, and states drawn to try a model beyond its own.
 _FACTORS = (0.5, 1.0, 2.0, 5.0)
 _DRAWN = 1000
@@ -123,7 +115,7 @@ def find(
             drives=how.drives,
             progress=stage.advance,
         )
-        stage("checking, ranking, simplifying")
+        stage("checking and ranking")
         dataset.attrs |= source
         residuals = cross_check(arm, dataset)
         exact = ExactDynamics.of(arm, dataset).under(how.asked)
@@ -131,20 +123,28 @@ def find(
         measured = _measured_torque(arm, trajectory, dataset, how)
         dominance = rank(dataset, budget=exact.allowed(how.asked))
         elements = simplify_exact(exact, how.asked, How(ELEMENT, dearer=True), provenance=source)
-        level, many = _level(exact, how)
+        level = None if how.level is None else level_named(how.level)
+        many = (level is None or not level.has_torque_terms) and has_many_terms(exact.form)
         if level is ELEMENT and how.operations is None:
             model = no_dearer(exact, elements)
         else:
             search = How(level, how.refit, how.operations, thorough=level is ELEMENT)
-            model = simplify_exact(exact, how.asked, search, provenance=source)
-        if many and how.level is None:
-            _tell_of_many_terms(exact, model)
+            model = simplify_exact(
+                exact, how.asked, search, provenance=source, progress=stage.advance, stage=stage
+            )
+        if many:
+            warnings.warn(
+                f"{arm.name} has {many_terms_told(exact.form)}: elements are ranked, single terms are not",
+                GdAnalyzeWarning,
+                stacklevel=2,
+            )
+    stage("trying other budgets")
     ranking = TermRanking() if many else rank_terms(exact)
-    kinds = [kind for kind in KINDS if not (many and kind[0].has_torque_terms)]
     asked = _asked(exact, how.asked, model)
     path = budget_path(exact, asked, model)
-    through = {(level, how.refit): path}
-    points = trade_off(exact, asked, factors=_FACTORS, kinds=kinds, thorough=False, through=through)
+    through = {(model.level, how.refit and model.level.has_torque_terms): path}
+    points = trade_off(exact, asked, factors=_FACTORS, thorough=False, through=through)
+    stage("bounding errors")
     recorded = {}
     if trajectory.recording is not None and trajectory.recording.measured:
         recorded["recording"] = recording_table(arm, trajectory, dataset, dominance)
@@ -198,35 +198,9 @@ def _by_motion(
     return {"motions": motions_table(exact.arm, trajectory, dominance, ranked, model.promise)}
 
 
-def _level(exact: ExactDynamics, how: Settings) -> tuple[Level, bool]:
-    """Level of the model, and whether there are too many terms to look at single ones."""
-    wanted = None if how.level is None else level_named(how.level)
-    many = wanted in (None, ELEMENT) and _is_large(exact)
-    return wanted or (ELEMENT if many else TERM), many
-
-
 def _asked(exact: ExactDynamics, budget: Budget, model: SimplifiedModel) -> Budget:
     """Give the budget that a model keeps to: scaled where a number of operations was asked for."""
     return budget.scaled(float((model.promise.allowed / exact.allowed(budget)).max()))
-
-
-def _is_large(exact: ExactDynamics) -> bool:
-    """Whether an arm has too many joints, or its exact equations too many terms, to choose from."""
-    return exact.arm.n_joints > _MOST_JOINTS or has_more_terms(exact.form, _MOST_TERMS)
-
-
-def _tell_of_many_terms(exact: ExactDynamics, model: SimplifiedModel) -> None:
-    if exact.arm.n_joints > _MOST_JOINTS:
-        what, way = f"{exact.arm.n_joints} joints, more than {_MOST_JOINTS}", ""
-    else:
-        what = f"exact equations of more than {_MOST_TERMS} terms"
-        way = "; --level term chooses among them, which takes minutes and pays at large budgets"
-    done = "simplified by elements" if model.saves else "the exact model is given"
-    warnings.warn(
-        f"{exact.arm.name} has {what}: {done}, and single terms are not ranked here{way}",
-        GdAnalyzeWarning,
-        stacklevel=3,
-    )
 
 
 def _measured_torque(

@@ -23,9 +23,8 @@ class Settings:
         Allowed torque error, or its text such as "1% or 10% friction"; 1 % of each joint's peak torque by
         default.
     level, refit, operations
-        How to simplify, see `gd_analyze.search.How`; by default level "term", and "element", the founding
-        text's own method, for an arm whose exact equations have so many terms that fewer would not be fewer
-        operations.
+        How to simplify, see `gd_analyze.search.How`; by default the level that takes the fewest operations of
+        those that are promising for the arm.
     drives
         Include drive inertia as a separate contribution; by default where the arm describes drives.
     margin

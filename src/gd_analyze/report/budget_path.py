@@ -10,7 +10,7 @@ import numpy as np
 
 from gd_analyze.formatting import pretty
 from gd_analyze.report.beyond_chart import place
-from gd_analyze.results import Findings
+from gd_analyze.results import Findings, summary
 from gd_analyze.results.rows import Row, budget_rows
 
 # Decades of the axis that errors over the budget stand on.
@@ -60,7 +60,7 @@ class BudgetPath:
             "label": [budget_words(row["budget"]) for row in self.rows],
             "operations": [row["operations"] for row in self.rows],
             "kept": [len(row["kept"]) for row in self.rows],
-            "keeps": model.level.keeps if model.level.has_torque_terms else "parts",
+            "keeps": {"terms": model.level.keeps, "parts": "parts"}.get(summary.made_of(findings), ""),
             "exact": model.operations_full.total,
             "largest_error": [[float(f"{error:.4g}") for error in row] for row in errors],
             "place": [[place(share, *DECADES) for share in row] for row in ratio],

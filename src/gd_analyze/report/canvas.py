@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Anchor = Literal["start", "middle", "end"]
 Kind = Literal["line", "segments", "area", "marks"]
 
-_MARKERS = {"circle": "o", "square": "s", "diamond": "D", "star": "*"}
+_MARKERS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D", "star": "*"}
 _ANCHORS: dict[Anchor, Literal["left", "center", "right"]] = {
     "start": "left",
     "middle": "center",

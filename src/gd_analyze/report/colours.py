@@ -20,7 +20,7 @@ ON_PAPER = {name: light for name, (light, _) in COLOURS.items()}
 INK, GREY, PALE = ON_PAPER["ink"], ON_PAPER["soft"], ON_PAPER["line"]
 
 # Colour and mark of every level of simplification in the trade-off.
-_SERIES = (("series-6", "square"), ("series-3", "circle"), ("series-4", "diamond"))
+_SERIES = (("series-6", "square"), ("series-3", "circle"), ("series-2", "triangle"), ("series-4", "diamond"))
 OF_LEVEL = dict(zip(LEVEL_NAMES, cycle(_SERIES)))
 
 

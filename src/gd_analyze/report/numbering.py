@@ -89,10 +89,11 @@ def _absent(findings: Findings) -> tuple[set[str], set[str], set[str]]:
     measured = findings.tables.get("measured_torque")
     unmeasured = {"measured"} if not measured_joints(findings) else set()
     beyond = findings.tables["beyond"]
-    of_elements = not findings.model.level.has_torque_terms
+    of_elements = summary.made_of(findings) == "parts"
     one = not summary.has_motions(findings)
     tables = {
         "motions": one,
+        "kept": summary.made_of(findings) == "recursion",
         "verdicts": one or not changing(findings),
         "terms": not findings.is_written_out,
         "tube": summary.tube_proven(findings) is None,

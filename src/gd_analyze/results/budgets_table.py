@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.levels import SimplifiedModel, parts_of
+from gd_analyze.levels import ELEMENT, SimplifiedModel, parts_of
 from gd_analyze.schema import table
 from gd_analyze.search import TermRanking
 
@@ -21,7 +21,8 @@ def budgets_table(
     """Tabulate what is kept, at what error and how many operations, for each multiple of the budget.
 
     Of a model of torque or energy terms, `kept` says which of the ranked torque terms remain: one remains as
-    long as anything does that makes it. Of a model of parts, `kept_parts` says which of these do.
+    long as anything does that makes it. Of a model of parts, `kept_parts` says which of these do. A recursion
+    keeps neither.
     """
     form, counts = path[0].form, [model.operations for model in path]
     values: dict[str, Any] = {
@@ -39,7 +40,7 @@ def budgets_table(
         kept = [[term in model.torques for term in terms] for model in path]
         values["kept"] = np.array(kept, dtype=bool).reshape(len(path), len(terms))
         coords["rank"] = np.arange(1, len(terms) + 1)
-    else:
+    elif path[0].level is ELEMENT:
         parts = parts_of(form.arm.n_joints)
         values["kept_parts"] = [[part in model.terms for part in parts] for model in path]
         coords["part"] = [part.label for part in parts]

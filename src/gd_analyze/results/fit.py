@@ -100,8 +100,9 @@ def _require_readings(measured: xr.Dataset) -> None:
 def _require_path(tables: Mapping[str, xr.Dataset]) -> None:
     """Check that budgets lead through the model that is shown, and name terms or parts as others do."""
     path, shown = tables["budgets"], tables["simplified_model"].attrs
-    kept = "kept" if level_named(shown["level"]).has_torque_terms else "kept_parts"
-    _require_equal("what budgets say of the model", [*{"kept", "kept_parts"} & {*path}], [kept])
+    level = level_named(shown["level"])
+    kept = ["kept"] if level.has_torque_terms else ["kept_parts"] if level is ELEMENT else []
+    _require_equal("what budgets say of the model", [*{"kept", "kept_parts"} & {*path}], kept)
     if "rank" in path.dims:
         ranks = tables["terms"]["rank"].values.tolist()
         _require_equal("rank of budgets", path["rank"].values.tolist(), ranks)

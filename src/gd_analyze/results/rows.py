@@ -79,12 +79,15 @@ def trade_off_rows(findings: Findings) -> list[Row]:
 
 
 def budget_rows(findings: Findings) -> list[Row]:
-    """One row per multiple of the budget; `kept` holds ranks of torque terms, or labels of parts."""
+    """One row per multiple of the budget; `kept` holds ranks of torque terms, or labels of parts, if any."""
     table = findings.tables["budgets"]
-    dim, kept = ("rank", table.kept) if "kept" in table else ("part", table.kept_parts)
-    labels, plain = table[dim].values, ("factor", "budget", "operations", "multiplications", "additions")
+    plain = ("factor", "budget", "operations", "multiplications", "additions")
+    kept: list[list[Any]] = [[] for _ in table.factor.values]
+    for name, dim in (("kept", "rank"), ("kept_parts", "part")):
+        if name in table:
+            kept = [table[dim].values[row].tolist() for row in table[name].values]
     return [
         {name: table[name].values[k].item() for name in plain}
-        | {"largest_error": table.largest_error.values[k].tolist(), "kept": labels[kept.values[k]].tolist()}
+        | {"largest_error": table.largest_error.values[k].tolist(), "kept": kept[k]}
         for k in range(table.sizes["factor"])
     ]

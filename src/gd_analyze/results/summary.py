@@ -7,7 +7,7 @@ from typing import Any
 
 from gd_analyze.dominance import text_verdicts
 from gd_analyze.formatting import number, percent
-from gd_analyze.levels import SearchStep
+from gd_analyze.levels import ELEMENT, SearchStep
 from gd_analyze.results.error_words import WorstError
 from gd_analyze.results.error_words import measure_told as measure_told
 from gd_analyze.results.error_words import nothing_gained as nothing_gained
@@ -51,7 +51,13 @@ def drives(findings: Findings) -> str:
 
 def kept(findings: Findings) -> str:
     """How much the model keeps, in words."""
-    return f"{len(findings.model.terms)} {findings.model.level.keeps}"
+    return findings.model.level.told(findings.model.terms)
+
+
+def made_of(findings: Findings) -> str:
+    """What the model is made of: "terms", "parts" of elements, or a "recursion"."""
+    level = findings.model.level
+    return "terms" if level.has_torque_terms else "parts" if level is ELEMENT else "recursion"
 
 
 def headline(findings: Findings) -> str:
@@ -68,11 +74,11 @@ def headline(findings: Findings) -> str:
     if not model.saves:
         return nothing_gained(model, "model found" if findings.is_written_out else "model of whole elements")
     cost = _cost(findings)
-    if model.level.has_torque_terms:
-        terms = kept(findings)
+    if made_of(findings) != "parts":
+        terms, gives = kept(findings), "give" if made_of(findings) == "terms" else "gives"
         return (
-            f"{terms[0].upper()}{terms[1:]} give every torque{told} in {left} operations, where the cheapest "
-            f"exact program known takes {full}. {cost[0].upper()}{cost[1:]}"
+            f"{terms[0].upper()}{terms[1:]} {gives} every torque{told} in {left} operations, where the "
+            f"cheapest exact program known takes {full}. {cost[0].upper()}{cost[1:]}"
         )
     dropped, all_parts = dropped_parts(findings), findings.tables["parts"].sizes["part"]
     idle = len(dropped.zero) + len(dropped.idle)
@@ -113,8 +119,10 @@ def facts(findings: Findings) -> list[tuple[str, str]]:
     model, worst, proven = findings.model, worst_error(findings.model), tube_proven(findings)
     if not model.saves:
         keeps = ("exact", "the model given is the exact one")
-    elif model.level.has_torque_terms:
-        keeps = (kept(findings), f"kept of the exact model's {len(model.level.terms(model.form))}")
+    elif made_of(findings) == "terms":
+        keeps = (kept(findings), model.level.told_beside(model.form))
+    elif made_of(findings) == "recursion":
+        keeps = (kept(findings).removeprefix("the recursion with "), model.level.told_beside(model.form))
     else:
         dropped = dropped_parts(findings)
         gone = sum(map(len, dropped))
@@ -158,6 +166,7 @@ def opening(findings: Findings) -> dict[str, Any]:
         "notice": notice(findings),
         "facts": facts(findings),
         "kept_terms": kept(findings),
+        "made_of": made_of(findings),
     }
 
 

@@ -1,7 +1,8 @@
 """Models for smaller and larger budgets, each of which keeps part of what the one before it keeps.
 
 They lead through a model that is given: terms join it for a smaller budget and leave it for a larger one, so
-that every term has one budget at which it goes, and a reader can follow.
+that every term has one budget at which it goes, and a reader can follow. Of a recursion more and more steps
+are changed, from the exact one for smaller budgets and from the given one for larger.
 """
 
 from __future__ import annotations
@@ -13,13 +14,16 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.levels import Budget, ExactDynamics, SimplifiedModel
-from gd_analyze.levels.level import Terms
+from gd_analyze.levels.level import CandidateLevel, Terms
 from gd_analyze.search.candidates import SWEEP, Candidates, TooManyTermsError, candidates_of
 from gd_analyze.search.elimination import eliminate
 from gd_analyze.search.exact_model import exactly, measured
+from gd_analyze.search.pruned import pruned_path
 
 # From a tenth of the budget to ten times it, ten steps to each side.
 FACTORS = tuple(10.0 ** (step / 10) for step in range(-10, 11))
+# A search in a recursion takes long: it is done for one in so many of them.
+_APART = 3
 
 
 def budget_path(
@@ -44,13 +48,13 @@ def budget_path(
         One model per factor, within that budget: the exact one where none found on the way takes fewer
         operations. None keeps a term that one before it does not keep, or takes more operations.
     """
-    everything = exactly(exact, given.level, given.promise.allowed, str(budget))
-    kept = [*_nested(exact, given, factors)]
-    known = _written(exact, given, [terms for f, terms in zip(factors, kept, strict=True) if f != 1.0])
-    last, models = everything, []
-    for factor, terms in zip(factors, kept, strict=True):
+    if isinstance(given.level, CandidateLevel):
+        trials = _nested(exact, given, factors)
+    else:
+        trials = _pruned(exact, given, factors)
+    last, models = exactly(exact, given.level, given.promise.allowed, str(budget)), []
+    for factor, trial in zip(factors, trials, strict=True):
         allowed = factor * given.promise.allowed
-        trial = given if factor == 1.0 else known.get(frozenset(terms))
         # A model that undercuts the given one for a smaller budget is not on a way that leads through it.
         least = given.operations.total if factor < 1.0 else 0
         if trial is given or (
@@ -62,6 +66,25 @@ def budget_path(
         promise = replace(last.promise, allowed=allowed, budget=str(budget.scaled(factor)))
         models.append(replace(last, promise=promise))
     return tuple(models)
+
+
+def _pruned(
+    exact: ExactDynamics, given: SimplifiedModel, factors: Sequence[float]
+) -> Iterator[SimplifiedModel | None]:
+    """Models with more and more changes of the recursion: some up to the given one, and some from it on."""
+    some, allowed = exact.thinned(), given.promise.allowed
+    for side, start in (
+        ([f for f in factors if f <= 1.0], {}),
+        ([f for f in factors if f > 1.0], given.terms),
+    ):
+        looked_at = [factor for k, factor in enumerate(side) if k % _APART == 0 and factor != 1.0]
+        found = dict(zip(looked_at, pruned_path(some, [f * allowed for f in looked_at], start), strict=True))
+        for factor in side:
+            if factor in found:
+                own = replace(given, terms=found[factor].terms, program=found[factor].program)
+                yield measured(exact, own)
+            else:
+                yield given if factor == 1.0 else None
 
 
 def _written(
@@ -77,7 +100,17 @@ def _written(
     }
 
 
-def _nested(exact: ExactDynamics, given: SimplifiedModel, factors: Sequence[float]) -> Iterator[Terms]:
+def _nested(
+    exact: ExactDynamics, given: SimplifiedModel, factors: Sequence[float]
+) -> Iterator[SimplifiedModel | None]:
+    """Models that keep fewer and fewer terms; none where that takes more operations than exact."""
+    kept = [*_kept(exact, given, factors)]
+    known = _written(exact, given, [terms for f, terms in zip(factors, kept, strict=True) if f != 1.0])
+    for factor, terms in zip(factors, kept, strict=True):
+        yield given if factor == 1.0 else known.get(frozenset(terms))
+
+
+def _kept(exact: ExactDynamics, given: SimplifiedModel, factors: Sequence[float]) -> Iterator[Terms]:
     """What is kept for each factor; at 1 what the model keeps."""
     try:
         swept = SWEEP * min(factors)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from gd_analyze.errors import UsageError
 from gd_analyze.levels import ExactDynamics, ExactForm, Level
 from gd_analyze.levels.effort import Effort
-from gd_analyze.levels.level import Costs, Terms
+from gd_analyze.levels.level import CandidateLevel, Costs, Terms
 from gd_analyze.levels.many_terms import has_more_terms
 from gd_analyze.operations import OperationCount
 from gd_analyze.vectors import FloatArray
@@ -64,7 +64,7 @@ class Candidates:
         How much an error counts, shape (N, n), see `gd_analyze.states.States.weights`.
     """
 
-    level: Level
+    level: CandidateLevel
     form: ExactForm
     terms: Terms
     effects: FloatArray
@@ -115,14 +115,23 @@ def candidates_of(
     ------
     TooManyTermsError
         If far too many terms would be left.
+    UsageError
+        If the level has no candidates.
     """
+    if not isinstance(level, CandidateLevel):
+        raise UsageError(
+            f"level {level.name} keeps no terms that could be looked at one by one",
+            where="level",
+            expected="term, energy or element",
+            found=level.name,
+        )
     if level.has_torque_terms and has_more_terms(exact.form, _WRITTEN):
         raise TooManyTermsError(
             f"the exact torque of {exact.arm.name} has too many terms to look at them one by one",
             where=f"level {level.name}",
             expected=f"at most {_WRITTEN} torque terms",
             found="more",
-            next_step="use --level element, or the main job, which ranks elements",
+            next_step="use --level recursive, which changes the recursion instead",
         )
     every = level.terms(exact.form)
     terms, swept = every, 0.0
@@ -147,7 +156,7 @@ def candidates_of(
     )
 
 
-def _effects(exact: ExactDynamics, level: Level, terms: Terms, count: int) -> FloatArray:
+def _effects(exact: ExactDynamics, level: CandidateLevel, terms: Terms, count: int) -> FloatArray:
     """Torque of each term; of all `count` terms, where these are not many numbers, it is remembered."""
     if len(terms) < count or count * exact.states.q.size > _REMEMBERED:
         return level.effects(exact, terms)
@@ -157,7 +166,7 @@ def _effects(exact: ExactDynamics, level: Level, terms: Terms, count: int) -> Fl
 
 
 def _swept(
-    exact: ExactDynamics, level: Level, every: Terms, allowed: FloatArray, sweep: float
+    exact: ExactDynamics, level: CandidateLevel, every: Terms, allowed: FloatArray, sweep: float
 ) -> tuple[Terms, float]:
     """Terms left when the smallest have gone, and the largest error over allowed that these make together.
 
@@ -185,13 +194,17 @@ def _swept(
             where="budget",
             expected=f"at most {_MOST}",
             found=str(len(items) - gone),
-            next_step="allow a larger error, or use --level element",
+            next_step="use --level recursive, or allow a larger error",
         )
     return dict(items[k] for k in np.sort(order[gone:])), share
 
 
 def _gone(
-    exact: ExactDynamics, level: Level, items: list[tuple[Any, float]], allowed: FloatArray, sweep: float
+    exact: ExactDynamics,
+    level: CandidateLevel,
+    items: list[tuple[Any, float]],
+    allowed: FloatArray,
+    sweep: float,
 ) -> tuple[int, float]:
     """How many of the terms, from the first, may go together, and the error over allowed that they make."""
     lost = np.zeros((exact.arm.n_joints, len(exact.states)))

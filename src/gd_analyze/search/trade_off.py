@@ -8,11 +8,15 @@ from itertools import zip_longest
 
 import numpy as np
 
-from gd_analyze.levels import LEVELS, Budget, ExactDynamics, Level, SimplifiedModel
+from gd_analyze.levels import LEVELS, Budget, ExactDynamics, ExactForm, Level, SimplifiedModel
+from gd_analyze.levels.level import CandidateLevel
+from gd_analyze.levels.many_terms import has_many_terms
 from gd_analyze.operations import OperationCount
 from gd_analyze.search.candidates import SWEEP, Candidates, Kept, TooManyTermsError, candidates_of
 from gd_analyze.search.elimination import Elimination, eliminate
-from gd_analyze.search.simplify import How, simplify_exact
+from gd_analyze.search.how import How
+from gd_analyze.search.pruned import pruned_path
+from gd_analyze.search.simplify import simplify_exact
 from gd_analyze.vectors import FloatArray
 
 # Level and refit: every level, and every level once more with a refit that can have one.
@@ -24,6 +28,13 @@ KINDS: tuple[Kind, ...] = tuple(
 )
 # Operations of a point, and its largest error per joint, N m.
 _Found = tuple[OperationCount, FloatArray]
+
+
+def kinds_for(form: ExactForm) -> tuple[Kind, ...]:
+    """Kinds that make sense for an arm: of very many terms, none that looks at them one by one."""
+    many = has_many_terms(form)
+    return tuple(kind for kind in KINDS if not (many and kind[0].has_torque_terms))
+
 
 FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 
@@ -67,7 +78,7 @@ def trade_off(
     budget: Budget | str | None = None,
     *,
     factors: Sequence[float] = FACTORS,
-    kinds: Sequence[Kind] = KINDS,
+    kinds: Sequence[Kind] | None = None,
     thorough: bool = True,
     through: Mapping[Kind, Sequence[SimplifiedModel]] | None = None,
     progress: Callable[[int], None] | None = None,
@@ -86,10 +97,10 @@ def trade_off(
     factors
         Multiples of the budget.
     kinds
-        Pairs of level and refit.
+        Pairs of level and refit; by default those of `kinds_for`.
     thorough
-        Search each point as `simplify` does. Otherwise all points of a kind come from one elimination.
-        Operations are counted the same way.
+        Search each point as `simplify` does. Otherwise all points of a kind come from one elimination, or
+        each from the one of the next smaller budget. Operations are counted the same way.
     through
         Models of some kinds, growing budgets: their points are the best of these.
     progress
@@ -110,13 +121,16 @@ def trade_off(
     known: dict[Level, Candidates | None] = {}
     without: dict[Level, list[_Found]] = {}
     found: Iterable[_Found]
-    for level, refit in kinds:
+    for level, refit in kinds_for(exact.form) if kinds is None else kinds:
         if (level, refit) in through:
             found = _best_of(exact, through[level, refit], allowed, order)
         elif thorough:
             how = How(level, refit)
-            models = (simplify_exact(exact, budget.scaled(factor), how) for factor in order)
-            found = ((model.operations, model.promise.errors.largest) for model in models)
+            searched = (simplify_exact(exact, budget.scaled(factor), how) for factor in order)
+            found = ((model.operations, model.promise.errors.largest) for model in searched)
+        elif not isinstance(level, CandidateLevel):
+            models = tuple(pruned_path(exact, [factor * allowed for factor in order]))
+            found = _best_of(exact, models, allowed, order)
         else:
             if level not in known:
                 known[level] = _candidates(exact, level, allowed, SWEEP * min(1.0, *factors))

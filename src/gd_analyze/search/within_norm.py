@@ -15,6 +15,7 @@ import numpy as np
 from gd_analyze.errors import UsageError
 from gd_analyze.levels import Budget, ExactDynamics, SimplifiedModel
 from gd_analyze.levels.effort import THOROUGH
+from gd_analyze.levels.level import CandidateLevel
 from gd_analyze.levels.measures import NormMeasure
 from gd_analyze.vectors import FloatArray
 
@@ -84,17 +85,17 @@ def _spent(
 ) -> tuple[SimplifiedModel, FloatArray]:
     """Let more terms go, while the measure itself is kept; the model, and its error (n, N)."""
     error = (model.torque(*exact.states.arrays) - exact.torque).T
-    terms = list(model.terms)
-    if measure.share(error) > 1.0 or not terms:
+    level, terms = model.level, list(model.terms)
+    if measure.share(error) > 1.0 or not terms or not isinstance(level, CandidateLevel):
         return model, error
-    effects = model.level.effects(exact, model.terms)
+    effects = level.effects(exact, model.terms)
     gone, lost = set[int](), error
     for k in np.argsort([measure.share(error - effect) for effect in effects], kind="stable").tolist():
         if measure.share(lost - effects[k]) <= 1.0:
             gone.add(k)
             lost = lost - effects[k]
     left = {term: model.terms[term] for k, term in enumerate(terms) if k not in gone}
-    program = model.level.write(model.form, left, THOROUGH)
+    program = level.write(model.form, left, THOROUGH)
     fewer = replace(model, terms=left, program=program)
     again = (fewer.torque(*exact.states.arrays) - exact.torque).T
     return (fewer, again) if measure.share(again) <= 1.0 else (model, error)

@@ -55,7 +55,7 @@ report.budget = (() => {
     const worst = shares.indexOf(Math.max(...shares));
     element("budget-said").textContent = budgets.label[at];
     element("budget-count").textContent = budgets.operations[at];
-    element("budget-kept").textContent = budgets.kept[at];
+    if (budgets.keeps) element("budget-kept").textContent = budgets.kept[at];
     element("budget-worst").textContent = percent(shares[worst]);
     element("budget-fill").style.setProperty("--fill", budgets.operations[at] / Math.max(budgets.exact, 1));
     rows.forEach((row, k) => {
@@ -69,7 +69,7 @@ report.budget = (() => {
     slider.setAttribute("aria-valuetext", budgets.label[at]);
     mark();
     leave(at);
-    return `${budgets.operations[at]} operations, ${budgets.kept[at]} ${budgets.keeps}, largest error ${percent(shares[worst])} of the ${budgets.shares_of} at joint ${worst + 1}.`;
+    return `${budgets.operations[at]} operations, ${budgets.keeps ? `${budgets.kept[at]} ${budgets.keeps}, ` : ""}largest error ${percent(shares[worst])} of the ${budgets.shares_of} at joint ${worst + 1}.`;
   }
 
   // In the trade-off, too, where one is drawn.

@@ -44,6 +44,7 @@ function tradeOff(spec, { width, height }) {
   const MARK = {
     circle: (cx, cy) => `<circle cx="${px(cx)}" cy="${px(cy)}" r="3.6"/>`,
     square: (cx, cy) => `<rect x="${px(cx - 3.3)}" y="${px(cy - 3.3)}" width="6.6" height="6.6"/>`,
+    triangle: (cx, cy) => `<path d="M${px(cx - 4.2)},${px(cy + 3.4)}h8.4l-4.2,-7.6Z"/>`,
     diamond: (cx, cy) => `<path d="M${px(cx)},${px(cy - 4.6)}l4.6,4.6l-4.6,4.6l-4.6,-4.6Z"/>`,
     star: (cx, cy) => `<path d="${chart.path([...Array(10).keys()].map((k) => { const r = k % 2 ? 4.2 : 10, a = (k * Math.PI) / 5; return [cx + r * Math.sin(a), cy - r * Math.cos(a)]; }))}Z"/>`,
   };

@@ -1,0 +1,87 @@
+"""Level "recursive": the exact recursion of Newton and Euler, some of whose steps are changed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+from pydantic import TypeAdapter
+
+from gd_analyze.errors import ModelError
+from gd_analyze.formulas.formula import Formula
+from gd_analyze.levels.effort import COUNTING, Effort
+from gd_analyze.levels.exact_form import ExactForm
+from gd_analyze.levels.level import Checked, Coefficient, Level, Terms
+from gd_analyze.levels.recursion import CONSTANT, NUMBER, Change
+from gd_analyze.operations import Expression, Program
+from gd_analyze.operations.rewriting import rewritten
+
+
+class _ChangeEntry(Checked):
+    step: int
+    source: int
+    number: Coefficient
+
+
+class RecursiveLevel(Level):
+    """Changes of the recursion, see `gd_analyze.levels.recursion.Change`; without any it is exact."""
+
+    name: ClassVar[str] = "recursive"
+    keeps: ClassVar[str] = "changes of the recursion"
+    always_refits: ClassVar[bool] = True
+    entries: ClassVar[TypeAdapter[Any]] = TypeAdapter(list[_ChangeEntry])
+
+    def terms(self, form: ExactForm) -> Terms:
+        """No change."""
+        return {}
+
+    def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
+        """Carry the changes out; in a model that is given, the steps are rewritten in fewer operations."""
+        program = form.recursion.changed(terms)
+        return program if effort.shared <= COUNTING.shared else rewritten(program)
+
+    def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
+        """None: its model is a recursion, which no equation of one line is."""
+        return ()
+
+    def told(self, terms: Terms) -> str:
+        """Say how much of the recursion is changed."""
+        return f"the recursion with {len({change.step for change in terms})} changed steps"
+
+    def told_beside(self, form: ExactForm) -> str:
+        """Say how many steps the recursion has."""
+        steps = [step for step in form.recursion.program.steps if step.operation != "input"]
+        return f"of the {len(steps)} of Newton and Euler's, written for the arm"
+
+    def to_entry(self, term: Change, weight: float) -> Checked:
+        """Write the places of both steps and the number."""
+        return _ChangeEntry(step=term.step, source=term.source, number=weight)
+
+    def from_entry(self, form: ExactForm, entry: _ChangeEntry) -> tuple[Change, float]:
+        """Read it back, of steps that the arm's recursion has."""
+        steps = form.recursion.steps
+        for place, least in ((entry.step, 0), (entry.source, min(NUMBER, CONSTANT))):
+            if not least <= place < len(steps):
+                raise ModelError(
+                    f"the recursion has no step {place}", expected=f"steps from 0 to {len(steps) - 1}"
+                )
+        if entry.source == CONSTANT and not has_constant(steps[entry.step]):
+            raise ModelError(f"step {entry.step} of the recursion has no constant to be replaced")
+        return Change(entry.step, entry.source), entry.number
+
+    def from_entries(self, form: ExactForm, entries: Sequence[Any]) -> dict[Change, float]:
+        """Read changes back that can be carried out together; otherwise as every level does."""
+        changes = super().from_entries(form, entries)
+        try:
+            form.recursion.changed(changes)
+        except ValueError as error:
+            raise ModelError(f"the changes cannot be carried out: {error}") from None
+        return changes
+
+
+def has_constant(step: Expression) -> bool:
+    """Whether a step is made with a number of its own."""
+    return step.operation != "input" and not all(isinstance(x, Expression) for x in step.arguments)
+
+
+RECURSIVE = RecursiveLevel()

@@ -1,0 +1,128 @@
+"""The smallest model within a budget, or the best one of so many operations, at one level."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.levels import Budget, ExactDynamics, Level, SimplifiedModel
+from gd_analyze.levels.level import CandidateLevel
+from gd_analyze.search import dropping, pruned
+from gd_analyze.search.exact_model import exactly, measured, no_dearer
+from gd_analyze.search.how import How
+from gd_analyze.search.search import Progress
+from gd_analyze.search.within_norm import within_norm
+from gd_analyze.vectors import FloatArray
+
+# --operations: the smallest multiple of the budget, how close it is searched, how often it is tightened, and by
+# what it is widened where the quick count promised too much.
+_LEAST, _CLOSE, _ATTEMPTS, _WIDER = 1e-6, 1.02, 4, 1.05
+
+
+def at_level(
+    exact: ExactDynamics, budget: Budget, level: Level, how: How, progress: Progress = None
+) -> SimplifiedModel:
+    """Simplify at a level, whatever `how` says of it; exact dynamics as they are `ExactDynamics.under` it."""
+    if how.operations is None:
+        return _within(exact, budget, level, how, progress)
+    return _of_few_operations(exact, budget, level, how, how.operations, progress)
+
+
+def _within(
+    exact: ExactDynamics, budget: Budget, level: Level, how: How, progress: Progress = None
+) -> SimplifiedModel:
+    """Search under what the budget allows every joint; or, of the norm, under what keeps that."""
+
+    def search(exact: ExactDynamics, allowed: FloatArray, thorough: bool = True) -> SimplifiedModel:
+        # Written shortly, one that takes more operations than exact may still take fewer.
+        trial = how if thorough else replace(how, thorough=False, write=False, dearer=True)
+        return _within_allowed(exact, allowed, str(budget), level, trial, progress)
+
+    allowed = exact.allowed(budget)
+    if budget.norm is None:
+        return search(exact, allowed)
+    return within_norm(exact, budget, search, exactly(exact, level, allowed, str(budget)))
+
+
+def _within_allowed(
+    exact: ExactDynamics, allowed: FloatArray, budget: str, level: Level, how: How, progress: Progress
+) -> SimplifiedModel:
+    """Search on some of the states if there are very many; those that break the budget join them."""
+    known, margin = exact.thinned(), 1.0  # what is added counts a little more every time, so it ends
+    while True:
+        model = _searched(known, margin * allowed, budget, level, how, progress)
+        if known is exact:
+            return model
+        torque = model.torque(*exact.states.arrays)
+        if (exact.errors_of(torque).counting <= allowed).all():
+            return replace(model, promise=exact.held(replace(model.promise, allowed=allowed), torque))
+        off, weights = np.abs(torque - exact.torque), exact.states.weights
+        worst = exact.states.at(np.unique((off if weights is None else off * weights).argmax(axis=0)))
+        known = known.at(known.states.joined_by(*worst.arrays, worst.weights))
+        margin *= 0.98
+
+
+def _searched(
+    exact: ExactDynamics, allowed: FloatArray, budget: str, level: Level, how: How, progress: Progress
+) -> SimplifiedModel:
+    if isinstance(level, CandidateLevel):
+        found = dropping.dropped(exact, level, allowed, how, progress)
+    else:
+        found = pruned.pruned(exact, allowed, how, progress)
+    everything = exactly(exact, level, allowed, budget)
+    promise = replace(everything.promise, steps=found.steps, solved=found.solved, cut_short=found.cut_short)
+    model = measured(
+        exact,
+        replace(
+            everything,
+            terms=found.terms,
+            program=found.program,
+            refitted=found.refitted,
+            promise=promise,
+        ),
+    )
+    if not (model.promise.errors.counting <= allowed).all():
+        raise GdAnalyzeError(
+            "the simplified model misses its budget",
+            expected=str(allowed.tolist()),
+            found=str(model.promise.errors.counting.tolist()),
+            next_step="please report this with the arm file and the states",
+        )
+    return model if how.dearer else no_dearer(exact, model)
+
+
+def _of_few_operations(
+    exact: ExactDynamics, budget: Budget, level: Level, how: How, operations: int, progress: Progress
+) -> SimplifiedModel:
+    """Scale the budget until the model takes no more operations than asked for.
+
+    A quick count tells about where; whole searches then close in from there.
+    """
+    allowed = exact.allowed(budget)
+    if operations >= exact.form.operations.total:
+        return exactly(exact, level, allowed, str(budget))
+    some = exact.thinned()
+    if isinstance(level, CandidateLevel):
+        quick = dropping.quick_count(some, level, allowed)
+    else:
+        quick = pruned.quick_count(some, allowed)
+    few, many = _LEAST, 1.0
+    while quick(many) > operations:
+        few, many = many, 2.0 * many
+    while many / few > _CLOSE:
+        middle = (few * many) ** 0.5
+        few, many = (middle, many) if quick(middle) > operations else (few, middle)
+    best = _within(exact, budget.scaled(many), level, how, progress)
+    while best.operations.total > operations:
+        many *= _WIDER
+        best = _within(exact, budget.scaled(many), level, how, progress)
+    step = 0.8
+    for _ in range(_ATTEMPTS):
+        trial = _within(exact, budget.scaled(many * step), level, how)
+        if trial.operations.total <= operations:
+            best, many = trial, many * step
+        else:
+            step **= 0.5
+    return best

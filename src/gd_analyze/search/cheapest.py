@@ -1,0 +1,67 @@
+"""The level that takes the fewest operations: those that are promising for an arm are tried."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from gd_analyze.levels import RECURSIVE, TERM, Budget, ExactDynamics, Level, SimplifiedModel
+from gd_analyze.levels.many_terms import has_many_terms, many_terms_told
+from gd_analyze.levels.promise import LevelTried
+from gd_analyze.search.at_level import at_level
+from gd_analyze.search.candidates import TooManyTermsError
+from gd_analyze.search.how import How
+from gd_analyze.search.search import Progress
+
+# Where terms take less than this share of the exact torque's operations, no recursion takes fewer.
+_FAR_BELOW = 0.45
+# Levels that are tried. The others give more than few operations: a mechanical system, or the founding text's
+# conclusions; models of theirs that take fewer are not known.
+_TRIED = (TERM, RECURSIVE)
+
+
+def cheapest(
+    exact: ExactDynamics,
+    budget: Budget,
+    how: How,
+    progress: Progress = None,
+    stage: Callable[[str], object] = lambda _: None,
+) -> SimplifiedModel:
+    """Simplify at every promising level, and give the model of fewest operations.
+
+    Of models of a given number of operations it is the one of the smallest budget. What was tried, and what
+    was not, is said in `Promise.levels`.
+    """
+    models: list[SimplifiedModel] = []
+    tried: list[LevelTried] = []
+    for level in _TRIED:
+        why = _unpromising(exact, level, models)
+        if not why:
+            stage(f"searching at level {level}")
+            try:
+                models.append(at_level(exact, budget, level, how, progress))
+            except TooManyTermsError as error:
+                why = error.what
+        operations = None if why else models[-1].operations.total
+        tried.append(LevelTried(level.name, operations, why))
+    best = min(models, key=_operations if how.operations is None else _allowed)
+    return replace(best, promise=replace(best.promise, levels=tuple(tried)))
+
+
+def _unpromising(exact: ExactDynamics, level: Level, models: Sequence[SimplifiedModel]) -> str:
+    """Why a level cannot take fewer operations than the models there are; "" where it may."""
+    if level is TERM:
+        return f"the arm has {many_terms_told(exact.form)}" if has_many_terms(exact.form) else ""
+    full = exact.form.operations.total
+    least = min((model.operations.total for model in models), default=full)
+    return (
+        f"{least} of {full} operations are less than a recursion takes" if least < _FAR_BELOW * full else ""
+    )
+
+
+def _operations(model: SimplifiedModel) -> float:
+    return model.operations.total
+
+
+def _allowed(model: SimplifiedModel) -> float:
+    return float(model.promise.allowed.max())

@@ -1,0 +1,61 @@
+"""Simplifying at level recursive: steps of the exact recursion are changed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from gd_analyze.levels import RECURSIVE, ExactDynamics, SearchStep, SimplifiedModel
+from gd_analyze.levels.effort import COUNTING, POINT, ROUGH, THOROUGH
+from gd_analyze.levels.recursion import Change
+from gd_analyze.search.exact_model import exactly, measured
+from gd_analyze.search.found import Found
+from gd_analyze.search.how import How
+from gd_analyze.search.pruning import prune
+from gd_analyze.search.search import Progress
+from gd_analyze.vectors import FloatArray
+
+# Share of a usual search's effort for one that only tells about how many operations remain, and for a search
+# that is not thorough.
+_QUICK = 0.1
+
+
+def pruned(
+    exact: ExactDynamics,
+    allowed: FloatArray,
+    how: How,
+    progress: Progress = None,
+    start: Mapping[Change, float] | None = None,
+) -> Found:
+    """Search for changes of the recursion, and write it in few operations."""
+    effort = how.effort * (1.0 if how.thorough else _QUICK)
+    changes = prune(exact, allowed, effort=effort, start=start, progress=progress)
+    rough = RECURSIVE.write(exact.form, changes, ROUGH)
+    program = RECURSIVE.write(exact.form, changes, THOROUGH if how.write else COUNTING)
+    steps = [SearchStep("pruning", rough.count.total), SearchStep("rewriting", program.count.total)]
+    return Found(changes, program, bool(changes), tuple(steps[: 2 if how.write else 1]))
+
+
+def quick_count(exact: ExactDynamics, allowed: FloatArray) -> Callable[[float], int]:
+    """Tell about how many operations multiples of a budget take; each goes on from the next smaller known."""
+    known: dict[float, dict[Change, float]] = {0.0: {}}
+
+    def count(factor: float) -> int:
+        if factor not in known:
+            start = known[max(smaller for smaller in known if smaller < factor)]
+            known[factor] = prune(exact, factor * allowed, effort=_QUICK, start=start)
+        return RECURSIVE.write(exact.form, known[factor], ROUGH).count.total
+
+    return count
+
+
+def pruned_path(
+    exact: ExactDynamics, allowed: Sequence[FloatArray], start: Mapping[Change, float] | None = None
+) -> Iterator[SimplifiedModel]:
+    """Change more and more for growing budgets, each time going on from what was changed before."""
+    changes = dict(start or {})
+    for most in allowed:
+        changes = prune(exact, most, effort=_QUICK, start=changes)
+        everything = exactly(exact, RECURSIVE, most, "")
+        program = RECURSIVE.write(exact.form, changes, POINT)
+        yield measured(exact, replace(everything, terms=changes, program=program, refitted=bool(changes)))
