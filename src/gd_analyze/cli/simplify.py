@@ -111,7 +111,7 @@ def simplify(
 
 
 def _document(model: gd.SimplifiedModel, certificate: Certificate | None, digits: int) -> dict[str, Any]:
-    from gd_analyze.cli.joint_table import counts, joint_rows, promise_values
+    from gd_analyze.cli.joint_table import counts, joint_rows, norm_rows, promise_values
     from gd_analyze.formulas.plain import Plain
 
     promise = model.promise
@@ -133,6 +133,7 @@ def _document(model: gd.SimplifiedModel, certificate: Certificate | None, digits
         "saves": model.saves,
         "notice": model.notice,
         "joints": joint_rows(model.arm, columns),
+        "norms": norm_rows(promise.norms),
     } | where
     if model.level is gd.LEVELS["element"]:
         return document | {"kept": _labels(model), "dropped": _labels(model, dropped=True)}
@@ -154,6 +155,7 @@ def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: f
     from gd_analyze.cli.joint_table import arm_in_words, promise_table
     from gd_analyze.formatting import amount, rounded_up
     from gd_analyze.formulas.plain import Plain
+    from gd_analyze.results.error_words import errs_by, norms_told
     from gd_analyze.results.summary import nothing_gained, worst_error
     from gd_analyze.states import in_words
 
@@ -164,7 +166,7 @@ def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: f
         answer = f"{left.total} instead of {full.total} operations, " + (
             f"no error above {proven.in_words}, proven"
             if proven
-            else f"largest error {worst_error(model).in_words}"
+            else errs_by(model)
         )
         sentence(f"{arm_in_words(arm, model.drives)}: {answer}", bold=True)
     else:
@@ -181,6 +183,8 @@ def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: f
         sentence(f"{promise.by_level}.")
     sentence(f"Operations after each step of the search: {promise.search}.")
     promise_table(promise, arm)
+    line()
+    sentence(f"{norms_told(promise, arm)}.")
     line()
     if model.notice:
         sentence(model.notice)

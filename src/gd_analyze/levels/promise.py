@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from math import isclose
 from typing import NamedTuple
 
 import numpy as np
@@ -149,7 +150,8 @@ class Promise:
     Parameters
     ----------
     allowed, budget
-        Allowed torque error per joint, N m, shape (n,), and how the user put it.
+        Allowed torque error per joint, N m, shape (n,), and how the user put it. Where that is of the norm no
+        joint is allowed a number of its own, see `Budget.allowed`.
     errors
         Error over the states it was made for: sampled, not a bound elsewhere.
     made_for
@@ -211,6 +213,12 @@ class Promise:
     def asked(self) -> Budget:
         """The budget as a value."""
         return Budget.parse(self.budget.removesuffix(CERTIFIED))
+
+    @property
+    def asked_norm(self) -> NormShare | None:
+        """The share of the norm that was found where one was asked for, and the states it was asked of."""
+        asked = self.asked.norm
+        return None if asked is None else next(norm for norm in self.norms if isclose(norm.states, asked.states))
 
     @property
     def shares(self) -> FloatArray:

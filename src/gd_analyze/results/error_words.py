@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from math import isinf
 from typing import NamedTuple
 
-from gd_analyze.formatting import amount, at_most, rounded_up, share_up
-from gd_analyze.levels import SimplifiedModel
+from gd_analyze.formatting import amount, at_most, percent, rounded_up, share_up
+from gd_analyze.levels import Promise, SimplifiedModel
+from gd_analyze.levels.budget import NormShare
 from gd_analyze.results.words import drives_told
+from gd_analyze.robots import RobotArm
 from gd_analyze.states import in_words
 from gd_analyze.vectors import FloatArray
 
@@ -70,7 +74,7 @@ def off_by(model: SimplifiedModel, bound: FloatArray | None = None) -> str:
     at_most_so = f"no joint's torque is off by more than {worst.size}"
     if not worst.of:
         return at_most_so
-    if wholes == {"peak"}:
+    if wholes in ({"peak"}, {"norm"}):
         return f"{at_most_so} of its peak"
     unit = model.arm.joints[worst.joint - 1].effort_unit
     allowed = amount(float(model.promise.allowed[worst.joint - 1]), unit)
@@ -78,6 +82,35 @@ def off_by(model: SimplifiedModel, bound: FloatArray | None = None) -> str:
         f"{at_most_so} of what a budget of {model.promise.budget} allows it (joint {worst.joint}: "
         f"{torques[worst.joint - 1]} of {allowed})"
     )
+
+
+def errs_by(model: SimplifiedModel) -> str:
+    """Say in a few words how far the model is off, in the terms of its budget: "largest error 0.94 % ..."."""
+    asked = model.promise.asked_norm
+    if asked is None:
+        return f"largest error {worst_error(model).in_words}"
+    return f"error within {percent(asked.share)} of the torque's norm at {_these_states(asked)}"
+
+
+def norms_told(promise: Promise, arm: RobotArm, here: Sequence[NormShare] | None = None) -> str:
+    """Say which share of the torque's norm the error's is, at 95 %, 99.9 % and what was asked of the states.
+
+    `here` are those found elsewhere than at the states the model was made for; "" where nothing is known.
+    """
+    norms = promise.norms if here is None else here
+    if not norms:
+        return ""
+    shares = [
+        f"{'without bound' if isinf(norm.share) else f'at most {percent(norm.share)}'} at {_these_states(norm)}"
+        for norm in norms
+    ]
+    apart = len(set(arm.is_revolute)) > 1
+    of = "of joints that turn and of those that slide, whichever is larger, " if apart else ""
+    return f"Norm of the error over norm of the torque, {of}state by state: {', '.join(shares)}"
+
+
+def _these_states(norm: NormShare) -> str:
+    return "all states" if norm.states == 1.0 else f"{100 * norm.states:.10g} % of the states"
 
 
 def measure_told(model: SimplifiedModel) -> str:
