@@ -193,7 +193,7 @@ def _show(trial: _Trial) -> None:
     measure = "" if where == model.promise.made_for else measure_told(model)
     meant = f"; the {measure} is meant, not that here" if measure else ""
     sentence(f"Allowed: {model.promise.budget}{meant}.")
-    sentence(f"{norms_told(model.promise, exact.arm, trial.evaluation.norms)}.")
+    sentence(f"{norms_told(trial.evaluation.norms, exact.arm)}.")
     _compare(trial, made_for)
     _say_what_may_be_carried(trial)
 
@@ -201,10 +201,10 @@ def _show(trial: _Trial) -> None:
 def _show_by_norm(trial: _Trial) -> None:
     """Show the errors under a budget of the norm, which allows no joint a number of its own."""
     from gd_analyze.cli.joint_table import joint_table, percents
-    from gd_analyze.results.error_words import norms_told
+    from gd_analyze.results.error_words import norms_in_words, norms_told
 
     model, evaluation, asked = trial.model, trial.evaluation, trial.model.promise.asked.norm
-    arm, errors, bare = model.arm, trial.evaluation.errors, trial.without_payload
+    errors, bare, promised = trial.evaluation.errors, trial.without_payload, model.promise.norms
     joint_table(
         "Torque error here, {units}, and its share of the peak torque here",
         evaluation.dynamics.arm,
@@ -220,12 +220,11 @@ def _show_by_norm(trial: _Trial) -> None:
     found = next(norm.share for norm in evaluation.norms if asked and isclose(norm.states, asked.states))
     kept = "kept" if asked and found <= asked.share else "not kept"
     sentence(f"Allowed: {model.promise.budget}, which is {kept} here.")
-    sentence(f"{norms_told(model.promise, arm, evaluation.norms)}.")
+    sentence(f"{norms_told(evaluation.norms, model.arm)}.")
     if bare is not None:
-        sentence(f"Without the payload: {norms_told(model.promise, arm, bare.norms)}.")
-    promised = norms_told(model.promise, arm)
-    if promised:
-        sentence(f"Where the model was made{'' if model.promise.measured else ', as its file states'}: {promised}.")
+        sentence(f"Without the payload: {norms_in_words(bare.norms)}.")
+    stated = "" if model.promise.measured else ", as its file states"
+    sentence(f"Where the model was made{stated}: {norms_in_words(promised)}.")
 
 
 def _compare(trial: _Trial, made_for: str) -> None:

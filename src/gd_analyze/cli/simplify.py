@@ -184,7 +184,7 @@ def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: f
     sentence(f"Operations after each step of the search: {promise.search}.")
     promise_table(promise, arm)
     line()
-    sentence(f"{norms_told(promise, arm)}.")
+    sentence(f"{norms_told(promise.norms, arm)}.")
     line()
     if model.notice:
         sentence(model.notice)

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from math import isinf
 from typing import NamedTuple
 
-from gd_analyze.formatting import amount, at_most, percent, rounded_up, share_up
-from gd_analyze.levels import Promise, SimplifiedModel
+from gd_analyze.formatting import amount, at_most, rounded_up, share_up
+from gd_analyze.levels import SimplifiedModel
 from gd_analyze.levels.budget import NormShare
 from gd_analyze.results.words import drives_told
 from gd_analyze.robots import RobotArm
@@ -89,28 +89,28 @@ def errs_by(model: SimplifiedModel) -> str:
     asked = model.promise.asked_norm
     if asked is None:
         return f"largest error {worst_error(model).in_words}"
-    return f"error within {percent(asked.share)} of the torque's norm at {_these_states(asked)}"
+    return f"error within {at_most(asked.share)} of the torque's norm at {_these_states(asked)}"
 
 
-def norms_told(promise: Promise, arm: RobotArm, here: Sequence[NormShare] | None = None) -> str:
-    """Say which share of the torque's norm the error's is, at 95 %, 99.9 % and what was asked of the states.
-
-    `here` are those found elsewhere than at the states the model was made for; "" where nothing is known.
-    """
-    norms = promise.norms if here is None else here
+def norms_told(norms: Sequence[NormShare], arm: RobotArm) -> str:
+    """Say which share of the torque's norm the error's is, by the share of the states; "" where none is known."""
     if not norms:
         return ""
+    apart = " (joints that turn and joints that slide apart)" if len(set(arm.is_revolute)) > 1 else ""
+    return f"Norm of the error over norm of the torque{apart}: at most {norms_in_words(norms)}"
+
+
+def norms_in_words(norms: Sequence[NormShare]) -> str:
+    """Such shares alone: "0.91 % at 95 % of the states, 2.1 % at 99.9 %"."""
     shares = [
-        f"{'without bound' if isinf(norm.share) else f'at most {percent(norm.share)}'} at {_these_states(norm)}"
-        for norm in norms
+        f"{'∞' if isinf(norm.share) else at_most(norm.share)} at {_these_states(norm, of=not i)}"
+        for i, norm in enumerate(norms)
     ]
-    apart = len(set(arm.is_revolute)) > 1
-    of = "of joints that turn and of those that slide, whichever is larger, " if apart else ""
-    return f"Norm of the error over norm of the torque, {of}state by state: {', '.join(shares)}"
+    return ", ".join(shares)
 
 
-def _these_states(norm: NormShare) -> str:
-    return "all states" if norm.states == 1.0 else f"{100 * norm.states:.10g} % of the states"
+def _these_states(norm: NormShare, of: bool = True) -> str:
+    return "all states" if norm.states == 1.0 else f"{100 * norm.states:.10g} %{' of the states' * of}"
 
 
 def measure_told(model: SimplifiedModel) -> str:

@@ -35,10 +35,15 @@ def _within(
 ) -> SimplifiedModel:
     """Search under what the budget allows every joint; or, of the norm, under what keeps that."""
 
-    def search(exact: ExactDynamics, allowed: FloatArray, thorough: bool = True) -> SimplifiedModel:
+    def search(
+        exact: ExactDynamics,
+        allowed: FloatArray,
+        thorough: bool = True,
+        start: SimplifiedModel | None = None,
+    ) -> SimplifiedModel:
         # Written shortly, one that takes more operations than exact may still take fewer.
         trial = how if thorough else replace(how, thorough=False, write=False, dearer=True)
-        return _within_allowed(exact, allowed, str(budget), level, trial, progress)
+        return _within_allowed(exact, allowed, str(budget), level, trial, progress, start)
 
     allowed = exact.allowed(budget)
     if budget.norm is None:
@@ -47,12 +52,18 @@ def _within(
 
 
 def _within_allowed(
-    exact: ExactDynamics, allowed: FloatArray, budget: str, level: Level, how: How, progress: Progress
+    exact: ExactDynamics,
+    allowed: FloatArray,
+    budget: str,
+    level: Level,
+    how: How,
+    progress: Progress,
+    start: SimplifiedModel | None,
 ) -> SimplifiedModel:
     """Search on some of the states if there are very many; those that break the budget join them."""
     known, margin = exact.thinned(), 1.0  # what is added counts a little more every time, so it ends
     while True:
-        model = _searched(known, margin * allowed, budget, level, how, progress)
+        model = _searched(known, margin * allowed, budget, level, how, progress, start)
         if known is exact:
             return model
         torque = model.torque(*exact.states.arrays)
@@ -65,12 +76,18 @@ def _within_allowed(
 
 
 def _searched(
-    exact: ExactDynamics, allowed: FloatArray, budget: str, level: Level, how: How, progress: Progress
+    exact: ExactDynamics,
+    allowed: FloatArray,
+    budget: str,
+    level: Level,
+    how: How,
+    progress: Progress,
+    start: SimplifiedModel | None,
 ) -> SimplifiedModel:
     if isinstance(level, CandidateLevel):
         found = dropping.dropped(exact, level, allowed, how, progress)
     else:
-        found = pruned.pruned(exact, allowed, how, progress)
+        found = pruned.pruned(exact, allowed, how, progress, None if start is None else start.terms)
     everything = exactly(exact, level, allowed, budget)
     promise = replace(everything.promise, steps=found.steps, solved=found.solved, cut_short=found.cut_short)
     model = measured(

@@ -7,7 +7,7 @@ up: so it is widened and narrowed until the measure itself, taken of the model's
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -20,12 +20,16 @@ from gd_analyze.levels.measures import NormMeasure
 from gd_analyze.vectors import FloatArray
 
 # Finds a model whose every error, as it counts at its state, is within what is allowed, N m, shape (n,);
-# thoroughly or not.
-Search = Callable[[ExactDynamics, FloatArray, bool], SimplifiedModel]
+# thoroughly or not, and going on from a model where there is one and the level can.
+Search = Callable[[ExactDynamics, FloatArray, bool, SimplifiedModel | None], SimplifiedModel]
 
 # How often is searched quickly, and then thoroughly; how close to the budget is close enough, and how far a
 # step goes at most.
 _QUICK, _THOROUGH, _CLOSE, _STEP = 6, 2, 0.97, 3.0
+# Steps in which allowances grow, and up to which.
+_WIDER, _WIDEST = 1.25, 100.0
+# A model and its error, N m, shape (n, N).
+_Trial = tuple[SimplifiedModel, FloatArray]
 # An error counts at most so many times what it does where the torque is largest.
 _MOST = 1e6
 
@@ -55,34 +59,52 @@ def within_norm(
     measure = exact.measure(budget)
     if not isinstance(measure, NormMeasure):
         raise UsageError("this is no budget of the norm", where="budget", found=str(budget))
+    best = otherwise
+    look = _widened if not isinstance(otherwise.level, CandidateLevel) else _closed_in
+    for model, error in look(exact, measure, search):
+        if measure.share(error) <= 1.0 and model.operations.total <= best.operations.total:
+            asked = otherwise.promise
+            promise = replace(model.promise, allowed=asked.allowed, budget=asked.budget)
+            best = replace(model, promise=exact.held(promise, error.T + exact.torque))
+    return best
+
+
+def _closed_in(exact: ExactDynamics, measure: NormMeasure, search: Search) -> Iterator[_Trial]:
+    """Search anew for narrower and wider allowances, quickly, and at the best of them thoroughly."""
     # At first those states are given up where the torque is least.
-    best, shares = otherwise, -measure.norms.min(axis=0)
-    kept, broken, factor = 0.0, np.inf, 1.0
+    shares, kept, broken, factor = -measure.norms.min(axis=0), 0.0, np.inf, 1.0
     for turn in range(_QUICK + _THOROUGH):
-        model = search(*_allowances(exact, measure, shares, factor), turn >= _QUICK)
-        model, error = _spent(exact, measure, model)
+        weighed, allowed = _allowances(exact, measure, shares, factor)
+        model, error = _spent(exact, measure, search(weighed, allowed, turn >= _QUICK, None))
+        yield model, error
         shares, used = measure.shares(error), measure.share(error)
         if used <= 1.0:
             kept = max(kept, factor)
-            if model.operations.total <= best.operations.total:
-                promise = replace(
-                    model.promise, allowed=otherwise.promise.allowed, budget=otherwise.promise.budget
-                )
-                best = replace(model, promise=exact.held(promise, error.T + exact.torque))
         else:
             broken = min(broken, factor)
         if np.isinf(broken) or not kept:
             factor *= float(np.clip(1.0 / max(used, 1.0 / _STEP), 1.0 / _STEP, _STEP))
-        elif kept < _CLOSE * broken:
-            factor = float(np.sqrt(kept * broken))
         else:
-            factor = kept
-    return best
+            factor = float(np.sqrt(kept * broken)) if kept < _CLOSE * broken else kept
+
+
+def _widened(exact: ExactDynamics, measure: NormMeasure, search: Search) -> Iterator[_Trial]:
+    """Search for what surely keeps the measure, and go on from there, with allowances ever wider, until none does."""
+    shares, model = -measure.norms.min(axis=0), None
+    factor = 1.0 / np.sqrt(len(measure.torque))
+    while True:
+        weighed, allowed = _allowances(exact, measure, shares, factor)
+        model = search(weighed, allowed, True, model)
+        error = (model.torque(*exact.states.arrays) - exact.torque).T
+        yield model, error
+        if measure.share(error) > 1.0 or model.operations.total == 0 or factor > _WIDEST:
+            return
+        shares, factor = measure.shares(error), factor * _WIDER
 
 
 def _spent(
     exact: ExactDynamics, measure: NormMeasure, model: SimplifiedModel
-) -> tuple[SimplifiedModel, FloatArray]:
+) -> _Trial:
     """Let more terms go, while the measure itself is kept; the model, and its error (n, N)."""
     error = (model.torque(*exact.states.arrays) - exact.torque).T
     level, terms = model.level, list(model.terms)
