@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
+from gd_analyze.formulas.numbers import number
 from gd_analyze.formulas.plain import Plain
 from gd_analyze.formulas.writing import element_formula
 
@@ -167,6 +168,11 @@ def test_an_own_arm(run, here):
         (("two_link", "--terms", "--format", "latex"), "--terms is a table for the terminal"),
         (("two_link", "--terms", "-o", "x.txt"), "--terms is a table for the terminal"),
         (("two_link", "-o", "."), "cannot write there"),
+        (("two_link", "--parameters", "--terms"), "--parameters are of the whole arm"),
+        (("two_link", "--parameters", "--element", "D11"), "--parameters are of the whole arm"),
+        (("two_link", "--parameters", "--min-share", "1%"), "--parameters are of the whole arm"),
+        (("two_link", "--parameters", "--format", "sympy"), "as text or latex, not as sympy"),
+        (("two_link", "--parameters", "-o", "."), "cannot write there"),
         ((), "missing argument"),
     ],
 )
@@ -186,3 +192,46 @@ def test_json_of_an_arm_without_round_off(run, here):
     assert told["gap"] is None or told["gap"] > 1e3
     assert json.loads(json.dumps(told)) == told
     assert not [equation for equation in told["equations"] if equation["symbol"].startswith("c")]
+
+
+@pytest.mark.parametrize("name", ["puma560", "stanford", "two_link"])
+def test_base_parameters_on_80_columns(run, name):
+    result = run("equations", name, "--parameters")
+    assert (result.code, result.err) == (0, "")
+    assert max(map(len, result.out.splitlines())) <= 80
+    base = gd.base_parameters(name)
+    told = " ".join(result.out.split())
+    assert f"linear in {len(base)} base parameters and in no fewer, out of {len(base.original)}" in told
+    for one in base:
+        assert re.search(rf"^{one.symbol} +{re.escape(number(one.number, 3))} ", result.out, re.MULTILINE)
+    assert ("drive" in result.out) == base.drives
+
+
+def test_what_base_parameters_combine(run):
+    out = run("equations", "puma560", "--parameters").out
+    row = next(line for line in out.splitlines() if line.startswith("MX2"))
+    assert row.split(maxsplit=7)[1:] == ["3.8", "3.8", "0", "0", "kg", "m", "mx2 + 0.432 m3..6"]
+    assert "m3..6 = m3 + m4 + m5 + m6" in " ".join(out.split())
+    assert re.search(r"^1 +Pxx Pyy J +all but Pxx Pyy J$", out, re.MULTILINE)
+    assert re.search(r"^2 +-0.432 0 0 +1 0 0 +0 0 1$", out, re.MULTILINE)
+    assert "m3..6" not in run("equations", "two_link", "--parameters").out
+
+
+def test_base_parameters_as_equations(run, here):
+    latex = run("equations", "two_link", "--parameters", "--format", "latex").out.splitlines()
+    assert latex[0] == r"MX_{1} = mx_{1} + m_{2} = 2 \; \mathrm{kg~m}"
+    plain = run("equations", "two_link", "--parameters", "--quiet").out
+    assert plain.splitlines()[2] == "PXX1 = Pxx1 + Pyy1 + m2 = 1.67 kg m^2"
+    assert run("equations", "two_link", "--parameters", "-o", "base.txt").out == "wrote base.txt\n"
+    assert (here / "base.txt").read_text(encoding="utf-8") == plain
+
+
+def test_base_parameters_as_json(run):
+    told = run("equations", "puma560", "--parameters", "--json").json
+    base = gd.base_parameters("puma560")
+    assert [one["number"] for one in told["parameters"]] == [one.number for one in base]
+    assert told["parameters"][1]["combination"][1] == {"coefficient": 0.4318, "kind": "m", "link": 3}
+    assert told["never_acting"][0] == {"kind": "m", "link": 1}
+    assert len(told["frames"]) == 6
+    assert told["written"].startswith("PXX1 = Pxx1 + Pyy1 + J1 ")
+    assert (told["drives"], told["files"], told["warnings"]) == (True, [], [])

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from markdown_pages import ROOT, code, tables
 
+import gd_analyze as gd
 from gd_analyze.decomposition import EFFECTS
+from gd_analyze.formulations.regrouping import KINDS
 from gd_analyze.kinematics import Kinematics, solve_kinematics
 from gd_analyze.robots import load_arm
 from gd_analyze.schema import GROUPS
@@ -60,3 +62,10 @@ def test_shapes_of_the_geometry(name):
 def test_shapes_of_the_arm(name):
     arm = load_arm("puma560")
     assert np.shape(getattr(arm, name)) == shape(ARM[name]["shape"], {"n": arm.n_joints})
+
+
+def test_base_parameters_and_their_kinds():
+    names = [code(row["name"]) for row in tables(PAGE, "Base parameters")]
+    assert names == [field.name for field in dataclasses.fields(gd.BaseParameter)]
+    section = PAGE.read_text(encoding="utf-8").partition("## Base parameters")[2].partition("## ")[0]
+    assert re.findall(r"`(\w+)`", section.partition("Kinds are")[2].partition(":")[0]) == list(KINDS)

@@ -24,7 +24,7 @@ from gd_analyze.search import How, simplify, simplify_exact
 from gd_analyze.search.exact_model import exactly
 from gd_analyze.states import States, states_in_box
 from parallel_axes import scara
-from strategies import arms, arms_with_states, examples
+from strategies import arms, arms_with_states, examples, random_states
 
 BUILT_IN = ("puma560", "stanford", "two_link")
 
@@ -93,6 +93,19 @@ def test_what_a_link_keeps_of_its_parameters(puma):
     assert [link.is_parallel for link in regrouped(puma).links] == [False, False, True, False, False, False]
     laden = with_payload(puma, 1.0, np.array([0.01, 0.0, 0.1]))
     assert not regrouped(laden).links[-1].is_round
+
+
+def test_what_slides_along_the_only_axis_is_a_mass(two_link):
+    """Turned and lifted: where its matter stands is not told from the first link's."""
+    turns, lifts = two_link.joints[0], Joint("2", "prismatic")
+    arm = dataclasses.replace(two_link, joints=(turns, lifts), dh_table=())
+    slides = regrouped(arm).links[1]
+    assert not slides.first.any()
+    assert slides.mass == arm.mass[1]
+    across = dataclasses.replace(lifts, axis=np.array([1.0, 0.0, 0.0]))
+    slides = regrouped(dataclasses.replace(arm, joints=(turns, across))).links[1]
+    assert slides.first[2] == 0.0
+    assert_exact(ExactForm(arm), random_states(2, 20, 0))
 
 
 def test_axes_that_are_antiparallel_turn_the_other_way(two_link, rng):

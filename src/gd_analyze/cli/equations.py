@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import gd_analyze as gd
+from gd_analyze.cli.base_parameters import give_parameters
 from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.options import digits_option, number_read, out_option
 from gd_analyze.cli.output import Output, reporting
@@ -61,6 +62,12 @@ class Share(click.ParamType[float]):
     help="How to write them: sympy is a Python script, the others are one equation each.",
 )
 @click.option("--terms", is_flag=True, help="Print a table of terms for every element: effect, links, share.")
+@click.option(
+    "--parameters",
+    is_flag=True,
+    help="Print the base parameters instead: the least numbers that torque is linear in, and what each "
+    "combines of the links' masses, first moments and inertias.",
+)
 @digits_option("Significant digits of coefficients; sympy keeps all.")
 @out_option("Write the equations into this file.")
 @reporting
@@ -70,6 +77,7 @@ def equations(
     min_share: float,
     form: str,
     terms: bool,
+    parameters: bool,
     digits: int,
     out: Path | None,
     output: Output,
@@ -83,7 +91,15 @@ def equations(
       gd-analyze equations puma560 --min-share 1%
       gd-analyze equations puma560 --element D11 --element h1 --terms
       gd-analyze equations my_arm.toml --format latex -o my_arm.tex
+      gd-analyze equations puma560 --parameters
     """
+    if parameters:
+        if elements or terms or min_share > 0:
+            raise click.UsageError(
+                "--parameters are of the whole arm: without --element, --min-share, --terms"
+            )
+        give_parameters(robot, form, digits, out, output)
+        return
     if terms and (form != "text" or out is not None):
         raise click.UsageError("--terms is a table for the terminal: it goes without --format and --out")
     require_outputs(out)

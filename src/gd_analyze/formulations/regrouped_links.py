@@ -59,11 +59,28 @@ class RegroupedLink:
     first: Array
     second: Array
 
+    def turned(self, angle: float) -> FloatArray:
+        """Rotation of frame i in frame i-1, (3, 3), where the joint has turned by this."""
+        c, s = math.cos(self.offset + self.sign * angle), math.sin(self.offset + self.sign * angle)
+        return self.rotation @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
 
 @dataclass(frozen=True, eq=False)
 class RegroupedArm:
-    """An arm's links, and gravity, m/s^2, shape (3,), in the frame before the first."""
+    """An arm's links.
 
+    Parameters
+    ----------
+    rotation, origin
+        The frame before the first link in the base frame, (3, 3) and, m, (3,).
+    gravity
+        In that frame, m/s^2, shape (3,).
+    links
+        One per joint.
+    """
+
+    rotation: FloatArray
+    origin: Array
     gravity: FloatArray
     links: tuple[RegroupedLink, ...]
 
@@ -99,7 +116,7 @@ def regrouped(arm: RobotArm) -> RegroupedArm:
         )
         for i in range(n)
     )
-    return RegroupedArm(_without_round_off(frames[0].T @ arm.gravity), links)
+    return RegroupedArm(frames[0], origins[0], _without_round_off(frames[0].T @ arm.gravity), links)
 
 
 def _at_zero(arm: RobotArm) -> tuple[list[FloatArray], list[Array], list[Array]]:
@@ -218,7 +235,15 @@ def _regrouped(
     for i in reversed(range(len(kept))):
         fixed = np.zeros((4, 4), dtype=bool)
         fixed[2:, 2:] = turns[i]
-        fixed[:3, :3] |= not turns[i]
+        if not turns[i]:
+            fixed[:3, :3] = True
+            before = [axes[k] for k in range(i) if turns[k]]
+            # Where all so far turn about one direction, z, matter along it is not told from any other; and
+            # none is told that slides along it.
+            if all(_are_parallel(before[0], axis) for axis in before):
+                fixed[2, 3] = fixed[3, 2] = True
+                fixed[:3, 3] |= not before or _are_parallel(before[0], axes[i])
+                fixed[3, :3] = fixed[:3, 3]
         gone = np.where(fixed, kept[i], 0.0)
         kept[i] = np.where(fixed, 0.0, kept[i])
         for block in blocks if kept[i].dtype != object else ():

@@ -1,0 +1,144 @@
+"""A program on states, again and again: values, what each step makes of the outputs, what needs what.
+
+The numbers that steps multiply by are apart from the program, so that they can be changed without writing it
+anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Mapping
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.operations.program import Program
+from gd_analyze.operations.trace import Expression
+from gd_analyze.vectors import FloatArray
+
+
+class Tape:
+    """A program's steps by number.
+
+    Parameters
+    ----------
+    program
+        The program.
+    free
+        Orders of the steps whose numbers may be changed; by default of all that multiply by one.
+    """
+
+    def __init__(self, program: Program, free: Container[int] | None = None) -> None:
+        self.program, self.steps = program, program.steps
+        self.place = {step.order: k for k, step in enumerate(self.steps)}
+        self._code = []
+        numbers, scaled = np.full(len(self.steps), np.nan), []
+        for k, step in enumerate(self.steps):
+            operands = [self._operand(x) for x in step.arguments] if step.operation != "input" else []
+            if step.operation == "multiply" and operands[0] < 0:
+                numbers[k] = step.arguments[0]
+                if free is None or step.order in free:
+                    scaled.append(k)
+            self._code.append((str(step.operation), *(operands + [-1, -1])[:2]))
+        self.numbers: FloatArray = numbers
+        # Steps that multiply by a number that may change, and what each of them multiplies.
+        self.scaled: NDArray[np.intp] = np.array(scaled, dtype=np.intp)
+        self.multiplied: NDArray[np.intp] = np.array([self._code[k][2] for k in scaled], dtype=np.intp)
+        self.outputs = tuple(self._operand(x) for x in program.outputs)
+
+    def _operand(self, x: object) -> int:
+        return self.place[x.order] if isinstance(x, Expression) else -1
+
+    def __len__(self) -> int:
+        return len(self.steps)
+
+    def values(self, inputs: Mapping[str, FloatArray], numbers: FloatArray | None = None) -> FloatArray:
+        """Value of every step, shape (steps, N), with other numbers if given, shape (steps,)."""
+        given = self.numbers if numbers is None else numbers
+        out = np.empty((len(self), len(next(iter(inputs.values())))))
+        for k, (operation, a, b) in enumerate(self._code):
+            row, arguments = out[k], self.steps[k].arguments
+            if operation == "multiply":
+                np.multiply(out[a] if a >= 0 else given[k], out[b], out=row)
+            elif operation == "add":
+                np.add(out[a] if a >= 0 else arguments[0], out[b] if b >= 0 else arguments[1], out=row)
+            elif operation == "subtract":
+                np.subtract(out[a] if a >= 0 else arguments[0], out[b] if b >= 0 else arguments[1], out=row)
+            elif operation == "input":
+                row[:] = inputs[arguments[0]]
+            else:
+                {"negative": np.negative, "cos": np.cos, "sin": np.sin}[operation](out[a], out=row)
+        return out
+
+    def results(self, values: FloatArray) -> FloatArray:
+        """Outputs, shape (outputs, N)."""
+        out = np.empty((len(self.outputs), values.shape[1]))
+        for row, k, output in zip(out, self.outputs, self.program.outputs, strict=True):
+            row[:] = values[k] if k >= 0 else float(output)
+        return out
+
+    def slopes(self, values: FloatArray, numbers: FloatArray, weights: FloatArray) -> FloatArray:
+        """Derivative of every output, times its weight, by every step, shape (steps, outputs, N).
+
+        Nothing is said of what goes into sines and cosines.
+        """
+        out = np.zeros((len(self), len(self.outputs), values.shape[1]))
+        for row, k in enumerate(self.outputs):
+            if k >= 0:
+                out[k, row] += weights[row]
+        for k in range(len(self) - 1, -1, -1):
+            operation, a, b = self._code[k]
+            slope = out[k]
+            if operation == "multiply":
+                out[b] += slope * (values[a] if a >= 0 else numbers[k])
+                if a >= 0:
+                    out[a] += slope * values[b]
+            elif operation == "negative":
+                out[a] -= slope
+            elif operation in ("add", "subtract"):
+                if a >= 0:
+                    out[a] += slope
+                if b >= 0:
+                    (np.add if operation == "add" else np.subtract)(out[b], slope, out=out[b])
+        return out
+
+    @cached_property
+    def operations(self) -> FloatArray:
+        """1 for what counts as an operation, 0 for the others, shape (steps,)."""
+        counting = ("add", "subtract", "multiply")
+        return np.array([code[0] in counting for code in self._code], dtype=np.float32)
+
+    @cached_property
+    def is_angle(self) -> NDArray[np.bool_]:
+        """Whether a step is a joint variable, or is made of such outside of sines and cosines."""
+        out = np.zeros(len(self), dtype=bool)
+        for k, (operation, a, b) in enumerate(self._code):
+            if operation == "input":
+                out[k] = not self.steps[k].arguments[0].startswith("qd")
+            elif operation not in ("cos", "sin"):
+                out[k] = any(x >= 0 and out[x] for x in (a, b))
+        return out
+
+    @cached_property
+    def needs(self) -> NDArray[np.bool_]:
+        """Whether a step (row) needs another (column), itself included, shape (steps, steps)."""
+        out = np.eye(len(self), dtype=bool)
+        for k, (_, a, b) in enumerate(self._code):
+            for x in (a, b):
+                if x >= 0:
+                    out[k] |= out[x]
+        return out
+
+    @cached_property
+    def alone_for(self) -> NDArray[np.bool_]:
+        """Whether all that needs a step (column) does so by way of another (row), shape (steps, steps)."""
+        users: list[list[int]] = [[] for _ in self.steps]
+        for k, (_, a, b) in enumerate(self._code):
+            for x in {a, b} - {-1}:
+                users[x].append(k)
+        out = np.zeros((len(self), len(self)), dtype=bool)
+        for k in range(len(self) - 1, -1, -1):
+            if k not in self.outputs and users[k]:
+                out[k] = np.logical_and.reduce(out[users[k]])
+            out[k, k] = True
+        return out.T

@@ -1,0 +1,156 @@
+"""Numbers of a program fitted so that it comes closest to the exact torque, its largest errors foremost.
+
+Torque is linear in each number alone, not in all of them; near a good program it is so nearly enough. A few
+weighted least squares, each from where the last one led, make a high power of the errors small, and with it
+the largest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.operations.tape import Tape
+from gd_analyze.vectors import FloatArray
+
+# Powers on the way to a high one, and steps with each: a step for a power p is 1 / (p - 1) of one for squares.
+_POWERS, _STEPS = (4.0, 8.0, 14.0), 2
+# Errors below this share of the largest count alike.
+_SMALL = 0.05
+# How much steps are held back, as a share of each number's own square: numbers may change by much while the
+# torque hardly does, and it is linear in them only nearby.
+HELD_BACK = 1e-3
+# Shares of a step to try, the first that leads down is taken.
+_STRIDES = (1.0, 0.4, 0.15)
+
+
+@dataclass(frozen=True, eq=False)
+class Aim:
+    """What a program shall compute, at some states.
+
+    Parameters
+    ----------
+    inputs
+        Joint variables, rates and accelerations by name, shape (N,) each.
+    torque
+        Exact torque over the allowed error, shape (n, N).
+    scale
+        One over the allowed error, shape (n,).
+    weights
+        How much errors count, shape (n, N).
+    """
+
+    inputs: dict[str, FloatArray]
+    torque: FloatArray
+    scale: FloatArray
+    weights: FloatArray
+
+    def at(self, states: NDArray[np.intp]) -> Aim:
+        """The same at some of the states."""
+        some = {name: values[states] for name, values in self.inputs.items()}
+        return Aim(some, self.torque[:, states], self.scale, self.weights[:, states])
+
+    def errors(self, tape: Tape, values: FloatArray) -> FloatArray:
+        """Error over the allowed one, as it counts, shape (n, N)."""
+        return (tape.results(values) * self.scale[:, None] - self.torque) * self.weights
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Numbers of a program, what its steps are with them, and its errors over the allowed ones."""
+
+    numbers: FloatArray
+    values: FloatArray
+    errors: FloatArray
+
+    @property
+    def largest(self) -> float:
+        """Largest error over the allowed one."""
+        return float(np.abs(self.errors).max(initial=0.0))
+
+
+def unfitted(tape: Tape, aim: Aim, numbers: FloatArray | None = None) -> Fit:
+    """Take a program's own numbers, or others."""
+    numbers = tape.numbers if numbers is None else numbers
+    values = tape.values(aim.inputs, numbers)
+    return Fit(numbers, values, aim.errors(tape, values))
+
+
+def columns_of(tape: Tape, fit: Fit, slopes: FloatArray) -> FloatArray:
+    """What every number makes of the errors, shape (numbers, n N)."""
+    found = slopes[tape.scaled] * fit.values[tape.multiplied][:, None, :]
+    return found.reshape(len(tape.scaled), -1)
+
+
+def fitted(tape: Tape, aim: Aim, start: Fit, power: float, turns: int, enough: float = 0.0) -> Fit:
+    """Fit all numbers.
+
+    Parameters
+    ----------
+    tape, aim, start
+        The program, what it shall compute, and from where to begin.
+    power
+        Of the errors: 2 makes squares least, 12 nearly the largest.
+    turns
+        Least squares at most.
+    enough
+        A largest error with which to end.
+
+    Returns
+    -------
+    Fit
+        The one of the smallest largest error.
+    """
+    best = here = start
+    for _ in range(turns):
+        if here.largest <= enough or not len(tape.scaled):
+            break
+        slopes = tape.slopes(here.values, here.numbers, aim.scale) * aim.weights
+        step = least(columns_of(tape, here, slopes), here.errors.ravel(), power)
+        before = norm(here.errors, power)
+        for stride in _STRIDES:
+            numbers = here.numbers.copy()
+            numbers[tape.scaled] -= stride * step
+            trial = unfitted(tape, aim, numbers)
+            if norm(trial.errors, power) < before:
+                break
+        else:
+            break
+        here = trial
+        best = min(best, here, key=lambda fit: norm(fit.errors, power))
+    return best
+
+
+def norm(errors: FloatArray, power: float) -> float:
+    """Norm of errors."""
+    largest = float(np.abs(errors).max(initial=0.0))
+    if largest == 0.0:
+        return 0.0
+    return largest * float(((np.abs(errors) / largest) ** power).sum()) ** (1.0 / power)
+
+
+def least(columns: FloatArray, errors: FloatArray, power: float) -> FloatArray:
+    """Coefficients of columns (K, S) that bring errors (S,) to the least norm of that power."""
+    size = sizes_of(columns)
+    scaled = columns / size[:, None]
+    held_back = HELD_BACK * np.eye(len(size))
+    x = np.linalg.solve(scaled @ scaled.T + held_back, scaled @ errors)
+    for p in (*(p for p in _POWERS if p < power), *([power] if power > 2.0 else [])):
+        for _ in range(_STEPS):
+            left = errors - x @ scaled
+            largest = np.abs(left).max(initial=0.0)
+            if largest == 0.0:
+                break
+            weights = np.maximum(np.abs(left) / largest, _SMALL) ** (p - 2.0)
+            root = np.sqrt(weights / weights.mean())
+            weighed = scaled * root
+            gram = weighed @ weighed.T + held_back
+            x = x + np.linalg.solve(gram, weighed @ (root * left) - HELD_BACK * x) / (p - 1.0)
+    return np.asarray(x / size)
+
+
+def sizes_of(columns: FloatArray) -> FloatArray:
+    """Norms of rows (K, S), none of them zero."""
+    return np.asarray(np.sqrt(np.einsum("ks,ks->k", columns, columns)) + np.finfo(float).tiny)

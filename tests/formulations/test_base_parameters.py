@@ -1,0 +1,299 @@
+"""Base parameters: as many as the regressor has rank, in its row space, and torque needs nothing else."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import gd_analyze as gd
+from gd_analyze.formulations import newton_euler_regrouped
+from gd_analyze.formulations.base_parameters import _FROM_INERTIA, BaseParameters
+from gd_analyze.formulations.newton_euler_link import torque as torque_of_links
+from gd_analyze.formulations.regressor import parameters_of, regressor
+from gd_analyze.formulations.regrouped_links import regrouped
+from gd_analyze.formulations.regrouping import KINDS, carried
+from gd_analyze.pinocchio_check import round_off_bounds
+from gd_analyze.robots import DHRow, Drive, Joint, Link, Placement, RobotArm
+from gd_analyze.robots.denavit_hartenberg import standard_placements
+from gd_analyze.vectors import FloatArray
+from parallel_axes import arms_with_runs, scara
+from strategies import arms, examples, random_inertia, random_states
+
+# Above it the least direction that acts stands out (2.8e-4 and more in 1500 drawn arms), below it
+# is round-off (2.4e-13 and less): some hundred roundings of what a row adds up.
+ACTS = 1e-10
+
+
+def stacked(base: BaseParameters, count: int = 40) -> FloatArray:
+    """Rows of joints and states; columns of all parameters, those of drives last if they count."""
+    arm, n = base.arm, base.arm.n_joints
+    states = random_states(n, count, 0)
+    columns = np.moveaxis(regressor(arm, *states.last), -1, 1).reshape(n * count, 10 * n)
+    if not base.drives:
+        return columns
+    drives = np.einsum("ij,jn->inj", np.eye(n), states.qdd.T).reshape(n * count, n)
+    return np.hstack([columns, drives])
+
+
+def map_of(base: BaseParameters) -> FloatArray:
+    """From all parameters, in the links' own frames, to base parameters."""
+    into = base.matrix.reshape(len(base), -1)
+    if not base.drives:
+        return into
+    of_drives = np.zeros((len(base), base.arm.n_joints))
+    for row, one in zip(of_drives, base, strict=True):
+        for share in one.combination:
+            if share.kind == "J":
+                row[share.link - 1] = share.coefficient
+    return np.hstack([into, of_drives])
+
+
+def assert_minimal(base: BaseParameters) -> None:
+    """Every row of the regressor is made of the map's rows, and these are as many as its rank."""
+    rows, into = stacked(base), map_of(base)
+    # Of columns of one size: units differ, and the answer must not hang on theirs.
+    sizes = np.linalg.norm(rows, axis=0)
+    sizes[sizes <= ACTS * sizes.max(initial=0.0)] = 1.0
+    rows, into = rows / sizes, into / sizes
+    spread = np.linalg.svd(rows, compute_uv=False)
+    assert np.count_nonzero(spread > ACTS * spread[0]) * bool(spread[0] > 0) == len(base)
+    if len(base):
+        across = np.linalg.svd(into, full_matrices=False)[2]
+        # The map is known to round-off over the share at which directions count as told apart.
+        assert np.abs(rows - rows @ across.T @ across).max() <= 1e-8 * spread[0]
+
+
+def with_drives(arm: RobotArm) -> RobotArm:
+    return dataclasses.replace(arm, drives=tuple(Drive(inertia=0.1 * (i + 1)) for i in range(arm.n_joints)))
+
+
+@examples(60)
+@given(st.one_of(arms(max_joints=7), arms_with_runs()), st.booleans())
+def test_they_are_as_many_as_the_regressor_has_rank(arm, drives):
+    assert_minimal(gd.base_parameters(with_drives(arm), drives))
+
+
+def numbers(base: BaseParameters, of: str = "number") -> FloatArray:
+    return np.array([getattr(one, of) for one in base])
+
+
+@examples(40)
+@given(st.one_of(arms(max_joints=6), arms_with_runs()), st.booleans())
+def test_the_recursion_needs_nothing_else(arm, drives):
+    """Links that have base parameters only, all else zero, ask for the torque of the arm."""
+    arm = with_drives(arm)
+    base = gd.base_parameters(arm, drives)
+    states = random_states(arm.n_joints, 6, 1)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(newton_euler_regrouped, "regrouped", lambda arm: bare(arm, base))
+        found = newton_euler_regrouped.torque(arm, *states.last)
+    for one in base:
+        if one.kind == "J":
+            found[one.link - 1] += one.number * states.last[2][one.link - 1]
+    exact = torque_of_links(arm, *states.last)
+    of_drives = drives * arm.drive_inertia[:, None] * states.last[2]
+    # As two formulations differ; moved inertias and masses that cancel stand for many links' roundings.
+    allowed = 80 * round_off_bounds(arm, *states.arrays)["torque"] + 1e-14 * np.abs(of_drives).max()
+    assert np.abs(found - exact - of_drives).max() <= allowed
+
+
+def bare(arm: RobotArm, base: BaseParameters):
+    """Links of the recursion with nothing but base parameters."""
+    rewritten = regrouped(arm)
+    links = []
+    for i, link in enumerate(rewritten.links, 1):
+        moments = {one.kind: one.number for one in base if one.link == i}
+        first = np.array([moments.get(f"m{x}", 0.0) for x in "xyz"])
+        second = np.array([[moments.get(f"P{min(x, y)}{max(x, y)}", 0.0) for x in "xyz"] for y in "xyz"])
+        mass = moments.get("m", 0.0)
+        assert mass == 0 or link.sliding is not None
+        links.append(dataclasses.replace(link, mass=mass, first=first, second=second, is_round=False))
+    return dataclasses.replace(rewritten, links=tuple(links))
+
+
+@examples(30)
+@given(st.one_of(arms(max_joints=6), arms_with_runs()))
+def test_the_numbers_are_the_map_of_the_arms_parameters(arm):
+    base = gd.base_parameters(with_drives(arm))
+    without = gd.base_parameters(arm)
+    parameters = parameters_of(arm)
+    scale = np.abs(without.matrix * parameters).sum(axis=(1, 2))
+    # Each is some dozen products, carried along the arm one way and the other.
+    found = without.matrix.reshape(len(without), -1) @ parameters.ravel()
+    assert (np.abs(found - numbers(without)) <= 1e-12 * (1 + scale)).all()
+    for each in (base, without):
+        parts = sum(numbers(each, of) for of in ("translation", "rotation", "drive"))
+        sizes = sum(np.abs(numbers(each, of)) for of in ("translation", "rotation", "drive"))
+        assert (np.abs(parts - numbers(each)) <= 1e-12 * (1 + sizes)).all()
+
+
+@examples(20)
+@given(arms(max_joints=5, massive=True))
+def test_effects_are_masses_at_their_centres_and_inertias_about_them(arm):
+    """An arm of point masses has no rotation, and the translation of any with the same masses."""
+    points = tuple(dataclasses.replace(link, inertia_com=np.zeros((3, 3))) for link in arm.links)
+    base, of_points = (
+        gd.base_parameters(one) for one in (arm, dataclasses.replace(arm, links=points, dh_table=()))
+    )
+    assert (numbers(of_points, "rotation") == 0).all()
+    np.testing.assert_array_equal(numbers(of_points, "translation"), numbers(base, "translation"))
+
+
+# Published counts: general six and seven joints with the first axis along gravity take 36 and 43, drives add
+# one each but those of the first two, which turn with their links about axes across each other.
+@pytest.mark.parametrize(
+    ("name", "links", "drives"), [("puma560", 36, 40), ("stanford", 33, 37), ("two_link", 6, None)]
+)
+def test_counts_of_the_arms_supplied(name, links, drives):
+    arm = gd.load_arm(name)
+    assert len(gd.base_parameters(arm, False)) == links
+    assert drives is None or len(gd.base_parameters(arm)) == drives
+    for counted in sorted({False, bool(arm.drives)}):
+        assert_minimal(gd.base_parameters(arm, counted))
+
+
+def test_a_general_arm_of_seven_joints_has_43():
+    """KUKA's LBR, modified axes of Lloyd et al. 2021; published code for its like takes 43 of 70."""
+    base = gd.base_parameters(of_axes([-90, 90, 90, -90, -90, 90, 0], [0.34, 0, 0.4, 0, 0.4, 0, 0.126]))
+    assert len(base) == 43
+    assert_minimal(base)
+
+
+def of_axes(twists: list[float], offsets: list[float]) -> RobotArm:
+    rng = np.random.default_rng(0)
+    joints, links = [], []
+    for i, (twist, offset) in enumerate(zip(twists, offsets, strict=True), 1):
+        before, behind = standard_placements("revolute", DHRow(0.0, offset, 0.0, np.deg2rad(twist)))
+        joints.append(Joint(str(i), "revolute", before))
+        links.append(Link(str(i), 1.0, rng.uniform(-0.1, 0.1, 3), random_inertia(rng), behind))
+    return RobotArm("drawn", tuple(joints), tuple(links), np.array([0.0, 0.0, -9.81]))
+
+
+def test_a_scara_by_name():
+    """All axes are parallel: of each turn what is about it, of the slide what it lifts."""
+    base = gd.base_parameters(scara())
+    assert [one.symbol for one in base] == ["PXX1", "MX2", "MY2", "PXX2", "M3", "MX4", "MY4", "PXX4"]
+    assert base["M3"].combination == ((1.0, "m", 3), (1.0, "m", 4))
+    assert base["M3"].number == base["M3"].translation == pytest.approx(1.5, rel=1e-15)
+    assert [share[1:] for share in base["PXX1"].combination] == [("Pxx", 1), ("Pyy", 1), ("m", 2)]
+    assert base["PXX1"].combination[2].coefficient == pytest.approx(0.35**2, rel=1e-14)
+    assert {link for kind, link in base.never_acting if kind == "m"} == {1}
+    assert base.acting_alone == (("mx", 4), ("my", 4))
+    assert_minimal(base)
+
+
+def test_the_pumas_by_name(puma):
+    base = gd.base_parameters(puma)
+    forearm = [(1.0, "mx", 2)] + [(0.4318, "m", link) for link in (3, 4, 5, 6)]
+    assert [share[1:] for share in base["MX2"].combination] == [share[1:] for share in forearm]
+    assert [share[0] for share in base["MX2"].combination] == pytest.approx([x for x, *_ in forearm])
+    assert base["PYY4"].combination == ((1.0, "Pyy", 4), (1.0, "Pzz", 5))
+    assert ("J", 1) in [share[1:] for share in base["PXX1"].combination]
+    # The second drive turns with its link across the first axis: as an inertia about its own.
+    assert [share[0] for one in base for share in one.combination if share[1:] == ("J", 2)] == pytest.approx(
+        [-0.5, 0.5, 0.5], rel=1e-12
+    )
+    assert base.never_acting == tuple((kind, 1) for kind in KINDS[:-1] if kind not in ("Pxx", "Pyy"))
+
+
+def test_they_are_what_the_recursion_keeps(puma):
+    base = gd.base_parameters(puma, False)
+    for i, link in enumerate(regrouped(puma).links[1:], 2):
+        expected = {f"M{x}": link.first["XYZ".index(x)] for x in "XY"}
+        expected |= {
+            f"P{x}{y}": link.second["XYZ".index(x), "XYZ".index(y)] for x, y in ("XX", "XY", "YY", "XZ", "YZ")
+        }
+        for letters, number in expected.items():
+            # Some dozen products of up to 6 kg m^2.
+            assert base[f"{letters}{i}"].number == pytest.approx(number, rel=0, abs=1e-14)
+
+
+def test_what_never_acts_has_no_column(puma):
+    base = gd.base_parameters(puma, False)
+    # In the frames on the axes, which are the links' own but for a constant displacement.
+    rows = stacked(base).reshape(-1, 6, 10)
+    of_moments = np.linalg.inv(_FROM_INERTIA)
+    into = np.array([of_moments @ carried(frame.rotation, frame.translation) for frame in base.frames])
+    columns = np.abs(np.einsum("rsp,spo->rso", rows, into)).max(axis=0)
+    still = {(KINDS[k], s + 1) for s, k in zip(*np.nonzero(columns <= 1e-12), strict=True)}
+    assert still == set(base.never_acting)
+
+
+def test_gravity_across_the_first_axis_acts_on_its_first_moment(puma):
+    tilted = dataclasses.replace(puma, gravity=np.array([0.0, 9.81, 0.0]))
+    base = gd.base_parameters(tilted, False)
+    assert len(base) == 38
+    assert {one.symbol for one in base} > {"MX1", "MY1", "PXX1"}
+    assert_minimal(base)
+
+
+def test_without_gravity_less_acts(puma):
+    """First moments count to the link before where nothing but turning tells of them."""
+    base = gd.base_parameters(dataclasses.replace(puma, gravity=np.zeros(3)), False)
+    assert len(base) < 36
+    assert_minimal(base)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1e3])
+def test_the_size_of_the_arm_does_not_matter(puma, size):
+    def grown(place: Placement) -> Placement:
+        return Placement(place.rotation, size * place.translation)
+
+    arm = dataclasses.replace(
+        puma,
+        joints=tuple(dataclasses.replace(one, placement=grown(one.placement)) for one in puma.joints),
+        links=tuple(dataclasses.replace(one, frame=grown(one.frame)) for one in puma.links),
+        dh_table=(),
+    )
+    found, usual = gd.base_parameters(arm), gd.base_parameters(puma)
+    assert [one.symbol for one in found] == [one.symbol for one in usual]
+    assert [[s[1:] for s in one.combination] for one in found] == [
+        [s[1:] for s in one.combination] for one in usual
+    ]
+
+
+def test_a_gantry_is_masses():
+    """Three slides, and nothing turns."""
+    axes = np.eye(3)
+    joints = tuple(Joint(str(i), "prismatic", axis=axis) for i, axis in enumerate(axes, 1))
+    behind = Placement(np.eye(3), np.array([0.0, 0.0, 0.4]))
+    links = tuple(Link(str(i), float(i), np.full(3, 0.1), 0.1 * np.eye(3), behind) for i in (1, 2, 3))
+    gantry = RobotArm("gantry", joints, links)
+    base = gd.base_parameters(gantry)
+    assert [one.symbol for one in base] == ["M1", "M2", "M3"]
+    assert base.acting_alone == (("m", 1), ("m", 2), ("m", 3))
+    assert {one.unit for one in base} == {"kg"}
+    assert_minimal(base)
+    # Only against gravity are links heavier than their drives.
+    driven = gd.base_parameters(with_drives(gantry))
+    assert [one.symbol for one in driven] == ["M1", "M2", "M3", "J3"]
+    assert driven["M2"].combination == ((1.0, "m", 2), (1.0, "J", 2))
+    assert_minimal(driven)
+
+
+def test_drives_of_an_arm_without_are_refused(two_link):
+    with pytest.raises(gd.GdAnalyzeError, match="describes no drives"):
+        gd.base_parameters(two_link, drives=True)
+
+
+def test_values_show(puma):
+    base = gd.base_parameters(puma)
+    assert repr(base) == "BaseParameters('puma560', 40 of 66)"
+    assert base["J3"].unit == "kg m^2"
+    assert "<td" in base._repr_html_()
+    with pytest.raises(KeyError, match="MX1"):
+        base["MX1"]
+
+
+@examples(40)
+@given(st.one_of(arms(max_joints=6, massive=True), arms_with_runs()))
+def test_the_recursion_multiplies_with_no_more(arm):
+    """Gravity is drawn, so that it is along no axis."""
+    kept = 0
+    for link in regrouped(arm).links:
+        kept += sum(np.count_nonzero(x) for x in (link.mass, link.first, np.triu(link.second)))
+    assert kept == np.count_nonzero(numbers(gd.base_parameters(arm, False)))
