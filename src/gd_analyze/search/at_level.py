@@ -47,7 +47,7 @@ def _within(
 
     allowed = exact.allowed(budget)
     if budget.norm is None:
-        return search(exact, allowed)
+        return _required(search(exact, allowed), allowed)
     return within_norm(exact, budget, search, exactly(exact, level, allowed, str(budget)))
 
 
@@ -100,6 +100,11 @@ def _searched(
             promise=promise,
         ),
     )
+    return model if how.dearer else no_dearer(exact, model)
+
+
+def _required(model: SimplifiedModel, allowed: FloatArray) -> SimplifiedModel:
+    """Refuse a model that misses what was allowed: a search that does so is at fault."""
     if not (model.promise.errors.counting <= allowed).all():
         raise GdAnalyzeError(
             "the simplified model misses its budget",
@@ -107,7 +112,7 @@ def _searched(
             found=str(model.promise.errors.counting.tolist()),
             next_step="please report this with the arm file and the states",
         )
-    return model if how.dearer else no_dearer(exact, model)
+    return model
 
 
 def _of_few_operations(

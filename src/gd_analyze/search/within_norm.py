@@ -89,17 +89,19 @@ def _closed_in(exact: ExactDynamics, measure: NormMeasure, search: Search) -> It
 
 
 def _widened(exact: ExactDynamics, measure: NormMeasure, search: Search) -> Iterator[_Trial]:
-    """Search for what surely keeps the measure, and go on from there, with allowances ever wider, until none does."""
-    shares, model = -measure.norms.min(axis=0), None
+    """Search for what is sure to do, and go on from there while allowances widen, until the measure is not kept."""
+    harm, model = -measure.norms.min(axis=0), None
     factor = 1.0 / np.sqrt(len(measure.torque))
     while True:
-        weighed, allowed = _allowances(exact, measure, shares, factor)
+        weighed, allowed = _allowances(exact, measure, harm, factor)
         model = search(weighed, allowed, True, model)
         error = (model.torque(*exact.states.arrays) - exact.torque).T
         yield model, error
         if measure.share(error) > 1.0 or model.operations.total == 0 or factor > _WIDEST:
             return
-        shares, factor = measure.shares(error), factor * _WIDER
+        # As many states as were given up are beyond what was allowed, and no others: the search can go on.
+        counts, largest = _counts(measure)
+        harm, factor = (counts * np.abs(error) / largest).max(axis=0), factor * _WIDER
 
 
 def _spent(
@@ -124,12 +126,17 @@ def _spent(
 
 
 def _allowances(
-    exact: ExactDynamics, measure: NormMeasure, shares: FloatArray, factor: float
+    exact: ExactDynamics, measure: NormMeasure, harm: FloatArray, factor: float
 ) -> tuple[ExactDynamics, FloatArray]:
-    """Let errors count by the torque's norm, and not at all where shares of it were largest."""
-    norms = measure.norms[measure.group]
-    largest = norms.max(axis=1, keepdims=True)
-    counts = np.divide(largest, norms, out=np.full(norms.shape, _MOST), where=norms * _MOST > largest)
+    """Let errors count by the torque's norm, and not at all at the states (N,) where they do most harm."""
+    counts, largest = _counts(measure)
     if measure.exempt:
-        counts[:, np.argsort(-shares, kind="stable")[: measure.exempt]] = 0.0
+        counts[:, np.argsort(-harm, kind="stable")[: measure.exempt]] = 0.0
     return exact.weighed(counts.T), np.maximum(factor * measure.allowed * largest[:, 0], exact.round_off)
+
+
+def _counts(measure: NormMeasure) -> tuple[FloatArray, FloatArray]:
+    """How much errors count beside those where the norm is largest, (n, N), and that norm, (n, 1)."""
+    norms = measure.norms[measure.group]
+    largest = np.maximum(norms.max(axis=1, keepdims=True), np.finfo(float).tiny)
+    return np.divide(largest, norms, out=np.full(norms.shape, _MOST), where=norms * _MOST > largest), largest
