@@ -118,7 +118,8 @@ class NormMeasure(Measure):
     def weights(self, error: FloatArray) -> FloatArray:
         """By the norm of the torque; states beyond what enough keep count no more than the last of these."""
         shares = self.shares(error)
-        limit = max(share_at(shares, self.states), self.allowed)
+        most = float(shares[np.isfinite(shares)].max(initial=0.0))
+        limit = max(min(share_at(shares, self.states), most), self.allowed)
         with np.errstate(divide="ignore", invalid="ignore"):
             tame = np.minimum(1.0, np.where(shares > 0.0, limit / shares, 1.0))
         # Where a torque is next to nothing, nothing is to be gained by an error next to nothing.
