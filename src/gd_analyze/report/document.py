@@ -17,6 +17,7 @@ from gd_analyze.report.ranking_document import elements_ranked, founding_text, t
 from gd_analyze.report.recording_document import recording_document
 from gd_analyze.results import Findings, rows_of, summary
 from gd_analyze.results.contributions import Contributions
+from gd_analyze.results.error_words import norms_told
 from gd_analyze.results.rows import element_rows
 from gd_analyze.results.words import CONTRIBUTIONS, LETTERS, SYMBOLS, VERDICTS, told
 
@@ -39,6 +40,7 @@ def document(findings: Findings) -> dict[str, Any]:
         "in_torque": model.promise.asked.wholes == {"torque"},
         "is_mechanical": model.level.is_mechanical,
         "saves": model.saves,
+        "norms": norms_told(model.promise.norms, arm),
         "unsymmetric": summary.unsymmetric_told(findings),
         "refitted": model.refitted,
         "drives": model.drives,
