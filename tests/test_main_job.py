@@ -11,7 +11,7 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeError, OutputError, TrajectoryError, UsageError
-from gd_analyze.levels import ELEMENT, parts_of
+from gd_analyze.levels import ELEMENT, RECURSIVE, parts_of
 from gd_analyze.main_job import Origin, Settings, analyze, find
 from gd_analyze.main_job.folder import FILES, default_folder, require_folder, write_findings
 from gd_analyze.robots import with_payload
@@ -181,7 +181,7 @@ def test_provenance_is_flat(puma_findings):
     assert puma_findings.decomposition.attrs["command"] == source["command"]
 
 
-def test_an_arm_of_many_terms_stays_with_elements(puma, rng) -> None:
+def test_an_arm_of_many_terms_is_simplified_in_its_recursion(puma, rng) -> None:
     """A PUMA that carries two more links of its kind has thousands of terms."""
     arm = dataclasses.replace(
         puma,
@@ -193,19 +193,28 @@ def test_an_arm_of_many_terms_stays_with_elements(puma, rng) -> None:
     assert arm.n_joints == 8
     states = rng.uniform(-1.0, 1.0, (3, 4, 8))
     findings = find(arm, Trajectory(np.arange(4.0), *states, "drawn"))
-    assert findings.model.level is ELEMENT
-    assert not findings.model.saves
-    assert findings.model.operations.total < findings.element_model.operations.total
+    model = findings.model
+    assert model.level is RECURSIVE
+    assert model.saves
+    assert (model.promise.errors.largest <= model.promise.allowed).all()
+    tried = {one.level: one for one in model.promise.levels}
+    assert tried["recursive"].operations == model.operations.total < findings.element_model.operations.total
+    assert tried["term"].operations is None
+    assert "more than 2000 torque terms" in tried["term"].why
     assert not findings.is_written_out
-    assert any("more than 2000" in warning for warning in findings.warnings)
+    assert any("single terms are not" in warning for warning in findings.warnings)
     assert findings.ranked_terms == {}
-    assert set(findings.tables["trade_off"].level.values) == {"element"}
-    assert np.isnan(findings.tables["beyond"].certified).all()
-    assert findings.tables["tube"].tube_along.isnull().all()
-    assert findings.tables["tube"].attrs["note"].startswith("Not certified: ")
+    assert set(findings.tables["trade_off"].level.values) == {"element", "recursive"}
+    budgets = findings.tables["budgets"]
+    assert not {"kept", "kept_parts"} & {*budgets}
+    counts = budgets.operations.values
+    assert counts[0] > counts[-1]
+    assert (np.diff(counts) <= 0).all()
+    errors = budgets.largest_error.values
+    assert (errors <= budgets.factor.values[:, None] * model.promise.allowed * (1 + 1e-12)).all()
 
 
-@pytest.mark.parametrize("level", ["element", "term", "energy"])
+@pytest.mark.parametrize("level", ["element", "term", "energy", "recursive"])
 def test_the_level_asked_for(puma, pick_and_place, level) -> None:
     findings = gd.find(puma, pick_and_place, Settings(level=level, budget=gd.Budget.parse("5%")))
     model, elements_only = findings.model, level == "element"

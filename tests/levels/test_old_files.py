@@ -23,7 +23,7 @@ from gd_analyze.states import states_of
 from made_models import assert_same, signed, version_1
 
 
-@pytest.fixture(scope="module", params=LEVELS)
+@pytest.fixture(scope="module", params=["element", "term", "energy"])
 def model(request, two_link, swing) -> SimplifiedModel:
     how = How(LEVELS[request.param], refit=request.param == "energy", dearer=True)
     exact = ExactDynamics.of(two_link, swing)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.errors import UsageError
-from gd_analyze.levels import ELEMENT, ENERGY, LEVELS, TERM, ExactDynamics
+from gd_analyze.levels import ELEMENT, ENERGY, RECURSIVE, TERM, ExactDynamics
 from gd_analyze.levels.effort import ROUGH
 from gd_analyze.robots import Drive
 from gd_analyze.search import How, simplify
@@ -22,7 +22,7 @@ from strategies import arms_with_states, examples
 @examples(15)
 @given(
     arms_with_states(max_joints=4, count=10, massive=True),
-    st.sampled_from(list(LEVELS.values())),
+    st.sampled_from([ELEMENT, TERM, ENERGY]),
     st.booleans(),
 )
 def test_candidates_sum_up_to_the_exact_torque(case, level, drives):
@@ -72,6 +72,12 @@ def test_a_torque_term_follows_the_energy_it_comes_from(puma):
         assert np.abs(of_terms - of_energy).max() <= 1e-9 * max(size, 1e-12)
 
 
+def test_a_recursion_has_no_candidates(two_link, swing):
+    with pytest.raises(UsageError, match="level recursive keeps no terms") as caught:
+        candidates_of(ExactDynamics.of(two_link, swing), RECURSIVE, np.ones(2))
+    assert caught.value.details["expected"] == "term, energy or element"
+
+
 def test_no_such_level(two_link, swing):
     with pytest.raises(UsageError, match="no such level"):
         simplify(two_link, swing, level="atom")
@@ -83,7 +89,7 @@ def test_no_such_level(two_link, swing):
         How("atom")
 
 
-@pytest.mark.parametrize("level", LEVELS.values(), ids=str)
+@pytest.mark.parametrize("level", [ELEMENT, TERM, ENERGY], ids=str)
 def test_a_selection_keeps_terms_times_their_factors(two_link, swing, level):
     exact = ExactDynamics.of(two_link, swing)
     candidates = candidates_of(exact, level, np.ones(2))

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from budgets import of_shares
-from gd_analyze.levels import ELEMENT, ENERGY, LEVELS, TERM, ExactDynamics
-from gd_analyze.search import curves, simplify_exact, trade_off
-from gd_analyze.search.trade_off import FACTORS, KINDS
+from gd_analyze.levels import ELEMENT, ENERGY, LEVELS, RECURSIVE, TERM, ExactDynamics
+from gd_analyze.search import How, curves, simplify_exact, trade_off
+from gd_analyze.search.trade_off import FACTORS, KINDS, kinds_for
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def test_every_point_is_within_its_budget(swinging, thorough):
 
 def test_a_thorough_point_is_the_model_that_simplify_makes(swinging):
     [point] = trade_off(swinging, factors=(5.0,), kinds=((TERM, False),))
-    model = simplify_exact(swinging, of_shares(0.05))
+    model = simplify_exact(swinging, of_shares(0.05), How(TERM))
     assert point.operations == model.operations
     assert point.error_share == model.promise.errors.largest_share.max()
 
@@ -53,6 +53,14 @@ def test_quick_points_of_the_puma(puma, pick_and_place):
 def test_every_level_has_its_curves():
     assert {level for level, _ in KINDS} == set(LEVELS.values())
     assert {level for level, refit in KINDS if refit} == {TERM, ENERGY}
+
+
+def test_levels_of_many_terms_are_left_out(swinging, monkeypatch):
+    assert kinds_for(swinging.form) == KINDS
+    monkeypatch.setattr("gd_analyze.levels.many_terms.MOST_TERMS", 3)
+    assert kinds_for(swinging.form) == ((ELEMENT, False), (RECURSIVE, False))
+    points = trade_off(swinging, thorough=False, factors=(1.0, 5.0))
+    assert {point.level for point in points} == {ELEMENT, RECURSIVE}
 
 
 def test_where_too_many_terms_matter_the_exact_torque_is_every_point(swinging, monkeypatch):

@@ -16,9 +16,11 @@ from gd_analyze.search.search import Progress
 from gd_analyze.search.within_norm import within_norm
 from gd_analyze.vectors import FloatArray
 
-# --operations: the smallest multiple of the budget, how close it is searched, how often it is tightened, and by
-# what it is widened where the quick count promised too much.
-_LEAST, _CLOSE, _ATTEMPTS, _WIDER = 1e-6, 1.02, 4, 1.05
+# --operations: the smallest multiple of the budget, and by what it is widened where a quick count promised too
+# much. How close it is searched, and how often tightened then: among candidates, and in a recursion, of which
+# every count takes seconds.
+_LEAST, _WIDER = 1e-6, 1.05
+_CLOSE, _CLOSE_IN_RECURSION = (1.02, 4), (1.1, 1)
 
 
 def at_level(
@@ -127,13 +129,13 @@ def _of_few_operations(
         return exactly(exact, level, allowed, str(budget))
     some = exact.thinned()
     if isinstance(level, CandidateLevel):
-        quick = dropping.quick_count(some, level, allowed)
+        quick, (close, attempts) = dropping.quick_count(some, level, allowed), _CLOSE
     else:
-        quick = pruned.quick_count(some, allowed)
+        quick, (close, attempts) = pruned.quick_count(some, allowed), _CLOSE_IN_RECURSION
     few, many = _LEAST, 1.0
     while quick(many) > operations:
         few, many = many, 2.0 * many
-    while many / few > _CLOSE:
+    while many / few > close:
         middle = (few * many) ** 0.5
         few, many = (middle, many) if quick(middle) > operations else (few, middle)
     best = _within(exact, budget.scaled(many), level, how, progress)
@@ -141,7 +143,7 @@ def _of_few_operations(
         many *= _WIDER
         best = _within(exact, budget.scaled(many), level, how, progress)
     step = 0.8
-    for _ in range(_ATTEMPTS):
+    for _ in range(attempts):
         trial = _within(exact, budget.scaled(many * step), level, how)
         if trial.operations.total <= operations:
             best, many = trial, many * step

@@ -20,8 +20,9 @@ _POWERS, _STEPS = (4.0, 8.0, 14.0), 2
 # Errors below this share of the largest count alike.
 _SMALL = 0.05
 # How much steps are held back, as a share of each number's own square: numbers may change by much while the
-# torque hardly does, and it is linear in them only nearby.
-HELD_BACK = 1e-3
+# torque hardly does, and it is linear in them only nearby. Much more where few errors count: steps that bring
+# those down would let all others grow.
+_HELD_BACK, _HELD_BACK_MORE = 1e-3, 0.1
 # Shares of a step to try, the first that leads down is taken.
 _STRIDES = (1.0, 0.4, 0.15)
 
@@ -81,7 +82,7 @@ def unfitted(tape: Tape, aim: Aim, numbers: FloatArray | None = None) -> Fit:
 def columns_of(tape: Tape, fit: Fit, slopes: FloatArray) -> FloatArray:
     """What every number makes of the errors, shape (numbers, n N)."""
     found = slopes[tape.scaled] * fit.values[tape.multiplied][:, None, :]
-    return found.reshape(len(tape.scaled), -1)
+    return found.reshape(len(tape.scaled), fit.errors.size)
 
 
 def fitted(tape: Tape, aim: Aim, start: Fit, power: float, turns: int, enough: float = 0.0) -> Fit:
@@ -135,8 +136,8 @@ def least(columns: FloatArray, errors: FloatArray, power: float) -> FloatArray:
     """Coefficients of columns (K, S) that bring errors (S,) to the least norm of that power."""
     size = sizes_of(columns)
     scaled = columns / size[:, None]
-    held_back = HELD_BACK * np.eye(len(size))
-    x = np.linalg.solve(scaled @ scaled.T + held_back, scaled @ errors)
+    one = np.eye(len(size))
+    x = np.linalg.solve(scaled @ scaled.T + _HELD_BACK * one, scaled @ errors)
     for p in (*(p for p in _POWERS if p < power), *([power] if power > 2.0 else [])):
         for _ in range(_STEPS):
             left = errors - x @ scaled
@@ -146,8 +147,8 @@ def least(columns: FloatArray, errors: FloatArray, power: float) -> FloatArray:
             weights = np.maximum(np.abs(left) / largest, _SMALL) ** (p - 2.0)
             root = np.sqrt(weights / weights.mean())
             weighed = scaled * root
-            gram = weighed @ weighed.T + held_back
-            x = x + np.linalg.solve(gram, weighed @ (root * left) - HELD_BACK * x) / (p - 1.0)
+            gram = weighed @ weighed.T + _HELD_BACK_MORE * one
+            x = x + np.linalg.solve(gram, weighed @ (root * left)) / (p - 1.0)
     return np.asarray(x / size)
 
 

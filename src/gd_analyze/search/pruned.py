@@ -15,9 +15,8 @@ from gd_analyze.search.pruning import prune
 from gd_analyze.search.search import Progress
 from gd_analyze.vectors import FloatArray
 
-# Share of a usual search's effort for one that only tells about how many operations remain, and for a search
-# that is not thorough.
-_QUICK = 0.1
+# Share of a usual search's effort for one of many, and for one that is not thorough.
+_QUICK = 0.5
 
 
 def pruned(

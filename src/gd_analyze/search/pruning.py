@@ -10,13 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from random import Random
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.levels.exact import ExactDynamics
 from gd_analyze.levels.kept_programs import inputs_of
-from gd_analyze.levels.recursion import NUMBER, Change, Changed, Changes, Recursion, restated
+from gd_analyze.levels.recursion import CONSTANT, NUMBER, Change, Changed, Changes, Recursion, restated
 from gd_analyze.operations.tape import Tape
 from gd_analyze.search.fitting import Aim, Fit, fitted, unfitted
 from gd_analyze.search.replacement import Replacement, replacements
@@ -30,10 +31,14 @@ _STATES, _JOINING = 300, 40
 _FEW_ERRORS, _GROWS, _GROWS_LESS, _SMALL, _AT_ONCE = 0.25, 2.0, 1.1, 0.01**2, 24
 # Errors from which all states are looked at, and from which the largest ones lead.
 _ALL, _LEADING = 0.4, 0.3
+# Shares of the changed steps that are undone at once, and how often such that are near each other.
+_UNDONE, _NEAR = (0.03, 0.06, 0.12), 0.6
+# Multiplications of matrices that take as long as one by itself.
+_AT_A_TIME = 8.0
 # Largest error over the allowed one up to which several are tried.
 _ROOM = 0.6
 # Replacements tried before none is said to be possible, and what their largest error may promise to be.
-_TRIES, _PROMISED = 25, 1.3
+_TRIES, _PROMISED = 30, 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +90,8 @@ class _Pruning:
     def fitted(self, pruned: _Pruned, power: float, turns: int, enough: float = 0.0) -> _Pruned:
         """Fit the numbers."""
         fit = fitted(pruned.tape, self.aim, pruned.fit, power, turns, enough)
-        self.work.spend(turns * float(fit.errors.size) * len(pruned.tape.scaled) ** 2)
+        squares = power * turns * float(fit.errors.size) * len(pruned.tape.scaled) ** 2
+        self.work.spend(squares / _AT_A_TIME)
         return _Pruned(pruned.changes, pruned.changed, pruned.tape, fit)
 
     def stated(self, pruned: _Pruned) -> _Pruned:
@@ -122,7 +128,8 @@ class _Pruning:
         fit, tape = here.fit, here.tape
         slopes = tape.slopes(fit.values, fit.numbers, self.aim.scale) * self.aim.weights
         known = np.array([bool(origins) for origins in here.changed.origins])
-        self.work.spend(4.0 * len(tape) ** 2 * fit.errors.shape[1] + 3.0 * len(tape) ** 3)
+        products = 4.0 * len(tape) ** 2 * fit.errors.shape[1] + 3.0 * len(tape) ** 3
+        self.work.spend(products / _AT_A_TIME)
         return replacements(tape, fit, slopes, known, 6.0 if fit.largest > _LEADING else 4.0)
 
     def replaced(self, here: _Pruned, chosen: Sequence[Replacement]) -> _Pruned | None:
@@ -168,9 +175,23 @@ class _Pruning:
                 return self.stated(trial)
         return None
 
+    def partly_undone(self, here: _Pruned, random: Random) -> _Pruned:
+        """Undo some of the changes, and fit."""
+        steps = sorted({change.step for change in here.changes if change.source != CONSTANT})
+        if random.random() < _NEAR:
+            first = random.choice(steps)
+            nearest = sorted(steps, key=lambda step: abs(step - first))
+            gone = set(nearest[: max(int(random.choice(_UNDONE) * len(steps)), 1)])
+        else:
+            gone = set(random.sample(steps, max(int(random.choice(_UNDONE) * len(steps)), 1)))
+        left = self.with_changes({change: c for change, c in here.changes.items() if change.step not in gone})
+        if left is None:
+            return here
+        return self.stated(self.fitted(left, 4.0, 1))
+
     def descend(self, here: _Pruned, tell: Callable[[_Pruned], None]) -> _Pruned:
         """Replace as long as that is possible."""
-        while self.work.affords(0.0):
+        while here.operations and self.work.affords(0.0):
             here = self.again(here)
             found, mean_square = self.promising(here)
             trial = self.several(here, found, mean_square) if here.fit.largest < _ROOM else None
@@ -254,4 +275,9 @@ def prune(
             reached = pruned.operations
 
     here = pruning.descend(here, tell)
+    random = Random(0)
+    while pruning.work.affords(0.0):
+        trial = pruning.descend(pruning.partly_undone(here, random), tell)
+        if trial.operations <= here.operations:
+            here = trial
     return here.changes

@@ -8,6 +8,7 @@ best first ones. What is most promising is then looked at together with what a f
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -21,6 +22,8 @@ from gd_analyze.vectors import FloatArray
 
 # Steps beside which a second is looked for, and what is looked at closely.
 _FIRST, _CLOSELY = 2, 120
+# Replacements of one step that are looked at closely, and that are tried.
+_OF_EACH, _TRIED_OF_EACH = 4, 2
 # Errors below this share of the budget count alike.
 _SMALL = 0.3
 # Steps that are nearly multiples of each other tell no two coefficients.
@@ -68,7 +71,20 @@ def replacements(
     promising = sorted(
         [*pool.by_one(), *pool.by_two(), *pool.by_number()], key=lambda one: (one.merit, one.step)
     )
-    return _beside_a_fit(tape, fit, slopes, promising[:_CLOSELY], weights)
+    several = _of_each(promising, _OF_EACH)[:_CLOSELY]
+    found, mean_square = _beside_a_fit(tape, fit, slopes, several, weights)
+    return _of_each(found, _TRIED_OF_EACH), mean_square
+
+
+def _of_each(found: list[Replacement], most: int) -> list[Replacement]:
+    """Keep so many for each step."""
+    count: Counter[int] = Counter()
+    kept = []
+    for one in found:
+        count[one.step] += 1
+        if count[one.step] <= most:
+            kept.append(one)
+    return kept
 
 
 def _beside_a_fit(
@@ -174,7 +190,7 @@ class _Pool:
                 (-1.0, self.constant[:, None] + self.square - 2.0 * self.linear, self.saved),
             )
         for number, added, saved in ways:
-            for v, u in _smallest(_merit(added, saved), _CLOSELY):
+            for v, u in _smallest(_merit(added, saved), _OF_EACH * _CLOSELY):
                 c = float(number[v, u]) if isinstance(number, np.ndarray) else number
                 if np.isfinite(c) and c != 0.0:
                     found.append(self._replacement(v, ((u, c),), saved[v, u], added[v, u]))
