@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.harmonics import Harmonics
+from gd_analyze.harmonics import Harmonics, products
+from gd_analyze.harmonics.conversion import to_terms
 from gd_analyze.robots import Joint, Link, Placement, RobotArm
 
 ROUNDS = 5
@@ -93,6 +94,38 @@ def test_growth_with_the_number_of_joints(benchmark) -> None:
         took = seconds(lambda a=arm: gd.harmonics_of(a), rounds=1)
         print(f"  n = {n}: {took:.4f} s, {n_terms(gd.harmonics_of(arm))} terms of D")
     benchmark.pedantic(lambda: gd.harmonics_of(arms[7]), rounds=3)
+
+
+def test_one_element_against_the_whole(benchmark) -> None:
+    """What it takes to read one element of a long arm, as a share of what all of its D and c take."""
+    for n, label in ((7, "D12"), (7, "D45"), (7, "c2"), (7, "h112"), (8, "D12")):
+        arm = chain(n)
+        whole = seconds_of(lambda a=arm: gd.equations(a, ("D", "c")))
+        for share in (0.0, 0.01):
+            one = seconds(lambda a=arm, m=share, e=label: gd.equations(a, [e], min_share=m), rounds=3)
+            benchmark.extra_info[f"n={n}, {label}, {share:g}"] = one / whole
+            print(
+                f"\n{n} joints, {label} from {100 * share:g} % on: {one:.3f} s, 1 / {whole / one:.0f} of all "
+                f"of D and c ({whole:.1f} s)"
+            )
+    arm = chain(7)
+    benchmark.pedantic(lambda: gd.equations(arm, ["D12"], min_share=0.01), rounds=3)
+
+
+def test_all_products_at_once_against_one_by_one(benchmark, monkeypatch) -> None:
+    """Double angles of all products of D12 by arrays, and every group of products by itself."""
+    harmonics = gd.harmonics_of(chain(7))
+    parts = harmonics.inertia[0, 1]
+
+    def written() -> object:
+        return to_terms(parts, harmonics.rates, harmonics.noise[0])
+
+    at_once = seconds(written)
+    benchmark.pedantic(written, rounds=3)
+    monkeypatch.setattr(products, "has_one_double", lambda table, r: False)
+    one_by_one = seconds(written, rounds=1)
+    benchmark.extra_info["times_faster"] = one_by_one / at_once
+    print(f"\nD12 of 7 joints: {at_once:.3f} s, one by one {one_by_one:.3f} s")
 
 
 def lagranges_method(n: int) -> tuple[Any, Any]:

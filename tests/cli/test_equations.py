@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
+from gd_analyze.comparison.generic_chain import generic_chain
 from gd_analyze.formulas.numbers import number
 from gd_analyze.formulas.plain import Plain
 from gd_analyze.formulas.writing import element_formula
+from gd_analyze.robots.arm_toml import toml_of
 
 
 def body(text: str) -> str:
@@ -192,6 +194,29 @@ def test_json_of_an_arm_without_round_off(run, here):
     assert told["gap"] is None or told["gap"] > 1e3
     assert json.loads(json.dumps(told)) == told
     assert not [equation for equation in told["equations"] if equation["symbol"].startswith("c")]
+
+
+def test_long_texts_go_through_a_file(run, here, monkeypatch):
+    """What is written does not depend on whether it fits into memory, nor on how it is printed in pieces."""
+    words = ("equations", "puma560", "--element", "h1")
+    whole = body(run(*words).out)
+    monkeypatch.setattr("gd_analyze.cli.equations._IN_MEMORY", 100)
+    monkeypatch.setattr("gd_analyze.cli.written_equations._AT_ONCE", 1000)
+    assert len(whole) > 2000
+    assert body(run(*words).out) == whole
+    assert run(*words, "--json").json["written"] == whole
+    run(*words, "-o", "h1.txt")
+    assert body((here / "h1.txt").read_text(encoding="utf-8")) == whole
+
+
+def test_outer_elements_of_an_arm_of_many_joints(run, here):
+    """All of this arm's equations would take 19 GB."""
+    (here / "long.toml").write_text(toml_of(generic_chain(11)), encoding="utf-8")
+    out = run("equations", "long.toml", "--element", "D10,11", "--quiet").out
+    assert out.startswith("D10,11 = ")
+    refused = run("equations", "long.toml", "--element", "D1,2")
+    assert (refused.code, refused.out) == (2, "")
+    assert "next: elements from D22 on, and c, are found;" in refused.err
 
 
 @pytest.mark.parametrize("name", ["puma560", "stanford", "two_link"])

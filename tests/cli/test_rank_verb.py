@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import pytest
+
+from gd_analyze.comparison.generic_chain import generic_chain
+from gd_analyze.robots import RobotArm
+from gd_analyze.robots.arm_toml import toml_of
+from parallel_axes import arm_of
 
 RANK = ("rank", "two_link", "two-link-swing")
 CURVE = ("trade-off", "two_link", "two-link-swing")
@@ -72,3 +79,32 @@ def test_refused(run, words, told):
     assert (result.code, result.out) == (2, "")
     assert told in result.err
     assert "Traceback" not in result.err
+
+
+def file_of(arm: RobotArm) -> str:
+    """An arm with limits to draw states from."""
+    limits = {"lower": -2.0, "upper": 2.0, "rate_limit": 2.0, "acceleration_limit": 5.0}
+    return toml_of(
+        dataclasses.replace(arm, joints=tuple(dataclasses.replace(j, **limits) for j in arm.joints))
+    )
+
+
+def test_of_many_terms_no_more_is_said_than_holds(run, here):
+    """Terms that are not ranked count, too: with them the listed ones may not keep to any share."""
+    (here / "own.toml").write_text(file_of(generic_chain(5)), encoding="utf-8")
+    words = ("rank", "own.toml", "--states", 40, "--top", 1)
+    told, out = run(*words, "--json").json, " ".join(run(*words).out.split())
+    assert told["unlisted_share"] > 0.001
+    assert f"The smallest {told['unlisted']} terms are not ranked" in out
+    assert "The first 1000 keep every joint within 0.1 %" not in out
+    assert "More than the first 1000 keep it within 0.1 %." in out
+
+
+def test_far_too_many_terms_are_refused_with_what_to_do_instead(run, here, rng):
+    (here / "own.toml").write_text(file_of(arm_of(["askew"] * 7, rng)), encoding="utf-8")
+    result = run("rank", "own.toml", "--states", 40)
+    assert (result.code, result.out) == (2, "")
+    said = " ".join(result.err.split())
+    assert "has too many terms to look at them one by one" in said
+    assert "expected: at most 60000 torque terms" in said
+    assert "next: `gd-analyze simplify ROBOT --level recursive` simplifies such an arm" in said

@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 
 from gd_analyze.errors import UsageError
 from gd_analyze.formulas.latex import Latex
-from gd_analyze.formulas.legend import element_legend
+from gd_analyze.formulas.legend import factor_legend
 from gd_analyze.formulas.mathml import MathML
 from gd_analyze.formulas.numbers import number, rounded
 from gd_analyze.formulas.plain import Plain
-from gd_analyze.formulas.sympy import to_sympy
+from gd_analyze.formulas.sympy import sympy_head, sympy_line, to_sympy
 from gd_analyze.formulas.writing import element_formula, term_formula
 from gd_analyze.harmonics import Harmonics, harmonics_of
 from gd_analyze.harmonics.equations import Equation, Term, equations
@@ -52,7 +52,8 @@ def to_mathml(equation: Equation) -> str:
 
 
 def legend(found: list[Equation] | tuple[Equation, ...]) -> tuple[str, ...]:
-    return Plain().legend(element_legend(found))
+    factors = {factor for equation in found for term in equation.terms for factor in term.factors}
+    return Plain().legend(factor_legend(factors))
 
 
 GOLDEN = {
@@ -170,6 +171,24 @@ def test_sympy_is_the_waves(name, rng):
         # Both sum the same some 20 terms in another form.
         allowed = 100 * np.finfo(float).eps * np.abs(parts.coefficients).sum() + 10 * max(harmonics.noise)
         assert np.abs(found - parts(q).sum(axis=0)).max() <= allowed
+
+
+def test_a_script_of_sympy_says_the_same(rng):
+    sympy = pytest.importorskip("sympy", reason="needs SymPy: pip install 'gd-analyze[symbolic]'")
+    many = tuple(
+        term(float(weight), Factor("cos", (k, -1, 1)), Factor("sin", (1, 1, 0)))
+        for k, weight in enumerate(rng.normal(size=20_000))
+    )
+    for equation in (HAND_MADE, Equation("D2,11", "kg m^2", many[:60]), Equation("D66", "kg", ())):
+        scope: dict[str, object] = {}
+        exec(sympy_head(3) + sympy_line(equation), scope)
+        # A number read from a script has 53 bits, one of `to_sympy` a few more.
+        difference = scope[equation.symbol.replace(",", "_")] - to_sympy(equation)
+        values = {symbol: 0.3 + 0.1 * k for k, symbol in enumerate(sympy.symbols("q1:4", real=True))}
+        size = sum(abs(each.coefficient) for each in equation.terms)
+        assert abs(float(sympy.sympify(difference).subs(values))) <= 1e-15 * len(equation.terms) * size
+    # A plain sum of so many would overflow Python's parser.
+    compile(sympy_head(3) + sympy_line(Equation("D11", "kg m^2", many)), "script", "exec")
 
 
 def test_sympy_missing_is_said(monkeypatch):

@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 from pathlib import Path
+from tempfile import SpooledTemporaryFile
 from typing import TYPE_CHECKING, Any
 
 import click
 
-import gd_analyze as gd
 from gd_analyze.cli.base_parameters import give_parameters
 from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.options import digits_option, number_read, out_option
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.outputs import require_outputs
-from gd_analyze.cli.terminal import WIDTH, lines, table
-from gd_analyze.visible import visible
+from gd_analyze.cli.terminal import lines, table
 
 if TYPE_CHECKING:
     from gd_analyze.harmonics import Harmonics
     from gd_analyze.harmonics.equations import Equation, Term
+
+# Characters of equations up to which no temporary file is used.
+_IN_MEMORY = 2**26
 
 
 class Share(click.ParamType[float]):
@@ -103,98 +105,43 @@ def equations(
     if terms and (form != "text" or out is not None):
         raise click.UsageError("--terms is a table for the terminal: it goes without --format and --out")
     require_outputs(out)
-    with output.working() as stage:
-        import time
+    with SpooledTemporaryFile(_IN_MEMORY, "w+", encoding="utf-8") as body:
+        with output.working() as stage:
+            import time
 
-        from gd_analyze.files import write_text
+            from gd_analyze.cli.written_equations import Told, save, show, written, written_before
+            from gd_analyze.harmonics.equations import each_equation, harmonics_for, work
 
-        arm = robot.load()
-        stage("identifying")
-        start = time.perf_counter()
-        harmonics = gd.harmonics_of(arm)
-        seconds = time.perf_counter() - start
-        stage("writing out")
-        found = gd.equations(harmonics, elements, min_share=min_share)
-        about = _about(harmonics, found, whole=not elements, min_share=min_share, seconds=seconds)
-        written = _written(found, form, digits, harmonics.arm.n_joints)
-        if out is not None:
-            stage(f"writing {out.name}")
-            write_text(out, _with_header(about, written, form))
-    if output.as_json or out is not None:
-        document = _document(harmonics, found, seconds)
-        output.give(lambda: document | {"format": form, "written": written} | output.about(out), wrote=out)
-    elif terms:
-        if not output.quiet:
-            lines(_with_header(about, "", form).rstrip() + "\n")
-        _show_tables(found, digits)
-    else:
-        lines(written if output.quiet else _with_header(about, written, form))
-
-
-def _about(
-    harmonics: Harmonics, found: tuple[Equation, ...], *, whole: bool, min_share: float, seconds: float
-) -> tuple[str, ...]:
-    """Say what is shown and how to read it, one sentence per entry."""
-    from gd_analyze.cli.joint_table import arm_in_words
-    from gd_analyze.formulas.legend import element_legend
-    from gd_analyze.formulas.plain import Plain
-
-    arm = harmonics.arm
-    count = sum(len(equation.terms) for equation in found)
-    terms = f"{count} term{'s' if count != 1 else ''}"
-    cut = f" of at least {100 * min_share:g} % of the largest of their element" if min_share > 0 else ""
-    about = [f"{arm_in_words(arm)}: {terms}{cut}; identified in {seconds:.2g} s", "Units: kg, m, s, rad"]
-    if whole:
-        about[-1] += "; D is symmetric, and elements not shown are zero"
-    if any(equation.symbol.startswith("h") for equation in found):
-        about[-1] += "; h_i is the sum over j and k of h_ijk qd_j qd_k, and h_ikj = h_ijk"
-    meanings = Plain().legend(element_legend(found))
-    return (*about, *((", ".join(meanings),) if meanings else ()))
+            arm = robot.load()
+            stage("identifying")
+            start = time.perf_counter()
+            harmonics = harmonics_for(arm, elements)
+            seconds = time.perf_counter() - start
+            stage("writing out", work(harmonics, elements))
+            told, found = Told(), []
+            body.write(written_before(form, arm.n_joints))
+            for equation in each_equation(harmonics, elements, min_share=min_share, progress=stage.advance):
+                told.note(equation)
+                # Terms by themselves take much more memory than their text.
+                found += [equation] if terms or output.as_json else []
+                body.write("" if terms else written(equation, form, digits))
+            header = told.header(harmonics, form, whole=not elements, min_share=min_share, seconds=seconds)
+            if out is not None:
+                stage(f"writing {out.name}")
+                save(out, header, body)
+        if output.as_json or out is not None:
+            body.seek(0)
+            about = {"format": form, "written": body.read()} if output.as_json else {}
+            output.give(lambda: _document(harmonics, found, seconds) | about | output.about(out), wrote=out)
+        elif not terms:
+            show(header if not output.quiet else "", body)
+        else:
+            if not output.quiet:
+                lines(header.rstrip() + "\n")
+            _show_tables(found, digits)
 
 
-def _written(found: tuple[Equation, ...], form: str, digits: int, n_joints: int) -> str:
-    from gd_analyze.formulas.latex import Latex
-    from gd_analyze.formulas.mathml import MathML
-    from gd_analyze.formulas.plain import Plain
-    from gd_analyze.formulas.sympy import to_sympy
-    from gd_analyze.formulas.writing import element_formula
-
-    formulas = [element_formula(equation) for equation in found]
-    if form == "sympy":
-        names = [f"q{j + 1}" for j in range(n_joints)]
-        written = [
-            "from sympy import cos, sin, symbols",
-            "",
-            f"({', '.join(names)}{',' if n_joints == 1 else ''}) = symbols({' '.join(names)!r}, "
-            "real=True, seq=True)",
-            "",
-        ]
-        # Commas part indices of two digits, and no name in Python may hold one.
-        written += [f"{equation.symbol.replace(',', '_')} = {to_sympy(equation)}" for equation in found]
-    elif form == "text":
-        written = [Plain(digits).wrapped(formula, WIDTH) for formula in formulas]
-    else:
-        printer = Latex(digits) if form == "latex" else MathML(digits)
-        written = [printer.line(formula) for formula in formulas]
-    return "".join(f"{text}\n" for text in written)
-
-
-def _with_header(about: tuple[str, ...], written: str, form: str) -> str:
-    """Put the header in front, as a comment of the language where there is one."""
-    import re
-    import textwrap
-
-    before, after = {"text": ("", ""), "latex": ("% ", ""), "mathml": ("<!-- ", " -->"), "sympy": ("# ", "")}[
-        form
-    ]
-    # Two hyphens would end a comment of XML.
-    about = tuple(re.sub("-(?=-)", "- ", text) for text in about) if form == "mathml" else about
-    room = WIDTH - len(before) - len(after)
-    pieces = [piece for text in about for piece in textwrap.wrap(f"{visible(text)}.", room)]
-    return "".join(f"{before}{piece}{after}\n" for piece in pieces) + "\n" + written
-
-
-def _show_tables(found: tuple[Equation, ...], digits: int) -> None:
+def _show_tables(found: list[Equation], digits: int) -> None:
     from gd_analyze.formulas.formula import Product
     from gd_analyze.formulas.numbers import number
     from gd_analyze.formulas.plain import Plain
@@ -227,7 +174,7 @@ def _spans(links: tuple[int, ...]) -> str:
     return ", ".join(str(span[0]) if len(span) == 1 else f"{span[0]}-{span[-1]}" for span in spans)
 
 
-def _document(harmonics: Harmonics, found: tuple[Equation, ...], seconds: float) -> dict[str, Any]:
+def _document(harmonics: Harmonics, found: list[Equation], seconds: float) -> dict[str, Any]:
     from dataclasses import asdict
 
     from gd_analyze.formulas.writing import exponents

@@ -112,7 +112,10 @@ def _show(exact: gd.ExactDynamics, ranking: TermRanking, kept: str, shown: list[
         )
     for share in (0.1, 0.01, 0.001):
         first = next((term.rank - 1 for term in terms if term.without_share <= share), len(terms))
-        sentence(f"The first {first} keep every joint within {100 * share:g} % of its peak torque.")
+        if first < len(terms) or ranking.unlisted_share <= share:
+            sentence(f"The first {first} keep every joint within {100 * share:g} % of its peak torque.")
+        else:
+            sentence(f"More than the first {first} keep it within {100 * share:g} %.")
     if ranking.uncertainty is None:
         sentence("The arm states no uncertainty of its parameters.")
     else:

@@ -22,7 +22,7 @@ from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.visible import visible
 
 if TYPE_CHECKING:
-    from rich.progress import Progress
+    from rich.progress import Progress, ProgressColumn
 
 # What every terminal shows, and a file or a mail as well; taken where the terminal's own is unknown.
 WIDTH = 80
@@ -163,12 +163,31 @@ def stages(quiet: bool) -> Iterator[Stages]:
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description:<34}", markup=False),
-        BarColumn(24),
+        BarColumn(14),
         TimeElapsedColumn(),
+        left_column(),
     )
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True, redirect_stdout=False) as display:
         yield Stages(display)
+
+
+def left_column() -> ProgressColumn:
+    """Say how long it will take yet, where the number of steps is known."""
+    from datetime import timedelta
+
+    from rich.progress import ProgressColumn, Task
+    from rich.text import Text
+
+    class Left(ProgressColumn):
+        max_refresh = 0.5
+
+        def render(self, task: Task) -> Text:
+            left = task.time_remaining
+            known = task.total is not None and left is not None and not task.finished
+            return Text(f"{timedelta(seconds=int(left or 0))} left" if known else "")
+
+    return Left()
 
 
 def _colour() -> bool | None:

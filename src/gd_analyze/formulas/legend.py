@@ -7,15 +7,13 @@ from collections.abc import Iterable
 from gd_analyze.formulas.formula import Formula, Function, Legend, Piece, Power, Product, Symbol, one
 from gd_analyze.formulas.writing import abbreviation, rate_symbol, written_out
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates, Signed
-from gd_analyze.harmonics.equations import Equation
 from gd_analyze.harmonics.terms import Factor, Rate, TorqueTerm
 from gd_analyze.labels import joined
 
 
-def element_legend(equations: Iterable[Equation]) -> Legend:
-    """Say what the names in exact elements mean."""
-    used = {factor for equation in equations for term in equation.terms for factor in term.factors}
-    return Legend((), (), _factors(used))
+def factor_legend(factors: set[Factor]) -> Legend:
+    """Say what the names of sines, cosines and sliding joints' variables mean."""
+    return Legend((), (), _factors(factors))
 
 
 def torque_legend(rates: AbsoluteRates, terms: Iterable[TorqueTerm]) -> Legend:

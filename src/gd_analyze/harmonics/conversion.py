@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
-from gd_analyze.harmonics.products import ByRun, with_products
+from gd_analyze.harmonics.product_table import ProductTable
+from gd_analyze.harmonics.products import with_products
 from gd_analyze.harmonics.terms import Factor, Monomial
 from gd_analyze.harmonics.waves import Waves, numbers
 from gd_analyze.round_off import falling
@@ -26,6 +27,24 @@ def to_terms(
 
     Parameters
     ----------
+    waves, rates, noise, deciding
+        As for `to_products`.
+
+    Returns
+    -------
+    dict
+        Weights of shape (K,) by monomial, largest of the first polynomial first.
+    """
+    table = to_products(waves, rates, noise, deciding)
+    joined = zip(table.monomials(), table.weights, strict=True)
+    return dict(sorted(joined, key=lambda item: (falling(item[1][0]), item[0])))
+
+
+def to_products(waves: Waves, rates: AbsoluteRates, noise: float = 0.0, deciding: int = 1) -> ProductTable:
+    """Write polynomials in products of sines and cosines; exact, and the same for all of them.
+
+    Parameters
+    ----------
     waves
         K polynomials: the first is the sum that shall be short, the others (its effects, its links) follow.
     rates
@@ -35,23 +54,14 @@ def to_terms(
         than twice this are taken for equal; nothing larger is ever lost.
     deciding
         So many of the first polynomials decide which products there are.
-
-    Returns
-    -------
-    dict
-        Weights of shape (K,) by monomial, largest of the first polynomial first.
     """
     keys, weights = _split(waves, rates)
     kept = (np.abs(weights[:deciding]) > noise).any(axis=0)
-    table: ByRun = {
-        _factors(key, waves.sliding, rates): row
-        for key, row in zip(keys[kept].tolist(), weights.T[kept], strict=True)
-    }
+    table = _table(keys[kept], weights.T[kept], waves.sliding, rates)
     for r, run in enumerate(rates.runs):
         if not waves.sliding[run[0]]:
             table = with_products(table, r, 2 * noise, rates.is_part)
-    joined = {tuple(sorted(f for factors in key for f in factors)): value for key, value in table.items()}
-    return dict(sorted(joined.items(), key=lambda item: (falling(item[1][0]), item[0])))
+    return table
 
 
 def _split(waves: Waves, rates: AbsoluteRates) -> tuple[NDArray[np.int64], FloatArray]:
@@ -89,21 +99,29 @@ def _gathered(keys: NDArray[np.int64], weights: Array) -> tuple[NDArray[np.int64
     return keys[order[starts]], np.add.reduceat(weights[:, order], starts, axis=1)
 
 
-def _factors(key: list[int], sliding: tuple[bool, ...], rates: AbsoluteRates) -> tuple[Monomial, ...]:
-    """Factors of every run."""
-    out: list[Monomial] = []
-    rest = iter(key)
-    for run in rates.runs:
-        part = {joint: next(rest) for joint in run}
-        sine = next(rest)
-        if sliding[run[0]]:
-            out.append(
-                (Factor("power", tuple(int(j == run[0]) for j in range(len(sliding)))),) * part[run[0]]
-            )
-        else:
-            multiples = tuple(part.get(j, 0) for j in range(len(sliding)))
-            out.append((Factor("sin" if sine else "cos", multiples),) if any(part.values()) else ())
-    return tuple(out)
+def _table(
+    keys: NDArray[np.int64], weights: FloatArray, sliding: tuple[bool, ...], rates: AbsoluteRates
+) -> ProductTable:
+    """Products by name."""
+    names: list[tuple[Monomial, ...]] = []
+    codes = np.empty((len(keys), len(rates.runs)), dtype=np.int64)
+    start = 0
+    for r, run in enumerate(rates.runs):
+        own = keys[:, start : start + len(run) + 1]
+        _, first, codes[:, r] = np.unique(numbers(own), return_index=True, return_inverse=True)
+        names.append(tuple(_factors(key, run, sliding) for key in own[first].tolist()))
+        start += len(run) + 1
+    return ProductTable(tuple(names), codes, weights)
+
+
+def _factors(key: list[int], run: tuple[int, ...], sliding: tuple[bool, ...]) -> Monomial:
+    """Factors of a run, from its multiples or power and whether it is a sine."""
+    *own, sine = key
+    joints = range(len(sliding))
+    if sliding[run[0]]:
+        return (Factor("power", tuple(int(j == run[0]) for j in joints)),) * own[0]
+    part = dict(zip(run, own, strict=True))
+    return (Factor("sin" if sine else "cos", tuple(part.get(j, 0) for j in joints)),) if any(own) else ()
 
 
 def to_waves(polynomials: Sequence[Mapping[Monomial, float]], sliding: Sequence[bool]) -> Waves:

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from gd_analyze.errors import UsageError
 from gd_analyze.formulations.generalized_dalembert import EFFECTS
-from gd_analyze.harmonics.conversion import to_terms
+from gd_analyze.harmonics.conversion import to_products
+from gd_analyze.harmonics.product_table import ProductTable
 from gd_analyze.harmonics.terms import Monomial
-from gd_analyze.harmonics.transform import Harmonics, christoffel, harmonics_of
+from gd_analyze.harmonics.transform import Harmonics, christoffel, harmonics_behind
 from gd_analyze.harmonics.waves import DEGREE, Waves
 from gd_analyze.labels import joined, parted
 from gd_analyze.robots import RobotArm, arm_of
@@ -22,11 +26,14 @@ from gd_analyze.vectors import FloatArray
 
 Indices = tuple[int, ...]
 
+# What the few factors of a term's size differ by when they are multiplied in another order.
+_ROUND_OFF = 1e-12
+
 # Of which kind the unit of an element is, by its letter.
 _QUANTITIES = {"D": "inertia", "h": "coupling", "c": "effort"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Term:
     """One term of an element.
 
@@ -106,14 +113,60 @@ def equations(
     h122 = -0.5 S2
     c1 = 19.6 C1 + 4.9 C12
     """
-    if isinstance(elements, str):
-        elements = (elements,)
-    arm = dynamics.arm if isinstance(dynamics, Harmonics) else arm_of(dynamics)
-    n = arm.n_joints
-    wanted = [pair for label in elements or ("D", "h", "c") for pair in _resolve(label, n)]
-    harmonics = dynamics if isinstance(dynamics, Harmonics) else harmonics_of(arm)
-    made = ((_equation(harmonics, kind, indices, min_share), named) for kind, indices, named in wanted)
-    return tuple(equation for equation, named in made if equation.terms or named)
+    harmonics = dynamics if isinstance(dynamics, Harmonics) else harmonics_for(arm_of(dynamics), elements)
+    return tuple(each_equation(harmonics, elements, min_share=min_share))
+
+
+def harmonics_for(arm: RobotArm, elements: Sequence[str] = ()) -> Harmonics:
+    """Find what these elements are made of, and no more; labels and errors as for `equations`."""
+    wanted = _wanted(elements, arm.n_joints)
+    rows = (min(indices) for kind, indices, _ in wanted if kind != "c")
+    return harmonics_behind(arm, min(rows, default=arm.n_joints))
+
+
+def each_equation(
+    harmonics: Harmonics,
+    elements: Sequence[str] = (),
+    *,
+    min_share: float = 0.0,
+    progress: Callable[[int], None] | None = None,
+) -> Iterator[Equation]:
+    """Write elements out one after the other, as `equations` does.
+
+    Parameters
+    ----------
+    harmonics
+        The arm's exact dynamics, or those `harmonics_for` the same elements.
+    elements, min_share
+        As for `equations`.
+    progress
+        Called with the `work` done since the last call.
+    """
+    for kind, indices, named in _wanted(elements, harmonics.arm.n_joints):
+        equation = _equation(harmonics, kind, indices, min_share)
+        if equation.terms or named:
+            yield equation
+        if progress is not None:
+            progress(_waves_in(harmonics, kind, indices))
+
+
+def work(harmonics: Harmonics, elements: Sequence[str] = ()) -> int:
+    """How much there is to do to write these elements out: the waves they are summed up from."""
+    wanted = _wanted(elements, harmonics.arm.n_joints)
+    return sum(_waves_in(harmonics, kind, indices) for kind, indices, _ in wanted)
+
+
+def _waves_in(harmonics: Harmonics, kind: str, indices: Indices) -> int:
+    if kind == "c":
+        return 1 + len(harmonics.potential)
+    pairs = {(min(pair), max(pair)) for pair in itertools.combinations(indices, 2)}
+    return 1 + sum(len(harmonics.inertia[pair]) for pair in pairs)
+
+
+def _wanted(elements: Sequence[str], n: int) -> list[tuple[str, Indices, bool]]:
+    """Elements that labels stand for, joints from 0, and whether each is named by itself."""
+    labels = (elements,) if isinstance(elements, str) else elements
+    return [each for label in labels or ("D", "h", "c") for each in _resolve(label, n)]
 
 
 def _resolve(label: str, n: int) -> Iterator[tuple[str, Indices, bool]]:
@@ -162,10 +215,11 @@ def _equation(harmonics: Harmonics, kind: str, indices: Indices, min_share: floa
     links = tuple(range(max(indices), arm.n_joints))
     by_link = [_of_link(harmonics, kind, indices, s) for s in links]
     waves = Waves.stacked([effects.total(), effects, *by_link])
+    table = to_products(waves, harmonics.rates, noise, deciding=3)
+    table = _large(arm, table.only(np.abs(table.weights[:, 0]) > noise), min_share)
     written = [
         (abs(float(row[0])) * _largest_value(arm, factors), factors, row)
-        for factors, row in to_terms(waves, harmonics.rates, noise, deciding=3).items()
-        if abs(row[0]) > noise
+        for factors, row in zip(table.monomials(), table.weights, strict=True)
     ]
     largest = max((size for size, _, _ in written), default=0.0)
     terms = [
@@ -175,6 +229,13 @@ def _equation(harmonics: Harmonics, kind: str, indices: Indices, min_share: floa
     ]
     terms.sort(key=lambda term: (falling(term.share), term.factors))
     return Equation(kind + joined(indices), unit, tuple(terms))
+
+
+def _large(arm: RobotArm, table: ProductTable, min_share: float) -> ProductTable:
+    """Leave out, before they are written, products whose share is below this by more than round-off."""
+    values = [[_largest_value(arm, name) for name in names] for names in table.names]
+    sizes = np.abs(table.weights[:, 0]) * table.largest(values)
+    return table.only(sizes >= (1.0 - _ROUND_OFF) * min_share * sizes.max(initial=0.0))
 
 
 def _term(factors: Monomial, row: FloatArray, links: tuple[int, ...], noise: float, share: float) -> Term:

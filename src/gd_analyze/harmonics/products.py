@@ -7,28 +7,29 @@ forms are exact; the second has fewer terms or simpler ones.
 from __future__ import annotations
 
 import itertools
-from collections import defaultdict
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gd_analyze.harmonics.terms import Factor, FactorKind, Monomial
+from gd_analyze.harmonics.product_table import ProductTable
+from gd_analyze.harmonics.squares import has_one_double, with_squares
+from gd_analyze.harmonics.terms import Factor, FactorKind, Monomial, half_of
 from gd_analyze.vectors import FloatArray
 
 # Beyond it, trying every choice of squares would take longer than it helps; no arm known comes near.
 _MOST_CHOICES = 2**10
 
-# Weights, shape (K,), by the factors of every run of joints.
-ByRun = dict[tuple[Monomial, ...], FloatArray]
 
-
-def with_products(table: ByRun, r: int, close: float, is_part: Callable[[FloatArray], bool]) -> ByRun:
+def with_products(
+    table: ProductTable, r: int, close: float, is_part: Callable[[FloatArray], bool]
+) -> ProductTable:
     """Rewrite run r, for every combination of the other runs' factors apart.
 
     Parameters
     ----------
     table
-        Weights in every of K sums, of which all are rewritten alike; of a run at most one cosine or sine.
+        Products, of which all sums are rewritten alike; of a run at most one cosine or sine.
     r
         Place of a run of turning joints.
     close
@@ -37,14 +38,26 @@ def with_products(table: ByRun, r: int, close: float, is_part: Callable[[FloatAr
         Whether multiples are those of an angle between two links, see `AbsoluteRates.is_part`: a product is
         one of two such angles.
     """
-    groups: dict[tuple[Monomial, ...], dict[Monomial, FloatArray]] = defaultdict(dict)
-    for key, value in table.items():
-        groups[(*key[:r], *key[r + 1 :])][key[r]] = value
-    out: ByRun = {}
-    for others, group in groups.items():
+    if has_one_double(table, r):
+        return with_squares(table, r, close)
+    names = {name: k for k, name in enumerate(table.names[r])}
+    codes, weights = [], []
+    for members in _members(table.groups(r)):
+        group = {table.names[r][table.codes[t, r]]: table.weights[t] for t in members}
         for product, value in _squared(_paired(group, close, is_part), close).items():
-            out[(*others[:r], product, *others[r:])] = value
-    return out
+            code = table.codes[members[0]].copy()
+            code[r] = names.setdefault(product, len(names))
+            codes.append(code)
+            weights.append(value)
+    if not codes:
+        return table
+    return table.rewritten(r, [*names], np.array(codes), np.array(weights))
+
+
+def _members(group: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+    """Places of the members of every group."""
+    order = np.argsort(group, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(group[order])) + 1) if len(order) else []
 
 
 def _paired(
@@ -92,9 +105,9 @@ def _squared(group: dict[Monomial, FloatArray], close: float) -> dict[Monomial, 
     out = dict(group)
     doubles = []
     for product in list(out):
-        if len(product) != 1 or product[0].kind == "power" or any(m % 2 for m in product[0].multiples):
+        half = half_of(product)
+        if half is None:
             continue
-        half = tuple(m // 2 for m in product[0].multiples)
         if product[0].kind == "sin":
             out[Factor("cos", half), Factor("sin", half)] = 2.0 * out.pop(product)
         else:

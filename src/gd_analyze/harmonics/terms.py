@@ -45,6 +45,13 @@ class Factor(NamedTuple):
 Monomial = tuple[Factor, ...]
 
 
+def half_of(monomial: Monomial) -> tuple[int, ...] | None:
+    """Multiples of half the angle of a single sine or cosine of a double one; None of anything else."""
+    if len(monomial) != 1 or monomial[0].kind == "power" or any(m % 2 for m in monomial[0].multiples):
+        return None
+    return tuple(m // 2 for m in monomial[0].multiples)
+
+
 class Rate(NamedTuple):
     """One factor of a torque term beside its monomial: order 1 is p_joint, order 2 pd_joint."""
 

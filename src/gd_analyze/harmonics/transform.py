@@ -25,6 +25,7 @@ from gd_analyze.formulations import composite_moments as composite
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.waves import DEGREE, Waves
 from gd_analyze.kinematics import solve_kinematics
+from gd_analyze.labels import joined
 from gd_analyze.robots import RobotArm, arm_of
 from gd_analyze.vectors import Array, FloatArray, chunks
 
@@ -90,6 +91,7 @@ class Harmonics:
             (i, j): Waves.summed([self.inertia_by_link[s, i, j] for s in range(j, n)]).above(self.cut[0])
             for i in range(n)
             for j in range(i, n)
+            if (j, i, j) in self.inertia_by_link
         }
 
     def whole_inertia(self, drive_inertia: FloatArray | None = None) -> dict[tuple[int, int], Waves]:
@@ -149,13 +151,25 @@ def harmonics_of(arm: RobotArm | str | Path) -> Harmonics:
     >>> len(harmonics_of(load_arm("two_link")).inertia[0, 0])
     2
     """
-    arm = arm_of(arm)
-    _require_affordable(arm)
+    return harmonics_behind(arm_of(arm), 0)
+
+
+def harmonics_behind(arm: RobotArm, first: int) -> Harmonics:
+    """Find D_ij of the joints from `first` (from 0) on only, and the whole potential energy.
+
+    These do not depend on the joints up to `first`: with each joint less the grid shrinks to a fifth.
+
+    Raises
+    ------
+    ArmError
+        If there still are so many joints that the grid takes more than `MOST_BYTES`.
+    """
+    _require_affordable(arm, first)
     cut = _cut(arm)
     inertia: dict[tuple[int, int, int], Waves] = {}
     left_out = 0.0
-    for s in range(arm.n_joints):
-        for i, values in enumerate(_inertia_on_grid(_only_link(arm, s))):
+    for s in range(first, arm.n_joints):
+        for i, values in _inertia_on_grid(_only_link(arm, s), first):
             waves, largest = _waves_of(arm, values, range(i + 1, s + 1), DEGREE, cut[0])
             left_out = max(left_out, largest)
             # Rows are the effects' D_ii .. D_is, one effect behind the other.
@@ -165,20 +179,31 @@ def harmonics_of(arm: RobotArm | str | Path) -> Harmonics:
     return Harmonics(arm, AbsoluteRates.of(arm), inertia, potential, cut, max(left_out, largest))
 
 
-def _require_affordable(arm: RobotArm) -> None:
+def _require_affordable(arm: RobotArm, first: int) -> None:
     """Refuse an arm whose grid would take more memory than most machines have, before any of it is taken."""
+    size = _bytes(arm, first)
+    if size <= MOST_BYTES:
+        return
     n = arm.n_joints
-    points = math.prod(len(_axis_nodes(arm, joint, DEGREE)) for joint in range(1, n))
-    size = 2 * n * n * points * np.dtype(float).itemsize
-    if size > MOST_BYTES:
-        raise ArmError(
-            f"the exact equations of arm {arm.name} take too much memory to be found",
-            where=f"arm {arm.name}",
-            expected=f"a grid of at most {MOST_BYTES / 1e9:g} GB, as of 10 turning joints",
-            found=f"{n} joints: values of D at {points:.3g} positions, {size / 1e9:.3g} GB",
-            next_step="what needs no exact equations takes any number of joints: `gd-analyze ROBOT "
-            "TRAJECTORY`, `gd-analyze simplify ROBOT --level element` and `gd-analyze compare`",
-        )
+    # The potential energy's grid is the same for all.
+    outer = next((i for i in range(first, n) if _bytes(arm, i) <= MOST_BYTES), None)
+    some = "" if outer is None else f"elements from D{joined((outer, outer))} on, and c, are found; "
+    raise ArmError(
+        f"the exact equations of arm {arm.name} take too much memory to be found",
+        where=f"arm {arm.name}",
+        expected=f"a grid of at most {MOST_BYTES / 1e9:g} GB, as of 10 turning joints",
+        found=f"{n} joints: values on a grid of {size / 1e9:.3g} GB",
+        next_step=f"{some}what needs no exact equations takes any number of joints: `gd-analyze ROBOT "
+        "TRAJECTORY`, `gd-analyze simplify ROBOT --level element` and `gd-analyze compare`",
+    )
+
+
+def _bytes(arm: RobotArm, first: int) -> int:
+    """Give the size of the larger grid: of D behind `first`, and of the potential energy."""
+    n = arm.n_joints
+    inertia = 2 * n * n * math.prod(len(_axis_nodes(arm, joint, DEGREE)) for joint in range(first + 1, n))
+    potential = n * math.prod(len(_axis_nodes(arm, joint, 1)) for joint in range(n))
+    return np.dtype(float).itemsize * max(inertia if first < n else 0, potential)
 
 
 def _only_link(arm: RobotArm, s: int) -> RobotArm:
@@ -222,18 +247,23 @@ def _grid(arm: RobotArm, joints: range, degree: int) -> tuple[tuple[int, ...], F
     return shape, q
 
 
-def _inertia_on_grid(arm: RobotArm) -> Iterator[FloatArray]:
-    """D_ii .. D_in by effect on the grid of the joints behind i, row by row, shape (2 (n - i), 5, 5, ...)."""
+def _inertia_on_grid(arm: RobotArm, first: int) -> Iterator[tuple[int, FloatArray]]:
+    """Rows i from `first` on of D, D_ii .. D_in by effect, on the grid of the joints behind i.
+
+    Values have shape (2 (n - i), 5, 5, ...).
+    """
     n = arm.n_joints
-    shape, q = _grid(arm, range(1, n), DEGREE)
+    shape, q = _grid(arm, range(first + 1, n), DEGREE)
+    for joint in range(1, first + 1):
+        q[joint] = _axis_nodes(arm, joint, DEGREE)[0]
     out = np.empty((2, n, n, q.shape[1]))
     for chunk in chunks(q.shape[1]):
         moments = composite.composite_moments(arm, solve_kinematics(arm, q[:, chunk]))
         composite.inertia(moments, out[..., chunk])
-    for i in range(n):
+    for i in range(first, n):
         # The grid's axes of joints 2..i stay at their first node.
-        behind = out[:, i, i:, : math.prod(shape[i:])]
-        yield behind.reshape(-1, *shape[i:])
+        behind = out[:, i, i:, : math.prod(shape[i - first :])]
+        yield i, behind.reshape(-1, *shape[i - first :])
 
 
 def _potential_on_grid(arm: RobotArm) -> FloatArray:

@@ -35,6 +35,8 @@ def has_more_terms(form: ExactForm, most: int) -> bool:
     What the outer joints alone move among themselves, the joints before them at rest, is part of the whole
     torque, term by term: where that are more already, the time for all others is saved.
     """
+    if "torques" in vars(form):
+        return len(form.torques) > most
     n = form.arm.n_joints
     outer = (ExactForm(_outer(form.arm, count)) for count in range(_FEW, n))
     return any(len(each.torques) > most for each in outer) or len(form.torques) > most

@@ -31,7 +31,7 @@ class Tape:
     def __init__(self, program: Program, free: Container[int] | None = None) -> None:
         self.program, self.steps = program, program.steps
         self.place = {step.order: k for k, step in enumerate(self.steps)}
-        self._code = []
+        self._code: list[tuple[str, int, int]] = []
         numbers, scaled = np.full(len(self.steps), np.nan), []
         for k, step in enumerate(self.steps):
             operands = [self._operand(x) for x in step.arguments] if step.operation != "input" else []
@@ -39,7 +39,8 @@ class Tape:
                 numbers[k] = step.arguments[0]
                 if free is None or step.order in free:
                     scaled.append(k)
-            self._code.append((str(step.operation), *(operands + [-1, -1])[:2]))
+            first, second = (*operands, -1, -1)[:2]
+            self._code.append((str(step.operation), first, second))
         self.numbers: FloatArray = numbers
         # Steps that multiply by a number that may change, and what each of them multiplies.
         self.scaled: NDArray[np.intp] = np.array(scaled, dtype=np.intp)

@@ -131,7 +131,8 @@ def candidates_of(
             where=f"level {level.name}",
             expected=f"at most {_WRITTEN} torque terms",
             found="more",
-            next_step="use --level recursive, which changes the recursion instead",
+            next_step="`gd-analyze simplify ROBOT --level recursive` simplifies such an arm, `gd-analyze "
+            "equations ROBOT --element D12 --min-share 1%` prints the largest terms of an element",
         )
     every = level.terms(exact.form)
     terms, swept = every, 0.0
@@ -194,7 +195,7 @@ def _swept(
             where="budget",
             expected=f"at most {_MOST}",
             found=str(len(items) - gone),
-            next_step="use --level recursive, or allow a larger error",
+            next_step="use --level recursive, whose models keep no terms, or allow a larger error",
         )
     return dict(items[k] for k in np.sort(order[gone:])), share
 

@@ -57,12 +57,14 @@ class Elimination:
         effects = self.candidates.effects
         out = np.zeros((len(self.order) + 1, effects.shape[1]))
         left = np.zeros(effects.shape[1:])
-        refitted = bool((self.scales != 1.0).any())
+        whole = effects.sum(axis=0)
         for k, candidate in enumerate(self.order):
-            if not refitted:
-                left += effects[candidate]
+            before, now = self.scales[k], self.scales[k + 1]
+            if (now == before).all():
+                left += now[candidate] * effects[candidate]
             else:
-                left = np.tensordot(1.0 - self.kept(k + 1) * self.scales[k + 1], effects, axes=1)
+                kept = np.flatnonzero(self.kept(k + 1))
+                left = whole - np.tensordot(now[kept], effects[kept], axes=1)
             out[k + 1] = np.abs(left).max(axis=1)
         return out
 

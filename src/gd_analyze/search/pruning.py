@@ -54,6 +54,11 @@ class _Pruned:
     def operations(self) -> int:
         return self.changed.program.count.total
 
+    @property
+    def replaced(self) -> list[int]:
+        """Steps for which others, or numbers, stand in."""
+        return sorted({change.step for change in self.changes if change.source != CONSTANT})
+
 
 class _Pruning:
     """A recursion, the torque it shall keep, and the states looked at."""
@@ -177,13 +182,13 @@ class _Pruning:
 
     def partly_undone(self, here: _Pruned, random: Random) -> _Pruned:
         """Undo some of the changes, and fit."""
-        steps = sorted({change.step for change in here.changes if change.source != CONSTANT})
+        steps = here.replaced
+        count = max(int(random.choice(_UNDONE) * len(steps)), 1)
         if random.random() < _NEAR:
             first = random.choice(steps)
-            nearest = sorted(steps, key=lambda step: abs(step - first))
-            gone = set(nearest[: max(int(random.choice(_UNDONE) * len(steps)), 1)])
+            gone = set(sorted(steps, key=lambda step: abs(step - first))[:count])
         else:
-            gone = set(random.sample(steps, max(int(random.choice(_UNDONE) * len(steps)), 1)))
+            gone = set(random.sample(steps, count))
         left = self.with_changes({change: c for change, c in here.changes.items() if change.step not in gone})
         if left is None:
             return here
@@ -276,7 +281,7 @@ def prune(
 
     here = pruning.descend(here, tell)
     random = Random(0)
-    while pruning.work.affords(0.0):
+    while here.replaced and pruning.work.affords(0.0):
         trial = pruning.descend(pruning.partly_undone(here, random), tell)
         if trial.operations <= here.operations:
             here = trial

@@ -136,9 +136,9 @@ class _Pool:
     by_itself: FloatArray
     saved: FloatArray
     total: FloatArray
-    alone: FloatArray
-    alive: FloatArray
-    needs: FloatArray
+    alone: NDArray[np.float32]
+    alive: NDArray[np.float32]
+    needs: NDArray[np.float32]
     left: FloatArray
     count: int
 
