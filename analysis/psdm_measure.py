@@ -234,7 +234,9 @@ def nanoseconds(program: Program, states: States) -> float | None:
             start = time.perf_counter_ns()
             every(ctypes.c_long(count), ctypes.c_long(n), *pointers)
             least = min(least, (time.perf_counter_ns() - start) / count)
-    inputs = {f"{name}{i + 1}": x[:, i] for name, x in zip(("q", "qd", "qdd"), rows, strict=True) for i in range(n)}
+    inputs = {
+        f"{name}{i + 1}": x[:, i] for name, x in zip(("q", "qd", "qdd"), rows, strict=True) for i in range(n)
+    }
     # What was timed is the model: the compiler may round otherwise in the last digits, hundreds of times.
     np.testing.assert_allclose(torque.T, program.run(inputs), rtol=0.0, atol=1e-11 * np.abs(torque).max())
     return least
@@ -287,7 +289,7 @@ def report() -> str:
             "",
             "Lloyd, Irani and Ahmadi (2021) derive expanded equations numerically and simplify them until the norm of the "
             "torque error is a share of the norm of the torque at 95 % or 99.9 % of sampled states. Here are the three arms "
-            "of their Table 1 under the same budgets, asked for as `--budget \"1% norm at 95% of states\"`. Over "
+            'of their Table 1 under the same budgets, asked for as `--budget "1% norm at 95% of states"`. Over '
             f"{STATES} states drawn evenly: joints over the full circle, rates and accelerations up to "
             + " or ".join(f"{rate:g} and {most:g} ({name})" for name, (rate, most) in PROFILES.items())
             + " in rad, m and s. No drives, as with them. Operations are multiplications and additions, sines and cosines "
@@ -325,7 +327,11 @@ def report() -> str:
 def _machine() -> str:
     """Name the processor, as far as the system tells."""
     about = Path("/proc/cpuinfo")
-    named = [line.partition(":")[2].strip() for line in about.read_text().splitlines() if "model name" in line] if about.exists() else []
+    named = (
+        [line.partition(":")[2].strip() for line in about.read_text().splitlines() if "model name" in line]
+        if about.exists()
+        else []
+    )
     return named[0] if named else platform.machine()
 
 

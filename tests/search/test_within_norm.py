@@ -43,7 +43,9 @@ def shares_by_hand(model: gd.SimplifiedModel, exact: ExactDynamics) -> np.ndarra
     error = model.torque(*exact.states.arrays) - exact.torque
     turning = np.array(exact.arm.is_revolute)
     groups = [of for of in (turning, ~turning) if of.any()]
-    size = [np.linalg.norm(error[:, of], axis=1) / np.linalg.norm(exact.torque[:, of], axis=1) for of in groups]
+    size = [
+        np.linalg.norm(error[:, of], axis=1) / np.linalg.norm(exact.torque[:, of], axis=1) for of in groups
+    ]
     return np.max(size, axis=0)
 
 

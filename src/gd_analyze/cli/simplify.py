@@ -9,7 +9,7 @@ import click
 
 import gd_analyze as gd
 from gd_analyze.cli.given import Given, given_dynamics
-from gd_analyze.cli.levels import budget_option, level_option, simplify_options
+from gd_analyze.cli.levels import BUDGET, budget_option, level_option, simplify_options
 from gd_analyze.cli.options import command_line, digits_option, margin_option, out_option
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.outputs import require_outputs
@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 
 @click.command(short_help="Find a model of few terms within a torque budget.")
 @given_dynamics
-@budget_option()
+@budget_option(
+    f"{BUDGET} Or, of all joints together, a share of the torque's norm (1% norm at 95% of states; 1% norm, at all)."
+)
 @level_option()
 @simplify_options
 @click.option(
@@ -67,6 +69,7 @@ def simplify(
       gd-analyze simplify puma560 pick-and-place --level energy --budget 0.5%
       gd-analyze simplify puma560 pick-and-place large-slew -o model.json
       gd-analyze simplify puma560 --budget "1% or 10% friction" --operations 80
+      gd-analyze simplify puma560 --budget "1% norm at 95% of states"
       gd-analyze simplify puma560 --certified -o model.json
       gd-analyze simplify my_arm.toml --refit --level energy -o model.json
     """
@@ -164,9 +167,7 @@ def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: f
     if model.saves:
         proven = certificate and worst_error(model, certificate.certified)
         answer = f"{left.total} instead of {full.total} operations, " + (
-            f"no error above {proven.in_words}, proven"
-            if proven
-            else errs_by(model)
+            f"no error above {proven.in_words}, proven" if proven else errs_by(model)
         )
         sentence(f"{arm_in_words(arm, model.drives)}: {answer}", bold=True)
     else:

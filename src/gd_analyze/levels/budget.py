@@ -93,7 +93,9 @@ class NormShare(NamedTuple):
             return None
         share, states = float(match["share"]), float(match["states"] or 100.0)
         # 99.9 / 100 is not 0.999, but for the last digits.
-        return cls(share / 100, round(states / 100, 15)) if share <= LARGEST and 0.0 < states <= 100.0 else None
+        return (
+            cls(share / 100, round(states / 100, 15)) if share <= LARGEST and 0.0 < states <= 100.0 else None
+        )
 
     def __str__(self) -> str:
         where = "all states" if self.states == 1.0 else f"{self.states * 100:.12g}% of states"

@@ -210,7 +210,8 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
                 for one in document.motions
             ),
             norms=tuple(
-                NormShare(np.inf if norm.share is None else norm.share, norm.states) for norm in document.norms
+                NormShare(np.inf if norm.share is None else norm.share, norm.states)
+                for norm in document.norms
             ),
             levels=tuple(LevelTried(one.level, one.operations, one.why) for one in document.levels),
         ),

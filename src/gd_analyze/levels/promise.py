@@ -218,7 +218,9 @@ class Promise:
     def asked_norm(self) -> NormShare | None:
         """The share of the norm that was found where one was asked for, and the states it was asked of."""
         asked = self.asked.norm
-        return None if asked is None else next(norm for norm in self.norms if isclose(norm.states, asked.states))
+        return (
+            None if asked is None else next(norm for norm in self.norms if isclose(norm.states, asked.states))
+        )
 
     @property
     def shares(self) -> FloatArray:

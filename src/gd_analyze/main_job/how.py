@@ -56,7 +56,7 @@ class Settings:
     def __post_init__(self) -> None:
         budget = Budget.of(self.budget).require_per_joint(
             "the main job's results, which show every joint beside what it is allowed,",
-            "gd-analyze simplify ROBOT TRAJECTORY --budget \"...\" takes it",
+            'gd-analyze simplify ROBOT TRAJECTORY --budget "..." takes it',
         )
         object.__setattr__(self, "budget", budget)
         object.__setattr__(self, "margin", Margin.of(self.margin))

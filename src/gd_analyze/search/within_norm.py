@@ -104,9 +104,7 @@ def _widened(exact: ExactDynamics, measure: NormMeasure, search: Search) -> Iter
         harm, factor = (counts * np.abs(error) / largest).max(axis=0), factor * _WIDER
 
 
-def _spent(
-    exact: ExactDynamics, measure: NormMeasure, model: SimplifiedModel
-) -> _Trial:
+def _spent(exact: ExactDynamics, measure: NormMeasure, model: SimplifiedModel) -> _Trial:
     """Let more terms go, while the measure itself is kept; the model, and its error (n, N)."""
     error = (model.torque(*exact.states.arrays) - exact.torque).T
     level, terms = model.level, list(model.terms)
