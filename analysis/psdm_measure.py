@@ -24,7 +24,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-import gd_analyze as gd
 from gd_analyze.cache import without_cache
 from gd_analyze.levels import ExactDynamics, SimplifiedModel
 from gd_analyze.operations import Program

@@ -16,6 +16,7 @@ from gd_analyze.cli.terminal import line, sentence
 from gd_analyze.formatting import number, rounded_up
 
 if TYPE_CHECKING:
+    from gd_analyze.cli.joint_table import Column
     from gd_analyze.certification import Certificate, Definiteness
     from gd_analyze.levels import Promise
     from gd_analyze.vectors import FloatArray
@@ -200,7 +201,7 @@ def _show(shown: _Shown) -> None:
     # Both at once would be wider than a terminal; how far what was found lies below is said in words.
     extremes = [("extremes", _rounded_up(shown.extremes))] if shown.extremes else []
     sampled = "promised" if shown.elsewhere else "sampled"
-    beside = [
+    beside: list[Column] = [
         ("allowed", promise.allowed),
         ("× allowed", numbers(map(rounded_up, share_of(certificate.certified, promise.allowed)))),
         ("within", ["proven" if x else "no" for x in within]),
@@ -260,7 +261,7 @@ def _there(certificate: Certificate) -> str:
 
 def _verdict(proven: int, joints: int, promise: Promise, there: str) -> str:
     if promise.asked.norm is not None:
-        return f"The budget, {promise.budget}, is of the states the model was made for; of others none is proven."
+        return f"The budget, {promise.budget}, is of the states the model was made for; it cannot be proven."
     budget = f"{'' if promise.measured else 'stated '}budget of {promise.budget}"
     if proven == joints:
         return f"Every joint stays within the {budget} at every state {there}."

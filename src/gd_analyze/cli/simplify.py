@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 @click.command(short_help="Find a model of few terms within a torque budget.")
 @given_dynamics
 @budget_option(
-    f"{BUDGET} Or, of all joints together, a share of the torque's norm (1% norm at 95% of states; 1% norm, at all)."
+    f"{BUDGET} Or, of all joints together, a share of the torque's norm (1% norm at 95% of states)."
 )
 @level_option()
 @simplify_options
