@@ -16,8 +16,8 @@ from gd_analyze.cli.terminal import line, sentence
 from gd_analyze.formatting import number, rounded_up
 
 if TYPE_CHECKING:
-    from gd_analyze.cli.joint_table import Column
     from gd_analyze.certification import Certificate, Definiteness
+    from gd_analyze.cli.joint_table import Column
     from gd_analyze.levels import Promise
     from gd_analyze.vectors import FloatArray
 

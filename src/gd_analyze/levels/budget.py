@@ -1,4 +1,4 @@
-"""The torque error a user allows: per joint, the larger of several amounts; or a share of the torque's norm."""
+"""The torque error a user allows: per joint the larger of several amounts, or a share of its norm."""
 
 from __future__ import annotations
 
@@ -288,8 +288,8 @@ def _norm_in(text: str) -> NormShare:
     raise UsageError(
         "the budget is not understood",
         where="--budget",
-        expected=f"a share of the norm of all joints' torque, up to {LARGEST:g} %, and the share of the states, "
-        'above 0 and up to 100 %, that keep it: "1% norm at 95% of states"; "1% norm" is at all states',
+        expected=f"a share of the norm of all joints' torque, up to {LARGEST:g} %, and the share of the "
+        'states, above 0 and up to 100 %, that keep it: "1% norm at 95% of states"; "1% norm" is at all states',
         found=repr(text.strip()),
         next_step="it is one for all joints and stands alone: without commas and `or`" if mixed else None,
     )

@@ -93,7 +93,7 @@ def errs_by(model: SimplifiedModel) -> str:
 
 
 def norms_told(norms: Sequence[NormShare], arm: RobotArm) -> str:
-    """Say which share of the torque's norm the error's is, by the share of the states; "" where none is known."""
+    """Say which share of the torque's norm the error's is, by the share of the states; "" where unknown."""
     if not norms:
         return ""
     apart = " (joints that turn and joints that slide apart)" if len(set(arm.is_revolute)) > 1 else ""

@@ -1,8 +1,8 @@
 """Models within a budget of the norm, by searches that know what every joint is allowed at every state.
 
-What keeps |error_i| within a part of the torque's norm at every state that counts, keeps the norm of the error
-within a share of it. How large that part may be is not known beforehand, nor which states had best be given
-up: so it is widened and narrowed until the measure itself, taken of the model's own program, is just kept.
+What keeps |error_i| within a part of the torque's norm at every state that counts, keeps the norm of the
+error within a share of it. How large that part may be is not known beforehand, nor which states had best be
+given up: so it is widened and narrowed until the measure itself, of the model's own program, is just kept.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def _closed_in(exact: ExactDynamics, measure: NormMeasure, search: Search) -> It
 
 
 def _widened(exact: ExactDynamics, measure: NormMeasure, search: Search) -> Iterator[_Trial]:
-    """Search for what is sure to do, and go on from there while allowances widen, until the measure is not kept."""
+    """Search for what is sure to do, and go on from there while allowances widen and the measure is kept."""
     harm, model = -measure.norms.min(axis=0), None
     factor = 1.0 / np.sqrt(len(measure.torque))
     while True:
