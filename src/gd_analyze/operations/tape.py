@@ -104,7 +104,7 @@ class Tape:
         return out
 
     @cached_property
-    def operations(self) -> FloatArray:
+    def operations(self) -> NDArray[np.float32]:
         """1 for what counts as an operation, 0 for the others, shape (steps,)."""
         counting = ("add", "subtract", "multiply")
         return np.array([code[0] in counting for code in self._code], dtype=np.float32)

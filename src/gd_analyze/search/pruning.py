@@ -19,7 +19,7 @@ from gd_analyze.levels.exact import ExactDynamics
 from gd_analyze.levels.kept_programs import inputs_of
 from gd_analyze.levels.recursion import CONSTANT, NUMBER, Change, Changed, Changes, Recursion, restated
 from gd_analyze.operations.tape import Tape
-from gd_analyze.search.fitting import Aim, Fit, fitted, unfitted
+from gd_analyze.search.fitting import Aim, Fit, columns_of, fitted, least, norm, unfitted
 from gd_analyze.search.replacement import Replacement, replacements
 from gd_analyze.search.work import Work
 from gd_analyze.vectors import FloatArray
@@ -37,8 +37,9 @@ _UNDONE, _NEAR = (0.03, 0.06, 0.12), 0.6
 _AT_A_TIME = 8.0
 # Largest error over the allowed one up to which several are tried.
 _ROOM = 0.6
-# Replacements tried before none is said to be possible, and what their largest error may promise to be.
-_TRIES, _PROMISED = 30, 3.0
+# Replacements looked at together, tried before none is said to be possible, and what their largest error over
+# the allowed one may promise to be; a power of errors that tells the largest.
+_SCREENED, _TRIES, _PROMISED, _NEARLY_LARGEST = 16, 16, 1.03, 12.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +118,7 @@ class _Pruning:
     def kept_everywhere(self, pruned: _Pruned) -> _Pruned | None:
         """Fit until the budget is kept at every state; None where it can not."""
         if pruned.fit.largest > 1.0:
-            pruned = self.fitted(pruned, 12, 4, 1.0)
+            pruned = self.fitted(pruned, _NEARLY_LARGEST, 3, 1.0)
         for _ in range(3):
             if pruned.fit.largest > 1.0:
                 return None
@@ -125,7 +126,7 @@ class _Pruning:
             if not worst.size:
                 return pruned
             self.join(worst[:_JOINING])
-            pruned = self.fitted(self.again(pruned), 12, 5, 1.0)
+            pruned = self.fitted(self.again(pruned), _NEARLY_LARGEST, 4, 1.0)
         return None
 
     def promising(self, here: _Pruned) -> tuple[list[Replacement], float]:
@@ -164,21 +165,41 @@ class _Pruning:
         return None
 
     def one(self, here: _Pruned, found: Sequence[Replacement]) -> _Pruned | None:
-        """Make the best replacement that keeps the budget."""
+        """Make the replacement that takes least of the budget for every operation, of the most promising."""
         tries = 0
-        for replacement in found:
-            if replacement.largest > _PROMISED:
-                continue
-            if tries == _TRIES:
-                break
-            trial = self.replaced(here, [replacement])
-            if trial is None:
-                continue
-            tries += 1
-            trial = self.kept_everywhere(self.fitted(trial, 4.0 if here.fit.largest < _ROOM else 8.0, 1))
-            if trial is not None:
-                return self.stated(trial)
+        for start in range(0, len(found), _SCREENED):
+            here = self.again(here)
+            for replacement in self._screened(here, found[start : start + _SCREENED]):
+                trial = self.replaced(here, [replacement])
+                if trial is None:
+                    continue
+                tries += 1
+                trial = self.kept_everywhere(self.fitted(trial, _NEARLY_LARGEST, 1))
+                if trial is not None:
+                    return self.stated(trial)
+                if tries == _TRIES:
+                    return None
         return None
+
+    def _screened(self, here: _Pruned, some: Sequence[Replacement]) -> list[Replacement]:
+        """Those that keep the budget once numbers are fitted, as far as it can be told to first order."""
+        fit, tape = here.fit, here.tape
+        slopes = tape.slopes(fit.values, fit.numbers, self.aim.scale) * self.aim.weights
+        columns = columns_of(tape, fit, slopes)
+        self.work.spend(len(some) * 16.0 * columns.size * len(columns) / _AT_A_TIME)
+
+        def left(errors: FloatArray) -> FloatArray:
+            return errors - least(columns, errors, _NEARLY_LARGEST) @ columns
+
+        before = norm(left(fit.errors.ravel()), _NEARLY_LARGEST)
+        kept = []
+        for one in some:
+            change = one.change(fit.values)
+            after = left((fit.errors + slopes[one.step] * change).ravel())
+            if np.abs(after).max(initial=0.0) <= _PROMISED:
+                added = norm(after, _NEARLY_LARGEST) - before
+                kept.append(one._replace(added=added))
+        return sorted(kept, key=lambda one: (one.merit, one.step))
 
     def partly_undone(self, here: _Pruned, random: Random) -> _Pruned:
         """Undo some of the changes, and fit."""

@@ -35,15 +35,20 @@ _HELD_BACK = 1e-3
 class Replacement(NamedTuple):
     """A step, and the steps (or `NUMBER`) with their coefficients that stand in for it.
 
-    `added` is what the mean square error over the allowed one grows by, `saved` operations go; `largest` is
-    what the largest error would be.
+    `added` is what the error grows by, over the allowed one: its mean square; `saved` operations go.
     """
 
     step: int
     by: tuple[tuple[int, float], ...]
     saved: float
     added: float
-    largest: float = 0.0
+
+    def change(self, values: FloatArray) -> FloatArray:
+        """What stands in minus the step itself, shape (N,), by the values of all steps."""
+        change = -values[self.step]
+        for u, c in self.by:
+            change = change + (c if u == NUMBER else c * values[u])
+        return change
 
     @property
     def merit(self) -> float:
@@ -95,10 +100,7 @@ def _beside_a_fit(
     error = fit.errors.ravel() * root
     trials = np.empty((len(promising), len(error)))
     for row, one in zip(trials, promising, strict=True):
-        change = -fit.values[one.step]
-        for u, c in one.by:
-            change = change + (c if u == NUMBER else c * fit.values[u])
-        row[:] = (slopes[one.step] * change).ravel()
+        row[:] = (slopes[one.step] * one.change(fit.values)).ravel()
     trials *= root
     trials += error
     columns = columns_of(tape, fit, slopes) * root
@@ -111,11 +113,7 @@ def _beside_a_fit(
         error, trials = every[0], every[1:]
     base = float(error @ error) / len(error)
     added = np.einsum("ks,ks->k", trials, trials) / len(error) - base
-    largest = np.abs(trials / root).max(axis=1, initial=0.0)
-    found = [
-        one._replace(added=float(more), largest=float(most))
-        for one, more, most in zip(promising, added, largest, strict=True)
-    ]
+    found = [one._replace(added=float(more)) for one, more in zip(promising, added, strict=True)]
     return sorted(found, key=lambda one: (one.merit, one.step)), base
 
 
