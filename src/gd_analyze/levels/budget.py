@@ -289,7 +289,7 @@ def _norm_in(text: str) -> NormShare:
         "the budget is not understood",
         where="--budget",
         expected=f"a share of the norm of all joints' torque, up to {LARGEST:g} %, and the share of the "
-        'states, above 0 and up to 100 %, that keep it: "1% norm at 95% of states"; "1% norm" is at all states',
+        'states, above 0 and up to 100 %, that keep it: "1% norm at 95% of states"; without "at", all',
         found=repr(text.strip()),
         next_step="it is one for all joints and stands alone: without commas and `or`" if mixed else None,
     )
