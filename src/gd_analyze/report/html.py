@@ -31,6 +31,7 @@ from gd_analyze.report.terms import (
     torque_names,
 )
 from gd_analyze.results import Findings, rows_of, summary
+from gd_analyze.results.error_words import norms_told
 from gd_analyze.results.rows import Row, dropped_parts, element_rows, joint_rows, trade_off_rows
 from gd_analyze.results.words import CONTRIBUTIONS, kind_name
 
@@ -124,6 +125,7 @@ def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
             kind_name(kind["level"], kind["refit"]).capitalize() for kind in rows_of(trade_off, "kind")
         ],
         "path": path,
+        "norms": norms_told(model.promise.norms, arm),
         "tube": tables["tube"],
         "tube_sentence": summary.tube_sentence(findings),
         "unsymmetric": summary.unsymmetric_told(findings),
