@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import importlib.util
+import shutil
 import sys
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
 import pytest
+
+from gd_analyze.levels import ExactDynamics
+from parallel_axes import scara
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -75,6 +81,23 @@ def test_the_rule_of_1986_is_rebuilt() -> None:
     # The exact model is exact to round-off of its some hundred operations; the rule's error is what it is.
     assert module.largest_shares(dynamics, exact).max() < 1e-12
     assert 0.005 < module.largest_shares(dynamics, ruled).max() < 0.02
+
+
+def test_the_arms_of_psdm_are_those_of_their_table() -> None:
+    module = study("psdm_measure")
+    ours = module.dynamics_of("SCARA")
+    other = replace(scara(), joints=ours.arm.joints)
+    np.testing.assert_array_equal(ExactDynamics.of(other, ours.states).torque, ours.torque)
+    assert [module.arm_of(name).n_joints for name in module.PUBLISHED] == [6, 7, 4]
+    model, seconds, fresh = module.simplified("SCARA", "fast", 0.05, 0.95, states=100)
+    assert model.promise.budget == "5% norm at 95% of states"
+    assert model.promise.asked_norm.share <= 0.05
+    assert seconds > 0.0
+    # A hundred states stand for all of them only roughly.
+    assert fresh < 0.2
+    # It is compared with what the program computes as it is timed.
+    timed = module.nanoseconds(model.program, ours.states)
+    assert (timed is None) == (shutil.which("gcc") is None)
 
 
 def test_the_study_of_published_arms_is_up_to_date() -> None:

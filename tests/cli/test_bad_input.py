@@ -164,6 +164,22 @@ CASES = (
     words("negative budget", "two_link x.csv --budget -1", "--budget, entry 1", "found: '-1'"),
     words("NaN budget", "two_link x.csv --budget nan", "--budget, entry 1", "found: 'nan'"),
     words("wordy budget", "two_link x.csv --budget small", "--budget, entry 1", "expected: a share"),
+    Case(
+        "mixed norm budget",
+        ("simplify", "two_link", "--budget", "1% norm or 2%"),
+        ("--budget", "expected: a share of the norm of all joints", "next: it is one for all joints"),
+    ),
+    Case(
+        "norm budget of the main job",
+        ("two_link", "x.csv", "--budget", "1% norm at 95%"),
+        ("the main job's results", 'found: "1% norm at 95% of states"', "next: gd-analyze simplify"),
+        {"x.csv": csv(*ROWS)},
+    ),
+    Case(
+        "certified norm budget",
+        ("simplify", "two_link", "--states", "20", "--budget", "1% norm", "--certified"),
+        ("a certified model cannot be had with a budget of the norm", "next: leave --certified away"),
+    ),
     words("too many budgets", "two_link x.csv --budget 1%,1%,1%", "--budget", "expected: 1 or 2", "found: 3"),
     words("negative top", "two_link x.csv --top -1", "'--top'"),
     words("unwritable folder", "two_link x.csv --out x.csv/results", "x.csv is not a folder", "next:"),

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
+from changed_recursions import summands_dropped
 
 SWING = ("simplify", "two_link", "two-link-swing", "--budget", "10%")
 
@@ -313,3 +314,46 @@ def test_the_curve_is_in_the_terms_of_the_budget(run):
         multiple = float(point["budget"].removesuffix(" N m")) / 0.5
         # Quick points are counted on a tenth of the smallest budget of terms swept before.
         assert point["largest_share"] <= multiple * (1 + 1e-9)
+
+
+@pytest.fixture
+def quickly(monkeypatch):
+    """Without a search: this is about what is told of a model."""
+    monkeypatch.setattr("gd_analyze.search.pruned.prune", summands_dropped)
+
+
+@pytest.mark.usefixtures("quickly")
+def test_a_recursion_tells_what_it_keeps_and_leaves_out(run):
+    words = ("simplify", "puma560", "pick-and-place", "--level", "recursive")
+    result = run(*words)
+    assert (result.code, result.err) == (0, "")
+    assert max(map(len, result.out.splitlines())) <= 80
+    told, told_json = " ".join(result.out.split()), run(*words, "--json").json
+    for equation in told_json["equations"]:
+        assert " ".join(equation.split()) in told
+    assert "Link 6, forces and torque" in told
+    assert "omega, omegad: angular velocity and acceleration of a link" in told
+
+    assert len(told_json["parameters"]) == 6 * 11
+    states = {(row["link"], row["parameter"]): row["state"] for row in told_json["parameters"]}
+    assert states[1, "M"] == states[6, "MZ"] == "never acts"
+    assert {"dropped", "kept", "partly kept"} <= set(states.values())
+    kept = [len(row["kept"]) for row in told_json["parameters"] if row["link"] == 3 and row["products"]]
+    of = [row["products"] for row in told_json["parameters"] if row["link"] == 3 and row["products"]]
+    row = next(line.split() for line in result.out.splitlines() if line.split()[:1] == ["3"] and "/" in line)
+    assert [cell.rstrip("*") for cell in row[1:]] == [f"{k}/{n}" for k, n in zip(kept, of, strict=True)]
+
+    left_out = told_json["left_out"]
+    shares = [max(row["share"]) for row in left_out]
+    assert shares == sorted(shares, reverse=True)
+    assert all(1 <= row["link"] <= 6 and len(row["torque"]) == 6 for row in left_out)
+    assert f"And {len(left_out) - 12} more" in told
+    assert left_out[0]["in"] in told
+
+
+@pytest.mark.usefixtures("quickly")
+def test_nothing_left_out_of_a_recursion_is_said_to_be_nothing(run):
+    result = run("simplify", "two_link", "two-link-swing", "--level", "recursive", "--budget", "0%")
+    assert (result.code, result.err) == (0, "")
+    assert "Nothing is left out." in result.out
+    assert "tau1 = n1z" in result.out

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from tests.psdm_arms import kr6
 from tests.strategies import arms, examples, random_states
 
+from gd_analyze.harmonics.expansion import expanded
 from gd_analyze.levels import ExactDynamics
 from gd_analyze.levels.kept_programs import inputs_of
 from gd_analyze.levels.recursion import Changes
@@ -19,7 +20,7 @@ from gd_analyze.states import states_in_box
 from gd_analyze.vectors import FloatArray
 
 # Of the usual effort: what tenths of a second find.
-_QUICK = 0.005
+_QUICK = 0.02
 
 
 def _largest(exact: ExactDynamics, changes: Changes, allowed: FloatArray) -> float:
@@ -28,8 +29,8 @@ def _largest(exact: ExactDynamics, changes: Changes, allowed: FloatArray) -> flo
     return float((np.abs(program.run(inputs_of(exact.states)).T - exact.torque) / allowed).max())
 
 
-@examples(15)
-@given(arm=arms(max_joints=5, massive=True), seed=st.integers(0, 2**16), share=st.sampled_from([0.003, 0.03]))
+@examples(8)
+@given(arm=arms(max_joints=4, massive=True), seed=st.integers(0, 2**16), share=st.sampled_from([0.003, 0.03]))
 def test_the_budget_is_kept_and_nothing_dearer_comes_of_it(arm: RobotArm, seed: int, share: float) -> None:
     exact = ExactDynamics.of(arm, random_states(arm.n_joints, 60, seed))
     allowed = exact.allowed(f"{100 * share}%")
@@ -37,7 +38,10 @@ def test_the_budget_is_kept_and_nothing_dearer_comes_of_it(arm: RobotArm, seed: 
     # Statements of fitted numbers are rounded once more.
     assert _largest(exact, changes, allowed) <= 1.0 + 1e-9
     recursion = exact.form.recursion
-    assert recursion.changed(changes).count.total <= recursion.program.count.total
+    program = recursion.changed(changes)
+    assert program.count.total <= recursion.program.count.total
+    # It is still a torque: D(q) qdd + h(q, qd) + c(q), or it could not be written out.
+    expanded(program, [not turns for turns in arm.is_revolute])
 
 
 def test_it_goes_on_from_changes_and_repeats_to_the_last_bit() -> None:

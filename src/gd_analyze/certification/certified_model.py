@@ -64,10 +64,14 @@ def simplify_certified(
     Raises
     ------
     UsageError
-        If not even the exact model could be certified: the budget is less than what the bound resolves.
+        If not even the exact model could be certified: the budget is less than what the bound resolves. Or if
+        the budget is of the norm: of how many of endlessly many states it holds cannot be proven.
     """
+    budget = Budget.of(budget).require_per_joint(
+        "a certified model", "leave --certified away, and bound the model's errors with `gd-analyze certify`"
+    )
     exact = exact.under(budget)
-    allowed, stated = exact.allowed(budget), f"{Budget.of(budget)}{CERTIFIED}"
+    allowed, stated = exact.allowed(budget), f"{budget}{CERTIFIED}"
     share = np.ones(len(allowed))
     known, how = exact, How(level, write=False, effort=_EFFORT, dearer=True)
     for turn in range(_ROUNDS):

@@ -18,6 +18,7 @@ from gd_analyze.formatting import number, rounded_up
 
 if TYPE_CHECKING:
     from gd_analyze.certification import Certificate, Definiteness
+    from gd_analyze.cli.joint_table import Column
     from gd_analyze.levels import Promise
     from gd_analyze.vectors import FloatArray
 
@@ -129,9 +130,10 @@ def _document(shown: _Shown) -> dict[str, object]:
 
     model, certificate, definiteness = shown.model, shown.certificate, shown.definiteness
     promise, box = model.promise, (shown.extremes or certificate).box
+    allowed = promise.allowed if promise.asked.norm is None else None
     states = zip(*(values.tolist() for values in certificate.worst_states), strict=True)
     columns: dict[str, object] = {
-        "allowed_error": promise.allowed,
+        "allowed_error": allowed,
         "largest_error": promise.errors.largest,
         "worst_found": certificate.worst_found,
         "worst_state": [dict(zip(("q", "qd", "qdd"), state, strict=True)) for state in states],
@@ -139,8 +141,8 @@ def _document(shown: _Shown) -> dict[str, object]:
         "largest_torque_found": shown.largest,
         "certified_share_of_largest_found": share_of(certificate.certified, shown.largest),
         "certified_share_of_peak_made_for": share_of(certificate.certified, promise.errors.peak_torque),
-        "certified_of_allowed": share_of(certificate.certified, promise.allowed),
-        "within_allowed": certificate.within(promise.allowed),
+        "certified_of_allowed": None if allowed is None else share_of(certificate.certified, allowed),
+        "within_allowed": None if allowed is None else certificate.within(allowed),
         "ratio": certificate.ratio,
     }
     if shown.extremes is not None:
@@ -193,7 +195,8 @@ def _show(shown: _Shown) -> None:
         bound = rounded_up(float(certificate.certified[worst.joint - 1]))
         told = f"{number(bound)} {arm.joints[worst.joint - 1].effort_unit}"
     elif worst.of:
-        told += f" of the {measure_told(model) if worst.of == 'peak torque' else worst.of}"
+        measure = measure_told(model) if worst.of == "peak torque" else ""
+        told += f" of the {measure or worst.of}"
     sentence(
         f"{arm_in_words(arm, model.drives)}: no state within {certificate.where} has a torque error above "
         f"{told} (joint {worst.joint}).",
@@ -203,6 +206,11 @@ def _show(shown: _Shown) -> None:
     # Both at once would be wider than a terminal; how far what was found lies below is said in words.
     extremes = [("extremes", _rounded_up(shown.extremes))] if shown.extremes else []
     sampled = "promised" if shown.elsewhere else "sampled"
+    beside: list[Column] = [
+        ("allowed", promise.allowed),
+        ("× allowed", numbers(map(rounded_up, share_of(certificate.certified, promise.allowed)))),
+        ("within", ["proven" if x else "no" for x in within]),
+    ]
     joint_table(
         "Torque error, {units}" + ("" if promise.measured else f"; {sampled} and allowed as the file states"),
         arm,
@@ -211,9 +219,7 @@ def _show(shown: _Shown) -> None:
             *([] if extremes else [("found", certificate.worst_found)]),
             ("certified", _rounded_up(certificate)),
             *extremes,
-            ("allowed", promise.allowed),
-            ("× allowed", numbers(map(rounded_up, share_of(certificate.certified, promise.allowed)))),
-            ("within", ["proven" if x else "no" for x in within]),
+            *([] if promise.asked.norm else beside),
         ],
     )
     line()
@@ -259,6 +265,8 @@ def _there(certificate: Certificate) -> str:
 
 
 def _verdict(proven: int, joints: int, promise: Promise, there: str) -> str:
+    if promise.asked.norm is not None:
+        return f"The budget, {promise.budget}, is of the states the model was made for; it cannot be proven."
     budget = f"{'' if promise.measured else 'stated '}budget of {promise.budget}"
     if proven == joints:
         return f"Every joint stays within the {budget} at every state {there}."

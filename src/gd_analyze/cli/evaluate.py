@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from math import isclose
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,7 @@ from gd_analyze.cli.log_options import log_options, read_motion
 from gd_analyze.cli.options import FILE, out_option
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.outputs import require_outputs
+from gd_analyze.cli.recursion_view import losses_of_changes
 from gd_analyze.cli.terminal import line, sentence
 
 if TYPE_CHECKING:
@@ -90,10 +92,14 @@ def evaluate(
             loaded = replace(loaded, promise=loaded.promise.along(motion.fingerprint))
         stage("evaluating")
         evaluation = gd.evaluate(loaded, given, held)
-        # At the other levels what is dropped is no part that the decomposition knows, and with a payload it
-        # is not what the error comes from.
+        # At the other levels what is dropped is single terms, and with a payload it is not what the error
+        # comes from.
         tells = motion is not None and body is None and not loaded.level.has_torque_terms
-        lost = losses(loaded, evaluation.dynamics) if tells else ()
+        lost: tuple[Loss, ...] = ()
+        if tells and loaded.level is gd.LEVELS["recursive"]:
+            lost = losses_of_changes(loaded, given)
+        elif tells:
+            lost = losses(loaded, evaluation.dynamics)
         if out is not None and motion is not None:
             stage(f"writing {out.name}")
             write_text(out, torque_csv(motion, evaluation))
@@ -105,25 +111,25 @@ def evaluate(
 def _document(trial: _Trial) -> dict[str, Any]:
     from dataclasses import asdict
 
-    from gd_analyze.cli.joint_table import joint_rows
+    from gd_analyze.cli.joint_table import joint_rows, norm_rows
     from gd_analyze.levels.promise import share_of
 
     model, effect, body = trial.model, trial.effect, trial.payload
     errors, promised, bare = trial.evaluation.errors, model.promise.errors, trial.without_payload
-    exact, allowed = trial.evaluation.dynamics, model.promise.allowed
-    where = exact.states.described
+    exact, where = trial.evaluation.dynamics, trial.evaluation.dynamics.states.described
+    allowed = model.promise.allowed if model.promise.asked.norm is None else None
     columns = {
         "peak_torque": errors.peak_torque,
         "peak_torque_made_for": promised.peak_torque,
         "allowed_error": allowed,
         "largest_error": errors.largest,
         "rms_error": errors.rms,
-        "within_allowed": trial.evaluation.within(allowed),
-        "largest_of_allowed": share_of(errors.largest, allowed),
+        "within_allowed": None if allowed is None else trial.evaluation.within(allowed),
+        "largest_of_allowed": None if allowed is None else share_of(errors.largest, allowed),
         "largest_share_of_peak_here": errors.largest_share,
         "largest_share_of_peak_made_for": share_of(errors.largest, promised.peak_torque),
         "promised_largest_error": promised.largest,
-        "promised_of_allowed": share_of(promised.largest, allowed),
+        "promised_of_allowed": None if allowed is None else share_of(promised.largest, allowed),
         "largest_error_without_payload": None if bare is None else bare.errors.largest,
         "torque_per_kg": effect.torque_per_kg,
         "mass_within_budget": effect.mass_within_budget,
@@ -142,6 +148,8 @@ def _document(trial: _Trial) -> dict[str, Any]:
         },
         **{key: where.get(key) for key in ("trajectory", "set_points", "box", "states", "seed")},
         "joints": joint_rows(model.arm, columns),
+        "norms": norm_rows(trial.evaluation.norms),
+        "promised_norms": norm_rows(model.promise.norms),
         "mass_within_budget": effect.largest_mass,
         "limiting_joint": effect.limiting_joint,
         "largest_losses": [asdict(loss) for loss in trial.lost],
@@ -150,6 +158,7 @@ def _document(trial: _Trial) -> dict[str, Any]:
 
 def _show(trial: _Trial) -> None:
     from gd_analyze.cli.joint_table import arm_in_words, joint_table, times
+    from gd_analyze.results.error_words import norms_told
     from gd_analyze.results.summary import measure_told
     from gd_analyze.states import in_words
 
@@ -165,6 +174,9 @@ def _show(trial: _Trial) -> None:
     several = trial.made_for != model.promise.made_for
     whole = f", one of {in_words(trial.made_for).partition(' of ')[2]}," if several else ""
     sentence(f"by a model made {unaware}for {made_for}{whole} with a budget of {model.promise.budget}.")
+    if model.promise.asked.norm is not None:
+        _show_by_norm(trial)
+        return
     if trial.without_payload is not None:
         beside, heading = trial.without_payload.errors, "unloaded"
     else:
@@ -186,8 +198,38 @@ def _show(trial: _Trial) -> None:
     measure = "" if where == model.promise.made_for else measure_told(model)
     meant = f"; the {measure} is meant, not that here" if measure else ""
     sentence(f"Allowed: {model.promise.budget}{meant}.")
+    sentence(f"{norms_told(trial.evaluation.norms, exact.arm)}.")
     _compare(trial, made_for)
     _say_what_may_be_carried(trial)
+
+
+def _show_by_norm(trial: _Trial) -> None:
+    """Show the errors under a budget of the norm, which allows no joint a number of its own."""
+    from gd_analyze.cli.joint_table import joint_table, percents
+    from gd_analyze.results.error_words import norms_in_words, norms_told
+
+    model, evaluation, asked = trial.model, trial.evaluation, trial.model.promise.asked.norm
+    errors, bare, promised = trial.evaluation.errors, trial.without_payload, model.promise.norms
+    joint_table(
+        "Torque error here, {units}, and its share of the peak torque here",
+        evaluation.dynamics.arm,
+        [
+            ("peak here", errors.peak_torque),
+            ("largest", errors.largest),
+            ("share", percents(errors.largest_share)),
+            ("RMS", errors.rms),
+            ("share", percents(errors.rms_share)),
+        ],
+    )
+    line()
+    found = next(norm.share for norm in evaluation.norms if asked and isclose(norm.states, asked.states))
+    kept = "kept" if asked and found <= asked.share else "not kept"
+    sentence(f"Allowed: {model.promise.budget}, which is {kept} here.")
+    sentence(f"{norms_told(evaluation.norms, model.arm)}.")
+    if bare is not None:
+        sentence(f"Without the payload: {norms_in_words(bare.norms)}.")
+    stated = "" if model.promise.measured else ", as its file states"
+    sentence(f"Where the model was made{stated}: {norms_in_words(promised)}.")
 
 
 def _compare(trial: _Trial, made_for: str) -> None:
@@ -222,9 +264,10 @@ def _compare(trial: _Trial, made_for: str) -> None:
     )
     for loss in [loss for loss in trial.lost if loss.torque_share >= _WORTH_A_LINE][:5]:
         joint = loss.torque_joint - 1
-        line(
-            f"  {loss.part:18} up to {torque(loss.torque_peak, joint)} at joint {joint + 1}, "
-            f"{number(loss.torque_peak / allowed[joint])} times what is allowed"
+        sentence(
+            f"{loss.part:18} up to {torque(loss.torque_peak, joint)} at joint {joint + 1}, "
+            f"{number(loss.torque_peak / allowed[joint])} times what is allowed",
+            indent="  ",
         )
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from gd_analyze.cli.measured_torque import show_measured_torque
 from gd_analyze.cli.motions import motions_document, show_motions
 from gd_analyze.cli.output import Output
+from gd_analyze.cli.recursion_view import recursion_document
 from gd_analyze.cli.terminal import line, sentence, table
 
 if TYPE_CHECKING:
@@ -28,8 +29,10 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
     from dataclasses import asdict
 
     from gd_analyze.formulas.plain import Plain
+    from gd_analyze.levels import RECURSIVE
     from gd_analyze.results import rows_of, summary
     from gd_analyze.results.rows import budget_rows, element_rows, joint_rows
+    from gd_analyze.states import states_of
 
     model, tables = findings.model, findings.tables
     parts = rows_of(tables["parts"], "part")
@@ -50,6 +53,9 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
         "operations": asdict(model.operations),
         "operations_full": asdict(model.operations_full),
         "equations": [Plain().line(formula) for formula in model.formulas],
+        "recursion": recursion_document(model, states_of(findings.trajectory), Plain().digits)
+        if model.level is RECURSIVE
+        else None,
         "elements": {
             "kept": [row["part"] for row in parts if row["kept"]],
             "dropped": sorted(

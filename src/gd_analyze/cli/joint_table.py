@@ -16,6 +16,7 @@ from gd_analyze.results.words import drives_told
 
 if TYPE_CHECKING:
     from gd_analyze.levels import Promise
+    from gd_analyze.levels.budget import NormShare
     from gd_analyze.operations import OperationCount
     from gd_analyze.robots import RobotArm
     from gd_analyze.vectors import FloatArray
@@ -118,7 +119,7 @@ def promise_table(promise: Promise, arm: RobotArm, about: str = "") -> None:
         arm,
         [
             ("peak torque", errors.peak_torque),
-            ("allowed", promise.allowed),
+            *([("allowed", promise.allowed)] if promise.asked.norm is None else []),
             ("largest", errors.largest),
             ("share", percents(promise.shares)),
             ("RMS", errors.rms),
@@ -129,17 +130,22 @@ def promise_table(promise: Promise, arm: RobotArm, about: str = "") -> None:
 
 def promise_values(promise: Promise) -> dict[str, FloatArray | None]:
     """What a model states of its errors, by the names of the schema."""
-    errors = promise.errors
+    errors, allowed = promise.errors, promise.allowed if promise.asked.norm is None else None
     return {
         "peak_torque": errors.peak_torque,
-        "allowed_error": promise.allowed,
+        "allowed_error": allowed,
         "largest_error": errors.largest,
         "largest_share": errors.largest_share,
-        "largest_of_allowed": share_of(errors.largest, promise.allowed),
+        "largest_of_allowed": None if allowed is None else share_of(errors.largest, allowed),
         "rms_error": errors.rms,
         "rms_share": errors.rms_share,
         "uncertainty": promise.uncertainty,
     }
+
+
+def norm_rows(norms: Iterable[NormShare]) -> list[dict[str, float]]:
+    """Shares of the norm as JSON has them: by the share of the states that keep each."""
+    return [{"states": norm.states, "share": norm.share} for norm in norms]
 
 
 def joint_rows(arm: RobotArm, columns: Mapping[str, Any]) -> list[dict[str, Any]]:

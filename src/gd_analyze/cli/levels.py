@@ -13,11 +13,15 @@ from gd_analyze.level_names import LEVEL_NAMES
 CHEAPEST = "cheapest"
 
 
-def budget_option(
-    told: str = "Allowed torque error: a share of each joint's peak torque (1%), torque limit (0.5% limit), "
+# What --budget is.
+BUDGET = (
+    "Allowed torque error: a share of each joint's peak torque (1%), torque limit (0.5% limit), "
     "Coulomb friction (10% friction) or parameter uncertainty (uncertainty), or N m (0.5); the larger of "
-    'several joined by "or" (1% or 10% friction); one for all joints, or one per joint, comma-separated.',
-) -> Callable[[F], F]:
+    'several joined by "or" (1% or 10% friction); one for all joints, or one per joint, comma-separated.'
+)
+
+
+def budget_option(told: str = BUDGET) -> Callable[[F], F]:
     """--budget."""
     return click.option("--budget", default="1%", show_default=True, metavar="LIST", help=told)
 

@@ -9,10 +9,11 @@ import click
 
 import gd_analyze as gd
 from gd_analyze.cli.given import Given, given_dynamics
-from gd_analyze.cli.levels import budget_option, level_option, simplify_options
+from gd_analyze.cli.levels import BUDGET, budget_option, level_option, simplify_options
 from gd_analyze.cli.options import command_line, digits_option, margin_option, out_option
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.outputs import require_outputs
+from gd_analyze.cli.recursion_view import recursion_document, show_recursion
 from gd_analyze.cli.terminal import WIDTH, line, lines, sentence
 
 if TYPE_CHECKING:
@@ -21,7 +22,9 @@ if TYPE_CHECKING:
 
 @click.command(short_help="Find a model of few terms within a torque budget.")
 @given_dynamics
-@budget_option()
+@budget_option(
+    f"{BUDGET} Or, of all joints together, a share of the torque's norm (1% norm at 95% of states)."
+)
 @level_option()
 @simplify_options
 @click.option(
@@ -67,6 +70,7 @@ def simplify(
       gd-analyze simplify puma560 pick-and-place --level energy --budget 0.5%
       gd-analyze simplify puma560 pick-and-place large-slew -o model.json
       gd-analyze simplify puma560 --budget "1% or 10% friction" --operations 80
+      gd-analyze simplify puma560 --budget "1% norm at 95% of states"
       gd-analyze simplify puma560 --certified -o model.json
       gd-analyze simplify my_arm.toml --refit --level energy -o model.json
     """
@@ -104,14 +108,18 @@ def simplify(
             gd.save_model(model, out)
 
     output.give(
-        lambda: _document(model, certificate, digits) | {"seconds": seconds} | output.about(out),
-        lambda: _show(model, certificate, seconds, digits),
+        lambda: (
+            _document(model, exact.states, certificate, digits) | {"seconds": seconds} | output.about(out)
+        ),
+        lambda: _show(model, exact.states, certificate, seconds, digits),
         out,
     )
 
 
-def _document(model: gd.SimplifiedModel, certificate: Certificate | None, digits: int) -> dict[str, Any]:
-    from gd_analyze.cli.joint_table import counts, joint_rows, promise_values
+def _document(
+    model: gd.SimplifiedModel, states: gd.States, certificate: Certificate | None, digits: int
+) -> dict[str, Any]:
+    from gd_analyze.cli.joint_table import counts, joint_rows, norm_rows, promise_values
     from gd_analyze.formulas.plain import Plain
 
     promise = model.promise
@@ -133,15 +141,20 @@ def _document(model: gd.SimplifiedModel, certificate: Certificate | None, digits
         "saves": model.saves,
         "notice": model.notice,
         "joints": joint_rows(model.arm, columns),
+        "norms": norm_rows(promise.norms),
     } | where
     if model.level is gd.LEVELS["element"]:
         return document | {"kept": _labels(model), "dropped": _labels(model, dropped=True)}
     plain = Plain(digits)
-    return document | {
-        "terms": len(model.terms),
-        "equations": [plain.line(formula) for formula in model.formulas],
-        "legend": list(plain.legend(model.legend)),
-    }
+    return (
+        document
+        | {
+            "terms": len(model.terms),
+            "equations": [plain.line(formula) for formula in model.formulas],
+            "legend": list(plain.legend(model.legend)),
+        }
+        | (recursion_document(model, states, digits) if model.level is gd.LEVELS["recursive"] else {})
+    )
 
 
 def _labels(model: gd.SimplifiedModel, dropped: bool = False) -> list[str]:
@@ -150,10 +163,17 @@ def _labels(model: gd.SimplifiedModel, dropped: bool = False) -> list[str]:
     return [p.label for p in parts_of(model.arm.n_joints) if (p in model.terms) != dropped]
 
 
-def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: float, digits: int) -> None:
+def _show(
+    model: gd.SimplifiedModel,
+    states: gd.States,
+    certificate: Certificate | None,
+    seconds: float,
+    digits: int,
+) -> None:
     from gd_analyze.cli.joint_table import arm_in_words, promise_table
     from gd_analyze.formatting import amount, rounded_up
     from gd_analyze.formulas.plain import Plain
+    from gd_analyze.results.error_words import errs_by, norms_told
     from gd_analyze.results.summary import nothing_gained, worst_error
     from gd_analyze.states import in_words
 
@@ -162,9 +182,7 @@ def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: f
     if model.saves:
         proven = certificate and worst_error(model, certificate.certified)
         answer = f"{left.total} instead of {full.total} operations, " + (
-            f"no error above {proven.in_words}, proven"
-            if proven
-            else f"largest error {worst_error(model).in_words}"
+            f"no error above {proven.in_words}, proven" if proven else errs_by(model)
         )
         sentence(f"{arm_in_words(arm, model.drives)}: {answer}", bold=True)
     else:
@@ -181,6 +199,8 @@ def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: f
         sentence(f"{promise.by_level}.")
     sentence(f"Operations after each step of the search: {promise.search}.")
     promise_table(promise, arm)
+    line()
+    sentence(f"{norms_told(promise.norms, arm)}.")
     line()
     if model.notice:
         sentence(model.notice)
@@ -199,6 +219,9 @@ def _show(model: gd.SimplifiedModel, certificate: Certificate | None, seconds: f
         for heading, dropped in (("Kept", False), ("Dropped", True)):
             sentence(heading, bold=True)
             sentence(", ".join(_labels(model, dropped)) or "nothing")
+        return
+    if model.level is gd.LEVELS["recursive"]:
+        show_recursion(model, states, digits)
         return
     plain = Plain(digits)
     sentence("The model, in kg, m, s, rad", bold=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -13,19 +14,22 @@ class Symbol:
     Parameters
     ----------
     letter
-        "tau" is the Greek one.
+        "tau" and "omega" are the Greek ones.
     index
-        Digits and commas, or a letter that stands for any joint.
+        Digits and commas, letters of a component behind them; or a letter that stands for any joint.
     dots
         1 for a rate, 2 for an acceleration.
     word
         Upright superscript.
+    primes
+        How many stand behind the letter.
     """
 
     letter: str
     index: str = ""
     dots: int = 0
     word: str = ""
+    primes: int = 0
 
 
 class Power(NamedTuple):
@@ -120,6 +124,11 @@ class Legend(NamedTuple):
 def one(base: Symbol | Function) -> Product:
     """A symbol or function by itself."""
     return Product(1.0, (Power(base),))
+
+
+def as_formula(left: Symbol, terms: Iterable[Product]) -> Formula:
+    """A sum of products by a symbol."""
+    return Formula(left, tuple(map(Piece, terms)) or NOTHING)
 
 
 def bracketed(quantity: str, terms: tuple[Product, ...], common: tuple[Power, ...]) -> tuple[Piece, ...]:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from gd_analyze.formulas.formula import Symbol
-from gd_analyze.formulas.printer import Printer
+from gd_analyze.formulas.printer import PRIME, Printer
 
 _DOTS = ("", r"\dot", r"\ddot")
+_GREEK = {"tau": r"\tau", "omega": r"\omega"}
 
 
 class Latex(Printer):
@@ -15,8 +16,9 @@ class Latex(Printer):
 
     def symbol(self, symbol: Symbol, exponent: int = 1) -> str:
         r"""Write \tau_{1}, \ddot{q}_{2}, C_{23}^{2}, D_{12}^{\mathrm{tran}}."""
-        letter = r"\tau" if symbol.letter == "tau" else symbol.letter
+        letter = _GREEK.get(symbol.letter, symbol.letter)
         base = f"{_DOTS[symbol.dots]}{{{letter}}}" if symbol.dots else letter
+        base += PRIME * symbol.primes
         index = f"_{{{symbol.index}}}" if symbol.index else ""
         word = rf"^{{\mathrm{{{symbol.word}}}}}" if symbol.word else ""
         return f"{base}{index}{word}{_raised(exponent)}"

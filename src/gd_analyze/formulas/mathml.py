@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from itertools import groupby
 
 from gd_analyze.formulas.formula import Formula, Legend, Symbol
@@ -9,6 +10,7 @@ from gd_analyze.formulas.printer import Printer
 
 _THIN, _SPACE = '<mspace width=".16em"/>', '<mspace width=".3em"/>'
 _DOTS = ("", "˙", "¨")
+_GREEK = {"tau": "τ", "omega": "ω"}
 
 
 class MathML(Printer):
@@ -23,12 +25,14 @@ class MathML(Printer):
 
     def symbol(self, symbol: Symbol, exponent: int = 1) -> str:
         """Write a letter with its accent, index and superscript."""
-        base = f"<mi>{'τ' if symbol.letter == 'tau' else symbol.letter}</mi>"
+        base = f"<mi>{_GREEK.get(symbol.letter, symbol.letter)}</mi>"
         if symbol.dots:
             base = f'<mover accent="true">{base}<mo stretchy="false">{_DOTS[symbol.dots]}</mo></mover>'
-        kind = "mi" if symbol.index.isalpha() else "mn"
-        index = f"<{kind}>{symbol.index}</{kind}>" if symbol.index else ""
+        index = _index(symbol.index)
         above = f"<mtext>{symbol.word}</mtext>" if symbol.word else _exponent(exponent)
+        if symbol.primes:
+            primes = f"<mo>{'′' * symbol.primes}</mo>"
+            above = f"<mrow>{primes}{above}</mrow>" if above else primes
         tag = f"m{'sub' if index else ''}{'sup' if above else ''}"
         return f"<{tag}>{base}{index}{above}</{tag}>" if index or above else base
 
@@ -97,6 +101,13 @@ class PageMathML(MathML):
         both = zip(formula.pieces, self.elements(formula), strict=True)
         groups = groupby(both, key=lambda pair: pair[0].quantity)
         return tuple((quantity, tuple(element for _, element in group)) for quantity, group in groups)
+
+
+def _index(index: str) -> str:
+    """Write numbers upright and letters, one by one, slanted."""
+    parts = re.findall(r"[^a-z]+|[a-z]", index)
+    written = "".join(f"<mi>{part}</mi>" if part.isalpha() else f"<mn>{part}</mn>" for part in parts)
+    return f"<mrow>{written}</mrow>" if len(parts) > 1 else written
 
 
 def _exponent(exponent: int) -> str:

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from gd_analyze.formulas.formula import Formula, Symbol
-from gd_analyze.formulas.printer import Printer
+from gd_analyze.formulas.printer import PRIME, Printer
 
 
 class Plain(Printer):
     """Writes C23 S4² pd3 and 5.85e-5; p is a rate already, so that one dot goes without a d."""
 
     def symbol(self, symbol: Symbol, exponent: int = 1) -> str:
-        """Write tau1, qdd2, C9,10², p_j, D12^tran."""
+        """Write tau1, qdd2, C9,10², p_j, D12^tran, omegad'3x."""
         dots = symbol.dots - (symbol.letter == "p")
         index = f"_{symbol.index}" if symbol.index.isalpha() else symbol.index
         word = f"^{symbol.word}" if symbol.word else ""
-        return f"{symbol.letter}{'d' * dots}{index}{word}{_superscript(exponent)}"
+        return f"{symbol.letter}{'d' * dots}{PRIME * symbol.primes}{index}{word}{_superscript(exponent)}"
 
     def function(self, name: str, argument: str, exponent: int) -> str:
         """Write cos²(2 q2 - q3)."""

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 from gd_analyze.formulas.formula import Formula, Function, Legend, Piece, Power, Product, Symbol
 from gd_analyze.formulas.numbers import rounded
+
+# Of vectors in a frame other than their own.
+PRIME = "'"
 
 
 @dataclass(frozen=True)
@@ -53,8 +57,12 @@ class Printer(ABC):
 
     def argument(self, products: tuple[Product, ...]) -> str:
         """Write the sum a function is taken of."""
+        return self.sum(products, self.close)
+
+    def sum(self, products: Sequence[Product], apart: str | None = None) -> str:
+        """Write a sum of products; nothing of none."""
         return self.between.join(
-            self.sign(product.weight < 0, place == 0) + self.product(product, self.close)
+            self.sign(product.weight < 0, place == 0) + self.product(product, apart)
             for place, product in enumerate(products)
         )
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
+
 from gd_analyze.formulas.formula import Symbol
-from gd_analyze.formulas.printer import Printer
+from gd_analyze.formulas.printer import PRIME, Printer
 
 _DOTS = ("", "dot", "dot.double")
 
@@ -17,7 +19,9 @@ class Typst(Printer):
     def symbol(self, symbol: Symbol, exponent: int = 1) -> str:
         """Write tau_(1), dot.double(q)_(2), C_(23)^2, D_(12)^"tran"."""
         base = f"{_DOTS[symbol.dots]}({symbol.letter})" if symbol.dots else symbol.letter
-        index = f"_({symbol.index})" if symbol.index else ""
+        base += PRIME * symbol.primes
+        # Letters side by side would be one name.
+        index = f"_({re.sub('(?<=.)(?=[a-z])', ' ', symbol.index)})" if symbol.index else ""
         word = f'^"{symbol.word}"' if symbol.word else ""
         return f"{base}{index}{word}{_raised(exponent)}"
 

@@ -10,19 +10,32 @@ their angular velocity from the frame before the first of them, at the sum of th
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from gd_analyze.formulations.regrouped_links import RegroupedLink, regrouped
+from gd_analyze.formulations.regrouped_links import RegroupedArm, RegroupedLink, regrouped
 from gd_analyze.robots import RobotArm
 from gd_analyze.vectors import Array, FloatArray, apply, cross, dot, times_constant
 
 # An offset is so many quarter turns where it is within round-off of that.
 _QUARTER, _ROUND_OFF = 0.5 * math.pi, 1e-14
 
+# Takes a link, from 0, and components (..., N) of its quantities by their names in docs/notation.md.
+Told = Callable[[int, Mapping[str, Array]], None]
 
-def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = True) -> Array:
+
+def torque(
+    arm: RobotArm,
+    q: Array,
+    qd: Array,
+    qdd: Array,
+    *,
+    gravity: bool = True,
+    told: Told = lambda link, quantities: None,
+) -> Array:
     """Generalized torque by Newton-Euler, shape (n, N). Khalil and Kleinfinger 1987.
 
     Parameters
@@ -33,28 +46,13 @@ def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = Tr
         Joint variables, rates and accelerations, set points last, shape (n, N).
     gravity
         Whether gravity acts.
+    told
+        Told every quantity on the way.
     """
-    rewritten, count = regrouped(arm), qd.shape[1]
-    spin = _Spin(np.zeros((3, count)), np.zeros((3, count)))
-    run = None
-    acceleration: Array = np.broadcast_to(-int(gravity) * rewritten.gravity[:, None], (3, count))
-    field: Array = np.zeros((3, 3, count))
-    motions = []
-    for i, link in enumerate(rewritten.links):
-        lever = link.translation[:, None]
-        if link.sliding is None:
-            own = _Run.starting(link, spin, q[i], qd[i], qdd[i])
-            run = run.joined(link, own) if run and link.is_parallel else own
-            turn, spin = own.turn(link), run.spin(link)
-        else:
-            turn, lever = _Turn(link.rotation), lever + link.sliding[:, None] * q[i]
-        acceleration = turn.into(acceleration + apply(field, lever))
-        if link.sliding is not None:
-            axis = link.sliding[:, None]
-            acceleration = acceleration + axis * qdd[i] + 2.0 * cross(spin.omega, axis * qd[i])
-        field = spin.field()
-        motions.append((turn, lever, acceleration, field))
-    out = np.empty((len(motions), count), np.result_type(qd, acceleration))
+    rewritten = regrouped(arm)
+    start = np.broadcast_to(-int(gravity) * rewritten.gravity[:, None], (3, qd.shape[1]))
+    motions = list(_motions(rewritten, start, (q, qd, qdd), told))
+    out = np.empty((len(motions), qd.shape[1]), np.result_type(qd, motions[-1].acceleration))
     force = moment = np.zeros((3, 1))
     for i, link in reversed(list(enumerate(rewritten.links))):
         turn, lever, acceleration, field = motions[i]
@@ -68,9 +66,47 @@ def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = Tr
         else:
             force = force + link.mass * acceleration
             out[i] = dot(np.broadcast_to(link.sliding[:, None], force.shape), force)
-        force, moment = turn.out_of(force), turn.out_of(moment)
+        told(i, {"f": force, "n": moment})
+        force, moment = turn.turned_back(force), turn.turned_back(moment)
+        told(i, {"f'": force, "n'": moment})
+        force, moment = turn.back_across(force), turn.back_across(moment)
+        told(i, {"f''": force, "n''": moment})
         moment = moment + cross(lever, force)
     return out
+
+
+def _motions(arm: RegroupedArm, start: Array, state: tuple[Array, ...], told: Told) -> Iterator[_Motion]:
+    """How every link moves, from the acceleration of the base on."""
+    spin, run = _Spin(np.zeros_like(start), np.zeros_like(start)), None
+    acceleration, field = start, np.zeros((3, *start.shape))
+    for i, (link, q, qd, qdd) in enumerate(zip(arm.links, *state, strict=True)):
+        lever = link.translation[:, None]
+        if link.sliding is None:
+            own = _Run.starting(link, spin, q, qd, qdd)
+            run = run.joined(link, own) if run and link.is_parallel else own
+            turn, spin = own.turn(link), run.spin(link)
+            told(i, run.quantities)
+        else:
+            turn, lever = _Turn(link.rotation), lever + link.sliding[:, None] * q
+        acceleration = acceleration + apply(field, lever)
+        across = turn.across(acceleration)
+        told(i, {"r": lever, "a''": acceleration, "a'": across})
+        acceleration = turn.turned(across)
+        if link.sliding is not None:
+            axis = link.sliding[:, None]
+            acceleration = acceleration + axis * qdd + 2.0 * cross(spin.omega, axis * qd)
+        field = spin.field()
+        told(i, {"omega": spin.omega, "omegad": spin.omega_dot, "a": acceleration, "A": field})
+        yield _Motion(turn, lever, acceleration, field)
+
+
+class _Motion(NamedTuple):
+    """From the frame before, the way to its origin there, that origin's acceleration, and the matrix A."""
+
+    turn: _Turn
+    lever: Array
+    acceleration: Array
+    field: Array
 
 
 @dataclass(frozen=True)
@@ -81,19 +117,29 @@ class _Turn:
     cos: Array | None = None
     sin: Array | None = None
 
-    def into(self, vector: Array) -> Array:
-        """Express a vector of frame i-1 in frame i."""
-        x, y, z = rotated = np.einsum("ba,bn->an", self.rotation, vector)
+    def across(self, vector: Array) -> Array:
+        """Express a vector of frame i-1 in frame i before it turns."""
+        rotated: Array = np.einsum("ba,bn->an", self.rotation, vector)
+        return rotated
+
+    def turned(self, vector: Array) -> Array:
+        """Express that in frame i."""
         if self.cos is None or self.sin is None:
-            return rotated
+            return vector
+        x, y, z = vector
         return np.stack([self.cos * x + self.sin * y, self.cos * y - self.sin * x, z])
 
-    def out_of(self, vector: Array) -> Array:
-        """Express a vector of frame i in frame i-1."""
-        if self.cos is not None and self.sin is not None:
-            x, y, z = vector
-            vector = np.stack([self.cos * x - self.sin * y, self.sin * x + self.cos * y, z + 0.0 * x])
-        return np.einsum("ab,bn->an", self.rotation, vector)
+    def turned_back(self, vector: Array) -> Array:
+        """Express a vector of frame i in that before it turns."""
+        if self.cos is None or self.sin is None:
+            return vector
+        x, y, z = vector
+        return np.stack([self.cos * x - self.sin * y, self.sin * x + self.cos * y, z + 0.0 * x])
+
+    def back_across(self, vector: Array) -> Array:
+        """Express that in frame i-1."""
+        rotated: Array = np.einsum("ab,bn->an", self.rotation, vector)
+        return rotated
 
 
 @dataclass(frozen=True)
@@ -157,6 +203,16 @@ class _Run:
             self.rate_dot + own.rate_dot,
         )
 
+    @property
+    def quantities(self) -> dict[str, Array]:
+        """The rates, and how the link before them moves in their frame before it turns."""
+        turn = _Turn(self.rotation)
+        return {
+            "p": np.array([self.rate, self.rate_dot]),
+            "omega'": turn.across(self.before.omega),
+            "omegad'": turn.across(self.before.omega_dot),
+        }
+
     def turn(self, link: RegroupedLink) -> _Turn:
         """From the frame before to that of the last of them; of a round link frames need not turn."""
         if link.is_round:
@@ -171,8 +227,8 @@ class _Run:
     def spin(self, link: RegroupedLink) -> _Spin:
         """How the last of them moves."""
         turn = self.turn(link)
-        x, y, z = turn.into(self.before.omega)
-        x_dot, y_dot, z_dot = turn.into(self.before.omega_dot)
+        x, y, z = turn.turned(turn.across(self.before.omega))
+        x_dot, y_dot, z_dot = turn.turned(turn.across(self.before.omega_dot))
         return _Spin(
             np.stack([x, y, z + self.rate]),
             np.stack([x_dot + y * self.rate, y_dot - x * self.rate, z_dot + self.rate_dot]),

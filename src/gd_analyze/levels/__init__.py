@@ -9,9 +9,13 @@ from gd_analyze.levels.evaluation import torque_csv as torque_csv
 from gd_analyze.levels.exact import ExactDynamics as ExactDynamics
 from gd_analyze.levels.exact import warn_without_torque as warn_without_torque
 from gd_analyze.levels.exact_form import ExactForm as ExactForm
+from gd_analyze.levels.left_out import Omission as Omission
+from gd_analyze.levels.left_out import omissions as omissions
 from gd_analyze.levels.level import Level as Level
 from gd_analyze.levels.levels import LEVELS as LEVELS
 from gd_analyze.levels.levels import level_named as level_named
+from gd_analyze.levels.link_parameters import LinkParameter as LinkParameter
+from gd_analyze.levels.link_parameters import link_parameters as link_parameters
 from gd_analyze.levels.losses import Loss as Loss
 from gd_analyze.levels.losses import losses as losses
 from gd_analyze.levels.model import SimplifiedModel as SimplifiedModel

@@ -1,4 +1,4 @@
-"""The torque error a user allows, per joint: the larger of several amounts."""
+"""The torque error a user allows: per joint the larger of several amounts, or a share of its norm."""
 
 from __future__ import annotations
 
@@ -21,6 +21,11 @@ _WHOLES = ("peak", "limit", "friction", "uncertainty")
 _ALLOWANCE = re.compile(
     rf"(?P<number>{UNSIGNED})\s*(?P<unit>%|N ?m?)?"
     rf"(?:\s*(?:of\s+)?(?P<whole>{'|'.join(_WHOLES)}))?|(?P<name>{'|'.join(_WHOLES)})",
+    re.IGNORECASE,
+)
+_NORM = re.compile(
+    rf"(?P<share>{UNSIGNED})\s*%\s*(?:of\s+(?:the\s+)?)?norm"
+    rf"(?:\s+at\s+(?:all|every|(?P<states>{UNSIGNED})\s*%)(?:\s+(?:of\s+(?:the\s+)?)?states?)?)?",
     re.IGNORECASE,
 )
 _OR = re.compile(r"\s+or\s+", re.IGNORECASE)
@@ -64,6 +69,39 @@ class Allowance(NamedTuple):
         return self.of if share == "100%" else f"{share} {self.of}"
 
 
+class NormShare(NamedTuple):
+    """An error that is allowed to all joints together: norm of the torque error over norm of the torque.
+
+    Joints that turn and joints that slide each have a norm; both must keep it.
+
+    Parameters
+    ----------
+    share
+        The share (1 % is 0.01).
+    states
+        Share of the states that must keep it, above 0; 1 where all must.
+    """
+
+    share: float
+    states: float = 1.0
+
+    @classmethod
+    def parse(cls, text: str) -> Self | None:
+        """Read "1% norm" or "1% of norm at 95% of states"; None where it is nothing of this kind."""
+        match = _NORM.fullmatch(text.strip())
+        if match is None:
+            return None
+        share, states = float(match["share"]), float(match["states"] or 100.0)
+        # 99.9 / 100 is not 0.999, but for the last digits.
+        return (
+            cls(share / 100, round(states / 100, 15)) if share <= LARGEST and 0.0 < states <= 100.0 else None
+        )
+
+    def __str__(self) -> str:
+        where = "all states" if self.states == 1.0 else f"{self.states * 100:.12g}% of states"
+        return f"{self.share * 100:.12g}% norm at {where}"
+
+
 @dataclass(frozen=True)
 class Budget:
     """Allowed torque error: one entry for all joints, or one each; the larger amount of an entry counts.
@@ -71,7 +109,9 @@ class Budget:
     Parameters
     ----------
     entries
-        One or several allowances per entry; 1 % of peak torque by default.
+        One or several allowances per entry; 1 % of peak torque by default. None where there is a norm.
+    norm
+        What is allowed to all joints together, in place of entries.
 
     Raises
     ------
@@ -80,8 +120,18 @@ class Budget:
     """
 
     entries: tuple[tuple[Allowance, ...], ...] = ((Allowance(0.01),),)
+    norm: NormShare | None = None
 
     def __post_init__(self) -> None:
+        if self.norm is not None:
+            if self.entries or not (0.0 <= self.norm.share < np.inf and 0.0 < self.norm.states <= 1.0):
+                raise UsageError(
+                    "a budget of the norm cannot be that",
+                    where="Budget",
+                    expected="no entries, a share of 0 or more, and a share of the states above 0, up to 1",
+                    found=f"{self.norm.share:g} at {self.norm.states:g}, {len(self.entries)} entries",
+                )
+            return
         if not self.entries or not all(self.entries):
             raise UsageError(
                 "a budget allows nothing", where="Budget", expected="at least one amount per entry"
@@ -101,7 +151,8 @@ class Budget:
 
         An amount is a share of the joint's peak torque over the states ("1%"), of its torque limit ("0.5%
         limit"), of its Coulomb friction ("10% friction"), of its torque's uncertainty ("50% uncertainty", or
-        all of it, "uncertainty"), or a torque ("0.05 N m", "0.05").
+        all of it, "uncertainty"), or a torque ("0.05 N m", "0.05"). Or else a share of the norm of all
+        joints' torque, alone, and of how many states ("1% norm at 95% of states", "1% norm").
 
         Raises
         ------
@@ -113,11 +164,11 @@ class Budget:
         >>> str(Budget.parse("1% or 10% of friction, 0.2"))
         '1% or 10% friction, 0.2 N m'
         """
+        if re.search(r"\bnorm\b", text, re.IGNORECASE):
+            return cls((), _norm_in(text))
         entries = []
         for column, entry in enumerate(text.split(","), start=1):
-            allowances = [
-                Allowance.parse(words) for words in re.split(r"\s+or\s+", entry, flags=re.IGNORECASE)
-            ]
+            allowances = [Allowance.parse(words) for words in _OR.split(entry)]
             if None in allowances:
                 raise _not_understood(entry, column)
             entries.append(tuple(allowance for allowance in allowances if allowance is not None))
@@ -146,13 +197,33 @@ class Budget:
 
     @property
     def wholes(self) -> frozenset[str]:
-        """What its amounts are shares of; "torque" among them for N m."""
+        """What its amounts are shares of; "torque" among them for N m; "norm" alone for that."""
+        if self.norm is not None:
+            return frozenset({"norm"})
         return frozenset(allowance.of for entry in self.entries for allowance in entry)
 
     @property
     def shares_of(self) -> str:
         """What errors under it are told as shares of: "peak torque" where it is one, or "allowed error"."""
-        return "peak torque" if self.wholes == {"peak"} else "allowed error"
+        return "peak torque" if self.wholes in ({"peak"}, {"norm"}) else "allowed error"
+
+    def require_per_joint(self, what: str, next_step: str | None = None) -> Self:
+        """Refuse a budget of the norm where `what` needs to know what every joint is allowed.
+
+        Raises
+        ------
+        UsageError
+            If it is one.
+        """
+        if self.norm is not None:
+            raise UsageError(
+                f"{what} cannot be had with a budget of the norm",
+                where="--budget",
+                expected='an error allowed at each joint, such as "1%" or "1% or 10% friction"',
+                found=f'"{self}", which is of all joints together',
+                next_step=next_step,
+            )
+        return self
 
     def of_joints(self, count: int) -> Sequence[tuple[Allowance, ...]]:
         """One entry per joint.
@@ -174,12 +245,19 @@ class Budget:
     def allowed(self, by: Yardsticks) -> FloatArray:
         """Allowed error of each joint, N m, shape (n,).
 
+        A share of the norm allows no joint a number of its own. What is given then is the share of the norm
+        of the peak torques, of joints that turn or slide as it does: no state that keeps the budget has a
+        larger error.
+
         Raises
         ------
         UsageError
             If there are several entries, but not one per joint, or an amount is a share of what the arm does
             not state.
         """
+        if self.norm is not None:
+            alike = np.equal.outer(by.arm.is_revolute, by.arm.is_revolute)
+            return np.asarray(self.norm.share * np.sqrt(alike @ by.peak**2))
         return np.array(
             [
                 max(amount if of == "torque" else amount * by.of(of, joint) for amount, of in entry)
@@ -189,12 +267,32 @@ class Budget:
 
     def scaled(self, factor: float) -> Budget:
         """The same budget, every amount times a factor."""
+        if self.norm is not None:
+            return Budget((), self.norm._replace(share=factor * self.norm.share))
         return Budget(
             tuple(tuple(Allowance(factor * a.amount, a.of) for a in entry) for entry in self.entries)
         )
 
     def __str__(self) -> str:
+        if self.norm is not None:
+            return str(self.norm)
         return ", ".join(" or ".join(map(str, entry)) for entry in self.entries)
+
+
+def _norm_in(text: str) -> NormShare:
+    """Read a budget that names the norm."""
+    norm = NormShare.parse(text)
+    if norm is not None:
+        return norm
+    mixed = "," in text or _OR.search(text)
+    raise UsageError(
+        "the budget is not understood",
+        where="--budget",
+        expected=f"a share of the norm of all joints' torque, up to {LARGEST:g} %, and the share of the "
+        'states, above 0 and up to 100 %, that keep it: "1% norm at 95% of states"; without "at", all',
+        found=repr(text.strip()),
+        next_step="it is one for all joints and stands alone: without commas and `or`" if mixed else None,
+    )
 
 
 def _not_understood(entry: str, column: int) -> UsageError:
@@ -202,13 +300,14 @@ def _not_understood(entry: str, column: int) -> UsageError:
     likely = [
         matches[0]
         for word in re.findall(r"[a-z]{3,}", entry.lower())
-        if word not in _WHOLES and (matches := get_close_matches(word, _WHOLES, n=1))
+        if word not in _WHOLES and (matches := get_close_matches(word, (*_WHOLES, "norm"), n=1))
     ]
     return UsageError(
         "the budget is not understood",
         where=f"--budget, entry {column}",
         expected="a share of peak torque such as 1%, N m such as 0.5, or the larger of several "
-        f'such as "1% or 10% friction" (or limit, uncertainty); up to {LARGEST:g}',
+        f'such as "1% or 10% friction" (or limit, uncertainty); up to {LARGEST:g}; or of the torque\'s norm, '
+        'such as "1% norm at 95% of states"',
         found=repr(entry.strip()),
         next_step=f"did you mean {likely[0]}?" if likely else None,
     )

@@ -13,8 +13,9 @@ import numpy as np
 
 from gd_analyze.decomposition import decompose_states, torque_of
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.levels.budget import Budget
+from gd_analyze.levels.budget import Budget, NormShare
 from gd_analyze.levels.exact_form import ExactForm
+from gd_analyze.levels.measures import USUAL_STATES, Measure, NormMeasure, PeakMeasure, share_at
 from gd_analyze.levels.promise import AlongMotion, ErrorTable, Promise
 from gd_analyze.levels.uncertainty import torque_uncertainty
 from gd_analyze.levels.yardsticks import Yardsticks
@@ -167,6 +168,23 @@ class ExactDynamics:
         by = Yardsticks(self.arm, self.peak_torque, self.uncertainty)
         return allowed_by(Budget.of(budget), by, self.round_off)
 
+    def measure(self, budget: Budget | str | None) -> Measure:
+        """What tells whether an error at these states keeps a budget."""
+        budget = Budget.of(budget)
+        if budget.norm is None:
+            return PeakMeasure(self.allowed(budget), self.states.weights)
+        return self.norm_measure(budget.norm)
+
+    def norm_measure(self, norm: NormShare) -> NormMeasure:
+        """What tells whether an error at these states keeps a share of the norm."""
+        return NormMeasure(*norm, self.torque.T, np.array(self.arm.is_revolute), self.round_off)
+
+    def norms_of(self, torque: FloatArray, asked: NormShare | None = None) -> tuple[NormShare, ...]:
+        """Shares of the norm by which torques (N, n) err, at 95 %, 99.9 % and what is asked of the states."""
+        shares = self.norm_measure(NormShare(1.0)).shares((torque - self.torque).T)
+        states = sorted({*USUAL_STATES, *([] if asked is None else [asked.states])})
+        return tuple(NormShare(share_at(shares, part), part) for part in states)
+
     def under(self, budget: Budget | str | None) -> ExactDynamics:
         """Let an error count on each of several motions as a budget measured by that motion asks.
 
@@ -180,15 +198,15 @@ class ExactDynamics:
         for motion, alone in self.by_motion.items():
             needs = alone.peak_torque > 0.0
             weights[motion.rows] = np.where(needs, np.maximum(most / alone.allowed(budget), 1.0), 1.0)
-        return self._weighed(weights)
+        return self.weighed(weights)
 
     @property
     def all_alike(self) -> ExactDynamics:
         """The same, every error counting alike."""
-        return self if self.states.weights is None else self._weighed(None)
+        return self if self.states.weights is None else self.weighed(None)
 
-    def _weighed(self, weights: FloatArray | None) -> ExactDynamics:
-        """Weigh the states otherwise, and keep what is known of them."""
+    def weighed(self, weights: FloatArray | None) -> ExactDynamics:
+        """The same with errors that count as weights (N, n) say, see `States.weights`; alike where None."""
         other = replace(self, states=replace(self.states, weights=weights))
         vars(other).update({name: value for name, value in vars(self).items() if name not in vars(other)})
         return other
@@ -217,7 +235,13 @@ class ExactDynamics:
             )
             for motion, alone in self.by_motion.items()
         )
-        return replace(promise, errors=self.errors_of(torque), uncertainty=self.uncertainty, motions=motions)
+        return replace(
+            promise,
+            errors=self.errors_of(torque),
+            uncertainty=self.uncertainty,
+            motions=motions,
+            norms=self.norms_of(torque, promise.asked.norm),
+        )
 
 
 def allowed_by(budget: Budget, by: Yardsticks, round_off: float = 0.0) -> FloatArray:

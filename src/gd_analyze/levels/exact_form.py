@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -16,13 +17,14 @@ from gd_analyze.harmonics.terms import Energies, Torques
 from gd_analyze.levels.effort import ROUGH, Effort
 from gd_analyze.levels.kept_programs import Task, inputs_of, kept_programs, some_states
 from gd_analyze.levels.recursion import Recursion
+from gd_analyze.levels.recursion_names import Quantity, components
 from gd_analyze.levels.torque_program import torque_program
 from gd_analyze.operations import OperationCount, Program, Trace
 from gd_analyze.operations.rewriting import rewritten
 from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import RobotArm, describe_in_full
 from gd_analyze.round_off import ROUND_OFF_SHARE
-from gd_analyze.vectors import FloatArray
+from gd_analyze.vectors import Array, FloatArray
 
 # Joints up to which sums of terms may take fewer operations than the recursion: terms grow with the fourth
 # power of the joints and more, the recursion's operations with the first.
@@ -89,10 +91,17 @@ class ExactForm:
         """Its torque by the cheapest formulation as it folds, step by step, drives added."""
         trace, n = Trace(), self.arm.n_joints
         states = [trace.inputs(name, n) for name in ("q", "qd", "qdd")]
-        torque = newton_euler_regrouped.torque(self.arm, *states)[:, 0]
+        quantities: list[tuple[Quantity, Any]] = []
+
+        def told(link: int, values: Mapping[str, Array]) -> None:
+            for kind, value in values.items():
+                quantities.extend(components(kind, link, value))
+
+        torque = newton_euler_regrouped.torque(self.arm, *states, told=told)[:, 0]
         if self.drive_inertia is not None:
             torque = torque + self.drive_inertia * states[2][:, 0]
-        return Recursion(tuple(trace.expressions), tuple(torque))
+        quantities += [(Quantity("tau", i), value) for i, value in enumerate(torque)]
+        return Recursion(tuple(trace.expressions), tuple(torque), tuple(quantities))
 
     @property
     def operations(self) -> OperationCount:

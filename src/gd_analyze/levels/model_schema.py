@@ -7,6 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field, SerializerFunctionWrapHandler, TypeAdapter, model_serializer
 
+from gd_analyze.levels.budget import NormShare
 from gd_analyze.levels.exact_form import ExactForm
 from gd_analyze.levels.level import Checked
 from gd_analyze.levels.levels import level_named
@@ -76,6 +77,12 @@ class _AlongMotion(Checked):
     errors: list[_JointError]
 
 
+class _NormShare(Checked):
+    states: float = Field(gt=0.0, le=1.0)
+    # None where only an error is, and no torque.
+    share: float | None = Field(ge=0.0)
+
+
 class ModelDocument(Checked):
     """The whole file; `terms` are as the level's own entry says."""
 
@@ -90,6 +97,8 @@ class ModelDocument(Checked):
     made_for: _MadeFor
     # Of a model made for several motions: what is promised along each.
     motions: list[_AlongMotion] = Field(default_factory=list)
+    # Norm of the error over norm of the torque, by the share of the states that keep it; not in older files.
+    norms: list[_NormShare] = Field(default_factory=list)
     # Where the cheapest level was looked for: what each took.
     levels: list[_LevelTried] = Field(default_factory=list)
     search: list[_Step]
@@ -109,7 +118,8 @@ class ModelDocument(Checked):
     def _without_what_is_not_there(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Of one motion the file says nothing of motions, of one level nothing of others."""
         said: dict[str, Any] = write(self)
-        return {key: value for key, value in said.items() if value or key not in ("motions", "levels")}
+        unsaid = ("motions", "norms", "levels")
+        return {key: value for key, value in said.items() if value or key not in unsaid}
 
 
 def document_of(model: SimplifiedModel) -> ModelDocument:
@@ -134,6 +144,10 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
                 errors=_errors(model, one),
             )
             for one in promise.motions
+        ],
+        norms=[
+            _NormShare(states=norm.states, share=norm.share if np.isfinite(norm.share) else None)
+            for norm in promise.norms
         ],
         levels=[_LevelTried(**one._asdict()) for one in promise.levels],
         search=[_Step(name=step.name, operations=step.operations) for step in promise.steps],
@@ -194,6 +208,10 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
             motions=tuple(
                 AlongMotion(one.name, one.fingerprint, one.set_points, *_stated(one.errors))
                 for one in document.motions
+            ),
+            norms=tuple(
+                NormShare(np.inf if norm.share is None else norm.share, norm.states)
+                for norm in document.norms
             ),
             levels=tuple(LevelTried(one.level, one.operations, one.why) for one in document.levels),
         ),

@@ -24,8 +24,11 @@ def budget_notice(arm: RobotArm, promise: Promise) -> str:
     -------
     str
         A sentence with the numbers of the joint where it is most so, and the budget that takes it into
-        account; "" where no joint is concerned, or the budget's entry for it does so already.
+        account; "" where no joint is concerned, or the budget's entry for it does so already, or it is of the
+        norm and has none.
     """
+    if promise.asked.norm is not None:
+        return ""
     by = Yardsticks(arm, promise.errors.peak_torque, promise.uncertainty)
     entries = list(promise.asked.of_joints(arm.n_joints))
     is_open = np.array([_TAKEN_INTO_ACCOUNT.keys().isdisjoint(of for _, of in entry) for entry in entries])

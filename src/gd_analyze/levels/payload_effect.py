@@ -25,7 +25,8 @@ class PayloadEffect:
         (n,).
     mass_within_budget
         Largest mass, kg, for which each joint's error stays within the model's budget, shape (n,): 0 where
-        it is beyond the budget without any, infinite where no mass acts on the joint.
+        it is beyond the budget without any, infinite where no mass acts on the joint. Infinite everywhere,
+        too, where the budget is of the norm and no joint has one of its own.
     """
 
     torque_per_kg: FloatArray
@@ -65,14 +66,16 @@ def payload_effect(model: SimplifiedModel, states: States) -> PayloadEffect:
     # Cancelled terms leave round-off behind, where there is neither an error nor an effect.
     no_error = exact.round_off
     no_effect = ROUND_OFF_SHARE * max(of_a_kilogram.max(), -of_a_kilogram.min())
+    promise = model.promise
+    allowed = promise.allowed if promise.asked.norm is None else np.full(model.arm.n_joints, np.inf)
     torque, mass = np.zeros(model.arm.n_joints), np.full(model.arm.n_joints, np.inf)
     for chunk in chunks(len(states)):
         size, sign = np.abs(of_a_kilogram[chunk]), np.sign(of_a_kilogram[chunk])
         here = np.where(np.abs(error[chunk]) <= no_error, 0.0, error[chunk])
         acts = size > no_effect
         most = np.full(size.shape, np.inf)
-        np.divide(model.promise.allowed + sign * here, size, out=most, where=acts)
-        most[np.abs(here) > model.promise.allowed] = 0.0
+        np.divide(allowed + sign * here, size, out=most, where=acts)
+        most[np.abs(here) > allowed] = 0.0
         torque = np.maximum(torque, np.where(acts, size, 0.0).max(axis=0))
         mass = np.minimum(mass, most.min(axis=0))
     return PayloadEffect(torque, mass)

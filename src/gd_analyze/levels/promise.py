@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from math import isclose
 from typing import NamedTuple
 
 import numpy as np
 
-from gd_analyze.levels.budget import Budget
+from gd_analyze.levels.budget import Budget, NormShare
 from gd_analyze.round_off import peak_magnitude, round_off_of
 from gd_analyze.vectors import FloatArray
 
@@ -149,7 +150,8 @@ class Promise:
     Parameters
     ----------
     allowed, budget
-        Allowed torque error per joint, N m, shape (n,), and how the user put it.
+        Allowed torque error per joint, N m, shape (n,), and how the user put it. Where that is of the norm no
+        joint is allowed a number of its own, see `Budget.allowed`.
     errors
         Error over the states it was made for: sampled, not a bound elsewhere.
     made_for
@@ -166,6 +168,10 @@ class Promise:
         stated of the arm's parameters.
     motions
         What is promised along each of several motions, where the model was made for several.
+    norms
+        Norm of the torque error over norm of the torque, as so many of the states keep it; infinite where
+        only an error is. Where the budget is one of the norm, what it asked for is among them. Files of
+        before it was kept have none.
     levels
         What every level took, where the cheapest was looked for; empty where one was asked for.
     """
@@ -180,6 +186,7 @@ class Promise:
     measured: bool = True
     uncertainty: FloatArray | None = None
     motions: tuple[AlongMotion, ...] = ()
+    norms: tuple[NormShare, ...] = ()
     levels: tuple[LevelTried, ...] = ()
 
     def along(self, fingerprint: str) -> Promise:
@@ -198,6 +205,7 @@ class Promise:
                     uncertainty=one.uncertainty,
                     made_for=made_for,
                     motions=(),
+                    norms=(),
                 )
         return self
 
@@ -205,6 +213,14 @@ class Promise:
     def asked(self) -> Budget:
         """The budget as a value."""
         return Budget.parse(self.budget.removesuffix(CERTIFIED))
+
+    @property
+    def asked_norm(self) -> NormShare | None:
+        """The share of the norm that was found where one was asked for, and the states it was asked of."""
+        asked = self.asked.norm
+        return (
+            None if asked is None else next(norm for norm in self.norms if isclose(norm.states, asked.states))
+        )
 
     @property
     def shares(self) -> FloatArray:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
+from gd_analyze.levels.recursion_names import Quantity
 from gd_analyze.operations import Program, Trace
 from gd_analyze.operations.trace import Expression
 
@@ -93,10 +94,13 @@ class Recursion:
         Expressions, each after its arguments; what no output needs may stand in for what one does.
     outputs
         Torques of the joints: expressions or numbers.
+    quantities
+        What a reader knows, each with its expression or number, in the order of their making.
     """
 
     steps: tuple[Expression, ...]
     outputs: tuple[Any, ...]
+    quantities: tuple[tuple[Quantity, Any], ...] = ()
 
     @property
     def program(self) -> Program:

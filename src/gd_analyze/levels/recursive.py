@@ -8,11 +8,13 @@ from typing import Any, ClassVar
 from pydantic import TypeAdapter
 
 from gd_analyze.errors import ModelError
-from gd_analyze.formulas.formula import Formula
+from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.levels.effort import COUNTING, Effort
 from gd_analyze.levels.exact_form import ExactForm
 from gd_analyze.levels.level import Checked, Coefficient, Level, Terms
 from gd_analyze.levels.recursion import CONSTANT, NUMBER, Change
+from gd_analyze.levels.recursion_reading import Reading, read
+from gd_analyze.levels.recursion_scales import scales
 from gd_analyze.operations import Expression, Program
 from gd_analyze.operations.rewriting import rewritten
 
@@ -41,8 +43,16 @@ class RecursiveLevel(Level):
         return program if effort.shared <= COUNTING.shared else rewritten(program)
 
     def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
-        """None: its model is a recursion, which no equation of one line is."""
-        return ()
+        """Equations of the quantities that the recursion passes on, in the order of their making."""
+        return self.reading(form, terms).formulas
+
+    def legend(self, form: ExactForm, terms: Terms) -> Legend:
+        """Sines and cosines."""
+        return self.reading(form, terms).legend
+
+    def reading(self, form: ExactForm, terms: Terms) -> Reading:
+        """Its equations link by link."""
+        return read(form.recursion, terms, scales(form, terms))
 
     def told(self, terms: Terms) -> str:
         """Say how much of the recursion is changed."""

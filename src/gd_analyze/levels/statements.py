@@ -10,13 +10,17 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import pairwise
+from math import isclose
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, ModelError
+from gd_analyze.levels.budget import NormShare
 from gd_analyze.levels.exact import ExactDynamics, allowed_by
+from gd_analyze.levels.measures import share_at
 from gd_analyze.levels.model import SimplifiedModel
 from gd_analyze.levels.promise import AlongMotion, ErrorTable, Promise
 from gd_analyze.levels.yardsticks import Yardsticks
@@ -28,6 +32,8 @@ from gd_analyze.vectors import FloatArray
 
 # A budget is written with six digits, the least precise of which are 1.00000.
 _SIX_DIGITS = 5e-6
+_CANNOT_BE = "what the model file states of its errors cannot be"
+_WRITE_AGAIN = "write the model again with `gd-analyze simplify`"
 # Most drawn states at which errors are measured again: a tenth of a second.
 _MOST_STATES = 10_000
 
@@ -47,9 +53,11 @@ def require_consistent(model: SimplifiedModel) -> None:
     ------
     ModelError
         If a torque or an error is negative, an error's root mean square is above its largest, the largest
-        above the allowed one, or the allowed one not what budget and peak torque come to.
+        above the allowed one, or the allowed one not what budget and peak torque come to; if a share of the
+        norm is above the one asked for, or above one that more states keep.
     """
     _require_of(model, model.promise)
+    _require_norms(model)
     for motion in model.promise.motions:
         _require_of(model, motion, f" along {motion.name}")
         over_all = model.promise.errors.peak_torque
@@ -68,16 +76,56 @@ def _require_of(model: SimplifiedModel, stated: Promise | AlongMotion, along: st
     _require(model, f"rms_error{along}", errors.rms >= 0.0, errors.rms, "0 or more")
     within = errors.rms <= most * errors.largest
     _require(model, f"rms_error{along}", within, errors.rms, "at most the largest error")
-    # Along a motion what is allowed is a quotient, and rounded.
-    within = errors.largest <= (most if along else 1.0) * stated.allowed
-    _require(model, f"largest_error{along}", within, errors.largest, "at most the allowed error")
     budget = model.promise.asked
+    # Along a motion what is allowed is a quotient, and rounded. A budget of the norm is of no joint alone.
+    within = errors.largest <= (most if along else 1.0) * stated.allowed
+    if budget.norm is None:
+        _require(model, f"largest_error{along}", within, errors.largest, "at most the allowed error")
     comes_to = allowed_by(budget, Yardsticks(model.arm, errors.peak_torque, spread))
     # Of states without torque the allowed error is their round-off, which only they tell; of a joint that
     # needs none along one of several motions, it is what the others allow.
     unknown = errors.peak_torque == 0.0 if along else not errors.peak_torque.any()
     fits = (np.abs(stated.allowed - comes_to) <= _SIX_DIGITS * comes_to) | unknown
     _require(model, f"allowed_error{along}", fits, stated.allowed, f"what {model.promise.budget} comes to")
+
+
+def _require_norms(model: SimplifiedModel) -> None:
+    """Refuse shares of the norm that contradict one another, or the budget."""
+    norms, asked = sorted(model.promise.norms, key=lambda norm: norm.states), model.promise.asked.norm
+    for few, many in pairwise(norms):
+        if few.share > many.share:
+            raise _impossible(few, f"at most that of more states, {many.share:.6g}")
+    if asked is None:
+        return
+    stated = next((norm for norm in norms if isclose(norm.states, asked.states)), None)
+    # The budget is written with twelve digits.
+    if stated is None or stated.share > asked.share * (1.0 + 1e-11):
+        raise _impossible(stated or NormShare(np.inf, asked.states), f"at most {asked.share:.6g}, the budget")
+
+
+def _require_norms_measured(
+    model: SimplifiedModel, exact: ExactDynamics, torque: FloatArray, slack: float
+) -> None:
+    """Refuse shares of the norm that are not those of torques (N, n) within a slack of each."""
+    measure = exact.norm_measure(NormShare(1.0))
+    shares = measure.shares((torque - exact.torque).T)
+    with np.errstate(divide="ignore"):
+        off = slack * np.sqrt(model.arm.n_joints) / measure.norms.min(axis=0)
+    low, high = np.where(np.isfinite(off), shares - off, 0.0), shares + off
+    for norm in model.promise.norms:
+        if not share_at(low, norm.states) <= norm.share <= share_at(high, norm.states):
+            found = share_at(shares, norm.states)
+            raise _impossible(norm, f"{found:.6g}, as measured at {exact.states.in_words}")
+
+
+def _impossible(norm: NormShare, expected: str) -> ModelError:
+    return ModelError(
+        _CANNOT_BE,
+        where=f"norms at {norm.states:.10g} of the states",
+        expected=expected,
+        found=f"{norm.share:.6g}",
+        next_step=_WRITE_AGAIN,
+    )
 
 
 def measured_where_possible(model: SimplifiedModel) -> SimplifiedModel:
@@ -100,11 +148,12 @@ def measured_at(model: SimplifiedModel, states: States) -> SimplifiedModel:
     Raises
     ------
     ModelError
-        If peak torque, errors or uncertainty are others than stated.
+        If peak torque, errors, shares of the norm or uncertainty are others than stated.
     """
     promise = model.promise
     exact = ExactDynamics.of(model.arm, states, model.drives)
-    measured = ErrorTable.of(exact.torque, model.torque(*states.arrays))
+    torque = model.torque(*states.arrays)
+    measured = ErrorTable.of(exact.torque, torque)
     # On another machine either sum may be rounded otherwise.
     slack = 10 * ROUND_OFF_SHARE * float(measured.peak_torque.max())
     found_uncertainty = np.zeros(model.arm.n_joints) if exact.uncertainty is None else exact.uncertainty
@@ -118,7 +167,9 @@ def measured_at(model: SimplifiedModel, states: States) -> SimplifiedModel:
         fits = np.abs(stated - found) <= slack
         joint = int(np.argmin(fits))
         _require(model, name, fits, stated, f"{found[joint]:.6g}, as measured at {states.in_words}")
-    return replace(model, promise=replace(promise, measured=True, uncertainty=exact.uncertainty))
+    _require_norms_measured(model, exact, torque, slack)
+    norms = exact.norms_of(torque, promise.asked.norm)
+    return replace(model, promise=replace(promise, measured=True, uncertainty=exact.uncertainty, norms=norms))
 
 
 def _require(
@@ -127,11 +178,11 @@ def _require(
     if not np.all(holds):
         joint = int(np.argmin(holds))
         raise ModelError(
-            "what the model file states of its errors cannot be",
+            _CANNOT_BE,
             where=f"{what} of joint {joint + 1}, {model.arm.joints[joint].name}",
             expected=expected,
             found=f"{stated[joint]:.6g}",
-            next_step="write the model again with `gd-analyze simplify`",
+            next_step=_WRITE_AGAIN,
         )
 
 

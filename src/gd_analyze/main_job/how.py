@@ -39,7 +39,7 @@ class Settings:
     Raises
     ------
     UsageError
-        If there is no such level, or budget or margin are not understood.
+        If there is no such level, budget or margin are not understood, or the budget is of the norm.
     """
 
     budget: Budget | str | None = None
@@ -54,7 +54,11 @@ class Settings:
     terms: bool = False
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "budget", Budget.of(self.budget))
+        budget = Budget.of(self.budget).require_per_joint(
+            "the main job's results, which show every joint beside what it is allowed,",
+            'gd-analyze simplify ROBOT TRAJECTORY --budget "..." takes it',
+        )
+        object.__setattr__(self, "budget", budget)
         object.__setattr__(self, "margin", Margin.of(self.margin))
         if self.level is not None:
             object.__setattr__(self, "level", level_named(self.level))

@@ -121,18 +121,15 @@ class Tape:
         return out
 
     @cached_property
-    def rates(self) -> NDArray[np.intp]:
-        """What a step holds, shape (steps,): 0 nothing that moves, 1 one rate, 2 two or an acceleration."""
+    def degree(self) -> NDArray[np.intp]:
+        """Degree in the motion: 1 of what is linear in rates, 2 of their products and of accelerations."""
         out = np.zeros(len(self), dtype=np.intp)
         for k, (operation, a, b) in enumerate(self._code):
-            held = [out[x] for x in (a, b) if x >= 0]
+            degrees = [int(out[x]) if x >= 0 else 0 for x in (a, b)]
             if operation == "input":
-                name = self.steps[k].arguments[0]
-                out[k] = 2 if name.startswith("qdd") else 1 if name.startswith("qd") else 0
-            elif operation == "multiply":
-                out[k] = sum(held)
-            else:
-                out[k] = max(held, default=0)
+                out[k] = self.steps[k].arguments[0].count("d")
+            elif operation not in ("cos", "sin"):
+                out[k] = sum(degrees) if operation == "multiply" else max(degrees)
         return out
 
     @cached_property

@@ -15,8 +15,10 @@ from gd_analyze.report.numbering import numbering
 from gd_analyze.report.panel import MOST_POINTS
 from gd_analyze.report.ranking_document import elements_ranked, founding_text, terms_ranked
 from gd_analyze.report.recording_document import recording_document
+from gd_analyze.report.recursion_document import recursion_data
 from gd_analyze.results import Findings, rows_of, summary
 from gd_analyze.results.contributions import Contributions
+from gd_analyze.results.error_words import norms_told
 from gd_analyze.results.rows import element_rows
 from gd_analyze.results.words import CONTRIBUTIONS, LETTERS, SYMBOLS, VERDICTS, told
 
@@ -39,6 +41,7 @@ def document(findings: Findings) -> dict[str, Any]:
         "in_torque": model.promise.asked.wholes == {"torque"},
         "is_mechanical": model.level.is_mechanical,
         "saves": model.saves,
+        "norms": norms_told(model.promise.norms, arm),
         "unsymmetric": summary.unsymmetric_told(findings),
         "refitted": model.refitted,
         "drives": model.drives,
@@ -48,6 +51,7 @@ def document(findings: Findings) -> dict[str, Any]:
         "joints": rows,
         "longest_bar": longest_bar(rows),
         "harmonic": harmonic_data(model),
+        "recursion": recursion_data(findings),
         "elements": founding_method(findings),
         "kept": kept_matrix({row["element"]: told(row, "kept") for row in ranked}, arm.n_joints),
         "dominance": elements_ranked(findings, ranked),

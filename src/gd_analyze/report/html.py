@@ -21,6 +21,7 @@ from gd_analyze.report.motions_document import motions_told
 from gd_analyze.report.numbering import numbering
 from gd_analyze.report.page_environment import environment, style, template_text
 from gd_analyze.report.recording_document import recording_document
+from gd_analyze.report.recursion_document import recursion_shown
 from gd_analyze.report.stroboscope import stroboscope
 from gd_analyze.report.terms import (
     exact_elements,
@@ -30,6 +31,7 @@ from gd_analyze.report.terms import (
     torque_names,
 )
 from gd_analyze.results import Findings, rows_of, summary
+from gd_analyze.results.error_words import norms_told
 from gd_analyze.results.rows import Row, dropped_parts, element_rows, joint_rows, trade_off_rows
 from gd_analyze.results.words import CONTRIBUTIONS, kind_name
 
@@ -123,6 +125,7 @@ def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
             kind_name(kind["level"], kind["refit"]).capitalize() for kind in rows_of(trade_off, "kind")
         ],
         "path": path,
+        "norms": norms_told(model.promise.norms, arm),
         "tube": tables["tube"],
         "tube_sentence": summary.tube_sentence(findings),
         "unsymmetric": summary.unsymmetric_told(findings),
@@ -170,6 +173,7 @@ def _mathematics(findings: Findings, path: BudgetPath) -> dict[str, Any]:
         "parts_formulas": findings.element_model.formulas,
         "inertia_labels": [[inertia_label(i, j) for j in range(n)] for i in range(n)],
         "exact_elements": exact_elements(findings),
+        "recursion": recursion_shown(findings),
     }
 
 

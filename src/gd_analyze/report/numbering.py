@@ -27,6 +27,7 @@ _FIGURES = {
 }
 _TABLES = {
     "errors": "error of every joint",
+    "parameters": "links' parameters that the model keeps",
     "trade_off": "operations and error by budget",
     "torques": "torques and errors of every joint",
     "recording": "noise of readings, accelerations and torques",
@@ -38,6 +39,7 @@ _TABLES = {
     "verdicts": "verdicts that depend on the motion",
     "terms": "single terms ranked by torque",
     "kept": "what the model keeps",
+    "left_out": "what the model leaves out",
     "operations": "operations for one evaluation of all torques",
     "tube": "bounds near the motion",
     "beyond": "errors beyond the motion",
@@ -90,10 +92,13 @@ def _absent(findings: Findings) -> tuple[set[str], set[str], set[str]]:
     unmeasured = {"measured"} if not measured_joints(findings) else set()
     beyond = findings.tables["beyond"]
     of_elements = summary.made_of(findings) == "parts"
+    of_recursion = summary.made_of(findings) == "recursion"
     one = not summary.has_motions(findings)
     tables = {
         "motions": one,
-        "kept": summary.made_of(findings) == "recursion",
+        "kept": of_recursion,
+        "parameters": not of_recursion,
+        "left_out": not of_recursion,
         "verdicts": one or not changing(findings),
         "terms": not findings.is_written_out,
         "tube": summary.tube_proven(findings) is None,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from markupsafe import Markup, escape
 
 from gd_analyze import formatting
+from gd_analyze.formulas.formula import Symbol, as_formula
 from gd_analyze.formulas.mathml import PageMathML
 from gd_analyze.formulas.parts import part_symbol
 from gd_analyze.formulas.writing import term_formula
@@ -54,6 +55,9 @@ def environment() -> Environment:
         "cell": _cell,
         "formula": term_formula,
         "left": lambda formula: Markup(_MATHS.left(formula)),
+        "line": lambda formula: Markup(_MATHS.line(formula)),
+        "letter": lambda symbol: Markup(f"<math>{_MATHS.symbol(symbol)}</math>"),
+        "summands": lambda terms: [*map(Markup, _MATHS.elements(as_formula(Symbol(""), terms)))],
         "pieces": lambda formula: [*map(Markup, _MATHS.elements(formula))],
         "amount": lambda value, unit: formatting.markup(
             formatting.pretty(formatting.amount(float(value), unit))

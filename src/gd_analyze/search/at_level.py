@@ -13,6 +13,7 @@ from gd_analyze.search import dropping, pruned
 from gd_analyze.search.exact_model import exactly, measured, no_dearer
 from gd_analyze.search.how import How
 from gd_analyze.search.search import Progress
+from gd_analyze.search.within_norm import within_norm
 from gd_analyze.vectors import FloatArray
 
 # --operations: the smallest multiple of the budget, and by what it is widened where a quick count promised
@@ -34,11 +35,37 @@ def at_level(
 def _within(
     exact: ExactDynamics, budget: Budget, level: Level, how: How, progress: Progress = None
 ) -> SimplifiedModel:
-    """Search on some of the states if there are very many; those that break the budget join them."""
+    """Search under what the budget allows every joint; or, of the norm, under what keeps that."""
+
+    def search(
+        exact: ExactDynamics,
+        allowed: FloatArray,
+        thorough: bool = True,
+        start: SimplifiedModel | None = None,
+    ) -> SimplifiedModel:
+        # Written shortly, one that takes more operations than exact may still take fewer.
+        trial = how if thorough else replace(how, thorough=False, write=False, dearer=True)
+        return _within_allowed(exact, allowed, str(budget), level, trial, progress, start)
+
     allowed = exact.allowed(budget)
+    if budget.norm is None:
+        return _required(search(exact, allowed), allowed)
+    return within_norm(exact, budget, search, exactly(exact, level, allowed, str(budget)))
+
+
+def _within_allowed(
+    exact: ExactDynamics,
+    allowed: FloatArray,
+    budget: str,
+    level: Level,
+    how: How,
+    progress: Progress,
+    start: SimplifiedModel | None,
+) -> SimplifiedModel:
+    """Search on some of the states if there are very many; those that break the budget join them."""
     known, margin = exact.thinned(), 1.0  # what is added counts a little more every time, so it ends
     while True:
-        model = _searched(known, margin * allowed, str(budget), level, how, progress)
+        model = _searched(known, margin * allowed, budget, level, how, progress, start)
         if known is exact:
             return model
         torque = model.torque(*exact.states.arrays)
@@ -51,12 +78,18 @@ def _within(
 
 
 def _searched(
-    exact: ExactDynamics, allowed: FloatArray, budget: str, level: Level, how: How, progress: Progress
+    exact: ExactDynamics,
+    allowed: FloatArray,
+    budget: str,
+    level: Level,
+    how: How,
+    progress: Progress,
+    start: SimplifiedModel | None,
 ) -> SimplifiedModel:
     if isinstance(level, CandidateLevel):
         found = dropping.dropped(exact, level, allowed, how, progress)
     else:
-        found = pruned.pruned(exact, allowed, how, progress)
+        found = pruned.pruned(exact, allowed, how, progress, None if start is None else start.terms)
     everything = exactly(exact, level, allowed, budget)
     promise = replace(everything.promise, steps=found.steps, solved=found.solved, cut_short=found.cut_short)
     model = measured(
@@ -69,6 +102,11 @@ def _searched(
             promise=promise,
         ),
     )
+    return model if how.dearer else no_dearer(exact, model)
+
+
+def _required(model: SimplifiedModel, allowed: FloatArray) -> SimplifiedModel:
+    """Refuse a model that misses what was allowed: a search that does so is at fault."""
     if not (model.promise.errors.counting <= allowed).all():
         raise GdAnalyzeError(
             "the simplified model misses its budget",
@@ -76,7 +114,7 @@ def _searched(
             found=str(model.promise.errors.counting.tolist()),
             next_step="please report this with the arm file and the states",
         )
-    return model if how.dearer else no_dearer(exact, model)
+    return model
 
 
 def _of_few_operations(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from gd_analyze.levels import RECURSIVE, ExactDynamics, SearchStep, SimplifiedModel
+from gd_analyze.levels import RECURSIVE, Budget, ExactDynamics, SearchStep, SimplifiedModel
 from gd_analyze.levels.effort import COUNTING, POINT, ROUGH, THOROUGH
 from gd_analyze.levels.recursion import Change
 from gd_analyze.search.exact_model import exactly, measured
@@ -58,6 +58,6 @@ def pruned_path(
     changes = dict(start or {})
     for most in allowed:
         changes = prune(exact, most, effort=_QUICK, start=changes)
-        everything = exactly(exact, RECURSIVE, most, "")
+        everything = exactly(exact, RECURSIVE, most, str(Budget.of_torques(most)))
         program = RECURSIVE.write(exact.form, changes, POINT)
         yield measured(exact, replace(everything, terms=changes, program=program, refitted=bool(changes)))

@@ -29,14 +29,12 @@ _STATES, _JOINING = 300, 40
 # Several replacements are made at a time, as long as the mean square error grows no more than so many times:
 # below and above a share of the budget; or to a small one.
 _FEW_ERRORS, _GROWS, _GROWS_LESS, _SMALL, _AT_ONCE = 0.25, 2.0, 1.1, 0.01**2, 24
-# Errors from which all states are looked at, and from which the largest ones lead.
-_ALL, _LEADING = 0.4, 0.3
+# Errors over the allowed ones from which the largest lead.
+_LEADING = 0.3
 # Shares of the changed steps that are undone at once, and how often such that are near each other.
 _UNDONE, _NEAR = (0.03, 0.06, 0.12), 0.6
-# Multiplications of matrices that take as long as one by itself.
-_AT_A_TIME = 8.0
-# Carrying changes out, and what goes with it, takes as long as so many multiplications for each step.
-_CARRYING_OUT = 1.5e4
+# Multiplications of matrices that take as long as one by itself, and those as long as writing down one step.
+_AT_A_TIME, _WRITING = 8.0, 1.5e4
 # Largest error over the allowed one up to which several are tried.
 _ROOM = 0.6
 # Replacements looked at together, tried before none is said to be possible, and what their largest error over
@@ -83,7 +81,7 @@ class _Pruning:
 
     def with_changes(self, changes: Changes) -> _Pruned | None:
         """Carry changes out; None where steps would stand in for one another in a circle."""
-        self.work.spend(_CARRYING_OUT * len(self.recursion.steps))
+        self.work.spend(_WRITING * len(self.recursion.steps))
         try:
             changed = self.recursion.carried_out(changes)
         except ValueError:
@@ -125,7 +123,7 @@ class _Pruning:
         for _ in range(3):
             if pruned.fit.largest > 1.0:
                 return None
-            worst = self.beyond(pruned) if pruned.fit.largest > _ALL else np.empty(0, dtype=np.intp)
+            worst = self.beyond(pruned)
             if not worst.size:
                 return pruned
             self.join(worst[:_JOINING])
@@ -162,7 +160,8 @@ class _Pruning:
             trial = self.replaced(here, chosen)
             if trial is not None:
                 trial = self.fitted(trial, 2.0 if few else 4.0, 1)
-                if trial.fit.largest <= max(2.5 * here.fit.largest, 0.3) and trial.fit.largest <= _ROOM:
+                near = trial.fit.largest <= min(max(2.5 * here.fit.largest, 0.3), _ROOM)
+                if near and not self.beyond(trial).size:
                     return self.stated(trial)
             chosen = chosen[: len(chosen) // 2]
         return None

@@ -2,8 +2,10 @@
 
 Where u, times c, stands in for v, the error changes by slope_v (c u - v), to first order. So for every pair
 of steps the c that makes squares least, and these squares, follow from two products of matrices; operations
-that are saved are those that are alone for v and that u does not need. A second step is looked for beside the
-best first ones. What is most promising is then looked at together with what a fit of all numbers makes of it.
+that are saved are those that are alone for v and that u does not need. What is linear in rates stands in for
+such only, and what has neither rates nor accelerations for all but that. A second step is looked for beside
+the best first ones. What is most promising is then looked at together with what a fit of all numbers makes
+of it.
 """
 
 from __future__ import annotations
@@ -123,7 +125,7 @@ class _Pool:
 
     `constant` is that of nothing, shape (steps,); `linear` and `square` are by v and u, `among` is slope^2,
     (steps, N); `saved` operations by v and u, before any multiplication; `alive` what u needs of what is
-    alone for v; `is_rate` tells what holds a single rate, for which no number can stand in.
+    alone for v.
     """
 
     values: FloatArray
@@ -138,8 +140,8 @@ class _Pool:
     alive: NDArray[np.float32]
     needs: NDArray[np.float32]
     left: FloatArray
+    degree: NDArray[np.intp]
     count: int
-    is_rate: NDArray[np.bool_]
 
     @classmethod
     def of(
@@ -161,11 +163,8 @@ class _Pool:
         saved[tape.needs.T] = -np.inf
         saved[:, never] = -np.inf
         saved[never | inputs] = -np.inf
+        saved[~_same_kind(tape.degree)] = -np.inf
         total[never | inputs] = -np.inf
-        # What stands in holds no more of the motion, nor a single rate where there was none or two: else the
-        # outputs would be no torques of an arm, which hold two rates, an acceleration or neither.
-        v, u = tape.rates[:, None], tape.rates[None, :]
-        saved[(u > v) | (u % 2 != v % 2)] = -np.inf
         return cls(
             values=values,
             among=among,
@@ -179,8 +178,8 @@ class _Pool:
             alive=alive,
             needs=needs,
             left=left.sum(axis=1),
+            degree=tape.degree,
             count=n_errors,
-            is_rate=tape.rates == 1,
         )
 
     def by_one(self) -> list[Replacement]:
@@ -245,7 +244,7 @@ class _Pool:
             none = self._replacement(int(v), ((NUMBER, 0.0),), self.total[v] + 1.0, self.constant[v])
             added = self.constant[v] + self.left[v] * c
             found.append(none)
-            if not self.is_rate[v]:
+            if self.degree[v] != 1:
                 found.append(self._replacement(int(v), ((NUMBER, float(c)),), self.total[v], added))
         return found
 
@@ -253,6 +252,12 @@ class _Pool:
         self, v: int, by: tuple[tuple[int, float], ...], saved: float, added: float
     ) -> Replacement:
         return Replacement(v, by, float(saved), float(added) / self.count)
+
+
+def _same_kind(degree: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """What (column) may stand in for what (row), so that torque stays D(q) qdd + h(q, qd) + c(q)."""
+    v, u = degree[:, None], degree
+    return np.asarray((u == v) | ((v == 2) & (u == 0)))
 
 
 def _merit(added: FloatArray, saved: FloatArray) -> FloatArray:

@@ -110,6 +110,8 @@ def simplify_exact(
         If the level asked for has more terms than a search can weigh.
     """
     budget, stage = Budget.of(budget), stage or (lambda _: None)
+    if how.operations is not None:
+        budget.require_per_joint("a model of so many operations", "ask for a share of the norm alone")
     exact = exact.under(budget)
     if how.level is None:
         model = cheapest(exact, budget, how, progress, stage)

@@ -111,7 +111,8 @@ def trade_off(
     tuple
         Points by kind and growing budget.
     """
-    budget, through = Budget.of(budget), through or {}
+    budget = Budget.of(budget).require_per_joint("a trade-off", "simplify for some shares of the norm")
+    through = through or {}
     tell = progress or (lambda _: None)
     points: list[TradeOffPoint] = []
     exact = exact.under(budget)

@@ -1,0 +1,70 @@
+"""Changes of a recursion as a search makes them, but drawn at random."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gd_analyze.levels import ExactDynamics
+from gd_analyze.levels.kept_programs import inputs_of
+from gd_analyze.levels.recursion import CONSTANT, NUMBER, Change, Changes, Recursion
+from gd_analyze.levels.torque_alone import torque_alone
+from gd_analyze.operations.trace import Expression
+from gd_analyze.vectors import FloatArray
+
+
+def random_changes(recursion: Recursion, share: float, seed: int) -> dict[Change, float]:
+    """Change a share of the steps: summands dropped, sines taken as constant, numbers changed, steps gone.
+
+    What comes out is a torque: of degree two in the rates, one in the accelerations.
+    """
+    rng = np.random.default_rng(seed)
+    place = {step.order: k for k, step in enumerate(recursion.steps)}
+    changes: dict[Change, float] = {}
+    for k in recursion.images({})[1]:
+        step = recursion.steps[k]
+        operands = [place[x.order] for x in step.arguments if isinstance(x, Expression)]
+        if step.operation not in ("add", "subtract", "multiply") or rng.random() > share:
+            continue
+        gone, which = rng.random() < 0.2, int(rng.integers(len(operands)))
+        if gone:
+            changes[Change(k, NUMBER)] = 0.0
+        elif len(operands) < 2 and step.operation == "multiply":
+            changes[Change(k, CONSTANT)] = float(step.arguments[0] * rng.uniform(0.5, 1.5))
+        elif step.operation == "multiply":
+            functions = [x for x in operands if recursion.steps[x].operation in ("cos", "sin")]
+            if len(functions) != 1:
+                continue
+            (which,) = (place for place, x in enumerate(operands) if x not in functions)
+            changes[Change(k, operands[which])] = float(rng.uniform(-1.0, 1.0))
+        elif len(operands) == 2:
+            second = step.arguments[1]
+            negative = step.operation == "subtract" and place[second.order] == operands[which]
+            changes[Change(k, operands[which])] = -1.0 if negative else 1.0
+    return changes
+
+
+def summands_dropped(
+    exact: ExactDynamics, allowed: FloatArray, *, start: Changes | None = None, **_: object
+) -> dict[Change, float]:
+    """Stand in for a search where only what it leads to matters: summands go, the least missed first."""
+    recursion = exact.form.recursion
+    candidates = []
+    for k in recursion.images({})[1]:
+        step, (a, *others) = recursion.steps[k], recursion.arguments[k]
+        if step.operation in ("add", "subtract") and all(isinstance(x, int) for x in (a, *others)):
+            candidates.append({k: {a: 1.0}})
+    torque, _peak = torque_alone(recursion, candidates, exact.states)
+    shares = (torque / np.maximum(allowed, 1e-9)).max(axis=1)
+    ordered = [candidates[k] for k in np.argsort(shares, kind="stable")]
+    inputs = inputs_of(exact.states)
+    wanted = recursion.program.run(inputs)
+
+    def first(count: int) -> dict[Change, float]:
+        return {Change(k, a): c for one in ordered[:count] for k, to in one.items() for a, c in to.items()}
+
+    def fits(count: int) -> bool:
+        error = np.abs(recursion.changed(first(count)).run(inputs) - wanted).max(axis=1)
+        return bool((error <= allowed).all())
+
+    # The most that fit; more of them may fit by chance.
+    return first(next(count for count in range(len(ordered), -1, -1) if count == 0 or fits(count)))
