@@ -79,7 +79,11 @@ def _too_long(exact: ExactDynamics, budget: Budget) -> str:
         about = quick_count(exact.thinned(), TERM, exact.allowed(budget))(1.0)
     except TooManyTermsError as error:
         return error.what
-    return f"the terms left take about {about} operations, the exact torque {full}" if about > _MANY * full else ""
+    return (
+        f"the terms left take about {about} operations, the exact torque {full}"
+        if about > _MANY * full
+        else ""
+    )
 
 
 def _operations(model: SimplifiedModel) -> float:
