@@ -13,8 +13,8 @@ from gd_analyze.vectors import FloatArray
 # acceleration; as the default of `certification.Margin`.
 TURNING, SLIDING, RATE, ACCELERATION = math.radians(1.0), 1e-3, 0.02, 0.05
 # How many are drawn, always the same. Of a budget of 1 % along 61 set points of a seven-joint arm the largest
-# error within these margins was 27 % of peak torque with none, 1.6 % with 300, and 1.5 % with 1000.
-_COUNT = 300
+# error within these margins was 27 % of peak torque with none, 1.8 % with 100 to 200, and 1.5 % with 1000.
+_COUNT = 120
 
 
 def joined_by_near_states(exact: ExactDynamics) -> ExactDynamics:
