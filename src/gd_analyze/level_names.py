@@ -7,7 +7,7 @@ from __future__ import annotations
 
 LEVEL_NAMES = {
     "element": "parts of D and h as a whole, the founding text's method",
-    "term": "torque terms one by one, the fewest operations",
+    "term": "torque terms one by one: the fewest operations for arms of few terms",
     "recursive": "the recursion of Newton and Euler, pruned step by step: for arms of many terms",
     "energy": "the model remains a mechanical system, with symmetric D and its own energy",
 }

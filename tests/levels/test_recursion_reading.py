@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from changed_recursions import random_changes
-from gd_analyze.formulas.formula import Formula, Function, Product, Symbol
+from gd_analyze.formulas.formula import Function, Product, Symbol
 from gd_analyze.formulas.plain import Plain
 from gd_analyze.formulations.regrouped_links import regrouped
 from gd_analyze.kinematics import solve_kinematics
@@ -36,22 +36,14 @@ PUMA = load_arm("puma560")
 
 
 def evaluated(reading: Reading, states: States) -> dict[Symbol, np.ndarray]:
-    """Carry equations out in their order, or later where one needs what stands below."""
+    """Carry equations out in their order."""
     values = {
         Symbol("q", str(joint + 1), dots): row
         for dots, rows in enumerate(states.last)
         for joint, row in enumerate(rows)
     }
-    waiting: list[Formula] = [*reading.functions, *reading.formulas]
-    while waiting:
-        late = []
-        for formula in waiting:
-            try:
-                values[formula.left] = total([piece.product for piece in formula.pieces], values)
-            except KeyError:
-                late.append(formula)
-        assert len(late) < len(waiting), f"no equation for what {late[0]} needs"
-        waiting = late
+    for formula in (*reading.functions, *reading.formulas):
+        values[formula.left] = total([piece.product for piece in formula.pieces], values)
     return values
 
 

@@ -74,6 +74,24 @@ def test_where_terms_take_few_the_recursion_is_not_tried(two_link, swing, monkey
     assert "operations are few" in model.promise.levels[1].why
 
 
+def test_where_the_terms_left_take_too_many_they_are_not_searched(two_link, swing, monkeypatch):
+    monkeypatch.setattr(cheapest, "_FEW_JOINTS", 0)
+    monkeypatch.setattr(cheapest, "_MANY", 0.01)
+    exact = ExactDynamics.of(two_link, swing)
+    begun: list[str] = []
+    model = simplify_exact(exact, "1%", How(effort=0.01), stage=begun.append)
+    assert begun == ["searching at level recursive"]
+    term, recursive = model.promise.levels
+    assert term.operations is None
+    full = model.operations_full.total
+    assert term.why == f"the terms left take about {full} operations, the exact torque {full}"
+    assert recursive.operations == model.operations.total
+    monkeypatch.setattr("gd_analyze.search.candidates.MANY", 2)
+    monkeypatch.setattr("gd_analyze.search.candidates._MOST", 3)
+    model = simplify_exact(exact, "1%", How(effort=0.01))
+    assert "matter within that budget" in model.promise.by_level
+
+
 def test_what_was_tried_is_in_the_file(two_link, swing, tmp_path):
     model = gd.simplify(two_link, swing, "20%")
     save_model(model, tmp_path / "model.json")

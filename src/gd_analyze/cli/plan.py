@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 # As in `gd_analyze.trajectories.PROFILES`, which loads NumPy.
 PROFILE_NAMES = ("4-3-4", "3-5-3", "quintic", "cubic", "trapezoidal")
 
+# Extremes below that, in SI, are none.
+_ZERO = 1e-12
+
 # How the library's arguments are called on the command line.
 _OPTIONS = {"start": "--from", "goal": "--to", "via": "--via"}
 
@@ -162,25 +165,25 @@ def _show(made: Plan) -> None:
 
     rows = []
     for row in made.limits.rows:
-        scale, unit = (math.degrees(1.0), "°") if row.unit == "rad" else (1.0, "m")
+        scale = math.degrees(1.0) if row.unit == "rad" else 1.0
 
         def shown(value: float | None, scale: float = 1.0) -> str:
-            return "?" if value is None else f"{value * scale:.3g}"
+            # Extremes are found by calculation, which leaves round-off where they are zero.
+            return "?" if value is None else f"{value * scale if abs(value) > _ZERO else 0.0:.3g}"
 
         rows.append(
             [
                 joint_name(row.joint, row.name),
                 f"{shown(row.lowest, scale)} .. {shown(row.highest, scale)}",
                 f"{shown(row.lower, scale)} .. {shown(row.upper, scale)}",
-                unit,
                 f"{shown(row.rate)} / {shown(row.rate_limit)}",
-                f"{row.unit}/s",
                 f"{shown(row.acceleration)} / {shown(row.acceleration_limit)}",
-                f"{row.unit}/s²",
             ]
         )
-    headings = ["joint", "motion", "range", "", "rate / limit", "", "acc. / limit", ""]
-    table("Extremes of the motion, between the set points too", headings, rows, "lrrlrlrl")
+    units = {"rad": "°, rad/s, rad/s²", "m": "m, m/s, m/s²"}
+    told = " or ".join(words for unit, words in units.items() if unit in {r.unit for r in made.limits.rows})
+    headings = ["joint", "motion", "range", "rate / limit", "acc. / limit"]
+    table(f"Extremes of the motion, between the set points too: {told}", headings, rows)
     line()
     if made.shortest_duration is not None:
         sentence(f"The limits allow this motion in {made.shortest_duration:.3g} s at the shortest.")

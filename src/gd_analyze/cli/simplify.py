@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     default=1.0,
     show_default=True,
     metavar="FACTOR",
-    help="How much to search, as a multiple of the usual, which ends after about a minute; the best found by "
-    "then is given.",
+    help="How much to search, as a multiple of the usual, which takes seconds, for seven joints half a minute, "
+    "and a minute at most; the best found by then is given.",
 )
 @click.option(
     "--certified",
@@ -62,7 +62,7 @@ def simplify(
     r"""Simplify an arm's equations of motion to few terms within a torque budget.
 
     The error is that at the states the model is made for; elsewhere it may be larger, unless --certified.
-    Rates and torques are in absolute rates, see docs/simplification.md.
+    Equations of levels term and energy are in absolute rates, see docs/simplification.md.
 
     \b
     Examples:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from gd_analyze.formulas.formula import (
@@ -46,7 +46,7 @@ class Passage:
     outward
         Whether it tells how the link moves, or what that does to forces.
     formulas
-        In the order of their making.
+        In the order they can be evaluated in.
     """
 
     link: int
@@ -107,19 +107,38 @@ def read(recursion: Recursion, changes: Changes, factors: Mapping[Quantity, floa
     """
     told = Told(recursion, changes, factors)
     links = range(len(recursion.outputs))
-    passages = []
+    passages: list[tuple[int, bool, list[Formula]]] = []
     for outward, kinds in ((True, OUTWARD), (False, INWARD)):
         for link in links if outward else reversed(links):
             own = sorted(
                 (quantity for quantity in told.values if quantity.link == link and quantity.kind in kinds),
                 key=lambda quantity: kinds.index(quantity.kind),
             )
-            formulas = (
+            sums = [
                 as_formula(quantity.symbol, told.sum(quantity)) for quantity in own if _says(quantity, told)
-            )
-            passages.append(Passage(link, outward, tuple(formulas)))
+            ]
+            passages.append((link, outward, sums))
     functions = (Formula(symbol, (Piece(one(own)),)) for symbol, own in told.names.functions.items())
-    return Reading(tuple(passage for passage in passages if passage.formulas), tuple(functions))
+    ordered = (Passage(link, outward, sums) for (link, outward, _), sums in _in_order(passages))
+    return Reading(tuple(passage for passage in ordered if passage.formulas), tuple(functions))
+
+
+def _in_order(
+    passages: Sequence[tuple[int, bool, Sequence[Formula]]],
+) -> Iterator[tuple[tuple[int, bool, Sequence[Formula]], tuple[Formula, ...]]]:
+    """Bring forward what an equation before it needs: a changed step may take in what is told of later."""
+    left = {formula.left: formula for _, _, formulas in passages for formula in formulas}
+
+    def with_needed(symbol: Symbol | Function) -> Iterator[Formula]:
+        if not isinstance(symbol, Symbol) or (formula := left.pop(symbol, None)) is None:
+            return
+        for piece in formula.pieces:
+            for base, _ in piece.product.powers:
+                yield from with_needed(base)
+        yield formula
+
+    for passage in passages:
+        yield passage, tuple(one for formula in passage[2] for one in with_needed(formula.left))
 
 
 def _says(quantity: Quantity, told: Told) -> bool:

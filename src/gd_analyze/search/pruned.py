@@ -1,4 +1,7 @@
-"""Simplifying at level recursive: steps of the exact recursion are changed."""
+"""Simplifying at level recursive: steps of the exact recursion are changed.
+
+Of a motion the budget is kept near its set points, too, as all numbers are fitted.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ from gd_analyze.levels.recursion import Change
 from gd_analyze.search.exact_model import exactly, measured
 from gd_analyze.search.found import Found
 from gd_analyze.search.how import How
+from gd_analyze.search.near_states import joined_by_near_states
 from gd_analyze.search.pruning import prune
 from gd_analyze.search.search import Progress
 from gd_analyze.vectors import FloatArray
@@ -31,7 +35,8 @@ def pruned(
     """Search for changes of the recursion, and write it in few operations."""
     usual = min(_SIX_JOINTS * (exact.arm.n_joints / 6) ** _POWER, _MOST)
     effort = how.effort * (usual if how.thorough else _QUICK)
-    changes = prune(exact, allowed, effort=effort, start=start, progress=progress)
+    near = joined_by_near_states(exact)
+    changes = prune(near, allowed, effort=effort, start=start, progress=progress)
     rough = RECURSIVE.write(exact.form, changes, ROUGH)
     program = RECURSIVE.write(exact.form, changes, THOROUGH if how.write else COUNTING)
     steps = [SearchStep("pruning", rough.count.total), SearchStep("rewriting", program.count.total)]
@@ -41,11 +46,12 @@ def pruned(
 def quick_count(exact: ExactDynamics, allowed: FloatArray) -> Callable[[float], int]:
     """Tell about how many operations multiples of a budget take; each goes on from the next smaller known."""
     known: dict[float, dict[Change, float]] = {0.0: {}}
+    near = joined_by_near_states(exact)
 
     def count(factor: float) -> int:
         if factor not in known:
             start = known[max(smaller for smaller in known if smaller < factor)]
-            known[factor] = prune(exact, factor * allowed, effort=_QUICK, start=start)
+            known[factor] = prune(near, factor * allowed, effort=_QUICK, start=start)
         return RECURSIVE.write(exact.form, known[factor], ROUGH).count.total
 
     return count
@@ -55,9 +61,9 @@ def pruned_path(
     exact: ExactDynamics, allowed: Sequence[FloatArray], start: Mapping[Change, float] | None = None
 ) -> Iterator[SimplifiedModel]:
     """Change more and more for growing budgets, each time going on from what was changed before."""
-    changes = dict(start or {})
+    changes, near = dict(start or {}), joined_by_near_states(exact)
     for most in allowed:
-        changes = prune(exact, most, effort=_QUICK, start=changes)
+        changes = prune(near, most, effort=_QUICK, start=changes)
         everything = exactly(exact, RECURSIVE, most, str(Budget.of_torques(most)))
         program = RECURSIVE.write(exact.form, changes, POINT)
         yield measured(exact, replace(everything, terms=changes, program=program, refitted=bool(changes)))

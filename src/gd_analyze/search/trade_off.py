@@ -36,6 +36,8 @@ def kinds_for(form: ExactForm) -> tuple[Kind, ...]:
     return tuple(kind for kind in KINDS if not (many and kind[0].has_torque_terms))
 
 
+# Budgets that differ by less are one.
+_SAME = 1.01
 FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 
 
@@ -173,9 +175,15 @@ def _best_of(
     """Of models that are at hand, and exact, those of fewest operations within each budget."""
     everything = exact.form.operations, np.zeros(len(allowed))
     for factor in factors:
-        within = [model for model in models if (model.promise.errors.counting <= factor * allowed).all()]
+        within = [model for model in models if _is_within(model, factor * allowed)]
         found = [(model.operations, model.promise.errors.largest) for model in within]
         yield min([*found, everything], key=lambda each: each[0].total)
+
+
+def _is_within(model: SimplifiedModel, allowed: FloatArray) -> bool:
+    """Whether a model is within a budget; one whose numbers are fitted, whether it was made for that."""
+    kept = bool((model.promise.errors.counting <= allowed).all())
+    return kept and (not model.level.always_refits or bool((model.promise.allowed <= _SAME * allowed).all()))
 
 
 def _eliminated(
