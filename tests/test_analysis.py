@@ -87,7 +87,9 @@ def test_the_arms_of_psdm_are_those_of_their_table() -> None:
     module = study("psdm_measure")
     ours = module.dynamics_of("SCARA")
     other = replace(scara(), joints=ours.arm.joints)
-    np.testing.assert_array_equal(ExactDynamics.of(other, ours.states).torque, ours.torque)
+    # The same numbers made in another way: some dozen roundings of the largest torque.
+    noise = 64 * np.finfo(float).eps * np.abs(ours.torque).max()
+    np.testing.assert_allclose(ExactDynamics.of(other, ours.states).torque, ours.torque, rtol=0, atol=noise)
     assert [module.arm_of(name).n_joints for name in module.PUBLISHED] == [6, 7, 4]
     model, seconds, fresh = module.simplified("SCARA", "fast", 0.05, 0.95, states=100)
     assert model.promise.budget == "5% norm at 95% of states"
