@@ -29,10 +29,11 @@ from gd_analyze.levels import ExactDynamics, SimplifiedModel
 from gd_analyze.operations import Program
 from gd_analyze.robots import DHRow, Joint, Link, RobotArm
 from gd_analyze.robots.denavit_hartenberg import standard_placements
-from gd_analyze.search import simplify_exact
+from gd_analyze.search import How, simplify_exact
 from gd_analyze.states import States, states_in_box
 
-STATES = 4000
+# States, and how much of the usual effort every search takes.
+STATES, EFFORT = 2000, 0.25
 SHARES, QUANTILES = (0.01, 0.001), (0.95, 0.999)
 # Largest magnitudes of rates and accelerations, rad/s and rad/s^2 (m/s, m/s^2).
 PROFILES = {"slow": (0.1, 1.0), "fast": (1.0, 10.0)}
@@ -169,7 +170,7 @@ def simplified(
     if states < STATES:
         exact = exact.at(exact.states.evenly(states))
     start = time.process_time()
-    model = simplify_exact(exact, f"{share:%} norm at {quantile * 100:g}% of states")
+    model = simplify_exact(exact, f"{share:%} norm at {quantile * 100:g}% of states", How(effort=EFFORT))
     seconds = time.process_time() - start
     fresh = dynamics_of(name, profile, seed=1)
     torque = model.torque(*fresh.states.arrays)

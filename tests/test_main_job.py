@@ -225,7 +225,7 @@ def test_one_number_of_terms(puma, pick_and_place) -> None:
     from gd_analyze.results import summary
 
     arm = with_payload(puma, 2.0, np.array([0.05, 0.0, 0.1]))
-    findings = find(arm, pick_and_place)
+    findings = find(arm, pick_and_place, Settings(level="term"))
     total = findings.tables["terms"].attrs["total"]
     assert total > findings.tables["terms"].sizes["rank"]
     assert total == len(findings.model.form.torques)

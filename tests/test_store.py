@@ -148,7 +148,9 @@ def test_ranking_curve_and_certificate_are_stored(stored, puma_findings):
     )
     assert tree["terms"].attrs["not_worth_keeping"] == ranking.not_worth_keeping
     curve = tree["trade_off"]["operations"]
-    assert set(curve["kind"].values) == {"element", "term", "term refit", "energy", "energy refit"}
+    assert set(curve["kind"].values) == {
+        *("element", "term", "term refit", "recursive", "energy", "energy refit")
+    }
     path = budget_path(exact, Budget(), puma_findings.model)
     factors, through = curve["factor"].values.tolist(), {(TERM, False): path}
     for point in trade_off(exact, factors=factors, thorough=False, through=through):

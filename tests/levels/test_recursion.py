@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.strategies import arms, examples, random_states
 
 from gd_analyze.formulations import newton_euler_link
 from gd_analyze.levels.exact_form import ExactForm
@@ -18,6 +17,7 @@ from gd_analyze.operations import Trace
 from gd_analyze.operations.tape import Tape
 from gd_analyze.pinocchio_check import round_off_bounds
 from gd_analyze.robots import RobotArm
+from strategies import arms, examples, random_states
 
 
 def _small() -> Recursion:

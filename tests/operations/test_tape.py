@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.operations.random_programs import INPUTS, program_of, trees
-from tests.strategies import examples
+from random_programs import INPUTS, program_of, trees
 
 from gd_analyze.operations import Expression, Program, Trace
 from gd_analyze.operations.tape import Tape
 from gd_analyze.operations.trace import reached
+from strategies import examples
 
 _EPS = float(np.finfo(float).eps)
 

@@ -72,5 +72,5 @@ def by_level(puma: RobotArm, pick_and_place: Trajectory) -> dict[str, Findings]:
     return {
         "element": find(puma, pick_and_place, Settings(level="element", drives=True)),
         "energy": find(puma, pick_and_place, Settings(level="energy", refit=True)),
-        "term": find(puma, pick_and_place, Settings(operations=90)),
+        "term": find(puma, pick_and_place, Settings(level="term", operations=90)),
     }

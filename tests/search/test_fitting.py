@@ -9,7 +9,7 @@ from gd_analyze.levels import ExactDynamics
 from gd_analyze.levels.kept_programs import inputs_of
 from gd_analyze.operations.tape import Tape
 from gd_analyze.robots import load_arm
-from gd_analyze.search.fitting import Aim, fitted, least, norm, unfitted
+from gd_analyze.search.fitting import Aim, Columns, fitted, norm, unfitted
 from gd_analyze.states import states_in_box
 
 
@@ -45,7 +45,7 @@ def test_a_high_power_brings_the_largest_error_down() -> None:
     columns, target = np.stack([np.ones_like(x), x]), x**2
 
     def largest(power: float) -> float:
-        return float(np.abs(target - least(columns, target, power) @ columns).max())
+        return float(np.abs(Columns(columns).least(target, power)[1]).max())
 
     assert largest(2.0) == pytest.approx(2 / 3, abs=0.01)
     # Chebyshev: the mean of largest and smallest value. A power of 12 is close to that, not there.

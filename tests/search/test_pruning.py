@@ -7,8 +7,6 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.psdm_arms import kr6
-from tests.strategies import arms, examples, random_states
 
 from gd_analyze.harmonics.expansion import expanded
 from gd_analyze.levels import ExactDynamics
@@ -18,6 +16,8 @@ from gd_analyze.robots import RobotArm
 from gd_analyze.search.pruning import prune
 from gd_analyze.states import states_in_box
 from gd_analyze.vectors import FloatArray
+from psdm_arms import kr6
+from strategies import arms, examples, random_states
 
 # Of the usual effort: what tenths of a second find.
 _QUICK = 0.02

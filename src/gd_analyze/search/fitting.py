@@ -17,8 +17,8 @@ from gd_analyze.vectors import FloatArray
 
 # Powers on the way to a high one, and steps with each; with a power p a step is 1 / (p - 1) of the usual.
 _POWERS, _STEPS = (4.0, 8.0, 14.0), 2
-# Errors below this share of the largest count alike.
-_SMALL = 0.05
+# Errors above this share of the largest count.
+_SMALL = 0.25
 # How much steps are held back, as a share of each number's own square: numbers may change by much while the
 # torque hardly does, and it is linear in them only nearby. Much more where few errors count: steps that bring
 # those down would let all others grow.
@@ -109,7 +109,7 @@ def fitted(tape: Tape, aim: Aim, start: Fit, power: float, turns: int, enough: f
         if here.largest <= enough or not len(tape.scaled):
             break
         slopes = tape.slopes(here.values, here.numbers, aim.scale) * aim.weights
-        step = least(columns_of(tape, here, slopes), here.errors.ravel(), power)
+        step, _ = Columns(columns_of(tape, here, slopes)).least(here.errors.ravel(), power)
         before = norm(here.errors, power)
         for stride in _STRIDES:
             numbers = here.numbers.copy()
@@ -132,24 +132,39 @@ def norm(errors: FloatArray, power: float) -> float:
     return largest * float(((np.abs(errors) / largest) ** power).sum()) ** (1.0 / power)
 
 
-def least(columns: FloatArray, errors: FloatArray, power: float) -> FloatArray:
-    """Coefficients of columns (K, S) that bring errors (S,) to the least norm of that power."""
-    size = sizes_of(columns)
-    scaled = columns / size[:, None]
-    one = np.eye(len(size))
-    x = np.linalg.solve(scaled @ scaled.T + _HELD_BACK * one, scaled @ errors)
-    for p in (*(p for p in _POWERS if p < power), *([power] if power > 2.0 else [])):
-        for _ in range(_STEPS):
-            left = errors - x @ scaled
-            largest = np.abs(left).max(initial=0.0)
-            if largest == 0.0:
-                break
-            weights = np.maximum(np.abs(left) / largest, _SMALL) ** (p - 2.0)
-            root = np.sqrt(weights / weights.mean())
-            weighed = scaled * root
-            gram = weighed @ weighed.T + _HELD_BACK_MORE * one
-            x = x + np.linalg.solve(gram, weighed @ (root * left)) / (p - 1.0)
-    return np.asarray(x / size)
+class Columns:
+    """What numbers make of errors, ready to bring any errors down.
+
+    Parameters
+    ----------
+    columns
+        One row for every number, shape (K, S).
+    """
+
+    def __init__(self, columns: FloatArray) -> None:
+        self._size = sizes_of(columns)
+        self._scaled = columns / self._size[:, None]
+        self._one = np.eye(len(columns))
+        self._inverse = np.linalg.inv(self._scaled @ self._scaled.T + _HELD_BACK * self._one)
+
+    def least(self, errors: FloatArray, power: float) -> tuple[FloatArray, FloatArray]:
+        """Coefficients (K,) that bring errors (S,) to the least norm of that power, and what is left."""
+        x = self._inverse @ (self._scaled @ errors)
+        for p in (*(p for p in _POWERS if p < power), *([power] if power > 2.0 else [])):
+            for _ in range(_STEPS):
+                left = errors - x @ self._scaled
+                size = np.abs(left)
+                largest = size.max(initial=0.0)
+                if largest == 0.0:
+                    break
+                # Those that hardly count are left out, and held back with the numbers.
+                rows = np.flatnonzero(size > _SMALL * largest)
+                scaled, weights = self._scaled[:, rows], (size[rows] / largest) ** (p - 2.0)
+                root = np.sqrt(weights / weights.sum() * len(size))
+                weighed = scaled * root
+                gram = weighed @ weighed.T + _HELD_BACK_MORE * self._one
+                x = x + np.linalg.solve(gram, weighed @ (root * left[rows])) / (p - 1.0)
+        return x / self._size, errors - x @ self._scaled
 
 
 def sizes_of(columns: FloatArray) -> FloatArray:

@@ -19,7 +19,7 @@ from gd_analyze.levels.exact import ExactDynamics
 from gd_analyze.levels.kept_programs import inputs_of
 from gd_analyze.levels.recursion import CONSTANT, NUMBER, Change, Changed, Changes, Recursion, restated
 from gd_analyze.operations.tape import Tape
-from gd_analyze.search.fitting import Aim, Fit, columns_of, fitted, least, norm, unfitted
+from gd_analyze.search.fitting import Aim, Columns, Fit, columns_of, fitted, norm, unfitted
 from gd_analyze.search.replacement import Replacement, replacements
 from gd_analyze.search.work import Work
 from gd_analyze.vectors import FloatArray
@@ -187,11 +187,12 @@ class _Pruning:
         """Those that keep the budget once numbers are fitted, as far as it can be told to first order."""
         fit, tape = here.fit, here.tape
         slopes = tape.slopes(fit.values, fit.numbers, self.aim.scale) * self.aim.weights
-        columns = columns_of(tape, fit, slopes)
-        self.work.spend(len(some) * 16.0 * columns.size * len(columns) / _AT_A_TIME)
+        numbers = columns_of(tape, fit, slopes)
+        self.work.spend(len(some) * 4.0 * numbers.size * len(numbers) / _AT_A_TIME)
+        columns = Columns(numbers)
 
         def left(errors: FloatArray) -> FloatArray:
-            return errors - least(columns, errors, _NEARLY_LARGEST) @ columns
+            return columns.least(errors, _NEARLY_LARGEST)[1]
 
         before = norm(left(fit.errors.ravel()), _NEARLY_LARGEST)
         kept = []

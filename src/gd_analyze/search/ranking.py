@@ -11,7 +11,7 @@ from gd_analyze.formatting import percent
 from gd_analyze.formulas.plain import Plain
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.levels import TERM, Budget, ExactDynamics, Level
-from gd_analyze.search.candidates import TooManyTermsError, candidates_of
+from gd_analyze.search.candidates import candidates_of
 from gd_analyze.search.elimination import eliminate
 from gd_analyze.shown import html_of
 from gd_analyze.vectors import FloatArray
@@ -126,12 +126,7 @@ def rank_terms(exact: ExactDynamics, level: Level = TERM) -> TermRanking:
     if not exact.needs_torque:
         return TermRanking(unlisted=len(level.terms(exact.form)))
     whole = exact.allowed(_WHOLE)
-    try:
-        candidates = candidates_of(exact, level, whole, np.inf)
-    except TooManyTermsError as error:
-        said = {name: error.details[name] for name in ("where", "expected", "found")}
-        elements = "rank elements instead, as `gd-analyze ROBOT TRAJECTORY` does"
-        raise TooManyTermsError(error.what, **said, next_step=elements) from None
+    candidates = candidates_of(exact, level, whole, np.inf)
     elimination = eliminate(candidates, by_cost=False)
     listed = 1.0 - candidates.swept
     errors = listed * elimination.errors() + candidates.swept
