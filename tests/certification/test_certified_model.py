@@ -75,3 +75,17 @@ def test_a_budget_below_what_a_bound_can_resolve(two_link, swing):
     exact = ExactDynamics.of(two_link, swing)
     with pytest.raises(UsageError, match="not even the exact model"):
         simplify_certified(exact, of_shares(0.0), Box.around(*exact.states.arrays))
+
+
+def test_levels_and_steps_are_told_of_the_certified_model(two_link, swing, monkeypatch):
+    monkeypatch.setattr("gd_analyze.search.cheapest._FEW_JOINTS", 0)
+    monkeypatch.setattr("gd_analyze.search.cheapest._FEW", 0.0)
+    exact = ExactDynamics.of(two_link, swing)
+    box = Box.around(*exact.states.arrays)
+    model, _ = simplify_certified(exact, "60%", box, effort=0.01)
+    counts = {one.level: one.operations for one in model.promise.levels}
+    assert counts.pop(model.level.name) == model.operations.total
+    assert list(counts.values()) == [None]
+    (why,) = (one.why for one in model.promise.levels if one.operations is None)
+    assert why.startswith("without a proof it took ")
+    assert model.promise.steps[-1].operations == model.operations.total

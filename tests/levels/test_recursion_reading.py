@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from changed_recursions import random_changes
-from gd_analyze.formulas.formula import Function, Product, Symbol
+from gd_analyze.formulas.formula import Formula, Function, Product, Symbol
 from gd_analyze.formulas.plain import Plain
 from gd_analyze.formulations.regrouped_links import regrouped
 from gd_analyze.kinematics import solve_kinematics

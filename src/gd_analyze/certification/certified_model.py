@@ -19,7 +19,7 @@ from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
 from gd_analyze.levels import Budget, ExactDynamics, Level, SimplifiedModel
 from gd_analyze.levels.effort import THOROUGH
-from gd_analyze.levels.promise import CERTIFIED
+from gd_analyze.levels.promise import CERTIFIED, LevelTried, SearchStep
 from gd_analyze.search import How, simplify_exact
 from gd_analyze.search.exact_model import exactly, no_dearer
 from gd_analyze.vectors import FloatArray
@@ -36,6 +36,7 @@ def simplify_certified(
     region: Box | Tube,
     *,
     level: Level | None = None,
+    effort: float = 1.0,
     provenance: Mapping[str, str] | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> tuple[SimplifiedModel, Certificate]:
@@ -49,9 +50,9 @@ def simplify_certified(
         Allowed torque error per joint.
     region
         The states for which it holds.
-    level, provenance
-        As for `simplify`. There is no refit: coefficients fitted to some states err by the whole budget at
-        many, and by more between them.
+    level, effort, provenance
+        As for `simplify_exact`; every round takes a quarter of a usual search. Terms are not refitted:
+        coefficients fitted to some states err by the whole budget at many, and by more between them.
     progress
         Called with 1 after every round.
 
@@ -73,7 +74,7 @@ def simplify_certified(
     exact = exact.under(budget)
     allowed, stated = exact.allowed(budget), f"{budget}{CERTIFIED}"
     share = np.ones(len(allowed))
-    known, how = exact, How(level, write=False, effort=_EFFORT, dearer=True)
+    known, how = exact, How(level, write=False, effort=effort * _EFFORT, dearer=True)
     for turn in range(_ROUNDS):
         within = Budget.of_torques(share * allowed)
         model = simplify_exact(known, within, how, provenance=provenance)
@@ -121,6 +122,20 @@ def _finished(
     written = model
     if model.terms:
         written = replace(model, program=model.level.write(model.form, model.terms, THOROUGH))
-    promise = replace(written.promise, allowed=allowed, budget=stated)
+    operations = written.program.count.total
+    steps, levels = written.promise.steps, written.promise.levels
+    if steps and operations < steps[-1].operations:
+        steps = (*steps, SearchStep("rewriting", operations))
+    levels = tuple(_certified(one, model.level, operations) for one in levels)
+    promise = replace(written.promise, allowed=allowed, budget=stated, steps=steps, levels=levels)
     promise = exact.held(promise, written.torque(*exact.states.arrays))
     return no_dearer(exact, replace(written, promise=promise))
+
+
+def _certified(tried: LevelTried, level: Level, operations: int) -> LevelTried:
+    """What a level takes once a model is certified; others were only searched without."""
+    if tried.level == level.name:
+        return tried._replace(operations=operations)
+    if tried.operations is None:
+        return tried
+    return LevelTried(tried.level, None, f"without a proof it took {tried.operations} operations")

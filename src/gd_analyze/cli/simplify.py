@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     default=1.0,
     show_default=True,
     metavar="FACTOR",
-    help="How much to search, as a multiple of the usual, which takes seconds, for seven joints half a minute, "
-    "and a minute at most; the best found by then is given.",
+    help="How much to search, as a multiple of the usual, which takes seconds, for seven joints half a "
+    "minute, and a minute at most; the best found by then is given.",
 )
 @click.option(
     "--certified",
@@ -96,7 +96,13 @@ def simplify(
             stage("searching and certifying")
             region = gd.Box.of(exact.arm) if motion is None else gd.Tube.along(exact.arm, motion, around)
             model, certificate = gd.simplify_certified(
-                exact, allowed, region, level=how.level, provenance=source, progress=stage.advance
+                exact,
+                allowed,
+                region,
+                level=how.level,
+                effort=effort,
+                provenance=source,
+                progress=stage.advance,
             )
         else:
             model = simplify_exact(

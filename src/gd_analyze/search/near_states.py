@@ -31,6 +31,6 @@ def joined_by_near_states(exact: ExactDynamics) -> ExactDynamics:
     def near(values: FloatArray, margin: FloatArray) -> FloatArray:
         return values[some] + margin * random.uniform(-1.0, 1.0, (_COUNT, len(margin)))
 
-    more = [near(values, margin) for values, margin in zip(states.arrays, margins, strict=True)]
+    q, qd, qdd = (near(values, margin) for values, margin in zip(states.arrays, margins, strict=True))
     weights = None if states.weights is None else states.weights[some]
-    return exact.at(states.joined_by(*more, weights))
+    return exact.at(states.joined_by(q, qd, qdd, weights))
