@@ -9,7 +9,7 @@ from pydantic import TypeAdapter
 
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
-from gd_analyze.levels.effort import COUNTING, Effort
+from gd_analyze.levels.effort import COUNTING, POINT, Effort
 from gd_analyze.levels.exact_form import ExactForm
 from gd_analyze.levels.level import Checked, Coefficient, Level, Terms
 from gd_analyze.levels.recursion import CONSTANT, NUMBER, Change
@@ -17,6 +17,9 @@ from gd_analyze.levels.recursion_reading import Reading, read
 from gd_analyze.levels.recursion_scales import scales
 from gd_analyze.operations import Expression, Program
 from gd_analyze.operations.rewriting import rewritten
+
+# Rearrangements of a model that is only looked at: tenths of a second.
+_FEW_TRIES = 60
 
 
 class _ChangeEntry(Checked):
@@ -40,7 +43,9 @@ class RecursiveLevel(Level):
     def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
         """Carry the changes out; in a model that is given, the steps are rewritten in fewer operations."""
         program = form.recursion.changed(terms)
-        return program if effort.shared <= COUNTING.shared else rewritten(program)
+        if effort.shared <= COUNTING.shared:
+            return program
+        return rewritten(program, _FEW_TRIES) if effort == POINT else rewritten(program)
 
     def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
         """Equations of the quantities that the recursion passes on, in the order of their making."""

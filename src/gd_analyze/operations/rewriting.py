@@ -18,7 +18,7 @@ _TRIES, _TRIES_TIMES_OPERATIONS = 400, 200_000
 _PARTNER = {"cos": "sin", "sin": "cos"}
 
 
-def rewritten(program: Program) -> Program:
+def rewritten(program: Program, tries: int = _TRIES) -> Program:
     """Write a program with the fewest operations that a second or two of rearranging find.
 
     Sines and cosines, and what they are taken of, remain as they are.
@@ -27,6 +27,8 @@ def rewritten(program: Program) -> Program:
     ----------
     program
         Any program.
+    tries
+        Rearrangements to try at most.
 
     Returns
     -------
@@ -42,7 +44,7 @@ def rewritten(program: Program) -> Program:
         if (_PARTNER.get(operation), arguments) in functions
     }
     extract(sums)
-    rearrange(sums, min(_TRIES, _TRIES_TIMES_OPERATIONS // max(sums.operations, 1)), partners)
+    rearrange(sums, min(tries, _TRIES_TIMES_OPERATIONS // max(sums.operations, 1)), partners)
     trace = Trace()
     found = SharedSums.of(sums, leaves, len(program.outputs))
     written = Program.of(trace, found.values(program.folded(trace, {})))

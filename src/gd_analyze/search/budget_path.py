@@ -23,7 +23,7 @@ from gd_analyze.search.pruned import pruned_path
 # From a tenth of the budget to ten times it, ten steps to each side.
 FACTORS = tuple(10.0 ** (step / 10) for step in range(-10, 11))
 # A search in a recursion takes long: it is done for one in so many of them.
-_APART = 3
+_APART = 5
 
 
 def budget_path(
