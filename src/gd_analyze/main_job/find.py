@@ -16,6 +16,8 @@ from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.harmonics.torque_algebra import TooLongError
 from gd_analyze.levels import (
     ELEMENT,
+    ENERGY,
+    TERM,
     Budget,
     ExactDynamics,
     SimplifiedModel,
@@ -41,6 +43,7 @@ from gd_analyze.robots import RobotArm, arm_of, describe_in_full, warn_of_slips
 from gd_analyze.search import How, TermRanking, rank_terms, simplify_exact, trade_off
 from gd_analyze.search.budget_path import FACTORS, budget_path
 from gd_analyze.search.exact_model import no_dearer
+from gd_analyze.search.trade_off import kinds_for
 from gd_analyze.states import states_in_box
 from gd_analyze.trajectories import (
     GivenMotions,
@@ -53,6 +56,8 @@ from gd_analyze.trajectories import (
 if TYPE_CHECKING:
     import xarray as xr
 
+# Levels whose curves take tenths of a second.
+_QUICK_CURVES = (ELEMENT, TERM, ENERGY)
 # Multiples of the budget that the report's curve shows, and states drawn to try a model beyond its own.
 _FACTORS = (0.5, 1.0, 2.0, 5.0)
 _DRAWN = 1000
@@ -147,7 +152,9 @@ def find(
     asked = _asked(exact, how.asked, model)
     path = budget_path(exact, asked, model)
     through = {(model.level, how.refit and model.level.has_torque_terms): path}
-    points = trade_off(exact, asked, factors=_FACTORS, thorough=False, through=through)
+    # The curve of a recursion takes seconds: it is drawn where it is that of the model.
+    kinds = [kind for kind in kinds_for(exact.form) if kind[0] in (*_QUICK_CURVES, model.level)]
+    points = trade_off(exact, asked, factors=_FACTORS, kinds=kinds, thorough=False, through=through)
     stage("bounding errors")
     efforts = _efforts(model, many)
     recorded = {}
