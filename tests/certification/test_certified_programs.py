@@ -62,7 +62,8 @@ def test_a_budget_is_proven_in_few_rounds(monkeypatch: pytest.MonkeyPatch) -> No
     model, certificate = simplify_certified(
         exact, Budget.parse("8%"), box, level=TERM, progress=rounds.append
     )
-    assert 1 < len(rounds) <= 5
+    # Of the sixteen at most.
+    assert 1 < len(rounds) <= 8
     assert model.saves
     assert not model.terms
     assert certificate.within(model.promise.allowed).all()
