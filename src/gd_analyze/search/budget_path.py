@@ -22,8 +22,9 @@ from gd_analyze.search.pruned import pruned_path
 
 # From a tenth of the budget to ten times it, ten steps to each side.
 FACTORS = tuple(10.0 ** (step / 10) for step in range(-10, 11))
-# A search in a recursion takes long: it is done for one in so many of them.
-_APART = 5
+# A search in a recursion takes long: it is done for one in so many of them, and of recursions of more
+# operations, where it would take minutes, for none.
+_APART, _LONG = 5, 700
 
 
 def budget_path(
@@ -73,11 +74,14 @@ def _pruned(
 ) -> Iterator[SimplifiedModel | None]:
     """Models with more and more changes of the recursion: some up to the given one, and some from it on."""
     some, allowed = exact.thinned(), given.promise.allowed
+    is_long = exact.form.operations.total > _LONG
     for side, start in (
         ([f for f in factors if f <= 1.0], {}),
         ([f for f in factors if f > 1.0], given.terms),
     ):
-        looked_at = [factor for k, factor in enumerate(side) if k % _APART == 0 and factor != 1.0]
+        looked_at = [
+            factor for k, factor in enumerate(side) if k % _APART == 0 and factor != 1.0 and not is_long
+        ]
         found = dict(zip(looked_at, pruned_path(some, [f * allowed for f in looked_at], start), strict=True))
         for factor in side:
             if factor in found:
