@@ -11,7 +11,7 @@ import pytest
 
 import gd_analyze as gd
 from changed_recursions import summands_dropped
-from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.levels import ExactDynamics, load_model, save_model
 from gd_analyze.main_job.folder import FILES, write_findings
 from gd_analyze.robots import RobotArm
@@ -67,7 +67,15 @@ def test_a_scara_goes_through_the_main_job(tmp_path):
     assert_goes_through(scara(), tmp_path / "results")
 
 
-@pytest.mark.parametrize("level", ["term", "energy", "element"])
+@pytest.mark.parametrize("level", ["term", "energy"])
+def test_a_million_terms_are_refused_with_the_level_that_takes_them(level):
+    arm = arm_of(["askew"] * 8, np.random.default_rng(4))
+    with pytest.raises(UsageError, match="too many terms") as caught:
+        gd.simplify(arm, random_states(8, 50, 1), "0.01%", level=level)
+    assert "--level recursive" in str(caught.value)
+
+
+@pytest.mark.parametrize("level", ["element"])
 def test_an_exact_model_of_a_million_terms_is_kept_and_read(level, tmp_path):
     """By its parts: a list of its terms would take gigabytes, and its program cannot be written out."""
     arm = arm_of(["askew"] * 8, np.random.default_rng(4))
