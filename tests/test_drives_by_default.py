@@ -87,7 +87,7 @@ def test_elements_are_ranked_by_the_links_own_torque_over_the_peak_with_drives(p
 
 
 def test_where_nothing_can_be_dropped_the_headline_says_so(puma, pick_and_place):
-    findings = gd.find(puma, pick_and_place, gd.Settings(budget="0.0001%"))
+    findings = gd.find(puma, pick_and_place, gd.Settings(budget="0.0001%", level="term"))
     assert not findings.model.saves
     assert summary.headline(findings) == (
         "Nothing is saved within the budget of 0.0001%: no model found takes fewer operations than the "
