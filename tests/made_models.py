@@ -78,7 +78,7 @@ def allowing(model: SimplifiedModel, allowed: FloatArray) -> SimplifiedModel:
 
 
 def version_1(document: dict[str, Any]) -> dict[str, Any]:
-    """What version 1 wrote of the same model, its digest right."""
+    """What version 1, which had the levels that have terms, wrote of the same model, its digest right."""
     new = dict(document)
     search, solved, terms = new.pop("search"), new.pop("solved"), new.pop("terms")
     sentence = ", ".join(f"{step['name']} {step['operations']}" for step in search)

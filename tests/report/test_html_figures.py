@@ -12,7 +12,7 @@ from page_reader import Page
 from report_arms import swing
 
 from gd_analyze.elements import elements
-from gd_analyze.levels import ELEMENT
+from gd_analyze.levels import RECURSIVE
 from gd_analyze.main_job import find
 from gd_analyze.report.beyond_chart import beyond_chart
 from gd_analyze.report.document import document
@@ -105,9 +105,9 @@ def test_more_than_nine_joints() -> None:
     small = load_arm("two_link")
     arm = replace(small, name="chain", joints=small.joints * 5, links=small.links * 5, dh_table=(), drives=())
     findings = find(arm, swing(arm, 3))
-    # Ten joints are more than a second would identify: whole elements, and said so.
-    assert findings.model.level is ELEMENT
-    assert "10 joints, more than 8" in findings.warnings[0]
+    # Terms of ten joints are too many to be told one by one, and it is said so.
+    assert findings.model.level is RECURSIVE
+    assert "chain has 10 joints: elements are ranked, single terms are not" in findings.warnings
     source = render_html(findings)
     assert "D1,10" in Page(source).data["figures"]
     assert "<mn>1,10</mn>" in source

@@ -39,9 +39,9 @@ from gd_analyze.vectors import FloatArray
 from gd_analyze.visible import in_python
 
 # Positions per joint: about 22 per angle for an arm like the PUMA 560, whose error knows four of its angles;
-# and how many times as many for every angle beyond these.
+# and how many times as many for every angle beyond these, but a few, as more would take hours.
 EFFORT = 250_000
-_ANGLES, _FURTHER = 4, 10
+_ANGLES, _MOST_ANGLES, _FURTHER = 4, 7, 10
 # Places per angle at which it is looked how large an error there is, before grids are chosen.
 _FEW = 3
 # Groups of waves with a grid of their own.
@@ -147,9 +147,10 @@ def certify(
         The states; the arm's own limits by default.
     effort
         Of a box: most positions per joint at which the error is evaluated (of each of at most 3 groups of
-        waves), ten times as many for every angle beyond the fourth that it knows. Of a tube: a twentieth as
-        many small boxes, which cost as much, fewer where there are very many waves, each piece of the tube
-        being one to begin with. More bring the bound closer to the truth; it is proven with any number.
+        waves), ten times as many for every angle beyond the fourth that it knows, up to the seventh. Of a
+        tube: a twentieth as many small boxes, which cost as much, fewer where there are very many waves, each
+        piece of the tube being one to begin with. More bring the bound closer to the truth; it is proven with
+        any number.
     harmonics
         The arm's exact dynamics where they are at hand.
     progress
@@ -233,7 +234,8 @@ def _bounded_in(field: ErrorField, region: Box | Tube, box: Box, effort: int, to
     """One joint's error in a box, or in a tube in that box."""
     if isinstance(region, Box):
         angles = sum(degree > 0 for degree in field.waves.degrees)
-        bound, starts = _bounded(field, box, effort * _FURTHER ** max(0, angles - _ANGLES), told)
+        further = _FURTHER ** (min(max(angles, _ANGLES), _MOST_ANGLES) - _ANGLES)
+        bound, starts = _bounded(field, box, effort * further, told)
         return Bounded(np.array([bound]), *field.worst(box, starts))
     many = 1 + int(np.count_nonzero(field.waves.coefficients)) // _MANY
     along = bound_along(field, region, effort // (_PER_BOX * many))

@@ -32,6 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.certification.box import Box
+from gd_analyze.certification.spectrum import Spectra, Spectrum
 from gd_analyze.harmonics import Waves
 from gd_analyze.vectors import FloatArray
 
@@ -85,7 +86,7 @@ class Grid:
 
     def over_box(self, waves: Waves, box: Box, largest: float) -> float:
         """Bound the largest value over the box, given that over the grid."""
-        spectrum = _Spectra.of(waves, box)(np.ones(len(waves), dtype=bool))
+        spectrum = Spectra.of(waves, box)(np.ones(len(waves), dtype=bool))
         return spectrum.bound(self.reaches, self.degrees or (0,) * len(self.nodes), largest)
 
 
@@ -108,7 +109,7 @@ def grid_of(waves: Waves, box: Box, effort: int, reached: Reached | None = None)
 
     Without a word on what is reached amplitudes bound all curvatures, as those of `Grid.between`.
     """
-    spectrum = _Spectra.of(waves, box)(np.ones(len(waves), dtype=bool))
+    spectrum = Spectra.of(waves, box)(np.ones(len(waves), dtype=bool))
     planned = _cheapest(spectrum, _axes(waves, box, reached, spectrum.total), effort)
     if planned is None:
         return None
@@ -122,57 +123,6 @@ def grid_of(waves: Waves, box: Box, effort: int, reached: Reached | None = None)
         else:
             nodes.append(np.linspace(box.lower[k], box.upper[k], count + 1))
     return Grid(tuple(nodes), axes.reaches(gaps, degrees), degrees)
-
-
-@dataclass(frozen=True, eq=False)
-class _Spectra:
-    """Amplitudes and curvatures of waves; called with some chosen, shape (W,), it adds them up by joint."""
-
-    sizes: FloatArray
-    curvatures: FloatArray
-    multiples: NDArray[np.int64]
-
-    @classmethod
-    def of(cls, waves: Waves, box: Box) -> _Spectra:
-        every = waves.magnitudes()
-        sizes, curvatures = every.sizes(box.farthest), every.curvatures(box.farthest)
-        return cls(sizes[0], curvatures[0], np.abs(waves.multiples))
-
-    def __call__(self, chosen: NDArray[np.bool_]) -> _Spectrum:
-        sizes, most = self.sizes * chosen, int(self.multiples.max(initial=0))
-        by_multiple = [np.bincount(m, weights=sizes, minlength=most + 1) for m in self.multiples.T]
-        return _Spectrum(np.array(by_multiple), chosen @ self.curvatures, float(sizes.sum()))
-
-
-@dataclass(frozen=True, eq=False)
-class _Spectrum:
-    """Amplitudes by joint and |multiple|, shape (n, D + 1), curvatures by joint, (n,), and all amplitudes."""
-
-    amplitudes: FloatArray
-    curvatures: FloatArray
-    total: float
-
-    def beyond(self, joint: int, degree: int) -> tuple[float, float]:
-        """Amplitudes a and curvatures b of what has a higher degree in a joint."""
-        high = np.arange(degree + 1, self.amplitudes.shape[1])
-        return float(self.amplitudes[joint, high].sum()), float(self.amplitudes[joint, high] @ high**2)
-
-    def curvature(self, joint: int, degree: int, largest: float) -> float:
-        """Bound K_k by amplitudes, or by what f reaches."""
-        if not degree:
-            return float(self.curvatures[joint])
-        more, curved = self.beyond(joint, degree)
-        return degree**2 * (largest + more) + curved
-
-    def bound(self, reaches: FloatArray, degrees: Sequence[int], largest: float) -> float:
-        """G_0 from G_n; joints that share of f are moved to their nodes last, so that this is least."""
-        for joint in sorted(range(len(degrees)), key=lambda k: not degrees[k]):
-            loss, degree = float(reaches[joint]) ** 2 / 2, degrees[joint]
-            left = 1.0 - loss * degree**2
-            if not left > 0.0:
-                return math.inf
-            largest = (largest + loss * self.curvature(joint, degree, 0.0)) / left
-        return largest
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,7 +147,7 @@ class _Axes:
         part = max(self.reached * inside / total, self.reached - total + inside) if total else 0.0
         return replace(self, reached=part)
 
-    def orders(self, spectrum: _Spectrum) -> tuple[list[float], tuple[int, ...]]:
+    def orders(self, spectrum: Spectrum) -> tuple[list[float], tuple[int, ...]]:
         """How many gaps every joint takes compared with others, and the degree that it takes so few with.
 
         What is linear in a sliding joint has no curvature, and its maximum at an end.
@@ -249,14 +199,14 @@ def _axes(waves: Waves, box: Box, reached: Reached | None, total: float) -> list
 
 
 def _cheapest(
-    spectrum: _Spectrum, ways: list[_Axes], effort: int
+    spectrum: Spectrum, ways: list[_Axes], effort: int
 ) -> tuple[_Axes, list[int], tuple[int, ...]] | None:
     """Of the ways to go over a box that of the least promised bound; None where no effort allows for one."""
     return _promised(spectrum, ways, effort)[1]
 
 
 def _promised(
-    spectrum: _Spectrum, ways: list[_Axes], effort: int
+    spectrum: Spectrum, ways: list[_Axes], effort: int
 ) -> tuple[float, tuple[_Axes, list[int], tuple[int, ...]] | None]:
     best, planned = math.inf, None
     for axes in ways:
@@ -308,7 +258,7 @@ def _promising(
     waves: Waves, box: Box, effort: int, reached: Reached | None
 ) -> tuple[NDArray[np.bool_], Reached | None]:
     """Waves for the next grid, and what they reach; none where amplitudes promise no less."""
-    spectra = _Spectra.of(waves, box)
+    spectra = Spectra.of(waves, box)
     used = waves.multiples != 0
     joints = [k for k, degree in enumerate(waves.degrees) if degree]
     total = best = float(spectra.sizes.sum())

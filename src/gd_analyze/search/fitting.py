@@ -102,7 +102,7 @@ def fitted(tape: Tape, aim: Aim, start: Fit, power: float, turns: int, enough: f
     Returns
     -------
     Fit
-        The one of the smallest largest error.
+        The one of the least norm of that power.
     """
     best = here = start
     for _ in range(turns):

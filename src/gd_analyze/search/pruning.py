@@ -9,7 +9,8 @@ exceeded at any state.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from random import Random
 
 import numpy as np
@@ -49,7 +50,13 @@ class _Pruned:
     changes: dict[Change, float]
     changed: Changed
     tape: Tape
+    aim: Aim
     fit: Fit
+
+    @cached_property
+    def slopes(self) -> FloatArray:
+        """What every step makes of the errors, shape (steps, n, N)."""
+        return self.tape.slopes(self.fit.values, self.fit.numbers, self.aim.scale) * self.aim.weights
 
     @property
     def operations(self) -> int:
@@ -87,19 +94,20 @@ class _Pruning:
         except ValueError:
             return None
         tape = Tape(changed.program, changed.scales)
-        return _Pruned(dict(changes), changed, tape, unfitted(tape, self.aim))
+        return _Pruned(dict(changes), changed, tape, self.aim, unfitted(tape, self.aim))
 
     def again(self, pruned: _Pruned) -> _Pruned:
         """The same at the states that are looked at now."""
-        fit = unfitted(pruned.tape, self.aim, pruned.fit.numbers)
-        return _Pruned(pruned.changes, pruned.changed, pruned.tape, fit)
+        if pruned.aim is self.aim:
+            return pruned
+        return replace(pruned, aim=self.aim, fit=unfitted(pruned.tape, self.aim, pruned.fit.numbers))
 
     def fitted(self, pruned: _Pruned, power: float, turns: int, enough: float = 0.0) -> _Pruned:
         """Fit the numbers."""
         fit = fitted(pruned.tape, self.aim, pruned.fit, power, turns, enough)
         squares = power * turns * float(fit.errors.size) * len(pruned.tape.scaled) ** 2
         self.work.spend(squares / _AT_A_TIME)
-        return _Pruned(pruned.changes, pruned.changed, pruned.tape, fit)
+        return replace(pruned, fit=fit)
 
     def stated(self, pruned: _Pruned) -> _Pruned:
         """The same with its fitted numbers as changes."""
@@ -133,11 +141,10 @@ class _Pruning:
     def promising(self, here: _Pruned) -> tuple[list[Replacement], float]:
         """Replacements by merit, and the mean square error."""
         fit, tape = here.fit, here.tape
-        slopes = tape.slopes(fit.values, fit.numbers, self.aim.scale) * self.aim.weights
         known = np.array([bool(origins) for origins in here.changed.origins])
         products = 4.0 * len(tape) ** 2 * fit.errors.shape[1] + 3.0 * len(tape) ** 3
         self.work.spend(products / _AT_A_TIME)
-        return replacements(tape, fit, slopes, known, 6.0 if fit.largest > _LEADING else 4.0)
+        return replacements(tape, fit, here.slopes, known, 6.0 if fit.largest > _LEADING else 4.0)
 
     def replaced(self, here: _Pruned, chosen: Sequence[Replacement]) -> _Pruned | None:
         """Carry replacements out, fewer operations provided."""
@@ -185,9 +192,8 @@ class _Pruning:
 
     def _screened(self, here: _Pruned, some: Sequence[Replacement]) -> list[Replacement]:
         """Those that keep the budget once numbers are fitted, as far as it can be told to first order."""
-        fit, tape = here.fit, here.tape
-        slopes = tape.slopes(fit.values, fit.numbers, self.aim.scale) * self.aim.weights
-        numbers = columns_of(tape, fit, slopes)
+        fit, slopes = here.fit, here.slopes
+        numbers = columns_of(here.tape, fit, slopes)
         self.work.spend(len(some) * 4.0 * numbers.size * len(numbers) / _AT_A_TIME)
         columns = Columns(numbers)
 
@@ -237,10 +243,7 @@ def _apart(tape: Tape, found: Sequence[Replacement], most: float, mean_square: f
     """The first replacements that need nothing of one another, while the mean square error remains small."""
     chosen: list[Replacement] = []
     used, total = np.zeros(len(tape), dtype=bool), mean_square
-    needs, reaches = tape.needs, False
     for one in found:
-        if reaches:
-            break
         sources = [u for u, _ in one.by if u != NUMBER]
         if used[one.step] or any(used[u] for u in sources):
             continue
@@ -248,15 +251,15 @@ def _apart(tape: Tape, found: Sequence[Replacement], most: float, mean_square: f
             break
         gone = tape.alone_for[one.step].copy()
         for u in sources:
-            gone &= ~needs[u]
-        # What only earlier steps stand in for closes no circle.
+            gone &= ~tape.needs[u]
+        # What only earlier steps stand in for closes no circle: others stand alone.
         later = any(u > one.step for u in sources)
-        if used[gone].any() or (later and (reaches or chosen)):
+        if used[gone].any() or (later and chosen):
             continue
-        total, reaches = total + max(one.added, 0.0), later
+        total += max(one.added, 0.0)
         chosen.append(one)
         used[gone] = used[one.step] = True
-        if len(chosen) == _AT_ONCE:
+        if later or len(chosen) == _AT_ONCE:
             break
     return chosen
 
