@@ -56,8 +56,8 @@ class _Shown:
     default=250_000,
     show_default=True,
     help="Positions per joint at which the error is evaluated, ten times as many for every angle beyond the "
-    "fourth that it knows, up to the seventh; along a motion a twentieth as many small boxes, and D at a "
-    "thirtieth as many positions. More bring the bounds closer to the truth; they are proven with any number.",
+    "fourth that it knows, up to the seventh; along a motion a twentieth as many small boxes, and D at "
+    "a thirtieth as many positions. More bring the bounds closer to the truth; any number proves them.",
 )
 @reporting
 def certify(model: Path, along: str | None, margin: str | None, effort: int, output: Output) -> None:
