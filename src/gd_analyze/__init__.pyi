@@ -10,6 +10,9 @@ from gd_analyze.dominance import rank as rank
 from gd_analyze.dominance import text_verdicts as text_verdicts
 from gd_analyze.errors import GdAnalyzeError as GdAnalyzeError
 from gd_analyze.errors import GdAnalyzeWarning as GdAnalyzeWarning
+from gd_analyze.exporting import Exported as Exported
+from gd_analyze.exporting import export as export
+from gd_analyze.exporting import export_decomposition as export_decomposition
 from gd_analyze.formulations.base_parameters import BaseParameter as BaseParameter
 from gd_analyze.formulations.base_parameters import BaseParameters as BaseParameters
 from gd_analyze.formulations.base_parameters import base_parameters as base_parameters

@@ -116,9 +116,9 @@ def test_inertia_of_the_simplified_puma_is_symmetric(puma_energy, puma):
 def test_each_of_them_needs_no_more_than_it_depends_on(two_link, level):
     model = exact_model(two_link, level=level)
     asked = {
-        "inertia": (*model._inertia_columns, {"q"}),
-        "h": (model._twice_coriolis_centrifugal, {"q", "qd"}),
-        "c": (model._gravity_loading, {"q"}),
+        "inertia": (model.inertia_program, {"q"}),
+        "h": (model.coriolis_centrifugal_program, {"q", "qd"}),
+        "c": (model.gravity_loading_program, {"q"}),
     }
     for *programs, kinds in asked.values():
         for program in programs:

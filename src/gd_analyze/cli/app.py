@@ -17,6 +17,7 @@ from gd_analyze.cli.compare import compare
 from gd_analyze.cli.completion import completion
 from gd_analyze.cli.equations import equations
 from gd_analyze.cli.evaluate import evaluate
+from gd_analyze.cli.export import export
 from gd_analyze.cli.options import ROBOT
 from gd_analyze.cli.plan import plan
 from gd_analyze.cli.rank import rank
@@ -155,6 +156,7 @@ VERBS = (
     equations,
     compare,
     certify,
+    export,
     completion,
 )
 for command in VERBS:

@@ -27,6 +27,10 @@ class Latex(Printer):
         r"""Write \cos^{2}(2 q_{2} - q_{3})."""
         return rf"\{name}{_raised(exponent)}({argument})"
 
+    def words(self, words: str) -> str:
+        r"""Write \text{ is }."""
+        return rf"\text{{{words}}}"
+
     def scientific(self, mantissa: str, exponent: int) -> str:
         r"""Write 5.85 \cdot 10^{-5}."""
         return rf"{mantissa} \cdot 10^{{{exponent}}}"

@@ -15,12 +15,16 @@ from gd_analyze.formulas.plain import Plain
 from gd_analyze.given_numbers import array_of, require_possible
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.labels import joint_name
+from gd_analyze.levels.derived_programs import (
+    coriolis_centrifugal_program,
+    gravity_loading_program,
+    inertia_program,
+)
 from gd_analyze.levels.exact_form import ExactForm
 from gd_analyze.levels.level import Level, Terms
 from gd_analyze.levels.notice import budget_notice
 from gd_analyze.levels.promise import Promise
 from gd_analyze.operations import OperationCount, Program
-from gd_analyze.operations.derivative import derivative
 from gd_analyze.robots import RobotArm
 from gd_analyze.shown import html_of
 from gd_analyze.vectors import FloatArray, set_points_last
@@ -160,35 +164,31 @@ class SimplifiedModel:
 
     def inertia(self, q: FloatArray) -> FloatArray:
         """Simplified D, kg m^2, shape (..., n, n); with drives, theirs is on the diagonal."""
-        columns = [self._evaluated(program, q) for program in self._inertia_columns]
-        return np.stack(columns, axis=-1)
+        rows = self._evaluated(self.inertia_program, q)
+        return rows.reshape(*rows.shape[:-1], self.arm.n_joints, self.arm.n_joints)
 
     def coriolis_centrifugal(self, q: FloatArray, qd: FloatArray) -> FloatArray:
         """Simplified h, N m, shape (..., n)."""
-        return 0.5 * self._evaluated(self._twice_coriolis_centrifugal, q, qd)
+        return self._evaluated(self.coriolis_centrifugal_program, q, qd)
 
     def gravity_loading(self, q: FloatArray) -> FloatArray:
         """Simplified c, N m, shape (..., n)."""
-        return self._evaluated(self._gravity_loading, q)
+        return self._evaluated(self.gravity_loading_program, q)
 
     @cached_property
-    def _inertia_columns(self) -> tuple[Program, ...]:
-        """Torque is linear in the accelerations: column j of D is its derivative by that of joint j."""
-        still = self._zeros("qd", "qdd")
-        return tuple(derivative(self.program, {f"qdd{j + 1}": 1.0}, still) for j in range(self.arm.n_joints))
+    def inertia_program(self) -> Program:
+        """D as a program, its rows one after another."""
+        return inertia_program(self.program, self.arm.n_joints, self.level.is_mechanical)
 
     @cached_property
-    def _twice_coriolis_centrifugal(self) -> Program:
-        """H is homogeneous of degree 2 in the rates: its derivative along them is twice h (Euler)."""
-        along: dict[str, float | str] = {f"qd{j + 1}": f"qd{j + 1}" for j in range(self.arm.n_joints)}
-        return derivative(self.program, along, self._zeros("qdd"))
+    def coriolis_centrifugal_program(self) -> Program:
+        """H as a program."""
+        return coriolis_centrifugal_program(self.program, self.arm.n_joints)
 
     @cached_property
-    def _gravity_loading(self) -> Program:
-        return self.program.with_values(self._zeros("qd", "qdd"))
-
-    def _zeros(self, *names: str) -> dict[str, float]:
-        return {f"{name}{j + 1}": 0.0 for name in names for j in range(self.arm.n_joints)}
+    def gravity_loading_program(self) -> Program:
+        """The gravity loading c as a program."""
+        return gravity_loading_program(self.program, self.arm.n_joints)
 
     def _evaluated(self, program: Program, *states: FloatArray) -> FloatArray:
         n = self.arm.n_joints
@@ -217,4 +217,4 @@ class SimplifiedModel:
         for name, array in zip(names, arrays, strict=True):
             inputs |= {f"{name}{i + 1}": row for i, row in enumerate(set_points_last(array))}
         values = program.run(inputs)
-        return np.ascontiguousarray(values.T).reshape(*leading, n)
+        return np.ascontiguousarray(values.T).reshape(*leading, len(values))

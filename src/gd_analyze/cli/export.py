@@ -1,0 +1,200 @@
+"""`gd-analyze export`: models, exact dynamics and decompositions in other languages."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+import gd_analyze as gd
+from gd_analyze.cli.given import GivenRobot, drives_option, robot_given
+from gd_analyze.cli.options import NameList
+from gd_analyze.cli.options import Output as Folder
+from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.outputs import require_outputs
+from gd_analyze.cli.terminal import line, sentence, table
+from gd_analyze.errors import GdAnalyzeWarning, ModelError, OutputError
+
+if TYPE_CHECKING:
+    from gd_analyze.exporting import Exported, Subject
+
+# As `gd_analyze.exporting.LANGUAGES`, which takes long to load; a test compares them.
+LANGUAGES = ("c", "cpp", "python", "matlab", "casadi", "jax", "latex")
+
+
+@click.command(short_help="Write a model, or exact dynamics, in C, Python, MATLAB, ...")
+@robot_given
+@click.option(
+    "--to",
+    "languages",
+    type=NameList(LANGUAGES, "language"),
+    required=True,
+    metavar="LIST",
+    help=f"Languages, comma-separated: {', '.join(LANGUAGES)}.",
+)
+@click.option(
+    "--what",
+    type=click.Choice(["torque", "decomposition"]),
+    default="torque",
+    show_default=True,
+    help="torque, D, h and c; or the exact D and h by effect, translation and rotation, and c, of the links.",
+)
+@click.option("--name", metavar="WORD", help="What all names begin with; by default made of the arm's name.")
+@click.option("--float", "single", is_flag=True, help="In C: numbers of single precision.")
+@click.option(
+    "--bound/--no-bound",
+    default=True,
+    help="Of a model: prove a bound on its error within the arm's limits, and write both with it.",
+)
+@drives_option
+@click.option("-o", "--out", type=Folder(), default=Path(), help="Folder to write to.  [default: this one]")
+@click.option("--overwrite", is_flag=True, help="Replace files that are there already.")
+@reporting
+def export(
+    robot: GivenRobot,
+    languages: tuple[str, ...],
+    what: str,
+    name: str | None,
+    single: bool,
+    bound: bool,
+    drives: bool | None,
+    out: Path,
+    overwrite: bool,
+    output: Output,
+) -> None:
+    r"""Write a simplified model in other languages: give its model.json in place of ROBOT.
+
+    Of an arm the exact, unsimplified dynamics are written. All languages get the same program: torque, D, h
+    and c as functions, with what they take, and what is known of their errors, on top. C allocates nothing
+    and needs nothing but libm.
+
+    \b
+    Examples:
+      gd-analyze export model.json --to c
+      gd-analyze export model.json --to python,matlab --out controller
+      gd-analyze export puma560 --to casadi
+      gd-analyze export puma560 --to c --what decomposition
+    """
+    if single and set(languages) != {"c"}:
+        raise click.UsageError("--float goes with --to c alone")
+    with output.working() as stage:
+        stage("reading")
+        from gd_analyze.exporting import printed
+
+        subject = _subject(robot, what, name, drives)
+        _require_free(_paths(subject, languages, out), overwrite)
+        if subject.model is not None and bound:
+            stage("certifying", 100 * subject.n)
+            subject = _bounded(subject, stage.advance)
+        stage("writing")
+        exported = printed(subject, languages, "float" if single else "double")
+        exported.save(out)
+    output.give(lambda: _document(exported, out, output), lambda: _show(exported, out))
+
+
+def _subject(robot: GivenRobot, what: str, name: str | None, drives: bool | None) -> Subject:
+    """What is exported: a model where a JSON file is named, an arm otherwise."""
+    from gd_analyze.exporting.subject import subject_of_decomposition, subject_of_form, subject_of_model
+    from gd_analyze.levels import ExactForm
+
+    if Path(robot.name).suffix.lower() == ".json":
+        if drives is not None or robot != GivenRobot(robot.name):
+            raise click.UsageError(
+                "--drives, --tip, --base, --lock and --limits are of arms: a model has its own"
+            )
+        if what == "decomposition":
+            raise click.UsageError("--what decomposition is of an arm: give the arm in place of the model")
+        return subject_of_model(gd.load_model(robot.name), name)
+    arm = robot.load()
+    if what == "torque":
+        return subject_of_form(ExactForm(arm, arm.counts_drives(drives)), name)
+    if drives:
+        raise click.UsageError("--what decomposition is of the links: it goes without --drives")
+    return subject_of_decomposition(arm, name)
+
+
+def _paths(subject: Subject, languages: tuple[str, ...], out: Path) -> list[Path]:
+    """Files that will be written."""
+    from gd_analyze.exporting import LANGUAGES as PRINTERS
+
+    return [out / name for language in languages for name in PRINTERS[language].names(subject.name)]
+
+
+def _require_free(paths: list[Path], overwrite: bool) -> None:
+    require_outputs(*paths)
+    there = [path for path in paths if path.exists()]
+    if there and not overwrite:
+        raise OutputError(
+            "there is such a file already",
+            where=", ".join(map(str, there)),
+            next_step="name another folder with --out or another name with --name, or give --overwrite",
+        )
+
+
+def _bounded(subject: Subject, progress: Callable[[int], None]) -> Subject:
+    """The same with what can be proven of the model's error within the arm's limits."""
+    assert subject.model is not None
+    try:
+        certificate = gd.certify(subject.model, progress=progress)
+    except ModelError as error:
+        warnings.warn(
+            f"no bound is written: {error.what}; --no-bound leaves it out without a word",
+            GdAnalyzeWarning,
+            stacklevel=2,
+        )
+        return subject
+    return replace(subject, certificate=certificate)
+
+
+def _document(exported: Exported, out: Path, output: Output) -> dict[str, object]:
+    subject = exported.subject
+    return {
+        "arm": subject.arm.name,
+        "of": "exact dynamics" if subject.model is None else f"model of level {subject.model.level}",
+        "name": subject.name,
+        "joints": dict(zip([joint.name for joint in subject.arm.joints], subject.joints, strict=True)),
+        "functions": {
+            each.name: {
+                "multiplications": each.count.multiplications,
+                "additions": each.count.additions,
+                "sines_cosines": each.count.sines_cosines,
+            }
+            for each in subject.functions
+        },
+        "stated": {key: values for key, (_, values) in subject.constants.items()},
+        "warnings": output.warnings,
+        "files": [*map(str, exported.paths(out))],
+    }
+
+
+def _show(exported: Exported, out: Path) -> None:
+    subject = exported.subject
+    of = "exact dynamics" if subject.model is None else f"model of level {subject.model.level}"
+    sentence(f"{subject.arm.title or subject.arm.name}: {of}, as {subject.name}", bold=True)
+    table(
+        "Functions",
+        ["function", "multiplications", "additions", "sin and cos"],
+        [
+            [
+                each.name,
+                *map(str, (each.count.multiplications, each.count.additions, each.count.sines_cosines)),
+            ]
+            for each in subject.functions
+        ],
+    )
+    line()
+    if subject.certificate is not None:
+        sentence("The bound on the torque's error and the box it holds in stand there as constants.")
+    renamed = [
+        f"{joint.name} is {word}"
+        for joint, word in zip(subject.arm.joints, subject.joints, strict=True)
+        if joint.name != word
+    ]
+    if renamed:
+        sentence(f"Joints under another name there: {', '.join(renamed)}.")
+    for path in exported.paths(out):
+        line(f"wrote {path}")

@@ -1,0 +1,83 @@
+"""C99: a header and a source that need a compiler and its libm, no memory and no system."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from gd_analyze.exporting.functions import Function
+from gd_analyze.exporting.inputs import inputs, joint_of, kind_of, unused
+from gd_analyze.exporting.rounding import float_errors_told
+from gd_analyze.exporting.sine_cosine import DOUBLE, FLOAT
+from gd_analyze.exporting.statements import Body, Notation, Statement, body, digits
+from gd_analyze.exporting.subject import Subject
+from gd_analyze.exporting.templating import filled
+from gd_analyze.exporting.told import told
+
+# States that the function for many takes at once: whole vectors of any processor, all in its first cache.
+_LANES = 32
+
+
+def c_texts(subject: Subject, scalar: str) -> tuple[str, ...]:
+    """Print a header and a source.
+
+    Parameters
+    ----------
+    subject
+        What is taken away.
+    scalar
+        Type of all numbers: double or float.
+    """
+    single = scalar == "float"
+    number = float_digits if single else digits
+    notation = Notation(number, sin="sinf" if single else "sin", cos="cosf" if single else "cos")
+    torque = subject.torque
+    values = {
+        "subject": subject,
+        "name": subject.name,
+        "scalar": scalar,
+        "lines": told(subject, float_errors_told(subject) if single else ()),
+        "functions": [(each, body(each, notation)) for each in subject.functions],
+        "number": number,
+        "declared": partial(declared, scalar),
+        "inputs": inputs,
+        "joint_of": joint_of,
+        "kind_of": kind_of,
+        "unused": unused,
+        "listed": lambda values: ", ".join(map(number, values)),
+        "lanes": _LANES,
+        "torque": torque,
+        "bulk": None if torque is None else in_pairs(body(torque, notation)),
+        "turn": FLOAT if single else DOUBLE,
+        "suffix": "f" if single else "",
+    }
+    return filled("model.h.jinja", **values), filled("model.c.jinja", **values)
+
+
+def float_digits(value: float) -> str:
+    """Write a number of single precision in as many digits as it needs."""
+    text = repr(float(str(np.float32(value))))
+    return f"{text}f" if value >= 0.0 else f"({text}f)"
+
+
+def declared(scalar: str, name: str, function: Function) -> str:
+    """Write the head of a function: what it reads, and where it writes."""
+    n = function.joints
+    given = [f"const {scalar} {each}[{n}]" for each in function.arguments]
+    written = [f"{scalar} {result.name}[{result.size}]" for result in function.results]
+    return f"void {name}_{function.name}({', '.join([*given, *written])})"
+
+
+def in_pairs(whole: Body) -> Body:
+    """Take sine and cosine of an angle at once, where the first of both stood; its statement has no value."""
+    statements: list[Statement] = []
+    taken: set[str] = set()
+    for step in whole.statements:
+        if not step.angle:
+            statements.append(step)
+        elif step.angle not in taken:
+            taken.add(step.angle)
+            statements.append(replace(step, value=""))
+    return Body(tuple(statements), whole.results)

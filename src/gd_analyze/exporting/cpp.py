@@ -1,0 +1,26 @@
+"""C++: a header of templates on the scalar, for types that differentiate themselves, too; Eigen on request."""
+
+from __future__ import annotations
+
+from gd_analyze.exporting.inputs import inputs, joint_of, kind_of
+from gd_analyze.exporting.statements import Notation, body
+from gd_analyze.exporting.subject import Subject
+from gd_analyze.exporting.templating import filled
+from gd_analyze.exporting.told import told
+
+
+def cpp_texts(subject: Subject, scalar: str) -> tuple[str, ...]:
+    """Print a header."""
+    notation = Notation(number=lambda value: f"T({value!r})")
+    text = filled(
+        "model.hpp.jinja",
+        subject=subject,
+        name=subject.name,
+        lines=told(subject),
+        functions=[(each, body(each, notation)) for each in subject.functions],
+        inputs=inputs,
+        joint_of=joint_of,
+        kind_of=kind_of,
+        listed=lambda values: ", ".join(map(repr, values)),
+    )
+    return (text,)

@@ -1,0 +1,92 @@
+"""LaTeX: the equations as a person would write them, with nomenclature and errors, as one document."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from gd_analyze.errors import UsageError
+from gd_analyze.exporting.foreign import tex
+from gd_analyze.exporting.subject import Subject
+from gd_analyze.exporting.templating import filled
+from gd_analyze.exporting.told import told
+from gd_analyze.formatting import number, rounded_up
+from gd_analyze.formulas.formula import Formula, Legend
+from gd_analyze.formulas.latex import Latex
+from gd_analyze.formulas.plain import Plain
+from gd_analyze.levels import RECURSIVE, ExactForm
+
+# Significant digits of coefficients, and signs of plain text that fill a line of a page.
+_DIGITS = 6
+_WIDTH = 68
+
+
+def latex_texts(subject: Subject, scalar: str) -> tuple[str, ...]:
+    """Print a document.
+
+    Raises
+    ------
+    UsageError
+        Of a decomposition, whose equations are those of `gd-analyze equations`.
+    """
+    if subject.torque is None:
+        raise UsageError(
+            "the decomposition is no document",
+            where="language",
+            expected="c, cpp, python, matlab, casadi or jax",
+            found="latex",
+            next_step="print its equations with `gd-analyze equations ROBOT --format latex`",
+        )
+    formulas, legend = _equations(subject)
+    printer = Latex(_DIGITS)
+    text = filled(
+        "model.tex.jinja",
+        subject=subject,
+        lines=told(subject),
+        title=tex(subject.arm.title or subject.arm.name),
+        joints=[
+            (i, tex(joint.name), joint.kind, joint.effort_unit)
+            for i, joint in enumerate(subject.arm.joints, 1)
+        ],
+        equations=[list(_broken(formula)) for formula in formulas],
+        legend=printer.legend(legend),
+        errors=_errors(subject),
+        bounds=_bounds(subject),
+        digits=_DIGITS,
+    )
+    return (text,)
+
+
+def _equations(subject: Subject) -> tuple[tuple[Formula, ...], Legend]:
+    """Formulas and what their names mean; of exact dynamics those of the recursion."""
+    if subject.model is not None:
+        return subject.model.formulas, subject.model.legend
+    form = ExactForm(subject.arm, subject.drives)
+    return RECURSIVE.formulas(form, {}), RECURSIVE.legend(form, {})
+
+
+def _broken(formula: Formula) -> Iterator[str]:
+    """Break a formula into lines of a page, each aligned at its sign of equality."""
+    printer, ruler = Latex(_DIGITS), Plain(_DIGITS)
+    line, width = f"{printer.symbol(formula.left)} &=", 0
+    for piece, plain in zip(printer.pieces(formula), ruler.pieces(formula), strict=True):
+        if width and width + len(plain) > _WIDTH:
+            yield line
+            line, width = r"&\quad", 0
+        line, width = f"{line} {piece}", width + len(plain) + 1
+    yield line if width else f"{line} 0"
+
+
+def _errors(subject: Subject) -> list[list[str]]:
+    if subject.model is None:
+        return []
+    errors, allowed = subject.model.promise.errors, subject.model.promise.allowed
+    columns = (errors.peak_torque, allowed, errors.largest, errors.rms)
+    return [[number(float(x)) for x in row] for row in zip(*columns, strict=True)]
+
+
+def _bounds(subject: Subject) -> list[list[str]]:
+    if subject.certificate is None:
+        return []
+    box, bounds = subject.certificate.box, subject.certificate.certified
+    rows = zip(box.lower, box.upper, box.rate, box.acceleration, bounds, strict=True)
+    return [[*(f"{float(x):.4g}" for x in row[:-1]), number(rounded_up(float(row[-1])))] for row in rows]

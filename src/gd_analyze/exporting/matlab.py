@@ -1,0 +1,25 @@
+"""MATLAB: one file that GNU Octave runs, too, and a MATLAB Function block of Simulink takes."""
+
+from __future__ import annotations
+
+from gd_analyze.exporting.inputs import inputs, joint_of, kind_of
+from gd_analyze.exporting.statements import Notation, body
+from gd_analyze.exporting.subject import Subject
+from gd_analyze.exporting.templating import filled
+from gd_analyze.exporting.told import told
+
+
+def matlab_texts(subject: Subject, scalar: str) -> tuple[str, ...]:
+    """Print a function file; states are columns, and there may be many."""
+    text = filled(
+        "model.m.jinja",
+        subject=subject,
+        name=subject.name,
+        lines=told(subject),
+        functions=[(each, body(each, Notation(times=".*"))) for each in subject.functions],
+        inputs=inputs,
+        joint_of=joint_of,
+        kind_of=kind_of,
+        listed=lambda values: "; ".join(map(repr, values)),
+    )
+    return (text,)

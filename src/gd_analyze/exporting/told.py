@@ -1,0 +1,87 @@
+"""What stands on top of everything that is taken away: lines of plain ASCII, the same in every language."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Sequence
+
+from gd_analyze.exporting.foreign import comment
+from gd_analyze.exporting.subject import Subject
+from gd_analyze.formatting import number, rounded_up
+from gd_analyze.levels.model_file import model_text
+from gd_analyze.robots import fingerprint
+from gd_analyze.version import __version__
+
+
+def told(subject: Subject, more: Sequence[str] = ()) -> list[str]:
+    """Say what it is, of which arm, in which units, how exact, and what foreign names became."""
+    return [line.rstrip() for line in (*_what(subject), "", *_joints(subject), "", *_errors(subject), *more)]
+
+
+def _what(subject: Subject) -> Iterator[str]:
+    arm, model = subject.arm, subject.model
+    kind = "Exact dynamics" if model is None else "Simplified torque model"
+    yield f"{kind} of {comment(arm.title or arm.name)}, by gd-analyze {__version__}."
+    yield ""
+    if model is not None:
+        kept = model.level.told(model.terms)
+        yield f"Level {model.level.name}: {kept}; budget {comment(model.promise.budget)}."
+    for function in subject.functions:
+        yield f"{function.name}: {function.meaning};"
+        yield f"  {function.count}."
+    if model is not None:
+        yield f"The exact torque takes {model.operations_full}."
+    if subject.torque is not None:
+        yield f"Inertia of the drives: {'included' if subject.drives else 'left out'}."
+    yield "Units: rad and m, s, N m and N. Friction is no part of it."
+    yield f"Arm {comment(arm.name)}, SHA-256 of what acts on its torque:"
+    yield f"  {fingerprint(arm, subject.drives)}"
+    if model is not None:
+        yield "SHA-256 of the model's file:"
+        yield f"  {hashlib.sha256(model_text(model).encode()).hexdigest()}"
+
+
+def _joints(subject: Subject) -> Iterator[str]:
+    yield "Joints in their order, and what their names became:"
+    for i, (joint, word) in enumerate(zip(subject.arm.joints, subject.joints, strict=True), start=1):
+        kind = "turns" if joint.kind == "revolute" else "slides"
+        unit, effort = ("rad", "N m") if joint.kind == "revolute" else ("m", "N")
+        named = "" if word == joint.name else f" (named {comment(joint.name)})"
+        yield f"  {i}: {word}{named} {kind}: q in {unit}, tau in {effort}"
+    links = [link.name for link in subject.arm.links]
+    yield f"Links: {', '.join(map(comment, links))}"
+
+
+def _errors(subject: Subject) -> Iterator[str]:
+    if subject.model is None:
+        yield "Exact: no error but rounding."
+        return
+    promise, certificate = subject.model.promise, subject.certificate
+    made_for = ", ".join(f"{key} {comment(str(value))}" for key, value in promise.made_for.items())
+    yield "Errors of the torque, sampled where the model was made:"
+    yield f"  {made_for}"
+    columns = [promise.errors.peak_torque, promise.allowed, promise.errors.largest, promise.errors.rms]
+    yield from _table(
+        ["joint", "peak torque", "allowed", "largest", "RMS"],
+        [[number(float(x)) for x in row] for row in zip(*columns, strict=True)],
+    )
+    if certificate is None:
+        yield "Nothing is proven of states in between: no certificate was asked for."
+        return
+    box = certificate.box
+    yield f"Proven: no state of the following box ({comment(box.where)}) has an error above the bound."
+    bounds = [rounded_up(float(x), 6) for x in certificate.certified]
+    yield from _table(
+        ["joint", "q from", "q to", "|qd| up to", "|qdd| up to", "bound"],
+        [
+            [f"{float(x):.6g}" for x in row]
+            for row in zip(box.lower, box.upper, box.rate, box.acceleration, bounds, strict=True)
+        ],
+    )
+
+
+def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    lines = [list(headings), *([str(i), *row] for i, row in enumerate(rows, start=1))]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    for line in lines:
+        yield "  " + "  ".join(cell.rjust(width) for cell, width in zip(line, widths, strict=True))
