@@ -1,4 +1,4 @@
-"""C++: a header of templates on the scalar, for types that differentiate themselves, too; Eigen on request."""
+"""C++: a header of templates on the scalar, so that types that differentiate themselves work; Eigen, too."""
 
 from __future__ import annotations
 

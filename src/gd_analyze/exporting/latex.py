@@ -14,6 +14,7 @@ from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.latex import Latex
 from gd_analyze.formulas.plain import Plain
 from gd_analyze.levels import RECURSIVE, ExactForm
+from gd_analyze.levels.recursion_reading import MEANINGS
 
 # Significant digits of coefficients, and signs of plain text that fill a line of a page.
 _DIGITS = 6
@@ -36,18 +37,20 @@ def latex_texts(subject: Subject, scalar: str) -> tuple[str, ...]:
             found="latex",
             next_step="print its equations with `gd-analyze equations ROBOT --format latex`",
         )
-    formulas, legend = _equations(subject)
     printer = Latex(_DIGITS)
+    passages, legend = _equations(subject)
+    meanings = MEANINGS if len(passages) > 1 else ()
     text = filled(
         "model.tex.jinja",
         subject=subject,
         lines=told(subject),
         title=tex(subject.arm.title or subject.arm.name),
-        joints=[
-            (i, tex(joint.name), joint.kind, joint.effort_unit)
-            for i, joint in enumerate(subject.arm.joints, 1)
+        joints=[(tex(joint.name), joint.kind, joint.effort_unit) for joint in subject.arm.joints],
+        passages=[
+            (heading, [line for formula in formulas for line in _broken(formula)])
+            for heading, formulas in passages
         ],
-        equations=[list(_broken(formula)) for formula in formulas],
+        meanings=[("$, $".join(map(printer.symbol, symbols)), words) for symbols, words in meanings],
         legend=printer.legend(legend),
         errors=_errors(subject),
         bounds=_bounds(subject),
@@ -56,12 +59,14 @@ def latex_texts(subject: Subject, scalar: str) -> tuple[str, ...]:
     return (text,)
 
 
-def _equations(subject: Subject) -> tuple[tuple[Formula, ...], Legend]:
-    """Formulas and what their names mean; of exact dynamics those of the recursion."""
-    if subject.model is not None:
-        return subject.model.formulas, subject.model.legend
-    form = ExactForm(subject.arm, subject.drives)
-    return RECURSIVE.formulas(form, {}), RECURSIVE.legend(form, {})
+def _equations(subject: Subject) -> tuple[list[tuple[str, tuple[Formula, ...]]], Legend]:
+    """Headings and formulas, and what names in them mean; of exact dynamics those of the recursion."""
+    model = subject.model
+    if model is not None and model.level is not RECURSIVE:
+        return [("", model.formulas)], model.legend
+    form = ExactForm(subject.arm, subject.drives) if model is None else model.form
+    reading = RECURSIVE.reading(form, {} if model is None else model.terms)
+    return [(passage.heading, passage.formulas) for passage in reading.passages], reading.legend
 
 
 def _broken(formula: Formula) -> Iterator[str]:
