@@ -1,0 +1,1 @@
+"""The exact torque as others compute it, and how long compiled code takes."""
