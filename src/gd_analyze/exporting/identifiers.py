@@ -34,11 +34,8 @@ index signal time clock rand select sine cosine model Eigen
 # Names of arguments and results, which stand beside the name of a file's function.
 _OURS = "q qd qdd tau D h c stated"
 # Python's own modules, which a file of the same name would hide, and files that Windows has no place for.
-_FILES = {
-    *sys.stdlib_module_names,
-    *"con prn aux nul".split(),
-    *(f"{x}{k}" for x in ("com", "lpt") for k in range(10)),
-}
+_DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{k}" for port in ("com", "lpt") for k in range(10))}
+_FILES = sys.stdlib_module_names | _DEVICES
 RESERVED = frozenset(f"{_C_AND_CPP} {_PYTHON_AND_MATLAB} {_FUNCTIONS} {_OURS}".split()) | _FILES
 
 

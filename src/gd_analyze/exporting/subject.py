@@ -102,8 +102,8 @@ def _named(name: str | None, arm: RobotArm) -> str:
         raise UsageError(
             "the name is no identifier in every language",
             where="name",
-            expected=f"at most {LONGEST} ASCII letters, digits and single underscores, a letter first, and no "
-            "word that a language or its library keeps for itself",
+            expected=f"at most {LONGEST} ASCII letters, digits and single underscores, a letter first, and "
+            "no word that a language or its library keeps for itself",
             found=name,
             next_step=f"{identifier(name)} would do",
         )
