@@ -156,7 +156,10 @@ def _document(exported: Exported, out: Path, output: Output) -> dict[str, object
         "arm": subject.arm.name,
         "of": "exact dynamics" if subject.model is None else f"model of level {subject.model.level}",
         "name": subject.name,
-        "joints": dict(zip([joint.name for joint in subject.arm.joints], subject.joints, strict=True)),
+        "joints": [
+            {"name": joint.name, "identifier": word}
+            for joint, word in zip(subject.arm.joints, subject.joints, strict=True)
+        ],
         "functions": {
             each.name: {
                 "multiplications": each.count.multiplications,
@@ -165,7 +168,7 @@ def _document(exported: Exported, out: Path, output: Output) -> dict[str, object
             }
             for each in subject.functions
         },
-        "stated": {key: values for key, (_, values) in subject.constants.items()},
+        "stated": {key: each.values for key, each in subject.constants.items()},
         "warnings": output.warnings,
         "files": [*map(str, exported.paths(out))],
     }

@@ -7,8 +7,8 @@ from functools import partial
 
 import numpy as np
 
+from gd_analyze.errors import UsageError
 from gd_analyze.exporting.functions import Function
-from gd_analyze.exporting.inputs import inputs, joint_of, kind_of, unused
 from gd_analyze.exporting.rounding import float_errors_told
 from gd_analyze.exporting.sine_cosine import DOUBLE, FLOAT
 from gd_analyze.exporting.statements import Body, Notation, Statement, body, digits
@@ -33,19 +33,18 @@ def c_texts(subject: Subject, scalar: str) -> tuple[str, ...]:
     single = scalar == "float"
     number = float_digits if single else digits
     notation = Notation(number, sin="sinf" if single else "sin", cos="cosf" if single else "cos")
-    torque = subject.torque
+    torque, constants = subject.torque, subject.constants
+    if single:
+        constants = {key: each.in_single for key, each in constants.items()}
     values = {
         "subject": subject,
         "name": subject.name,
         "scalar": scalar,
+        "constants": constants,
         "lines": told(subject, float_errors_told(subject) if single else ()),
         "functions": [(each, body(each, notation)) for each in subject.functions],
         "number": number,
         "declared": partial(declared, scalar),
-        "inputs": inputs,
-        "joint_of": joint_of,
-        "kind_of": kind_of,
-        "unused": unused,
         "listed": lambda values: ", ".join(map(number, values)),
         "lanes": _LANES,
         "torque": torque,
@@ -57,7 +56,21 @@ def c_texts(subject: Subject, scalar: str) -> tuple[str, ...]:
 
 
 def float_digits(value: float) -> str:
-    """Write a number of single precision in as many digits as it needs."""
+    """Write a number of single precision in as many digits as it needs.
+
+    Raises
+    ------
+    UsageError
+        If there is none so large.
+    """
+    if abs(value) > np.finfo(np.float32).max:
+        raise UsageError(
+            "a number of the model is beyond single precision",
+            where="scalar",
+            expected="magnitudes below 3.4e38",
+            found=f"{value:g}",
+            next_step="take double",
+        )
     text = repr(float(str(np.float32(value))))
     return f"{text}f" if value >= 0.0 else f"({text}f)"
 

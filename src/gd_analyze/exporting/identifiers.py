@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
+import sys
 import unicodedata
 from collections.abc import Sequence
 
-# Letters of a name that stay: MATLAB takes 63 signs of an identifier, and what is put behind needs some.
-_LONGEST = 40
+# Signs of an identifier: MATLAB takes 63, and what is put behind needs some.
+LONGEST = 40
 
 _C_AND_CPP = """
 alignas alignof and and_eq asm atomic_cancel atomic_commit atomic_noexcept auto bitand bitor bool break case
@@ -28,9 +29,14 @@ unwind_protect until np jax jnp casadi numpy print len pi eye zeros ones reshape
 _FUNCTIONS = """
 acos asin atan atan2 ceil cos cosh exp fabs floor fmod frexp ldexp log log10 modf pow sin sinh sqrt tan tanh
 gamma lgamma tgamma j0 j1 jn y0 y1 yn erf erfc cbrt hypot abs labs div exit abort system remove rename
-index signal time clock rand select sine cosine model
+index signal time clock rand select sine cosine model Eigen
 """
-RESERVED = frozenset(f"{_C_AND_CPP} {_PYTHON_AND_MATLAB} {_FUNCTIONS}".split())
+# Names of arguments and results, which stand beside the name of a file's function.
+_OURS = "q qd qdd tau D h c stated"
+# Python's own modules, which a file of the same name would hide, and files that Windows has no place for.
+_DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{k}" for port in ("com", "lpt") for k in range(10))}
+_FILES = sys.stdlib_module_names | _DEVICES
+RESERVED = frozenset(f"{_C_AND_CPP} {_PYTHON_AND_MATLAB} {_FUNCTIONS} {_OURS}".split()) | _FILES
 
 
 def identifier(name: str, otherwise: str = "arm") -> str:
@@ -41,20 +47,20 @@ def identifier(name: str, otherwise: str = "arm") -> str:
     name
         Any text.
     otherwise
-        What it becomes where nothing is left of it, and what is put in front of digits.
+        What it becomes where nothing is left of it, and what is put in front of digits and words with a use.
 
     Examples
     --------
     >>> identifier("Überarm 3000*/"), identifier("double"), identifier("7-bot"), identifier("腕")
-    ('Uberarm_3000', 'double_', 'arm_7_bot', 'arm')
+    ('Uberarm_3000', 'arm_double', 'arm_7_bot', 'arm')
     """
     plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode("ascii")
-    word = re.sub(r"[^A-Za-z0-9]+", "_", plain).strip("_")[:_LONGEST].rstrip("_")
+    word = re.sub(r"[^A-Za-z0-9]+", "_", plain).strip("_")
     if not word:
         return otherwise
-    if not word[0].isalpha():
+    if not word[0].isalpha() or word in RESERVED or word.lower() in _FILES:
         word = f"{otherwise}_{word}"
-    return f"{word}_" if word in RESERVED else word
+    return word[:LONGEST].rstrip("_")
 
 
 def identifiers(names: Sequence[str], otherwise: str = "joint") -> tuple[str, ...]:

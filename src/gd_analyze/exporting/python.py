@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from gd_analyze.exporting.inputs import inputs, joint_of, kind_of
 from gd_analyze.exporting.statements import Notation, body
 from gd_analyze.exporting.subject import Subject
 from gd_analyze.exporting.templating import filled
@@ -31,9 +30,6 @@ def _module(subject: Subject, template: str, words: dict[str, str]) -> tuple[str
         subject=subject,
         lines=told(subject),
         functions=[(each, body(each, notation)) for each in subject.functions],
-        inputs=inputs,
-        joint_of=joint_of,
-        kind_of=kind_of,
         listed=lambda values: ", ".join(map(repr, values)),
         **words,
     )

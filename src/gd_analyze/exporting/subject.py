@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from gd_analyze.certification import Certificate
 from gd_analyze.errors import UsageError
 from gd_analyze.exporting.functions import Function, decomposition_function, torque_functions
-from gd_analyze.exporting.identifiers import identifier, identifiers
-from gd_analyze.formatting import rounded_up
+from gd_analyze.exporting.identifiers import LONGEST, identifier, identifiers
+from gd_analyze.exporting.stated import Stated, stated
 from gd_analyze.levels import ExactForm, SimplifiedModel
 from gd_analyze.robots import RobotArm
-from gd_analyze.vectors import FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,25 +55,9 @@ class Subject:
         return next((each for each in self.functions if each.name == "torque"), None)
 
     @property
-    def constants(self) -> Mapping[str, tuple[str, tuple[float, ...]]]:
-        """Meaning and values, one per joint, of what a controller can hold a state against."""
-        constants: dict[str, tuple[str, FloatArray]] = {}
-        if self.model is not None:
-            constants["sampled_error"] = (
-                "largest torque error at the states that the model was made for",
-                self.model.promise.errors.largest,
-            )
-        if self.certificate is not None:
-            box = self.certificate.box
-            bound = np.array([rounded_up(float(x), 6) for x in self.certificate.certified])
-            constants |= {
-                "error_bound": ("no state within the box has a larger torque error", bound),
-                "lower": ("the box: positions from", box.lower),
-                "upper": ("and to", box.upper),
-                "rate": ("rates up to, either way", box.rate),
-                "acceleration": ("accelerations up to, either way", box.acceleration),
-            }
-        return {key: (meaning, tuple(values.tolist())) for key, (meaning, values) in constants.items()}
+    def constants(self) -> Mapping[str, Stated]:
+        """What a controller can hold a state against, by name."""
+        return stated(self.model, self.certificate)
 
 
 def subject_of_model(
@@ -111,8 +92,9 @@ def subject_of_form(form: ExactForm, name: str | None = None) -> Subject:
 
 def subject_of_decomposition(arm: RobotArm, name: str | None = None) -> Subject:
     """Take D and h by effect, and c, away: of the links alone."""
-    named = _named(name, arm) if name else f"{identifier(arm.name)}_decomposition"
-    return Subject(named, arm, False, (decomposition_function(arm),))
+    behind = "_decomposition"
+    word = f"{identifier(arm.name)[: LONGEST - len(behind)].rstrip('_')}{behind}"
+    return Subject(_named(word if name is None else name, arm), arm, False, (decomposition_function(arm),))
 
 
 def _named(name: str | None, arm: RobotArm) -> str:
@@ -120,8 +102,8 @@ def _named(name: str | None, arm: RobotArm) -> str:
         raise UsageError(
             "the name is no identifier in every language",
             where="name",
-            expected="at most 40 ASCII letters, digits and underscores, a letter first, and no word that a "
-            "language or its library keeps for itself",
+            expected=f"at most {LONGEST} ASCII letters, digits and single underscores, a letter first, and "
+            "no word that a language or its library keeps for itself",
             found=name,
             next_step=f"{identifier(name)} would do",
         )

@@ -5,6 +5,8 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from gd_analyze.exporting.inputs import inputs, joint_of, kind_of, unused
+
 if TYPE_CHECKING:
     from jinja2 import Environment
 
@@ -13,7 +15,7 @@ if TYPE_CHECKING:
 def _environment() -> Environment:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    return Environment(
+    environment = Environment(
         loader=PackageLoader("gd_analyze.exporting"),
         undefined=StrictUndefined,
         autoescape=False,
@@ -21,6 +23,8 @@ def _environment() -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
+    environment.globals |= {"inputs": inputs, "unused": unused, "kind_of": kind_of, "joint_of": joint_of}
+    return environment
 
 
 def filled(template: str, **values: Any) -> str:

@@ -1,0 +1,72 @@
+"""How far two evaluations of one program may be apart by rounding: every operation's, carried to the end."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gd_analyze.operations import Program
+from gd_analyze.operations.program import UFUNCS
+from gd_analyze.states import States
+from gd_analyze.vectors import FloatArray
+
+# Libraries of sines are off by an ulp or two of the result, which is at most eps each.
+_SINE = 4.0
+
+
+def inputs_of(states: States) -> dict[str, FloatArray]:
+    """Rows of a program's inputs by name."""
+    named = zip(("q", "qd", "qdd"), states.arrays, strict=True)
+    return {f"{kind}{j + 1}": x[:, j] for kind, x in named for j in range(x.shape[1])}
+
+
+def evaluated(
+    program: Program, states: States, eps: float = float(np.finfo(float).eps)
+) -> tuple[FloatArray, FloatArray]:
+    """Outputs (outputs, states), and how much two evaluations may differ there.
+
+    An operation is off by eps / 2 of its result; with eps, products of errors are paid for. Either evaluation
+    may be off by as much.
+    """
+    inputs = inputs_of(states)
+    zero = np.zeros(len(states.q))
+
+    def given(name: str) -> Any:
+        return inputs[name], zero
+
+    def apply(operation: Any, *arguments: Any) -> Any:
+        pairs = [x if isinstance(x, tuple) else (x + zero, zero) for x in arguments]
+        values, errors = zip(*pairs, strict=True)
+        value = UFUNCS[operation](*values)
+        if operation == "multiply":
+            error = abs(values[0]) * errors[1] + abs(values[1]) * errors[0] + eps * abs(value)
+        elif operation in ("sin", "cos"):
+            error = errors[0] + _SINE * eps
+        else:
+            error = sum(errors) + (eps * abs(value) if operation != "negative" else 0.0)
+        return value, error
+
+    of = program.carried_out(given, apply)
+    outputs = [x if isinstance(x, tuple) else (x + zero, zero) for x in map(of, program.outputs)]
+    values, errors = (np.array(each) for each in zip(*outputs, strict=True))
+    return values, 2.0 * errors
+
+
+def assert_same(found: FloatArray, program: Program, states: States, eps: float | None = None) -> None:
+    """Outputs (outputs, states) of what was printed, against the program."""
+    values, bound = evaluated(program, states, *([] if eps is None else [eps]))
+    assert found.shape == values.shape
+    assert np.isfinite(found).all()
+    excess = np.abs(found - values) - bound
+    assert excess.max(initial=0.0) <= 0.0, f"{np.abs(found - values).max()} where {bound.max()} is round-off"
+
+
+def slope(program: Program, states: States, along: str) -> FloatArray:
+    """Derivative of the outputs by an input (outputs, states): the complex step, which cancels nothing."""
+    step = 1e-30
+    inputs: dict[str, Any] = {name: row.astype(complex) for name, row in inputs_of(states).items()}
+    inputs[along] = inputs[along] + 1j * step
+    of = program.carried_out(inputs.__getitem__, lambda operation, *x: UFUNCS[operation](*x))
+    zero = np.zeros(len(states.q))
+    return np.array([np.imag(of(x) + zero) / step for x in program.outputs])

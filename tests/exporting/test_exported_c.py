@@ -1,0 +1,196 @@
+"""C: it compiles without a warning, and gives what the model gives, one state at a time and many at once."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import subprocess
+
+import numpy as np
+import pytest
+from compiled import STRICT, called, needs_gcc, run_c
+from exported_cases import CASES, states, subject
+from hypothesis import given
+from rounded_programs import assert_same, evaluated
+
+from few_tries import few_tries
+from gd_analyze.exporting import printed
+from gd_analyze.exporting.subject import subject_of_form
+from gd_analyze.levels import ExactForm
+from strategies import arms, examples, random_states
+
+pytestmark = needs_gcc
+# None, one, a block less one, a block, a block and one, all.
+COUNTS = (0, 1, 31, 32, 33, 1000)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_it_gives_what_the_model_gives(case, tmp_path):
+    what = subject(case)
+    drawn = states(what.arm.name)
+    counts = COUNTS if what.torque else ()
+    results, bulk = run_c(what, printed(what, "c").files, drawn, tmp_path, counts=counts)
+    for function in what.functions:
+        assert_same(results[function.name], function.program, drawn)
+    for count, torque in zip(counts, bulk, strict=True):
+        assert torque.shape == (what.n, count)
+        if count:
+            assert_same(torque, what.torque.program, drawn.at(slice(count)))
+
+
+@examples(4)
+@given(arms(max_joints=2))
+@few_tries()
+def test_so_it_does_for_any_arm(tmp_path_factory, arm):
+    what = subject_of_form(ExactForm(arm))
+    drawn = random_states(arm.n_joints, 40, 1)
+    folder = tmp_path_factory.mktemp("drawn")
+    results, bulk = run_c(what, printed(what, "c").files, drawn, folder, counts=(40,))
+    for function in what.functions:
+        assert_same(results[function.name], function.program, drawn)
+    assert_same(bulk[0], what.torque.program, drawn)
+
+
+@pytest.mark.parametrize("case", ["two_link", "puma560 recursive", "stanford energy"])
+def test_single_precision_errs_no_more_than_its_header_says(case, tmp_path):
+    what = subject(case)
+    drawn = states(what.arm.name)
+    files = printed(what, "c", "float").files
+    results, (bulk,) = run_c(what, files, drawn, tmp_path, "float", (1000,))
+    exact, _ = evaluated(what.torque.program, drawn)
+    text = files[f"{what.name}.h"].partition("by at most ")[2]
+    stated = [float(word) for word in text.partition(" (joint")[0].split(", ")]
+    for found in (results["torque"], bulk):
+        measured = np.abs(found - exact).max(axis=1)
+        assert (measured <= stated).all()
+        # It says no more than it has to: the largest of other states is not many times less.
+        assert (measured >= np.array(stated) / 20).all()
+
+
+@pytest.fixture(scope="module", params=["double", "float"])
+def library(request, tmp_path_factory):
+    """The model with a bound as a library, and its scalar."""
+    what = subject("two_link energy")
+    folder = tmp_path_factory.mktemp("library")
+    printed(what, "c", request.param).save(folder)
+    source, out = folder / "two_link.c", folder / "two_link.so"
+    called("gcc", "-std=c99", *STRICT, "-O3", "-shared", "-fPIC", source, "-o", out, "-lm")
+    return ctypes.CDLL(str(out)), ctypes.c_double if request.param == "double" else ctypes.c_float
+
+
+def constants(library, name):
+    code, number = library
+    return np.array((number * 2).in_dll(code, f"two_link_{name}")[:], dtype=float)
+
+
+def test_the_constants_are_the_certificates_and_never_promise_more(library):
+    stated = subject("two_link energy").certificate
+    box = stated.box
+    pairs = {
+        "error_bound": (stated.certified, 1),
+        "lower": (box.lower, 1),
+        "upper": (box.upper, -1),
+        "rate": (box.rate, -1),
+        "acceleration": (box.acceleration, -1),
+    }
+    for name, (true, direction) in pairs.items():
+        found = constants(library, name)
+        assert (direction * found >= direction * true).all(), name
+        # Rounded once: bounds to six digits, and to single precision.
+        np.testing.assert_allclose(found, true, rtol=2e-5 if name == "error_bound" else 2e-7)
+        if library[1] is ctypes.c_double and name != "error_bound":
+            np.testing.assert_array_equal(found, true)
+
+
+def within(library, *state):
+    code, number = library
+    return code.two_link_is_within(*((number * 2)(*x) for x in state))
+
+
+def test_a_state_is_within_up_to_the_edges(library):
+    lower, upper, rate, most = (constants(library, x) for x in ("lower", "upper", "rate", "acceleration"))
+    kind = np.float64 if library[1] is ctypes.c_double else np.float32
+
+    def beyond(values, towards):
+        return np.nextafter(values.astype(kind), kind(towards)).astype(float)
+
+    nothing = np.zeros(2)
+    inside = [(lower, rate, most), (upper, -rate, -most), (upper, nothing, nothing)]
+    outside = [
+        (beyond(lower, -np.inf), nothing, nothing),
+        (np.array([0.0, beyond(upper, np.inf)[1]]), nothing, nothing),
+        (nothing, beyond(rate, np.inf), nothing),
+        (nothing, -beyond(rate, np.inf), nothing),
+        (nothing, nothing, beyond(most, np.inf)),
+        (nothing, nothing, -beyond(most, np.inf)),
+        *((np.array([0.0, x]), nothing, nothing) for x in (math.nan, math.inf, -math.inf)),
+        *((nothing, np.array([x, 0.0]), nothing) for x in (math.nan, math.inf)),
+        (nothing, nothing, np.array([math.nan, 0.0])),
+    ]
+    assert [within(library, *state) for state in inside] == [1] * len(inside)
+    assert [within(library, *state) for state in outside] == [0] * len(outside)
+
+
+def torques(library, q):
+    """Of many states at rest at once, q (joints, states)."""
+    code, number = library
+    kind = np.float64 if number is ctypes.c_double else np.float32
+    given = np.array([q, np.zeros_like(q), np.zeros_like(q)], dtype=kind)
+    out = np.empty(q.shape, dtype=kind)
+    pointers = [x.ctypes.data_as(ctypes.c_void_p) for x in (*given, out)]
+    code.two_link_torque_many(ctypes.c_size_t(q.shape[1]), *pointers)
+    return out.astype(float)
+
+
+def test_angles_too_large_give_no_number_rather_than_a_wrong_one(library):
+    largest = 1e6 if library[1] is ctypes.c_double else 8e3
+    q = np.zeros((2, 40))
+    q[0, :6] = [largest, -largest, 1.001 * largest, -1.001 * largest, math.inf, math.nan]
+    q[0, 33] = -math.inf
+    found = torques(library, q)
+    lost = np.isin(np.arange(40), [2, 3, 4, 5, 33])
+    assert np.isnan(found[:, lost]).any(axis=0).all()
+    assert np.isfinite(found[:, ~lost]).all()
+
+
+def test_its_sine_and_cosine_are_those_of_the_library_to_two_roundings(library):
+    """Gravity of two rods at q2 = pi/2 - q1, pi - q1: sums of the sine and cosine of all angles."""
+    code, number = library
+    single = number is ctypes.c_float
+    eps = np.finfo(np.float32 if single else np.float64).eps
+    reach = 8e3 if single else 1e6
+    quarters = np.arange(-200, 200) * np.pi / 4
+    drawn = np.random.default_rng(0).uniform(-reach, reach, 4000)
+    q1 = np.concatenate([quarters, np.nextafter(quarters, 9e9), np.linspace(-7, 7, 999), drawn])
+    q1 = q1.astype(np.float32 if single else np.float64).astype(float)
+    q = np.array([q1, np.zeros_like(q1)])
+    found = torques(library, q)
+    one = np.empty(2, dtype=np.float32 if single else np.float64)
+    weights = np.abs(found).max(axis=1)
+    for k in range(q.shape[1]):
+        state = (number * 2)(*q[:, k])
+        code.two_link_gravity_loading(state, one.ctypes.data_as(ctypes.c_void_p))
+        # Sines of both are off by two roundings of 1, sums and products by some more of the largest.
+        assert (np.abs(found[:, k] - one) <= 8 * eps * weights).all(), q1[k]
+
+
+def test_one_output_may_stand_where_the_input_stood(library):
+    q = np.random.default_rng(1).uniform(-3, 3, (2, 70))
+    expected = torques(library, q)
+    code, number = library
+    kind = np.float64 if number is ctypes.c_double else np.float32
+    place, zeros = q.astype(kind), np.zeros(q.shape, dtype=kind)
+    pointers = [x.ctypes.data_as(ctypes.c_void_p) for x in (place, zeros, zeros, place)]
+    code.two_link_torque_many(ctypes.c_size_t(70), *pointers)
+    np.testing.assert_array_equal(place.astype(float), expected)
+
+
+def test_the_header_is_one_for_cpp_too(tmp_path):
+    printed(subject("two_link energy"), "c").save(tmp_path)
+    words = ["g++", "-std=c++11", *STRICT, "-x", "c++", "-fsyntax-only", str(tmp_path / "two_link.h")]
+    try:
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
+    except FileNotFoundError:
+        pytest.skip("g++ is not installed")
+    errors = [line for line in done.stderr.splitlines() if "pragma once" not in line]
+    assert done.returncode == 0, errors
