@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from gd_analyze.errors import UsageError
 from gd_analyze.exporting.functions import Function
+from gd_analyze.exporting.inputs import kind_of
+from gd_analyze.exporting.many import in_strides
 from gd_analyze.exporting.rounding import float_errors_told
 from gd_analyze.exporting.sine_cosine import DOUBLE, FLOAT
-from gd_analyze.exporting.statements import Body, Notation, Statement, body, digits
+from gd_analyze.exporting.statements import Notation, body, digits
 from gd_analyze.exporting.subject import Subject
 from gd_analyze.exporting.templating import filled
 from gd_analyze.exporting.told import told
@@ -34,6 +35,7 @@ def c_texts(subject: Subject, scalar: str) -> tuple[str, ...]:
     number = float_digits if single else digits
     notation = Notation(number, sin="sinf" if single else "sin", cos="cosf" if single else "cos")
     torque, constants = subject.torque, subject.constants
+    strides = None if torque is None else in_strides(torque)
     if single:
         constants = {key: each.in_single for key, each in constants.items()}
     values = {
@@ -48,7 +50,9 @@ def c_texts(subject: Subject, scalar: str) -> tuple[str, ...]:
         "listed": lambda values: ", ".join(map(number, values)),
         "lanes": _LANES,
         "torque": torque,
-        "bulk": None if torque is None else in_pairs(body(torque, notation)),
+        "angles": [(each, body(each, notation)) for each in strides.angles] if strides else [],
+        "rest": (strides.rest, body(strides.rest, notation)) if strides else None,
+        "read": read,
         "turn": FLOAT if single else DOUBLE,
         "suffix": "f" if single else "",
     }
@@ -83,14 +87,12 @@ def declared(scalar: str, name: str, function: Function) -> str:
     return f"void {name}_{function.name}({', '.join([*given, *written])})"
 
 
-def in_pairs(whole: Body) -> Body:
-    """Take sine and cosine of an angle at once, where the first of both stood; its statement has no value."""
-    statements: list[Statement] = []
-    taken: set[str] = set()
-    for step in whole.statements:
-        if not step.angle:
-            statements.append(step)
-        elif step.angle not in taken:
-            taken.add(step.angle)
-            statements.append(replace(step, value=""))
-    return Body(tuple(statements), whole.results)
+def read(function: Function) -> list[tuple[str, str]]:
+    """Inputs, and what holds them for state l of many: sin2 is the second of the sines."""
+    places = []
+    for name in sorted(function.used):
+        kind = kind_of(name)
+        index = int(name.removeprefix(kind)) - 1
+        rows = {"sin": f"sine[{index}][l]", "cos": f"cosine[{index}][l]"}
+        places.append((name, rows.get(kind, f"{kind}[{index} * stride + l]")))
+    return places
