@@ -18,7 +18,7 @@ from gd_analyze.exporting.templating import filled
 from gd_analyze.exporting.told import told
 
 # States that the function for many takes at once: whole vectors of any processor, all in its first cache.
-_LANES = 32
+_LANES = 16
 
 
 def c_texts(subject: Subject, scalar: str) -> tuple[str, ...]:
