@@ -12,7 +12,7 @@ from gd_analyze.exporting.inputs import kind_of
 from gd_analyze.exporting.many import in_strides
 from gd_analyze.exporting.rounding import float_errors_told
 from gd_analyze.exporting.sine_cosine import DOUBLE, FLOAT
-from gd_analyze.exporting.statements import Notation, body, digits
+from gd_analyze.exporting.statements import Body, Notation, body, digits
 from gd_analyze.exporting.subject import Subject
 from gd_analyze.exporting.templating import filled
 from gd_analyze.exporting.told import told
@@ -35,6 +35,7 @@ def c_texts(subject: Subject, scalar: str) -> tuple[str, ...]:
     number = float_digits if single else digits
     notation = Notation(number, sin="sinf" if single else "sin", cos="cosf" if single else "cos")
     torque, constants = subject.torque, subject.constants
+    functions = [(each, in_pairs(body(each, notation))) for each in subject.functions]
     strides = None if torque is None else in_strides(torque)
     if single:
         constants = {key: each.in_single for key, each in constants.items()}
@@ -44,7 +45,8 @@ def c_texts(subject: Subject, scalar: str) -> tuple[str, ...]:
         "scalar": scalar,
         "constants": constants,
         "lines": told(subject, float_errors_told(subject) if single else ()),
-        "functions": [(each, body(each, notation)) for each in subject.functions],
+        "functions": functions,
+        "paired": any(step.angle for _, each in functions for step in each.statements),
         "number": number,
         "declared": partial(declared, scalar),
         "listed": lambda values: ", ".join(map(number, values)),
@@ -85,6 +87,18 @@ def declared(scalar: str, name: str, function: Function) -> str:
     given = [f"const {scalar} {each}[{n}]" for each in function.arguments]
     written = [f"{scalar} {result.name}[{result.size}]" for result in function.results]
     return f"void {name}_{function.name}({', '.join([*given, *written])})"
+
+
+def in_pairs(whole: Body) -> Body:
+    """Take sine and cosine of an angle at once, where the first of both stood."""
+    taken: set[str] = set()
+    statements = []
+    for step in whole.statements:
+        if step.angle not in taken:
+            statements.append(step)
+        if step.angle:
+            taken.add(step.angle)
+    return Body(tuple(statements), whole.results)
 
 
 def read(function: Function) -> list[tuple[str, str]]:

@@ -54,7 +54,7 @@ def in_strides(function: Function) -> Strides:
         return pairs[angle]
 
     for step in steps:
-        if step.operation in ("sin", "cos"):
+        if step.operation in ("sin", "cos") and isinstance(step.arguments[0], Expression):
             sine, cosine = pair(step.arguments[0])
             values[step.order] = sine if step.operation == "sin" else cosine
         else:
