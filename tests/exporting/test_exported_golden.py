@@ -26,7 +26,7 @@ def texts(arm) -> dict[str, str]:
 
 
 def settled(text: str) -> str:
-    """Our version, the hash of the model's file, which holds it, and errors that sines here make, stand for any."""
+    """Our version, the hash of the file, which holds it, and errors by the sines here stand for any."""
     text = text.replace(f"gd-analyze {__version__}", "gd-analyze VERSION")
     text = re.sub(r"(by at most )[^(]* \(", r"\1ERRORS (", text)
     return re.sub(r"(model's file:\n\W*)[0-9a-f]{64}", r"\1HASH", text)

@@ -7,7 +7,7 @@ const double two_link_sampled_error[2] = {
     0.0, 0.0
 };
 const double two_link_error_bound[2] = {
-    0.100001, 0.433334
+    0.1, 0.433334
 };
 const double two_link_lower[2] = {
     (-0.7), (-0.7)

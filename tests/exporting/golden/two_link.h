@@ -29,9 +29,9 @@
  *       1            1        1        0    0
  *       2            1        1        0    0
  * Proven: no state of the following box (a box) has an error above the bound.
- *   joint     q from  q to  |qd| up to  |qdd| up to     bound
- *       1  -0.699999   1.1     2.29999      3.29999  0.100001
- *       2  -0.699999   1.1     2.29999      3.29999  0.433334
+ *   joint  q from  q to  |qd| up to  |qdd| up to     bound
+ *       1    -0.7   1.1         2.3          3.3       0.1
+ *       2    -0.7   1.1         2.3          3.3  0.433334
  *
  * Call every function with arrays of as many numbers as it declares; it allocates nothing, keeps nothing and
  * may be called from anywhere at any time. What it writes to may be what it reads from.

@@ -29,9 +29,9 @@
  *       1            1        1        0    0
  *       2            1        1        0    0
  * Proven: no state of the following box (a box) has an error above the bound.
- *   joint     q from  q to  |qd| up to  |qdd| up to     bound
- *       1  -0.699999   1.1     2.29999      3.29999  0.100001
- *       2  -0.699999   1.1     2.29999      3.29999  0.433334
+ *   joint  q from  q to  |qd| up to  |qdd| up to     bound
+ *       1    -0.7   1.1         2.3          3.3       0.1
+ *       2    -0.7   1.1         2.3          3.3  0.433334
  *
  * Every function is a template on the scalar T: double, float, or a type that differentiates itself and has
  * sin and cos. It takes pointers to as many numbers as it says, and allocates nothing; what it writes to may
@@ -56,7 +56,7 @@ constexpr double sampled_error[2] = {
 };
 /* no state within the box has a larger torque error */
 constexpr double error_bound[2] = {
-    0.100001, 0.433334
+    0.1, 0.433334
 };
 /* the box: positions from */
 constexpr double lower[2] = {

@@ -31,9 +31,9 @@ function [tau, D, h, c, stated] = two_link(q, qd, qdd)
 %       1            1        1        0    0
 %       2            1        1        0    0
 % Proven: no state of the following box (a box) has an error above the bound.
-%   joint     q from  q to  |qd| up to  |qdd| up to     bound
-%       1  -0.699999   1.1     2.29999      3.29999  0.100001
-%       2  -0.699999   1.1     2.29999      3.29999  0.433334
+%   joint  q from  q to  |qd| up to  |qdd| up to     bound
+%       1    -0.7   1.1         2.3          3.3       0.1
+%       2    -0.7   1.1         2.3          3.3  0.433334
 %
 % States are columns of 2 numbers, and there may be many; matrices are then 2 by 2 by states.
 % stated: the errors above, and the box, as numbers.
@@ -50,7 +50,7 @@ function [tau, D, h, c, stated] = two_link(q, qd, qdd)
     if nargout > 4
         stated = struct( ...
             'sampled_error', [0.0; 0.0], ... % largest torque error at the states that the model was made for
-            'error_bound', [0.100001; 0.433334], ... % no state within the box has a larger torque error
+            'error_bound', [0.1; 0.433334], ... % no state within the box has a larger torque error
             'lower', [-0.7; -0.7], ... % the box: positions from
             'upper', [1.1; 1.1], ... % and to
             'rate', [2.3; 2.3], ... % rates up to, either way

@@ -28,9 +28,9 @@ Errors of the torque, sampled where the model was made:
       1            1        1        0    0
       2            1        1        0    0
 Proven: no state of the following box (a box) has an error above the bound.
-  joint     q from  q to  |qd| up to  |qdd| up to     bound
-      1  -0.699999   1.1     2.29999      3.29999  0.100001
-      2  -0.699999   1.1     2.29999      3.29999  0.433334
+  joint  q from  q to  |qd| up to  |qdd| up to     bound
+      1    -0.7   1.1         2.3          3.3       0.1
+      2    -0.7   1.1         2.3          3.3  0.433334
 
 Every function takes arrays of shape (..., 2), leading axes as they come.
 """
@@ -41,7 +41,7 @@ JOINTS = ('shoulder', 'elbow')
 # largest torque error at the states that the model was made for
 SAMPLED_ERROR = np.array([0.0, 0.0])
 # no state within the box has a larger torque error
-ERROR_BOUND = np.array([0.100001, 0.433334])
+ERROR_BOUND = np.array([0.1, 0.433334])
 # the box: positions from
 LOWER = np.array([-0.7, -0.7])
 # and to

@@ -7,7 +7,7 @@ const float two_link_sampled_error[2] = {
     0.0f, 0.0f
 };
 const float two_link_error_bound[2] = {
-    0.10000101f, 0.43333402f
+    0.1f, 0.43333402f
 };
 const float two_link_lower[2] = {
     (-0.7f), (-0.7f)

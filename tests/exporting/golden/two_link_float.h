@@ -29,9 +29,9 @@
  *       1            1        1        0    0
  *       2            1        1        0    0
  * Proven: no state of the following box (a box) has an error above the bound.
- *   joint     q from  q to  |qd| up to  |qdd| up to     bound
- *       1  -0.699999   1.1     2.29999      3.29999  0.100001
- *       2  -0.699999   1.1     2.29999      3.29999  0.433334
+ *   joint  q from  q to  |qd| up to  |qdd| up to     bound
+ *       1    -0.7   1.1         2.3          3.3       0.1
+ *       2    -0.7   1.1         2.3          3.3  0.433334
  * Single precision: over 1000 states drawn from the arm's limits the torque is off
  * by at most ERRORS (joint by joint), on top of the above.
  *
