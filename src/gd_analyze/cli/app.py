@@ -39,7 +39,7 @@ Examples:
 \b
 Exit codes:
   0  done; warnings, if any, are on standard error
-  1  `validate` found an error above --fail-over; gd-analyze or the machine failed
+  1  gd-analyze or the machine failed; or a model failed `validate`
   2  the command or its input is at fault, and nothing was written
   130  interrupted
 

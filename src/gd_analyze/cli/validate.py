@@ -18,7 +18,7 @@ _FAILED = 1
 
 @click.command(short_help="Pass or fail a model over files: exact, measured, box.")
 @click.argument("model", type=FILE, help="A model.json that gd-analyze wrote.")
-@trajectories_argument()
+@trajectories_argument(several="each motion is judged by itself")
 @log_options
 @click.option(
     "--fail-over",

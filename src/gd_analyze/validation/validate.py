@@ -17,6 +17,7 @@ from gd_analyze.levels.exact import allowed_by
 from gd_analyze.levels.promise import share_of
 from gd_analyze.shown import html_of
 from gd_analyze.trajectories import GivenMotions, motions_of
+from gd_analyze.trajectories.checks import require_joints
 from gd_analyze.validation.along import ValidatedMotion
 from gd_analyze.validation.beside_measured import BesideMeasured
 from gd_analyze.validation.box_exits import box_exits
@@ -153,7 +154,10 @@ def validate(
     arm = model.arm
     asked = _asked(model, fail_over)
     box = Box.of(arm) if box is None else _of_joints(box, arm.n_joints)
-    tried = [(one, evaluate(model, one)) for one in motions_of(motions, arm)]
+    given = motions_of(motions, arm)
+    for one in given:
+        require_joints(one, arm)
+    tried = [(one, evaluate(model, one)) for one in given]
     promises = [model.promise.along(one.fingerprint) for one, _ in tried]
     most = _most([evaluation for _, evaluation in tried], promises, asked)
     found = []
