@@ -271,3 +271,15 @@ def test_a_promise_of_the_norm_is_told(run, two_link, here):
     result = run("validate", "model.json", "fast.csv", "--fail-over", "promise")
     assert result.code == 2
     assert "this model promises no joint an error of its own" in result.err
+
+
+def test_the_exact_model_is_said_to_be_that(run, two_link, here):
+    (here / "fast.csv").write_text(trajectory_csv(swung(1.0, "x")), encoding="utf-8")
+    assert run("simplify", "two_link", "fast.csv", "--budget", "1e-6%", "-o", "model.json").code == 0
+    for words in ((), ("--fail-over", "1e-6%")):
+        result = run("validate", "model.json", "fast.csv", *words, "--junit", "j.xml")
+        assert result.code == 0
+        assert "No joint errs by more than round-off." in within_80(result.out)
+    told = run("validate", "model.json", "fast.csv", "--json").json["motions"][0]["joints"]
+    assert [row["largest_error_at"] for row in told] == [None, None]
+    assert "no torque error beyond round-off" in (here / "j.xml").read_text()

@@ -121,11 +121,12 @@ def _verdict(found: Validation) -> str:
     one, joint = found.worst
     name = joint_name(joint + 1, found.model.arm.joints[joint].name)
     worst = f"joint {name} along {one.name}: {one.error_told(joint)}"
+    exact = "" if one.evaluation.errors.largest[joint] else "No joint errs by more than round-off."
     if found.fail_over is None:
-        return f"Not judged, as there is no --fail-over. Farthest off is {worst}."
+        return f"Not judged, as there is no --fail-over. {exact or f'Farthest off is {worst}.'}"
     asked = f"--fail-over {found.fail_over}"
     if found.passed:
-        return f"Passed: no error is above {asked}. Nearest to it is {worst}."
+        return f"Passed: no error is above {asked}. {exact or f'Nearest to it is {worst}.'}"
     failed, tried = sum(one.fails.any() for one in found.motions), len(found.motions)
     many = f"{len(found.failures)} of {tried * found.model.arm.n_joints} errors" + (
         f", on {failed} of {tried} motions," if tried > 1 else ""
@@ -168,7 +169,7 @@ def _show_errors(one: ValidatedMotion, found: Validation) -> None:
         ("of peak", percents(errors.largest_share)),
     ]
     if one.most is None:
-        columns.append(("at, s", [f"{float(at):.4g}" for at in one.at]))
+        columns.append(("at, s", ["–" if np.isnan(at) else f"{float(at):.4g}" for at in one.at]))
         if one.allowed is not None:
             columns.append(("promised", one.allowed))
     else:
@@ -218,7 +219,8 @@ def _show_measured(one: ValidatedMotion, fit_friction: bool) -> None:
         columns.append((heading, of.rms))
         if fit_friction:
             columns.append(("left", of.friction.rms))
-    adds = share_of(simplified.rms - exact.rms, exact.rms)
+    # To nine digits: what is left out may be nothing, but for round-off.
+    adds = np.round(share_of(simplified.rms - exact.rms, exact.rms), 9) + 0.0
     columns.append(("more", ["–" if np.isnan(x) else percent(float(x)) for x in adds]))
     joint_table(
         f"{one.name}: largest measured torque; RMS of measured minus exact and minus simplified, {{units}}"

@@ -75,14 +75,17 @@ class ValidatedMotion:
 
     @cached_property
     def at(self) -> FloatArray:
-        """Instant of each joint's largest error, s, shape (n,)."""
+        """Instant of each joint's largest error, s, shape (n,); nan where it has none beyond round-off."""
         error = np.abs(self.evaluation.torque - self.evaluation.dynamics.torque)
-        return self.trajectory.time[error.argmax(axis=0)]
+        instants = self.trajectory.time[error.argmax(axis=0)]
+        return np.where(self.evaluation.errors.largest > 0.0, instants, np.nan)
 
     def error_told(self, joint: int) -> str:
         """Say how large an error one joint (from 0) has, when, and beside what it may be."""
         errors, unit = self.evaluation.errors, self.evaluation.dynamics.arm.joints[joint].effort_unit
         largest, most = float(errors.largest[joint]), self.most
+        if largest == 0.0:
+            return "no torque error beyond round-off"
         share = percent(float(errors.largest_share[joint]))
         told = f"largest torque error {amount(largest, unit)} at {self.at[joint]:.6g} s, {share} of its peak"
         if most is None:
