@@ -20,9 +20,11 @@ VERBS = [
     "rank",
     "trade-off",
     "evaluate",
+    "validate",
     "equations",
     "compare",
     "certify",
+    "export",
 ]
 VERBS += ["completion"]
 

@@ -97,7 +97,7 @@ def test_the_constants_are_the_certificates_and_never_promise_more(library):
         found = constants(library, name)
         assert (direction * found >= direction * true).all(), name
         # Rounded once: bounds to six digits, and to single precision.
-        np.testing.assert_allclose(found, true, rtol=2e-5 if name == "error_bound" else 2e-7)
+        np.testing.assert_allclose(found, true, rtol=1e-5 if name == "error_bound" else 2e-7)
         if library[1] is ctypes.c_double and name != "error_bound":
             np.testing.assert_array_equal(found, true)
 

@@ -26,9 +26,7 @@ def statements(case: str) -> str:
     arguments = "q, qd, qdd" if what.torque else "q, qd"
     shapes = {x.name: x.shape for function in what.functions for x in function.results}
     # Rows of matrices follow each other, as in every other language.
-    flat = [
-        f"reshape(permute({x}, [2 1 3]), {n * n}, [])" if len(shapes[x]) == 2 else x for x in results
-    ]
+    flat = [f"reshape(permute({x}, [2 1 3]), {n * n}, [])" if len(shapes[x]) == 2 else x for x in results]
     first = [f"reshape({x}(:, :, 1)', [], 1)" if len(shapes[x]) == 2 else f"{x}(:, 1)" for x in results]
     return f"""
 addpath('{place}');

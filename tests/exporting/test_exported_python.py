@@ -85,7 +85,12 @@ def test_the_module_needs_numpy_alone(tmp_path):
     script = "import sys, two_link; print(sorted({m.split('.')[0] for m in sys.modules}))"
     environment = {key: x for key, x in os.environ.items() if key != "PYTHONPATH"}
     done = subprocess.run(
-        [sys.executable, "-c", script], cwd=tmp_path, env=environment, capture_output=True, check=True, text=True
+        [sys.executable, "-c", script],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        check=True,
+        text=True,
     )
     assert "numpy" in done.stdout
     assert not {"gd_analyze", "scipy", "xarray", "pandas", "jax"} & set(done.stdout.split("'"))
@@ -161,7 +166,9 @@ def test_casadi_differentiates(casadi, tmp_path):
     for j in range(6):
         for k, kind in enumerate(("q", "qd", "qdd")):
             exact = slope(what.torque.program, drawn, f"{kind}{j + 1}")
-            found = np.array([np.array(function(*state)[k])[:, j] for state in zip(*drawn.arrays, strict=True)]).T
+            found = np.array(
+                [np.array(function(*state)[k])[:, j] for state in zip(*drawn.arrays, strict=True)]
+            ).T
             # Some hundred products of sizes up to the largest torque's.
             assert np.abs(found - exact).max() <= ROUND_OFF * max(1.0, np.abs(exact).max())
 

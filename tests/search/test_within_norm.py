@@ -166,3 +166,12 @@ def test_what_cannot_be_had_is_refused_by_name(exact, two_link, swing):
         assert caught.value.what.startswith(what)
         assert caught.value.details["found"] == f'"{BUDGET}", which is of all joints together'
         assert "next" in caught.value.details
+
+
+def test_where_the_exact_model_is_given_its_own_shares_are_told(two_link, swing, tmp_path):
+    """Of what was found, which saved nothing, nothing is left: the file states what its program does."""
+    model = gd.simplify(two_link, swing, "5%", level="element")
+    assert model.operations == model.operations_full
+    assert [norm.share for norm in model.promise.norms] == [0.0, 0.0]
+    gd.save_model(model, tmp_path / "model.json")
+    assert gd.load_model(tmp_path / "model.json").promise.norms == model.promise.norms

@@ -69,7 +69,7 @@ def float_digits(value: float) -> str:
     UsageError
         If there is none so large.
     """
-    if abs(value) > np.finfo(np.float32).max:
+    if abs(value) > float(np.finfo(np.float32).max):
         raise UsageError(
             "a number of the model is beyond single precision",
             where="scalar",

@@ -8,8 +8,8 @@ from gd_analyze.errors import UsageError
 from gd_analyze.exporting.foreign import tex
 from gd_analyze.exporting.subject import Subject
 from gd_analyze.exporting.templating import filled
-from gd_analyze.exporting.told import told
-from gd_analyze.formatting import number, rounded_up
+from gd_analyze.exporting.told import proven_rows, told
+from gd_analyze.formatting import number
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.latex import Latex
 from gd_analyze.formulas.plain import Plain
@@ -90,8 +90,5 @@ def _errors(subject: Subject) -> list[list[str]]:
 
 
 def _bounds(subject: Subject) -> list[list[str]]:
-    if subject.certificate is None:
-        return []
-    box, bounds = subject.certificate.box, subject.certificate.certified
-    rows = zip(box.lower, box.upper, box.rate, box.acceleration, bounds, strict=True)
-    return [[*(f"{float(x):.4g}" for x in row[:-1]), number(rounded_up(float(row[-1])))] for row in rows]
+    rows = [] if subject.certificate is None else proven_rows(subject.certificate)
+    return [[f"{x:.6g}" for x in row] for row in rows]

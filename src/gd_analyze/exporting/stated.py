@@ -61,10 +61,21 @@ def stated(model: SimplifiedModel | None, certificate: Certificate | None) -> Ma
         state("sampled_error", meaning, model.promise.errors.largest, math.inf)
     if certificate is not None:
         box = certificate.box
-        bounds = np.array([rounded_up(float(x), 6) for x in certificate.certified])
+        bounds = np.array([up(float(x)) for x in certificate.certified])
         state("error_bound", "no state within the box has a larger torque error", bounds, math.inf)
         state("lower", "the box: positions from", box.lower, math.inf)
         state("upper", "and to", box.upper)
         state("rate", "rates up to, either way", box.rate)
         state("acceleration", "accelerations up to, either way", box.acceleration)
     return found
+
+
+def up(value: float) -> float:
+    """Round up to six digits what has more.
+
+    Examples
+    --------
+    >>> up(0.1), up(-2.3), up(0.12345678)
+    (0.1, -2.3, 0.123457)
+    """
+    return value if float(f"{value:.6g}") == value else rounded_up(value, 6)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Sequence
 
+from gd_analyze.certification import Certificate
 from gd_analyze.exporting.foreign import comment
+from gd_analyze.exporting.stated import up
 from gd_analyze.exporting.subject import Subject
-from gd_analyze.formatting import number, rounded_up
+from gd_analyze.formatting import number
 from gd_analyze.levels.model_file import model_text
 from gd_analyze.robots import fingerprint
 from gd_analyze.version import __version__
@@ -68,16 +70,20 @@ def _errors(subject: Subject) -> Iterator[str]:
     if certificate is None:
         yield "Nothing is proven of states in between: no certificate was asked for."
         return
-    box = certificate.box
-    yield f"Proven: no state of the following box ({comment(box.where)}) has an error above the bound."
-    bounds = [rounded_up(float(x), 6) for x in certificate.certified]
+    where = comment(certificate.box.where)
+    yield f"Proven: no state of the following box ({where}) has an error above the bound."
     yield from _table(
         ["joint", "q from", "q to", "|qd| up to", "|qdd| up to", "bound"],
-        [
-            [f"{float(x):.6g}" for x in row]
-            for row in zip(box.lower, box.upper, box.rate, box.acceleration, bounds, strict=True)
-        ],
+        [[f"{x:.6g}" for x in row] for row in proven_rows(certificate)],
     )
+
+
+def proven_rows(certificate: Certificate) -> list[list[float]]:
+    """Box and bound, joint by joint, to six digits: no box larger than proven, no bound smaller."""
+    box = certificate.box
+    columns = (box.lower, -box.upper, -box.rate, -box.acceleration, certificate.certified)
+    rows = [[up(float(x)) for x in row] for row in zip(*columns, strict=True)]
+    return [[lower, *(-x for x in most), bound] for lower, *most, bound in rows]
 
 
 def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:

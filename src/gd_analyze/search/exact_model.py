@@ -14,7 +14,7 @@ def no_dearer(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
         return model
     everything = exactly(exact, model.level, model.promise.allowed, model.promise.budget)
     stated = everything.promise
-    promise = replace(model.promise, errors=stated.errors, motions=stated.motions)
+    promise = replace(model.promise, errors=stated.errors, motions=stated.motions, norms=stated.norms)
     return replace(everything, promise=promise, provenance=model.provenance)
 
 

@@ -1,0 +1,87 @@
+/*
+ * Simplified torque model of Two-link planar arm, by gd-analyze VERSION.
+ *
+ * Level energy: 5 energy terms; budget 1 N m.
+ * torque: generalized torque tau = D(q) qdd + h(q, qd) + c(q);
+ *   22 (12 mult + 10 add), 4 sin and cos.
+ * inertia: inertia matrix D(q), its rows one after another;
+ *   4 (1 mult + 3 add), 1 sin and cos.
+ * coriolis_centrifugal: Coriolis and centrifugal torque h(q, qd);
+ *   11 (7 mult + 4 add), 1 sin and cos.
+ * gravity_loading: gravity loading c(q);
+ *   4 (2 mult + 2 add), 2 sin and cos.
+ * The exact torque takes 5 (3 mult + 2 add), 1 sin and cos.
+ * Inertia of the drives: left out.
+ * Units: rad and m, s, N m and N. Friction is no part of it.
+ * Arm two_link, SHA-256 of what acts on its torque:
+ *   187bf5c5c5eed8fce5b8ab617b4b82c548c4e2e83b09ba06363becbb363e8f7f
+ * SHA-256 of the model's file:
+ *   HASH
+ *
+ * Joints in their order, and what their names became:
+ *   1: shoulder turns: q in rad, tau in N m
+ *   2: elbow turns: q in rad, tau in N m
+ * Links: upper rod, fore rod
+ *
+ * Errors of the torque, sampled where the model was made:
+ *   box drawn, states 5, seed 0
+ *   joint  peak torque  allowed  largest  RMS
+ *       1            1        1        0    0
+ *       2            1        1        0    0
+ * Proven: no state of the following box (a box) has an error above the bound.
+ *   joint  q from  q to  |qd| up to  |qdd| up to     bound
+ *       1    -0.7   1.1         2.3          3.3       0.1
+ *       2    -0.7   1.1         2.3          3.3  0.433334
+ *
+ * Call every function with arrays of as many numbers as it declares; it allocates nothing, keeps nothing and
+ * may be called from anywhere at any time. What it writes to may be what it reads from.
+ * two_link_torque_many takes count states at once, in arrays that hold joint 1 of all states, then joint 2:
+ * q[joint * count + state]. Compilers vectorise it (gcc -O3 -march=native). Its angles are of at most
+ * 1e+06 rad; beyond that the torque is no number.
+ */
+#ifndef GD_ANALYZE_TWO_LINK_H
+#define GD_ANALYZE_TWO_LINK_H
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { two_link_joints = 2 };
+enum {
+    two_link_joint_shoulder = 0,
+    two_link_joint_elbow = 1
+};
+
+/* largest torque error at the states that the model was made for */
+extern const double two_link_sampled_error[2];
+/* no state within the box has a larger torque error */
+extern const double two_link_error_bound[2];
+/* the box: positions from */
+extern const double two_link_lower[2];
+/* and to */
+extern const double two_link_upper[2];
+/* rates up to, either way */
+extern const double two_link_rate[2];
+/* accelerations up to, either way */
+extern const double two_link_acceleration[2];
+/* 1 where a state lies within the box, 0 where it does not or is no number */
+int two_link_is_within(const double q[2], const double qd[2], const double qdd[2]);
+
+/* generalized torque tau = D(q) qdd + h(q, qd) + c(q) */
+void two_link_torque(const double q[2], const double qd[2], const double qdd[2], double tau[2]);
+/* inertia matrix D(q), its rows one after another */
+void two_link_inertia(const double q[2], double D[4]);
+/* Coriolis and centrifugal torque h(q, qd) */
+void two_link_coriolis_centrifugal(const double q[2], const double qd[2], double h[2]);
+/* gravity loading c(q) */
+void two_link_gravity_loading(const double q[2], double c[2]);
+/* the torque of many states */
+void two_link_torque_many(size_t count, const double *q, const double *qd, const double *qdd, double *tau);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,151 @@
+function [tau, D, h, c, stated] = two_link(q, qd, qdd)
+% [tau, D, h, c, stated] = two_link(q, qd, qdd)
+%
+% Simplified torque model of Two-link planar arm, by gd-analyze VERSION.
+%
+% Level energy: 5 energy terms; budget 1 N m.
+% torque: generalized torque tau = D(q) qdd + h(q, qd) + c(q);
+%   22 (12 mult + 10 add), 4 sin and cos.
+% inertia: inertia matrix D(q), its rows one after another;
+%   4 (1 mult + 3 add), 1 sin and cos.
+% coriolis_centrifugal: Coriolis and centrifugal torque h(q, qd);
+%   11 (7 mult + 4 add), 1 sin and cos.
+% gravity_loading: gravity loading c(q);
+%   4 (2 mult + 2 add), 2 sin and cos.
+% The exact torque takes 5 (3 mult + 2 add), 1 sin and cos.
+% Inertia of the drives: left out.
+% Units: rad and m, s, N m and N. Friction is no part of it.
+% Arm two_link, SHA-256 of what acts on its torque:
+%   187bf5c5c5eed8fce5b8ab617b4b82c548c4e2e83b09ba06363becbb363e8f7f
+% SHA-256 of the model's file:
+%   HASH
+%
+% Joints in their order, and what their names became:
+%   1: shoulder turns: q in rad, tau in N m
+%   2: elbow turns: q in rad, tau in N m
+% Links: upper rod, fore rod
+%
+% Errors of the torque, sampled where the model was made:
+%   box drawn, states 5, seed 0
+%   joint  peak torque  allowed  largest  RMS
+%       1            1        1        0    0
+%       2            1        1        0    0
+% Proven: no state of the following box (a box) has an error above the bound.
+%   joint  q from  q to  |qd| up to  |qdd| up to     bound
+%       1    -0.7   1.1         2.3          3.3       0.1
+%       2    -0.7   1.1         2.3          3.3  0.433334
+%
+% States are columns of 2 numbers, and there may be many; matrices are then 2 by 2 by states.
+% stated: the errors above, and the box, as numbers.
+    tau = two_link_torque(q, qd, qdd);
+    if nargout > 1
+        D = two_link_inertia(q);
+    end
+    if nargout > 2
+        h = two_link_coriolis_centrifugal(q, qd);
+    end
+    if nargout > 3
+        c = two_link_gravity_loading(q);
+    end
+    if nargout > 4
+        stated = struct( ...
+            'sampled_error', [0.0; 0.0], ... % largest torque error at the states that the model was made for
+            'error_bound', [0.1; 0.433334], ... % no state within the box has a larger torque error
+            'lower', [-0.7; -0.7], ... % the box: positions from
+            'upper', [1.1; 1.1], ... % and to
+            'rate', [2.3; 2.3], ... % rates up to, either way
+            'acceleration', [3.3; 3.3], ... % accelerations up to, either way
+            'joints', 2);
+    end
+end
+
+function [tau] = two_link_torque(q, qd, qdd)
+% generalized torque tau = D(q) qdd + h(q, qd) + c(q)
+    q1 = q(1, :);
+    q2 = q(2, :);
+    qd1 = qd(1, :);
+    qd2 = qd(2, :);
+    qdd1 = qdd(1, :);
+    qdd2 = qdd(2, :);
+    t1 = qd1 + qd2;
+    t2 = qdd1 + qdd2;
+    cos_q1 = cos(q1);
+    t4 = 19.612 .* cos_q1;
+    t5 = 1.667 .* qdd1;
+    t6 = t4 + t5;
+    cos_q2 = cos(q2);
+    t8 = 0.5 .* cos_q2;
+    t9 = t2 .* t8;
+    t10 = t6 + t9;
+    t11 = t1 .* t1;
+    sin_q2 = sin(q2);
+    t13 = 0.5 .* sin_q2;
+    t14 = t11 .* t13;
+    t15 = t10 - t14;
+    t16 = q1 + q2;
+    cos_t16 = cos(t16);
+    t18 = 4.903 .* cos_t16;
+    t19 = 0.333 .* t2;
+    t20 = t18 + t19;
+    t21 = qd1 .* qd1;
+    t22 = t13 .* t21;
+    t23 = t20 + t22;
+    t24 = qdd1 .* t8;
+    t25 = t23 + t24;
+    t26 = t15 + t25;
+    tau = zeros(2, size(q, 2));
+    tau(1, :) = t26;
+    tau(2, :) = t25;
+end
+
+function [D] = two_link_inertia(q)
+% inertia matrix D(q), its rows one after another
+    q2 = q(2, :);
+    cos_q2 = cos(q2);
+    t2 = 0.5 .* cos_q2;
+    t3 = 1.667 + t2;
+    t4 = 0.333 + t2;
+    t5 = t3 + t4;
+    D = zeros(2, 2, size(q, 2));
+    D(1, 1, :) = t5;
+    D(1, 2, :) = t4;
+    D(2, 1, :) = t4;
+    D(2, 2, :) = 0.333;
+end
+
+function [h] = two_link_coriolis_centrifugal(q, qd)
+% Coriolis and centrifugal torque h(q, qd)
+    q2 = q(2, :);
+    qd1 = qd(1, :);
+    qd2 = qd(2, :);
+    t1 = qd1 + qd2;
+    t2 = t1 .* t1;
+    sin_q2 = sin(q2);
+    t4 = 0.5 .* sin_q2;
+    t5 = qd1 .* qd1;
+    t6 = t2 + t2;
+    t7 = t4 .* t6;
+    t8 = t5 + t5;
+    t9 = t4 .* t8;
+    t10 = t9 - t7;
+    t11 = 0.5 .* t10;
+    t12 = 0.5 .* t9;
+    h = zeros(2, size(q, 2));
+    h(1, :) = t11;
+    h(2, :) = t12;
+end
+
+function [c] = two_link_gravity_loading(q)
+% gravity loading c(q)
+    q1 = q(1, :);
+    q2 = q(2, :);
+    cos_q1 = cos(q1);
+    t2 = 19.612 .* cos_q1;
+    t3 = q1 + q2;
+    cos_t3 = cos(t3);
+    t5 = 4.903 .* cos_t3;
+    t6 = t2 + t5;
+    c = zeros(2, size(q, 2));
+    c(1, :) = t6;
+    c(2, :) = t5;
+end
