@@ -8,7 +8,6 @@ from gd_analyze.exporting import export
 from gd_analyze.levels import SimplifiedModel
 from gd_analyze.robots import RobotArm
 from gd_analyze.states import States
-from peers.newton_euler_in_casadi import in_casadi
 from peers.timed import Way, library, way
 
 # Both called apart from what they call, so that nothing is put in line.
@@ -28,9 +27,14 @@ void many(long passes, long count, const double *q, const double *qd, const doub
 """
 
 
-def exported(name: str, folder: Path, given: SimplifiedModel | RobotArm, states: States, flags: str) -> list[Way]:
+def exported(
+    name: str, folder: Path, given: SimplifiedModel | RobotArm, states: States, flags: str
+) -> list[Way]:
     """One state after another by `NAME_torque`, and all by `NAME_torque_many`."""
     sources = dict(export(given, "c", name="arm").files)
     sources["driver.c"] = _DRIVER.format(n=states.q.shape[1])
     made = library(folder, sources, "gcc", *flags.split())
-    return [way(f"{name} {flags}", made.one, states), way(f"{name} many {flags}", made.many, states, by_joint=True)]
+    return [
+        way(f"{name} {flags}", made.one, states),
+        way(f"{name} many {flags}", made.many, states, by_joint=True),
+    ]

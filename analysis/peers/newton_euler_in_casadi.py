@@ -96,4 +96,6 @@ def turned(axis: Any, angle: Any) -> Any:
     import casadi as ca
 
     along = constant(np.outer(axis, axis))
-    return along + ca.cos(angle) * (ca.SX.eye(3) - along) + ca.sin(angle) * ca.sparsify(ca.skew(constant(axis)))
+    return (
+        along + ca.cos(angle) * (ca.SX.eye(3) - along) + ca.sin(angle) * ca.sparsify(ca.skew(constant(axis)))
+    )

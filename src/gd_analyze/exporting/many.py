@@ -1,4 +1,4 @@
-"""The torque of many states in three strides: its angles, their sines and cosines, and the arithmetic of all else.
+"""The torque of many states in three strides: its angles, their sines and cosines, and all other arithmetic.
 
 Each is a loop without branches, which compilers vectorise; sines and cosines in the midst of the rest hold them up.
 """
@@ -22,7 +22,8 @@ class Strides:
     angles
         A function each of which gives one angle, of inputs and of sines and cosines of angles before it.
     rest
-        What the function gives, of inputs and of sines and cosines: sin1 and cos1 are those of the first angle.
+        What the function gives, of inputs and of sines and cosines; sin1 and cos1 are those of the first
+        angle.
     """
 
     angles: tuple[Function, ...]
@@ -32,7 +33,8 @@ class Strides:
 def in_strides(function: Function) -> Strides:
     """Take a function's sines and cosines apart.
 
-    Those of a sum follow from those of its summands where the function takes them anyway: six operations for forty.
+    Those of a sum follow from those of its summands where the function takes them anyway: six operations
+    instead of forty.
     """
     trace, values = Trace(), dict[int, Any]()
     steps = function.program.steps

@@ -34,6 +34,36 @@ int two_link_is_within(const float q[2], const float qd[2], const float qdd[2])
     return 1;
 }
 
+static const float largest = 8000.0f;
+
+/* sine and cosine of an angle up to that */
+static inline void polynomials(float x, float *sine, float *cosine)
+{
+    const int turns = (int)(x * 0.63661975f + (x < 0.0f ? (-0.5f) : 0.5f));
+    const float k = (float)turns;
+    const float r = ((x - k * 1.5703125f) - k * 0.0004837513f) - k * 7.54979e-08f;
+    const float z = r * r;
+    const float s = r + r * z * ((-0.16666655f) + z * (0.008332161f + z * ((-0.00019515296f))));
+    const float c = 1.0f - 0.5f * z + z * z * (0.041666646f + z * ((-0.0013887316f) + z * (2.4433157e-05f)));
+    const float odd = (float)(turns & 1);
+    const float even = 1.0f - odd;
+    const float of_sine = 1.0f - (float)(turns & 2);
+    const float of_cosine = 1.0f - (float)((turns + 1) & 2);
+    *sine = of_sine * (even * s + odd * c);
+    *cosine = of_cosine * (even * c + odd * s);
+}
+
+/* sine and cosine of any angle */
+static void sine_cosine(float x, float *sine, float *cosine)
+{
+    if (fabsf(x) <= largest) {
+        polynomials(x, sine, cosine);
+    } else {
+        *sine = sinf(x);
+        *cosine = cosf(x);
+    }
+}
+
 void two_link_torque(const float q[2], const float qd[2], const float qdd[2], float tau[2])
 {
     const float q1 = q[0];
@@ -44,21 +74,23 @@ void two_link_torque(const float q[2], const float qd[2], const float qdd[2], fl
     const float qdd2 = qdd[1];
     const float t1 = qd1 + qd2;
     const float t2 = qdd1 + qdd2;
-    const float cos_q1 = cosf(q1);
+    float sin_q1, cos_q1;
+    sine_cosine(q1, &sin_q1, &cos_q1);
     const float t4 = 19.612f * cos_q1;
     const float t5 = 1.667f * qdd1;
     const float t6 = t4 + t5;
-    const float cos_q2 = cosf(q2);
+    float sin_q2, cos_q2;
+    sine_cosine(q2, &sin_q2, &cos_q2);
     const float t8 = 0.5f * cos_q2;
     const float t9 = t2 * t8;
     const float t10 = t6 + t9;
     const float t11 = t1 * t1;
-    const float sin_q2 = sinf(q2);
     const float t13 = 0.5f * sin_q2;
     const float t14 = t11 * t13;
     const float t15 = t10 - t14;
     const float t16 = q1 + q2;
-    const float cos_t16 = cosf(t16);
+    float sin_t16, cos_t16;
+    sine_cosine(t16, &sin_t16, &cos_t16);
     const float t18 = 4.903f * cos_t16;
     const float t19 = 0.333f * t2;
     const float t20 = t18 + t19;
@@ -75,7 +107,8 @@ void two_link_torque(const float q[2], const float qd[2], const float qdd[2], fl
 void two_link_inertia(const float q[2], float D[4])
 {
     const float q2 = q[1];
-    const float cos_q2 = cosf(q2);
+    float sin_q2, cos_q2;
+    sine_cosine(q2, &sin_q2, &cos_q2);
     const float t2 = 0.5f * cos_q2;
     const float t3 = 1.667f + t2;
     const float t4 = 0.333f + t2;
@@ -93,7 +126,8 @@ void two_link_coriolis_centrifugal(const float q[2], const float qd[2], float h[
     const float qd2 = qd[1];
     const float t1 = qd1 + qd2;
     const float t2 = t1 * t1;
-    const float sin_q2 = sinf(q2);
+    float sin_q2, cos_q2;
+    sine_cosine(q2, &sin_q2, &cos_q2);
     const float t4 = 0.5f * sin_q2;
     const float t5 = qd1 * qd1;
     const float t6 = t2 + t2;
@@ -111,103 +145,113 @@ void two_link_gravity_loading(const float q[2], float c[2])
 {
     const float q1 = q[0];
     const float q2 = q[1];
-    const float cos_q1 = cosf(q1);
+    float sin_q1, cos_q1;
+    sine_cosine(q1, &sin_q1, &cos_q1);
     const float t2 = 19.612f * cos_q1;
     const float t3 = q1 + q2;
-    const float cos_t3 = cosf(t3);
+    float sin_t3, cos_t3;
+    sine_cosine(t3, &sin_t3, &cos_t3);
     const float t5 = 4.903f * cos_t3;
     const float t6 = t2 + t5;
     c[0] = t6;
     c[1] = t5;
 }
 
-enum { lanes = 32 };
+enum { lanes = 16 };
 
-/* sine and cosine of x */
-static void sine_cosine(float x, float *sine, float *cosine)
+/* sines and cosines of x; none of angles too large */
+static void sines_cosines(const float *x, float *sine, float *cosine)
 {
-    const int near = x <= 8000.0f && x >= -8000.0f;
-    const float y = near ? x : 0.0f;
-    const int turns = (int)(y * 0.63661975f + (y < 0.0f ? (-0.5f) : 0.5f));
-    const float k = (float)turns;
-    const float r = ((y - k * 1.5703125f) - k * 0.0004837513f) - k * 7.54979e-08f;
-    const float z = r * r;
-    const float s = r + r * z * ((-0.16666655f) + z * (0.008332161f + z * ((-0.00019515296f))));
-    const float c = 1.0f - 0.5f * z + z * z * (0.041666646f + z * ((-0.0013887316f) + z * (2.4433157e-05f)));
-    const float odd = (float)(turns & 1);
-    const float even = 1.0f - odd;
-    const float of_sine = 1.0f - (float)(turns & 2);
-    const float of_cosine = 1.0f - (float)((turns + 1) & 2);
-    *sine = near ? of_sine * (even * s + odd * c) : (float)NAN;
-    *cosine = near ? of_cosine * (even * c + odd * s) : (float)NAN;
-}
-
-static void take(size_t some, const float *from, float *to)
-{
+    float y[lanes], none[lanes];
     size_t l;
     for (l = 0; l < lanes; l++)
-        to[l] = l < some ? from[l] : 0.0f;
+        y[l] = fabsf(x[l]) <= largest ? x[l] : 0.0f;
+    for (l = 0; l < lanes; l++)
+        none[l] = fabsf(x[l]) <= largest ? 0.0f : (float)NAN;
+    for (l = 0; l < lanes; l++) {
+        float s, c;
+        polynomials(y[l], &s, &c);
+        sine[l] = s + none[l];
+        cosine[l] = c + none[l];
+    }
+}
+
+/* the torque of as many states as there are lanes; from joint to joint it is a stride */
+static void torque_of_lanes(size_t stride, const float *q, const float *qd, const float *qdd, float *tau)
+{
+    float angle[lanes], sine[2][lanes], cosine[2][lanes];
+    float out[2][lanes];
+    size_t j, l;
+    for (l = 0; l < lanes; l++) {
+        const float q1 = q[0 * stride + l];
+        angle[l] = q1;
+    }
+    sines_cosines(angle, sine[0], cosine[0]);
+    for (l = 0; l < lanes; l++) {
+        const float q2 = q[1 * stride + l];
+        angle[l] = q2;
+    }
+    sines_cosines(angle, sine[1], cosine[1]);
+    for (l = 0; l < lanes; l++) {
+        const float cos1 = cosine[0][l];
+        const float cos2 = cosine[1][l];
+        const float qd1 = qd[0 * stride + l];
+        const float qd2 = qd[1 * stride + l];
+        const float qdd1 = qdd[0 * stride + l];
+        const float qdd2 = qdd[1 * stride + l];
+        const float sin1 = sine[0][l];
+        const float sin2 = sine[1][l];
+        const float t1 = qd1 + qd2;
+        const float t2 = qdd1 + qdd2;
+        const float t3 = 19.612f * cos1;
+        const float t4 = 1.667f * qdd1;
+        const float t5 = t3 + t4;
+        const float t6 = 0.5f * cos2;
+        const float t7 = t2 * t6;
+        const float t8 = t5 + t7;
+        const float t9 = t1 * t1;
+        const float t10 = 0.5f * sin2;
+        const float t11 = t9 * t10;
+        const float t12 = t8 - t11;
+        const float t13 = cos1 * cos2;
+        const float t14 = sin1 * sin2;
+        const float t15 = t13 - t14;
+        const float t16 = 4.903f * t15;
+        const float t17 = 0.333f * t2;
+        const float t18 = t16 + t17;
+        const float t19 = qd1 * qd1;
+        const float t20 = t10 * t19;
+        const float t21 = t18 + t20;
+        const float t22 = qdd1 * t6;
+        const float t23 = t21 + t22;
+        const float t24 = t12 + t23;
+        out[0][l] = t24;
+        out[1][l] = t23;
+    }
+    for (j = 0; j < 2; j++)
+        for (l = 0; l < lanes; l++)
+            tau[j * stride + l] = out[j][l];
 }
 
 void two_link_torque_many(size_t count, const float *q, const float *qd, const float *qdd, float *tau)
 {
-    float in_q1[lanes];
-    float in_q2[lanes];
-    float in_qd1[lanes];
-    float in_qd2[lanes];
-    float in_qdd1[lanes];
-    float in_qdd2[lanes];
-    float out[2][lanes];
-    size_t start, some, l;
-    int j;
-    for (start = 0; start < count; start += lanes) {
-        some = count - start < lanes ? count - start : lanes;
-        take(some, q + 0 * count + start, in_q1);
-        take(some, q + 1 * count + start, in_q2);
-        take(some, qd + 0 * count + start, in_qd1);
-        take(some, qd + 1 * count + start, in_qd2);
-        take(some, qdd + 0 * count + start, in_qdd1);
-        take(some, qdd + 1 * count + start, in_qdd2);
+    float rest[4][2 * lanes];
+    const size_t whole = count - count % lanes;
+    size_t start, j, l;
+    for (start = 0; start < whole; start += lanes)
+        torque_of_lanes(count, q + start, qd + start, qdd + start, tau + start);
+    if (whole == count)
+        return;
+    for (j = 0; j < 2; j++) {
         for (l = 0; l < lanes; l++) {
-            const float q1 = in_q1[l];
-            const float q2 = in_q2[l];
-            const float qd1 = in_qd1[l];
-            const float qd2 = in_qd2[l];
-            const float qdd1 = in_qdd1[l];
-            const float qdd2 = in_qdd2[l];
-            const float t1 = qd1 + qd2;
-            const float t2 = qdd1 + qdd2;
-            float sin_q1, cos_q1;
-            sine_cosine(q1, &sin_q1, &cos_q1);
-            const float t4 = 19.612f * cos_q1;
-            const float t5 = 1.667f * qdd1;
-            const float t6 = t4 + t5;
-            float sin_q2, cos_q2;
-            sine_cosine(q2, &sin_q2, &cos_q2);
-            const float t8 = 0.5f * cos_q2;
-            const float t9 = t2 * t8;
-            const float t10 = t6 + t9;
-            const float t11 = t1 * t1;
-            const float t13 = 0.5f * sin_q2;
-            const float t14 = t11 * t13;
-            const float t15 = t10 - t14;
-            const float t16 = q1 + q2;
-            float sin_t16, cos_t16;
-            sine_cosine(t16, &sin_t16, &cos_t16);
-            const float t18 = 4.903f * cos_t16;
-            const float t19 = 0.333f * t2;
-            const float t20 = t18 + t19;
-            const float t21 = qd1 * qd1;
-            const float t22 = t13 * t21;
-            const float t23 = t20 + t22;
-            const float t24 = qdd1 * t8;
-            const float t25 = t23 + t24;
-            const float t26 = t15 + t25;
-            out[0][l] = t26;
-            out[1][l] = t25;
+            const size_t from = j * count + (whole + l < count ? whole + l : whole);
+            rest[0][j * lanes + l] = q[from];
+            rest[1][j * lanes + l] = qd[from];
+            rest[2][j * lanes + l] = qdd[from];
         }
-        for (j = 0; j < 2; j++)
-            for (l = 0; l < some; l++)
-                tau[(size_t)j * count + start + l] = out[j][l];
     }
+    torque_of_lanes(lanes, rest[0], rest[1], rest[2], rest[3]);
+    for (j = 0; j < 2; j++)
+        for (l = 0; whole + l < count; l++)
+            tau[j * count + whole + l] = rest[3][j * lanes + l];
 }
