@@ -1,6 +1,6 @@
 """The torque of many states in three strides: its angles, their sines and cosines, and all other arithmetic.
 
-Each is a loop without branches, which compilers vectorise; sines and cosines in the midst of the rest hold them up.
+Each is a loop without branches, which compilers vectorise; sines in the midst of the rest hold them up.
 """
 
 from __future__ import annotations
