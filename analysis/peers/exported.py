@@ -1,16 +1,15 @@
-"""A model or an arm's exact dynamics, as exported to C."""
+"""C that is exported, compiled and called: state by state, and all at once."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from gd_analyze.exporting import export
-from gd_analyze.levels import SimplifiedModel
-from gd_analyze.robots import RobotArm
+from gd_analyze.exporting import printed
+from gd_analyze.exporting.subject import Subject
 from gd_analyze.states import States
 from peers.timed import Way, library, way
 
-# Both called apart from what they call, so that nothing is put in line.
+# Called from a file of its own, as a controller does: nothing is put in line.
 _DRIVER = """
 #include "arm.h"
 void one(long passes, long count, const double *q, const double *qd, const double *qdd, double *tau)
@@ -27,14 +26,9 @@ void many(long passes, long count, const double *q, const double *qd, const doub
 """
 
 
-def exported(
-    name: str, folder: Path, given: SimplifiedModel | RobotArm, states: States, flags: str
-) -> list[Way]:
-    """One state after another by `NAME_torque`, and all by `NAME_torque_many`."""
-    sources = dict(export(given, "c", name="arm").files)
-    sources["driver.c"] = _DRIVER.format(n=states.q.shape[1])
+def exported(what: str, subject: Subject, states: States, folder: Path, flags: str) -> list[Way]:
+    """Call `arm_torque` in a loop of C, and `arm_torque_many`, of a subject that is named arm."""
+    sources = dict(printed(subject, "c").files) | {"driver.c": _DRIVER.format(n=subject.n)}
     made = library(folder, sources, "gcc", *flags.split())
-    return [
-        way(f"{name} {flags}", made.one, states),
-        way(f"{name} many {flags}", made.many, states, by_joint=True),
-    ]
+    one = way(f"{what}, one, {flags}", made.one, states)
+    return [one, way(f"{what}, many, {flags}", made.many, states, by_joint=True)]

@@ -182,7 +182,7 @@ def test_one_state_at_a_time_may_turn_as_far_as_it_likes(library):
     code, number = library
     out = np.empty(2, dtype=np.float32 if number is ctypes.c_float else np.float64)
     pointer = out.ctypes.data_as(ctypes.c_void_p)
-    # A number in either precision, and beyond what the polynomials are for; straight, where gravity is largest.
+    # A number in either precision, and beyond what the polynomials are for; and where gravity is largest.
     q = np.array([[2.0**24, 0.0], [0.0, 0.0]])
     still = States(q.T, np.zeros((2, 2)), np.zeros((2, 2)))
     far, largest = subject("two_link energy").torque.program.run(inputs_of(still)).T
