@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -9,16 +10,16 @@ import numpy as np
 from gd_analyze.errors import UsageError
 from gd_analyze.exporting.functions import Function
 from gd_analyze.exporting.inputs import kind_of
-from gd_analyze.exporting.many import in_strides
 from gd_analyze.exporting.rounding import float_errors_told
 from gd_analyze.exporting.sine_cosine import DOUBLE, FLOAT
 from gd_analyze.exporting.statements import Body, Notation, body, digits
+from gd_analyze.exporting.strides import Strides, in_strides
 from gd_analyze.exporting.subject import Subject
 from gd_analyze.exporting.templating import filled
 from gd_analyze.exporting.told import told
 
-# States that the function for many takes at once: whole vectors of any processor, all in its first cache.
-_LANES = 16
+# Angles, and states of many, that are taken at once: whole vectors of any processor, little memory.
+_LANES = 8
 
 
 def c_texts(subject: Subject, scalar: str) -> tuple[str, ...]:
@@ -35,8 +36,7 @@ def c_texts(subject: Subject, scalar: str) -> tuple[str, ...]:
     number = float_digits if single else digits
     notation = Notation(number, sin="sinf" if single else "sin", cos="cosf" if single else "cos")
     torque, constants = subject.torque, subject.constants
-    functions = [(each, in_pairs(body(each, notation))) for each in subject.functions]
-    strides = None if torque is None else in_strides(torque)
+    functions = [(each, inside(in_strides(each), notation)) for each in subject.functions]
     if single:
         constants = {key: each.in_single for key, each in constants.items()}
     values = {
@@ -46,14 +46,13 @@ def c_texts(subject: Subject, scalar: str) -> tuple[str, ...]:
         "constants": constants,
         "lines": told(subject, float_errors_told(subject) if single else ()),
         "functions": functions,
-        "paired": any(step.angle for _, each in functions for step in each.statements),
+        "turns": any(each.angles for _, each in functions),
         "number": number,
         "declared": partial(declared, scalar),
         "listed": lambda values: ", ".join(map(number, values)),
         "lanes": _LANES,
         "torque": torque,
-        "angles": [(each, body(each, notation)) for each in strides.angles] if strides else [],
-        "rest": (strides.rest, body(strides.rest, notation)) if strides else None,
+        "many": None if torque is None else inside(in_strides(torque, of_sums=True), notation),
         "read": read,
         "turn": FLOAT if single else DOUBLE,
         "suffix": "f" if single else "",
@@ -89,24 +88,45 @@ def declared(scalar: str, name: str, function: Function) -> str:
     return f"void {name}_{function.name}({', '.join([*given, *written])})"
 
 
-def in_pairs(whole: Body) -> Body:
-    """Take sine and cosine of an angle at once, where the first of both stood."""
-    taken: set[str] = set()
-    statements = []
-    for step in whole.statements:
-        if step.angle not in taken:
-            statements.append(step)
-        if step.angle:
-            taken.add(step.angle)
-    return Body(tuple(statements), whole.results)
+@dataclass(frozen=True)
+class Inside:
+    """A function's inside, in strides.
+
+    Parameters
+    ----------
+    waves
+        Number of the first angle, and a function that gives it and others, with its body.
+    rest, body
+        All but sines and cosines.
+    angles
+        How many angles there are.
+    """
+
+    waves: tuple[tuple[int, Function, Body], ...]
+    rest: Function
+    body: Body
+    angles: int
 
 
-def read(function: Function) -> list[tuple[str, str]]:
-    """Inputs, and what holds them for state l of many: sin2 is the second of the sines."""
+def inside(strides: Strides, notation: Notation) -> Inside:
+    """Write the strides of a function."""
+    bodies = [body(each, notation) for each in strides.angles]
+    sizes = [each.results[0].size for each in strides.angles]
+    firsts = [sum(sizes[:k]) for k in range(len(sizes))]
+    waves = tuple(zip(firsts, strides.angles, bodies, strict=True))
+    return Inside(waves, strides.rest, body(strides.rest, notation), sum(sizes))
+
+
+def read(function: Function, *, many: bool) -> list[tuple[str, str]]:
+    """Inputs, and what holds them, for state l of many where there are many: sin2 is the second of the sines."""
     places = []
     for name in sorted(function.used):
         kind = kind_of(name)
         index = int(name.removeprefix(kind)) - 1
-        rows = {"sin": f"sine[{index}][l]", "cos": f"cosine[{index}][l]"}
-        places.append((name, rows.get(kind, f"{kind}[{index} * stride + l]")))
+        array = {"sin": "sine", "cos": "cosine"}.get(kind)
+        if many:
+            place = f"{array}[{index}][l]" if array else f"{kind}[{index} * stride + l]"
+        else:
+            place = f"{array or kind}[{index}]"
+        places.append((name, place))
     return places

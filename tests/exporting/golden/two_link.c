@@ -34,6 +34,8 @@ int two_link_is_within(const double q[2], const double qd[2], const double qdd[2
     return 1;
 }
 
+enum { lanes = 8 };
+
 static const double largest = 1000000.0;
 
 /* sine and cosine of an angle up to that */
@@ -53,145 +55,164 @@ static inline void polynomials(double x, double *sine, double *cosine)
     *cosine = of_cosine * (even * c + odd * s);
 }
 
-/* sine and cosine of any angle */
-static void sine_cosine(double x, double *sine, double *cosine)
+/* sines and cosines of as many angles as there are lanes, those of too large ones by the library */
+static void sines_cosines(const double *restrict x, double *restrict sine, double *restrict cosine)
 {
-    if (fabs(x) <= largest) {
-        polynomials(x, sine, cosine);
-    } else {
-        *sine = sin(x);
-        *cosine = cos(x);
+    double y[lanes];
+    int far = 0;
+    size_t l;
+    for (l = 0; l < lanes; l++)
+        y[l] = fabs(x[l]) <= largest ? x[l] : 0.0;
+    for (l = 0; l < lanes; l++) {
+        double s, c;
+        polynomials(y[l], &s, &c);
+        sine[l] = s;
+        cosine[l] = c;
+    }
+    for (l = 0; l < lanes; l++)
+        far |= !(fabs(x[l]) <= largest);
+    if (!far)
+        return;
+    for (l = 0; l < lanes; l++) {
+        if (!(fabs(x[l]) <= largest)) {
+            sine[l] = sin(x[l]);
+            cosine[l] = cos(x[l]);
+        }
     }
 }
 
 void two_link_torque(const double q[2], const double qd[2], const double qdd[2], double tau[2])
 {
-    const double q1 = q[0];
-    const double q2 = q[1];
-    const double qd1 = qd[0];
-    const double qd2 = qd[1];
-    const double qdd1 = qdd[0];
-    const double qdd2 = qdd[1];
-    const double t1 = qd1 + qd2;
-    const double t2 = qdd1 + qdd2;
-    double sin_q1, cos_q1;
-    sine_cosine(q1, &sin_q1, &cos_q1);
-    const double t4 = 19.612 * cos_q1;
-    const double t5 = 1.667 * qdd1;
-    const double t6 = t4 + t5;
-    double sin_q2, cos_q2;
-    sine_cosine(q2, &sin_q2, &cos_q2);
-    const double t8 = 0.5 * cos_q2;
-    const double t9 = t2 * t8;
-    const double t10 = t6 + t9;
-    const double t11 = t1 * t1;
-    const double t13 = 0.5 * sin_q2;
-    const double t14 = t11 * t13;
-    const double t15 = t10 - t14;
-    const double t16 = q1 + q2;
-    double sin_t16, cos_t16;
-    sine_cosine(t16, &sin_t16, &cos_t16);
-    const double t18 = 4.903 * cos_t16;
-    const double t19 = 0.333 * t2;
-    const double t20 = t18 + t19;
-    const double t21 = qd1 * qd1;
-    const double t22 = t13 * t21;
-    const double t23 = t20 + t22;
-    const double t24 = qdd1 * t8;
-    const double t25 = t23 + t24;
-    const double t26 = t15 + t25;
-    tau[0] = t26;
-    tau[1] = t25;
+    double angle[8] = { 0.0 }, sine[8], cosine[8];
+    {
+        const double q1 = q[0];
+        const double q2 = q[1];
+        const double t1 = q1 + q2;
+        angle[0] = q1;
+        angle[1] = q2;
+        angle[2] = t1;
+    }
+    sines_cosines(&angle[0], &sine[0], &cosine[0]);
+    {
+        const double cos1 = cosine[0];
+        const double cos2 = cosine[1];
+        const double cos3 = cosine[2];
+        const double qd1 = qd[0];
+        const double qd2 = qd[1];
+        const double qdd1 = qdd[0];
+        const double qdd2 = qdd[1];
+        const double sin2 = sine[1];
+        const double t1 = qd1 + qd2;
+        const double t2 = qdd1 + qdd2;
+        const double t3 = 19.612 * cos1;
+        const double t4 = 1.667 * qdd1;
+        const double t5 = t3 + t4;
+        const double t6 = 0.5 * cos2;
+        const double t7 = t2 * t6;
+        const double t8 = t5 + t7;
+        const double t9 = t1 * t1;
+        const double t10 = 0.5 * sin2;
+        const double t11 = t9 * t10;
+        const double t12 = t8 - t11;
+        const double t13 = 4.903 * cos3;
+        const double t14 = 0.333 * t2;
+        const double t15 = t13 + t14;
+        const double t16 = qd1 * qd1;
+        const double t17 = t10 * t16;
+        const double t18 = t15 + t17;
+        const double t19 = qdd1 * t6;
+        const double t20 = t18 + t19;
+        const double t21 = t12 + t20;
+        tau[0] = t21;
+        tau[1] = t20;
+    }
 }
 
 void two_link_inertia(const double q[2], double D[4])
 {
-    const double q2 = q[1];
-    double sin_q2, cos_q2;
-    sine_cosine(q2, &sin_q2, &cos_q2);
-    const double t2 = 0.5 * cos_q2;
-    const double t3 = 1.667 + t2;
-    const double t4 = 0.333 + t2;
-    const double t5 = t3 + t4;
-    D[0] = t5;
-    D[1] = t4;
-    D[2] = t4;
-    D[3] = 0.333;
+    double angle[8] = { 0.0 }, sine[8], cosine[8];
+    {
+        const double q2 = q[1];
+        angle[0] = q2;
+    }
+    sines_cosines(&angle[0], &sine[0], &cosine[0]);
+    {
+        const double cos1 = cosine[0];
+        const double t1 = 0.5 * cos1;
+        const double t2 = 1.667 + t1;
+        const double t3 = 0.333 + t1;
+        const double t4 = t2 + t3;
+        D[0] = t4;
+        D[1] = t3;
+        D[2] = t3;
+        D[3] = 0.333;
+    }
 }
 
 void two_link_coriolis_centrifugal(const double q[2], const double qd[2], double h[2])
 {
-    const double q2 = q[1];
-    const double qd1 = qd[0];
-    const double qd2 = qd[1];
-    const double t1 = qd1 + qd2;
-    const double t2 = t1 * t1;
-    double sin_q2, cos_q2;
-    sine_cosine(q2, &sin_q2, &cos_q2);
-    const double t4 = 0.5 * sin_q2;
-    const double t5 = qd1 * qd1;
-    const double t6 = t2 + t2;
-    const double t7 = t4 * t6;
-    const double t8 = t5 + t5;
-    const double t9 = t4 * t8;
-    const double t10 = t9 - t7;
-    const double t11 = 0.5 * t10;
-    const double t12 = 0.5 * t9;
-    h[0] = t11;
-    h[1] = t12;
+    double angle[8] = { 0.0 }, sine[8], cosine[8];
+    {
+        const double q2 = q[1];
+        angle[0] = q2;
+    }
+    sines_cosines(&angle[0], &sine[0], &cosine[0]);
+    {
+        const double qd1 = qd[0];
+        const double qd2 = qd[1];
+        const double sin1 = sine[0];
+        const double t1 = qd1 + qd2;
+        const double t2 = t1 * t1;
+        const double t3 = 0.5 * sin1;
+        const double t4 = qd1 * qd1;
+        const double t5 = t2 + t2;
+        const double t6 = t3 * t5;
+        const double t7 = t4 + t4;
+        const double t8 = t3 * t7;
+        const double t9 = t8 - t6;
+        const double t10 = 0.5 * t9;
+        const double t11 = 0.5 * t8;
+        h[0] = t10;
+        h[1] = t11;
+    }
 }
 
 void two_link_gravity_loading(const double q[2], double c[2])
 {
-    const double q1 = q[0];
-    const double q2 = q[1];
-    double sin_q1, cos_q1;
-    sine_cosine(q1, &sin_q1, &cos_q1);
-    const double t2 = 19.612 * cos_q1;
-    const double t3 = q1 + q2;
-    double sin_t3, cos_t3;
-    sine_cosine(t3, &sin_t3, &cos_t3);
-    const double t5 = 4.903 * cos_t3;
-    const double t6 = t2 + t5;
-    c[0] = t6;
-    c[1] = t5;
-}
-
-enum { lanes = 16 };
-
-/* sines and cosines of x; none of angles too large */
-static void sines_cosines(const double *x, double *sine, double *cosine)
-{
-    double y[lanes], none[lanes];
-    size_t l;
-    for (l = 0; l < lanes; l++)
-        y[l] = fabs(x[l]) <= largest ? x[l] : 0.0;
-    for (l = 0; l < lanes; l++)
-        none[l] = fabs(x[l]) <= largest ? 0.0 : (double)NAN;
-    for (l = 0; l < lanes; l++) {
-        double s, c;
-        polynomials(y[l], &s, &c);
-        sine[l] = s + none[l];
-        cosine[l] = c + none[l];
+    double angle[8] = { 0.0 }, sine[8], cosine[8];
+    {
+        const double q1 = q[0];
+        const double q2 = q[1];
+        const double t1 = q1 + q2;
+        angle[0] = q1;
+        angle[1] = t1;
+    }
+    sines_cosines(&angle[0], &sine[0], &cosine[0]);
+    {
+        const double cos1 = cosine[0];
+        const double cos2 = cosine[1];
+        const double t1 = 19.612 * cos1;
+        const double t2 = 4.903 * cos2;
+        const double t3 = t1 + t2;
+        c[0] = t3;
+        c[1] = t2;
     }
 }
 
 /* the torque of as many states as there are lanes; from joint to joint it is a stride */
 static void torque_of_lanes(size_t stride, const double *q, const double *qd, const double *qdd, double *tau)
 {
-    double angle[lanes], sine[2][lanes], cosine[2][lanes];
+    double angle[2][lanes], sine[2][lanes], cosine[2][lanes];
     double out[2][lanes];
     size_t j, l;
     for (l = 0; l < lanes; l++) {
         const double q1 = q[0 * stride + l];
-        angle[l] = q1;
-    }
-    sines_cosines(angle, sine[0], cosine[0]);
-    for (l = 0; l < lanes; l++) {
         const double q2 = q[1 * stride + l];
-        angle[l] = q2;
+        angle[0][l] = q1;
+        angle[1][l] = q2;
     }
-    sines_cosines(angle, sine[1], cosine[1]);
+    for (j = 0; j < 2; j++)
+        sines_cosines(angle[j], sine[j], cosine[j]);
     for (l = 0; l < lanes; l++) {
         const double cos1 = cosine[0][l];
         const double cos2 = cosine[1][l];

@@ -36,8 +36,7 @@
  * Call every function with arrays of as many numbers as it declares; it allocates nothing, keeps nothing and
  * may be called from anywhere at any time. What it writes to may be what it reads from.
  * two_link_torque_many takes count states at once, in arrays that hold joint 1 of all states, then joint 2:
- * q[joint * count + state]. Compilers vectorise it (gcc -O3 -march=native). Its angles are of at most
- * 1e+06 rad; beyond that the torque is no number.
+ * q[joint * count + state]. Compilers vectorise it (gcc -O3 -march=native).
  */
 #ifndef GD_ANALYZE_TWO_LINK_H
 #define GD_ANALYZE_TWO_LINK_H

@@ -34,6 +34,8 @@ int two_link_is_within(const float q[2], const float qd[2], const float qdd[2])
     return 1;
 }
 
+enum { lanes = 8 };
+
 static const float largest = 8000.0f;
 
 /* sine and cosine of an angle up to that */
@@ -53,145 +55,164 @@ static inline void polynomials(float x, float *sine, float *cosine)
     *cosine = of_cosine * (even * c + odd * s);
 }
 
-/* sine and cosine of any angle */
-static void sine_cosine(float x, float *sine, float *cosine)
+/* sines and cosines of as many angles as there are lanes, those of too large ones by the library */
+static void sines_cosines(const float *restrict x, float *restrict sine, float *restrict cosine)
 {
-    if (fabsf(x) <= largest) {
-        polynomials(x, sine, cosine);
-    } else {
-        *sine = sinf(x);
-        *cosine = cosf(x);
+    float y[lanes];
+    int far = 0;
+    size_t l;
+    for (l = 0; l < lanes; l++)
+        y[l] = fabsf(x[l]) <= largest ? x[l] : 0.0f;
+    for (l = 0; l < lanes; l++) {
+        float s, c;
+        polynomials(y[l], &s, &c);
+        sine[l] = s;
+        cosine[l] = c;
+    }
+    for (l = 0; l < lanes; l++)
+        far |= !(fabsf(x[l]) <= largest);
+    if (!far)
+        return;
+    for (l = 0; l < lanes; l++) {
+        if (!(fabsf(x[l]) <= largest)) {
+            sine[l] = sinf(x[l]);
+            cosine[l] = cosf(x[l]);
+        }
     }
 }
 
 void two_link_torque(const float q[2], const float qd[2], const float qdd[2], float tau[2])
 {
-    const float q1 = q[0];
-    const float q2 = q[1];
-    const float qd1 = qd[0];
-    const float qd2 = qd[1];
-    const float qdd1 = qdd[0];
-    const float qdd2 = qdd[1];
-    const float t1 = qd1 + qd2;
-    const float t2 = qdd1 + qdd2;
-    float sin_q1, cos_q1;
-    sine_cosine(q1, &sin_q1, &cos_q1);
-    const float t4 = 19.612f * cos_q1;
-    const float t5 = 1.667f * qdd1;
-    const float t6 = t4 + t5;
-    float sin_q2, cos_q2;
-    sine_cosine(q2, &sin_q2, &cos_q2);
-    const float t8 = 0.5f * cos_q2;
-    const float t9 = t2 * t8;
-    const float t10 = t6 + t9;
-    const float t11 = t1 * t1;
-    const float t13 = 0.5f * sin_q2;
-    const float t14 = t11 * t13;
-    const float t15 = t10 - t14;
-    const float t16 = q1 + q2;
-    float sin_t16, cos_t16;
-    sine_cosine(t16, &sin_t16, &cos_t16);
-    const float t18 = 4.903f * cos_t16;
-    const float t19 = 0.333f * t2;
-    const float t20 = t18 + t19;
-    const float t21 = qd1 * qd1;
-    const float t22 = t13 * t21;
-    const float t23 = t20 + t22;
-    const float t24 = qdd1 * t8;
-    const float t25 = t23 + t24;
-    const float t26 = t15 + t25;
-    tau[0] = t26;
-    tau[1] = t25;
+    float angle[8] = { 0.0f }, sine[8], cosine[8];
+    {
+        const float q1 = q[0];
+        const float q2 = q[1];
+        const float t1 = q1 + q2;
+        angle[0] = q1;
+        angle[1] = q2;
+        angle[2] = t1;
+    }
+    sines_cosines(&angle[0], &sine[0], &cosine[0]);
+    {
+        const float cos1 = cosine[0];
+        const float cos2 = cosine[1];
+        const float cos3 = cosine[2];
+        const float qd1 = qd[0];
+        const float qd2 = qd[1];
+        const float qdd1 = qdd[0];
+        const float qdd2 = qdd[1];
+        const float sin2 = sine[1];
+        const float t1 = qd1 + qd2;
+        const float t2 = qdd1 + qdd2;
+        const float t3 = 19.612f * cos1;
+        const float t4 = 1.667f * qdd1;
+        const float t5 = t3 + t4;
+        const float t6 = 0.5f * cos2;
+        const float t7 = t2 * t6;
+        const float t8 = t5 + t7;
+        const float t9 = t1 * t1;
+        const float t10 = 0.5f * sin2;
+        const float t11 = t9 * t10;
+        const float t12 = t8 - t11;
+        const float t13 = 4.903f * cos3;
+        const float t14 = 0.333f * t2;
+        const float t15 = t13 + t14;
+        const float t16 = qd1 * qd1;
+        const float t17 = t10 * t16;
+        const float t18 = t15 + t17;
+        const float t19 = qdd1 * t6;
+        const float t20 = t18 + t19;
+        const float t21 = t12 + t20;
+        tau[0] = t21;
+        tau[1] = t20;
+    }
 }
 
 void two_link_inertia(const float q[2], float D[4])
 {
-    const float q2 = q[1];
-    float sin_q2, cos_q2;
-    sine_cosine(q2, &sin_q2, &cos_q2);
-    const float t2 = 0.5f * cos_q2;
-    const float t3 = 1.667f + t2;
-    const float t4 = 0.333f + t2;
-    const float t5 = t3 + t4;
-    D[0] = t5;
-    D[1] = t4;
-    D[2] = t4;
-    D[3] = 0.333f;
+    float angle[8] = { 0.0f }, sine[8], cosine[8];
+    {
+        const float q2 = q[1];
+        angle[0] = q2;
+    }
+    sines_cosines(&angle[0], &sine[0], &cosine[0]);
+    {
+        const float cos1 = cosine[0];
+        const float t1 = 0.5f * cos1;
+        const float t2 = 1.667f + t1;
+        const float t3 = 0.333f + t1;
+        const float t4 = t2 + t3;
+        D[0] = t4;
+        D[1] = t3;
+        D[2] = t3;
+        D[3] = 0.333f;
+    }
 }
 
 void two_link_coriolis_centrifugal(const float q[2], const float qd[2], float h[2])
 {
-    const float q2 = q[1];
-    const float qd1 = qd[0];
-    const float qd2 = qd[1];
-    const float t1 = qd1 + qd2;
-    const float t2 = t1 * t1;
-    float sin_q2, cos_q2;
-    sine_cosine(q2, &sin_q2, &cos_q2);
-    const float t4 = 0.5f * sin_q2;
-    const float t5 = qd1 * qd1;
-    const float t6 = t2 + t2;
-    const float t7 = t4 * t6;
-    const float t8 = t5 + t5;
-    const float t9 = t4 * t8;
-    const float t10 = t9 - t7;
-    const float t11 = 0.5f * t10;
-    const float t12 = 0.5f * t9;
-    h[0] = t11;
-    h[1] = t12;
+    float angle[8] = { 0.0f }, sine[8], cosine[8];
+    {
+        const float q2 = q[1];
+        angle[0] = q2;
+    }
+    sines_cosines(&angle[0], &sine[0], &cosine[0]);
+    {
+        const float qd1 = qd[0];
+        const float qd2 = qd[1];
+        const float sin1 = sine[0];
+        const float t1 = qd1 + qd2;
+        const float t2 = t1 * t1;
+        const float t3 = 0.5f * sin1;
+        const float t4 = qd1 * qd1;
+        const float t5 = t2 + t2;
+        const float t6 = t3 * t5;
+        const float t7 = t4 + t4;
+        const float t8 = t3 * t7;
+        const float t9 = t8 - t6;
+        const float t10 = 0.5f * t9;
+        const float t11 = 0.5f * t8;
+        h[0] = t10;
+        h[1] = t11;
+    }
 }
 
 void two_link_gravity_loading(const float q[2], float c[2])
 {
-    const float q1 = q[0];
-    const float q2 = q[1];
-    float sin_q1, cos_q1;
-    sine_cosine(q1, &sin_q1, &cos_q1);
-    const float t2 = 19.612f * cos_q1;
-    const float t3 = q1 + q2;
-    float sin_t3, cos_t3;
-    sine_cosine(t3, &sin_t3, &cos_t3);
-    const float t5 = 4.903f * cos_t3;
-    const float t6 = t2 + t5;
-    c[0] = t6;
-    c[1] = t5;
-}
-
-enum { lanes = 16 };
-
-/* sines and cosines of x; none of angles too large */
-static void sines_cosines(const float *x, float *sine, float *cosine)
-{
-    float y[lanes], none[lanes];
-    size_t l;
-    for (l = 0; l < lanes; l++)
-        y[l] = fabsf(x[l]) <= largest ? x[l] : 0.0f;
-    for (l = 0; l < lanes; l++)
-        none[l] = fabsf(x[l]) <= largest ? 0.0f : (float)NAN;
-    for (l = 0; l < lanes; l++) {
-        float s, c;
-        polynomials(y[l], &s, &c);
-        sine[l] = s + none[l];
-        cosine[l] = c + none[l];
+    float angle[8] = { 0.0f }, sine[8], cosine[8];
+    {
+        const float q1 = q[0];
+        const float q2 = q[1];
+        const float t1 = q1 + q2;
+        angle[0] = q1;
+        angle[1] = t1;
+    }
+    sines_cosines(&angle[0], &sine[0], &cosine[0]);
+    {
+        const float cos1 = cosine[0];
+        const float cos2 = cosine[1];
+        const float t1 = 19.612f * cos1;
+        const float t2 = 4.903f * cos2;
+        const float t3 = t1 + t2;
+        c[0] = t3;
+        c[1] = t2;
     }
 }
 
 /* the torque of as many states as there are lanes; from joint to joint it is a stride */
 static void torque_of_lanes(size_t stride, const float *q, const float *qd, const float *qdd, float *tau)
 {
-    float angle[lanes], sine[2][lanes], cosine[2][lanes];
+    float angle[2][lanes], sine[2][lanes], cosine[2][lanes];
     float out[2][lanes];
     size_t j, l;
     for (l = 0; l < lanes; l++) {
         const float q1 = q[0 * stride + l];
-        angle[l] = q1;
-    }
-    sines_cosines(angle, sine[0], cosine[0]);
-    for (l = 0; l < lanes; l++) {
         const float q2 = q[1 * stride + l];
-        angle[l] = q2;
+        angle[0][l] = q1;
+        angle[1][l] = q2;
     }
-    sines_cosines(angle, sine[1], cosine[1]);
+    for (j = 0; j < 2; j++)
+        sines_cosines(angle[j], sine[j], cosine[j]);
     for (l = 0; l < lanes; l++) {
         const float cos1 = cosine[0][l];
         const float cos2 = cosine[1][l];

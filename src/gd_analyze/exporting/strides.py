@@ -1,6 +1,7 @@
-"""The torque of many states in three strides: its angles, their sines and cosines, and all other arithmetic.
+"""A function in strides: its angles, their sines and cosines, and all other arithmetic.
 
-Each is a loop without branches, which compilers vectorise; sines in the midst of the rest hold them up.
+Sines and cosines of several angles are then taken at once, and each stride over many states is a loop without
+branches: compilers vectorise both. In the midst of the rest sines would hold them up.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from typing import Any
 
 from gd_analyze.exporting.functions import Function, Result
 from gd_analyze.operations import Program, Trace
-from gd_analyze.operations.trace import Expression, Operation
+from gd_analyze.operations.trace import Expression, Operation, reached
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,8 @@ class Strides:
     Parameters
     ----------
     angles
-        A function each of which gives one angle, of inputs and of sines and cosines of angles before it.
+        Functions that give angles, counted through: of inputs and of sines and cosines of the angles of those
+        before. One, unless there are sines of sines.
     rest
         What the function gives, of inputs and of sines and cosines; sin1 and cos1 are those of the first
         angle.
@@ -30,15 +32,20 @@ class Strides:
     rest: Function
 
 
-def in_strides(function: Function) -> Strides:
+def in_strides(function: Function, *, of_sums: bool = False) -> Strides:
     """Take a function's sines and cosines apart.
 
-    Those of a sum follow from those of its summands where the function takes them anyway: six operations
-    instead of forty.
+    Parameters
+    ----------
+    function
+        The function.
+    of_sums
+        Take those of a sum from those of its summands, where the function takes them anyway: six operations
+        instead of forty, but others than the program has.
     """
     trace, values = Trace(), dict[int, Any]()
     steps = function.program.steps
-    taken = {step.arguments[0] for step in steps if step.operation in ("sin", "cos")}
+    taken = {step.arguments[0] for step in steps if step.operation in ("sin", "cos")} if of_sums else set()
     pairs: dict[Expression, tuple[Any, Any]] = {}
     angles: list[Any] = []
 
@@ -66,7 +73,23 @@ def in_strides(function: Function) -> Strides:
         return Function(name, "", function.arguments, results, Program.of(trace, outputs))
 
     rest = left(function.name, function.results, list(map(of, function.program.outputs)))
-    return Strides(tuple(left("angle", (Result("angle", (1,)),), [angle]) for angle in angles), rest)
+    waves = [left("angles", (Result("angles", (len(wave),)),), wave) for wave in _waves(trace, angles)]
+    return Strides(tuple(waves), rest)
+
+
+def _waves(trace: Trace, angles: list[Any]) -> list[list[Any]]:
+    """Split angles where one is of a sine of an angle since the last split."""
+    waves: list[list[Any]] = []
+    before = 0
+    for count, angle in enumerate(angles):
+        needed = (trace.expressions[k] for k in reached([angle]))
+        names = [step.arguments[0] for step in needed if step.operation == "input"]
+        last = max((int(name[3:]) for name in names if name[:3] in ("sin", "cos")), default=0)
+        if not waves or last > before:
+            waves.append([])
+            before = count
+        waves[-1].append(angle)
+    return waves
 
 
 def _of_sum(operation: Operation, first: tuple[Any, Any], second: tuple[Any, Any]) -> tuple[Any, Any]:
