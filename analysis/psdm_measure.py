@@ -230,7 +230,7 @@ def exact_line(name: str) -> str:
     return (
         f"| {name} | {count.total} ({count.multiplications} + {count.additions}) | {theirs.operations} | "
         f"{theirs.operations / count.total:.0f} | {seconds:.1f} | {theirs.seconds:g} | "
-        f"{_rounded(nanoseconds(printed(subject_of_form(exact.form), 'c'), exact.states))} |"
+        f"{_rounded(timed)} |"
     )
 
 
