@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from gd_analyze.errors import UsageError
+from gd_analyze.exporting.bulk import in_bulk
 from gd_analyze.exporting.functions import Function
 from gd_analyze.exporting.rounding import float_errors_told
 from gd_analyze.exporting.sine_cosine import DOUBLE, FLOAT
-from gd_analyze.exporting.statements import Body, Notation, Statement, body, digits
+from gd_analyze.exporting.statements import Notation, body, digits
 from gd_analyze.exporting.subject import Subject
 from gd_analyze.exporting.templating import filled
 from gd_analyze.exporting.told import told
@@ -48,7 +48,7 @@ def c_texts(subject: Subject, scalar: str) -> tuple[str, ...]:
         "listed": lambda values: ", ".join(map(number, values)),
         "lanes": _LANES,
         "torque": torque,
-        "bulk": None if torque is None else in_pairs(body(torque, notation)),
+        "bulk": None if torque is None else in_bulk(body(torque, notation)),
         "turn": FLOAT if single else DOUBLE,
         "suffix": "f" if single else "",
     }
@@ -81,16 +81,3 @@ def declared(scalar: str, name: str, function: Function) -> str:
     given = [f"const {scalar} {each}[{n}]" for each in function.arguments]
     written = [f"{scalar} {result.name}[{result.size}]" for result in function.results]
     return f"void {name}_{function.name}({', '.join([*given, *written])})"
-
-
-def in_pairs(whole: Body) -> Body:
-    """Take sine and cosine of an angle at once, where the first of both stood; its statement has no value."""
-    statements: list[Statement] = []
-    taken: set[str] = set()
-    for step in whole.statements:
-        if not step.angle:
-            statements.append(step)
-        elif step.angle not in taken:
-            taken.add(step.angle)
-            statements.append(replace(step, value=""))
-    return Body(tuple(statements), whole.results)

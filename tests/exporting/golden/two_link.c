@@ -123,30 +123,42 @@ void two_link_gravity_loading(const double q[2], double c[2])
 
 enum { lanes = 32 };
 
-/* sine and cosine of x */
-static void sine_cosine(double x, double *sine, double *cosine)
+/* sines and cosines, as many as there are lanes */
+static void sines_cosines(const double *x, double *sine, double *cosine)
 {
-    const int near = x <= 1000000.0 && x >= -1000000.0;
-    const double y = near ? x : 0.0;
-    const int turns = (int)(y * 0.6366197723675814 + (y < 0.0 ? (-0.5) : 0.5));
-    const double k = (double)turns;
-    const double r = ((y - k * 1.5707963267341256) - k * 6.077100506303966e-11) - k * 2.0222662487959506e-21;
-    const double z = r * r;
-    const double s = r + r * z * ((-0.16666666666666632) + z * (0.00833333333332249 + z * ((-0.0001984126982985795) + z * (2.7557313707070068e-06 + z * ((-2.5050760253406863e-08) + z * (1.58969099521155e-10))))));
-    const double c = 1.0 - 0.5 * z + z * z * (0.0416666666666666 + z * ((-0.001388888888887411) + z * (2.480158728947673e-05 + z * ((-2.7557314351390663e-07) + z * (2.087572321298175e-09 + z * ((-1.1359647557788195e-11)))))));
-    const double odd = (double)(turns & 1);
-    const double even = 1.0 - odd;
-    const double of_sine = 1.0 - (double)(turns & 2);
-    const double of_cosine = 1.0 - (double)((turns + 1) & 2);
-    *sine = near ? of_sine * (even * s + odd * c) : (double)NAN;
-    *cosine = near ? of_cosine * (even * c + odd * s) : (double)NAN;
+    double near[lanes];
+    size_t l;
+    for (l = 0; l < lanes; l++)
+        near[l] = fabs(x[l]) <= 1000000.0 ? x[l] : 0.0;
+    for (l = 0; l < lanes; l++) {
+        const double y = near[l];
+        const double half = y < 0.0 ? (-0.5) : 0.5;
+        const int turns = (int)(y * 0.6366197723675814 + half);
+        const double k = (double)turns;
+        const double r = ((y - k * 1.5707963267341256) - k * 6.077100506303966e-11) - k * 2.0222662487959506e-21;
+        const double z = r * r;
+        const double s = r + r * z * ((-0.16666666666666632) + z * (0.00833333333332249 + z * ((-0.0001984126982985795) + z * (2.7557313707070068e-06 + z * ((-2.5050760253406863e-08) + z * (1.58969099521155e-10))))));
+        const double c = 1.0 - 0.5 * z + z * z * (0.0416666666666666 + z * ((-0.001388888888887411) + z * (2.480158728947673e-05 + z * ((-2.7557314351390663e-07) + z * (2.087572321298175e-09 + z * ((-1.1359647557788195e-11)))))));
+        const double odd = (double)(turns & 1);
+        const double even = 1.0 - odd;
+        const double of_sine = 1.0 - (double)(turns & 2);
+        const double of_cosine = 1.0 - (double)((turns + 1) & 2);
+        sine[l] = of_sine * (even * s + odd * c);
+        cosine[l] = of_cosine * (even * c + odd * s);
+    }
+    for (l = 0; l < lanes; l++) {
+        if (!(fabs(x[l]) <= 1000000.0))
+            sine[l] = cosine[l] = (double)NAN;
+    }
 }
 
 static void take(size_t some, const double *from, double *to)
 {
     size_t l;
-    for (l = 0; l < lanes; l++)
-        to[l] = l < some ? from[l] : 0.0;
+    for (l = 0; l < some; l++)
+        to[l] = from[l];
+    for (; l < lanes; l++)
+        to[l] = 0.0;
 }
 
 void two_link_torque_many(size_t count, const double *q, const double *qd, const double *qdd, double *tau)
@@ -157,6 +169,10 @@ void two_link_torque_many(size_t count, const double *q, const double *qd, const
     double in_qd2[lanes];
     double in_qdd1[lanes];
     double in_qdd2[lanes];
+    double in_t16[lanes];
+    double in_sin_q1[lanes], in_cos_q1[lanes];
+    double in_sin_q2[lanes], in_cos_q2[lanes];
+    double in_sin_t16[lanes], in_cos_t16[lanes];
     double out[2][lanes];
     size_t start, some, l;
     int j;
@@ -171,19 +187,26 @@ void two_link_torque_many(size_t count, const double *q, const double *qd, const
         for (l = 0; l < lanes; l++) {
             const double q1 = in_q1[l];
             const double q2 = in_q2[l];
+            const double t16 = q1 + q2;
+            in_t16[l] = t16;
+        }
+        sines_cosines(in_q1, in_sin_q1, in_cos_q1);
+        sines_cosines(in_q2, in_sin_q2, in_cos_q2);
+        sines_cosines(in_t16, in_sin_t16, in_cos_t16);
+        for (l = 0; l < lanes; l++) {
             const double qd1 = in_qd1[l];
             const double qd2 = in_qd2[l];
             const double qdd1 = in_qdd1[l];
             const double qdd2 = in_qdd2[l];
+            const double cos_q1 = in_cos_q1[l];
+            const double sin_q2 = in_sin_q2[l];
+            const double cos_q2 = in_cos_q2[l];
+            const double cos_t16 = in_cos_t16[l];
             const double t1 = qd1 + qd2;
             const double t2 = qdd1 + qdd2;
-            double sin_q1, cos_q1;
-            sine_cosine(q1, &sin_q1, &cos_q1);
             const double t4 = 19.612 * cos_q1;
             const double t5 = 1.667 * qdd1;
             const double t6 = t4 + t5;
-            double sin_q2, cos_q2;
-            sine_cosine(q2, &sin_q2, &cos_q2);
             const double t8 = 0.5 * cos_q2;
             const double t9 = t2 * t8;
             const double t10 = t6 + t9;
@@ -191,9 +214,6 @@ void two_link_torque_many(size_t count, const double *q, const double *qd, const
             const double t13 = 0.5 * sin_q2;
             const double t14 = t11 * t13;
             const double t15 = t10 - t14;
-            const double t16 = q1 + q2;
-            double sin_t16, cos_t16;
-            sine_cosine(t16, &sin_t16, &cos_t16);
             const double t18 = 4.903 * cos_t16;
             const double t19 = 0.333 * t2;
             const double t20 = t18 + t19;

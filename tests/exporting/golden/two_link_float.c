@@ -123,30 +123,42 @@ void two_link_gravity_loading(const float q[2], float c[2])
 
 enum { lanes = 32 };
 
-/* sine and cosine of x */
-static void sine_cosine(float x, float *sine, float *cosine)
+/* sines and cosines, as many as there are lanes */
+static void sines_cosines(const float *x, float *sine, float *cosine)
 {
-    const int near = x <= 8000.0f && x >= -8000.0f;
-    const float y = near ? x : 0.0f;
-    const int turns = (int)(y * 0.63661975f + (y < 0.0f ? (-0.5f) : 0.5f));
-    const float k = (float)turns;
-    const float r = ((y - k * 1.5703125f) - k * 0.0004837513f) - k * 7.54979e-08f;
-    const float z = r * r;
-    const float s = r + r * z * ((-0.16666655f) + z * (0.008332161f + z * ((-0.00019515296f))));
-    const float c = 1.0f - 0.5f * z + z * z * (0.041666646f + z * ((-0.0013887316f) + z * (2.4433157e-05f)));
-    const float odd = (float)(turns & 1);
-    const float even = 1.0f - odd;
-    const float of_sine = 1.0f - (float)(turns & 2);
-    const float of_cosine = 1.0f - (float)((turns + 1) & 2);
-    *sine = near ? of_sine * (even * s + odd * c) : (float)NAN;
-    *cosine = near ? of_cosine * (even * c + odd * s) : (float)NAN;
+    float near[lanes];
+    size_t l;
+    for (l = 0; l < lanes; l++)
+        near[l] = fabsf(x[l]) <= 8000.0f ? x[l] : 0.0f;
+    for (l = 0; l < lanes; l++) {
+        const float y = near[l];
+        const float half = y < 0.0f ? (-0.5f) : 0.5f;
+        const int turns = (int)(y * 0.63661975f + half);
+        const float k = (float)turns;
+        const float r = ((y - k * 1.5703125f) - k * 0.0004837513f) - k * 7.54979e-08f;
+        const float z = r * r;
+        const float s = r + r * z * ((-0.16666655f) + z * (0.008332161f + z * ((-0.00019515296f))));
+        const float c = 1.0f - 0.5f * z + z * z * (0.041666646f + z * ((-0.0013887316f) + z * (2.4433157e-05f)));
+        const float odd = (float)(turns & 1);
+        const float even = 1.0f - odd;
+        const float of_sine = 1.0f - (float)(turns & 2);
+        const float of_cosine = 1.0f - (float)((turns + 1) & 2);
+        sine[l] = of_sine * (even * s + odd * c);
+        cosine[l] = of_cosine * (even * c + odd * s);
+    }
+    for (l = 0; l < lanes; l++) {
+        if (!(fabsf(x[l]) <= 8000.0f))
+            sine[l] = cosine[l] = (float)NAN;
+    }
 }
 
 static void take(size_t some, const float *from, float *to)
 {
     size_t l;
-    for (l = 0; l < lanes; l++)
-        to[l] = l < some ? from[l] : 0.0f;
+    for (l = 0; l < some; l++)
+        to[l] = from[l];
+    for (; l < lanes; l++)
+        to[l] = 0.0f;
 }
 
 void two_link_torque_many(size_t count, const float *q, const float *qd, const float *qdd, float *tau)
@@ -157,6 +169,10 @@ void two_link_torque_many(size_t count, const float *q, const float *qd, const f
     float in_qd2[lanes];
     float in_qdd1[lanes];
     float in_qdd2[lanes];
+    float in_t16[lanes];
+    float in_sin_q1[lanes], in_cos_q1[lanes];
+    float in_sin_q2[lanes], in_cos_q2[lanes];
+    float in_sin_t16[lanes], in_cos_t16[lanes];
     float out[2][lanes];
     size_t start, some, l;
     int j;
@@ -171,19 +187,26 @@ void two_link_torque_many(size_t count, const float *q, const float *qd, const f
         for (l = 0; l < lanes; l++) {
             const float q1 = in_q1[l];
             const float q2 = in_q2[l];
+            const float t16 = q1 + q2;
+            in_t16[l] = t16;
+        }
+        sines_cosines(in_q1, in_sin_q1, in_cos_q1);
+        sines_cosines(in_q2, in_sin_q2, in_cos_q2);
+        sines_cosines(in_t16, in_sin_t16, in_cos_t16);
+        for (l = 0; l < lanes; l++) {
             const float qd1 = in_qd1[l];
             const float qd2 = in_qd2[l];
             const float qdd1 = in_qdd1[l];
             const float qdd2 = in_qdd2[l];
+            const float cos_q1 = in_cos_q1[l];
+            const float sin_q2 = in_sin_q2[l];
+            const float cos_q2 = in_cos_q2[l];
+            const float cos_t16 = in_cos_t16[l];
             const float t1 = qd1 + qd2;
             const float t2 = qdd1 + qdd2;
-            float sin_q1, cos_q1;
-            sine_cosine(q1, &sin_q1, &cos_q1);
             const float t4 = 19.612f * cos_q1;
             const float t5 = 1.667f * qdd1;
             const float t6 = t4 + t5;
-            float sin_q2, cos_q2;
-            sine_cosine(q2, &sin_q2, &cos_q2);
             const float t8 = 0.5f * cos_q2;
             const float t9 = t2 * t8;
             const float t10 = t6 + t9;
@@ -191,9 +214,6 @@ void two_link_torque_many(size_t count, const float *q, const float *qd, const f
             const float t13 = 0.5f * sin_q2;
             const float t14 = t11 * t13;
             const float t15 = t10 - t14;
-            const float t16 = q1 + q2;
-            float sin_t16, cos_t16;
-            sine_cosine(t16, &sin_t16, &cos_t16);
             const float t18 = 4.903f * cos_t16;
             const float t19 = 0.333f * t2;
             const float t20 = t18 + t19;
