@@ -25,8 +25,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gd_analyze.cache import without_cache
+from gd_analyze.exporting import Exported, export, printed
+from gd_analyze.exporting.subject import subject_of_form
 from gd_analyze.levels import ExactDynamics, SimplifiedModel
-from gd_analyze.operations import Program
 from gd_analyze.robots import DHRow, Joint, Link, RobotArm
 from gd_analyze.robots.denavit_hartenberg import standard_placements
 from gd_analyze.search import How, simplify_exact
@@ -62,6 +63,15 @@ TABLE_1 = {
           q    0   0 0.40   0     0   -175.1 .0069 .0069 0      0      0      0
           0    0   0 1.10   4.1 -12.4  -16.8 .0023 .0004 .0025  0      0      .0001""",
 }
+
+# Behind the exported C: the torque at one state after the other.
+_EVERY_STATE = """
+void all(long count, long n, const double *q, const double *qd, const double *qdd, double *tau)
+{
+    for (long s = 0; s < count; s++)
+        %s_torque(q + s * n, qd + s * n, qdd + s * n, tau + s * n);
+}
+"""
 
 
 class Published(NamedTuple):
@@ -178,53 +188,20 @@ def simplified(
     return model, seconds, found[quantile]
 
 
-def c_source(program: Program) -> str:
-    """Print a program as C: a function of the rows q, qd, qdd of a state, and of the torques."""
-    names: dict[int, str] = {}
-
-    def said(x: Any) -> str:
-        return names[x.order] if hasattr(x, "order") else repr(float(x))
-
-    signs = {"add": "+", "subtract": "-", "multiply": "*"}
-    lines = []
-    for step in program.steps:
-        if step.operation == "input":
-            kind, joint = step.arguments[0].rstrip("0123456789"), step.arguments[0].lstrip("qd")
-            names[step.order] = f"{kind}[{int(joint) - 1}]"
-            continue
-        arguments = [*map(said, step.arguments)]
-        if step.operation in signs:
-            value = f"({arguments[0]}) {signs[step.operation]} ({arguments[1]})"
-        else:
-            value = f"{'-' if step.operation == 'negative' else step.operation}({arguments[0]})"
-        names[step.order] = f"t{step.order}"
-        lines.append(f"    const double t{step.order} = {value};")
-    lines += [f"    tau[{i}] = {said(output)};" for i, output in enumerate(program.outputs)]
-    rows = "const double *q, const double *qd, const double *qdd, double *tau"
-    return "\n".join(
-        [
-            "#include <math.h>",
-            f"static void torque({rows}) {{",
-            *lines,
-            "}",
-            f"void all(long count, long n, {rows}) {{",
-            "    for (long s = 0; s < count; s++) torque(q + s * n, qd + s * n, qdd + s * n, tau + s * n);",
-            "}",
-            "",
-        ]
-    )
-
-
-def nanoseconds(program: Program, states: States) -> float | None:
-    """Time a program as C, per state, the least of many passes over all states; None without a compiler."""
+def nanoseconds(exported: Exported, states: States) -> float | None:
+    """Time exported C, per state, the least of many passes over all states; None without a compiler."""
     if shutil.which("gcc") is None:
         return None
+    name, function = exported.subject.name, exported.subject.torque
+    assert function is not None
     rows = [np.ascontiguousarray(x) for x in states.arrays]
     count, n = rows[0].shape
     torque = np.empty_like(rows[0])
     with tempfile.TemporaryDirectory() as folder:
-        source, library = Path(folder, "torque.c"), Path(folder, "torque.so")
-        source.write_text(c_source(program), encoding="utf-8")
+        exported.save(folder)
+        source, library = Path(folder, f"{name}.c"), Path(folder, "torque.so")
+        # In the same file, so that the call of every state costs nothing.
+        source.write_text(source.read_text(encoding="ascii") + _EVERY_STATE % name, encoding="ascii")
         command = ["gcc", "-O2", "-shared", "-fPIC", str(source), "-o", str(library), "-lm"]
         subprocess.run(command, check=True, capture_output=True)
         every = ctypes.CDLL(str(library)).all
@@ -238,7 +215,8 @@ def nanoseconds(program: Program, states: States) -> float | None:
         f"{name}{i + 1}": x[:, i] for name, x in zip(("q", "qd", "qdd"), rows, strict=True) for i in range(n)
     }
     # What was timed is the model: the compiler may round otherwise in the last digits, hundreds of times.
-    np.testing.assert_allclose(torque.T, program.run(inputs), rtol=0.0, atol=1e-11 * np.abs(torque).max())
+    exact = function.program.run(inputs)
+    np.testing.assert_allclose(torque.T, exact, rtol=0.0, atol=1e-11 * np.abs(torque).max())
     return least
 
 
@@ -248,10 +226,11 @@ def exact_line(name: str) -> str:
     start = time.process_time()
     count = exact.form.operations
     seconds = time.process_time() - start
+    timed = nanoseconds(printed(subject_of_form(exact.form), "c"), exact.states)
     return (
         f"| {name} | {count.total} ({count.multiplications} + {count.additions}) | {theirs.operations} | "
         f"{theirs.operations / count.total:.0f} | {seconds:.1f} | {theirs.seconds:g} | "
-        f"{_rounded(nanoseconds(exact.form.program, exact.states))} |"
+        f"{_rounded(timed)} |"
     )
 
 
@@ -259,7 +238,7 @@ def rows(names: Sequence[str] = tuple(PUBLISHED)) -> Iterator[Row]:
     """Simplify every arm under every profile and budget."""
     for name, profile, share, quantile in product(names, PROFILES, SHARES, QUANTILES):
         model, seconds, fresh = simplified(name, profile, share, quantile)
-        timed = nanoseconds(model.program, dynamics_of(name, profile).states)
+        timed = nanoseconds(export(model, "c"), dynamics_of(name, profile).states)
         yield Row(name, profile, share, quantile, model, seconds, fresh, timed)
 
 
@@ -295,7 +274,7 @@ def report() -> str:
             + " in rad, m and s. No drives, as with them. Operations are multiplications and additions, sines and cosines "
             "apart; those of PSDM are as published, and so are its seconds and nanoseconds, on an Intel i7 of 3.2 GHz with "
             f"C by gcc. Ours: seconds of processor time of Python {platform.python_version()}, nothing kept from runs before; "
-            f"nanoseconds of the program printed as straight-line C by this study, gcc -O2, {_machine()}, sines and cosines "
+            f"nanoseconds of the program as straight-line C, as `gd-analyze export` prints it, gcc -O2, {_machine()}, sines and cosines "
             "included, the least of 200 passes over all states.",
             "",
             "## Exact",

@@ -14,6 +14,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from gd_analyze.exporting import export
 from gd_analyze.levels import ExactDynamics
 from parallel_axes import scara
 
@@ -99,7 +100,7 @@ def test_the_arms_of_psdm_are_those_of_their_table() -> None:
     # A hundred states stand for all of them only roughly.
     assert fresh < 0.2
     # It is compared with what the program computes as it is timed.
-    timed = module.nanoseconds(model.program, ours.states)
+    timed = module.nanoseconds(export(model, "c"), ours.states)
     assert (timed is None) == (shutil.which("gcc") is None)
 
 

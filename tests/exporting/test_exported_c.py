@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ctypes
 import math
+import platform
+import re
 import subprocess
 
 import numpy as np
@@ -199,6 +201,23 @@ def test_one_output_may_stand_where_the_input_stood(library):
     pointers = [x.ctypes.data_as(ctypes.c_void_p) for x in (place, zeros, zeros, place)]
     code.two_link_torque_many(ctypes.c_size_t(70), *pointers)
     np.testing.assert_array_equal(place.astype(float), expected)
+
+
+@pytest.mark.parametrize("case", ["puma560", "puma560 term", "stanford"])
+def test_compilers_vectorise_what_is_for_many_states(case, tmp_path):
+    """Both loops that hold the arithmetic; a branch or a call in them would undo it."""
+    version = called("gcc", "-dumpversion").decode().partition(".")[0]
+    if int(version) < 12 or platform.machine() not in ("x86_64", "aarch64"):
+        pytest.skip("which loops are vectorised is known of gcc 12 for processors of 64 bits")
+    what = subject(case)
+    _, source = printed(what, "c").save(tmp_path)
+    words = ["gcc", "-std=c99", "-O3", "-fopt-info-vec", "-c", str(source), "-o", str(tmp_path / "out.o")]
+    said = subprocess.run(words, capture_output=True, text=True, check=True).stderr
+    vectorised = {int(line) for line in re.findall(r":(\d+):\d+: optimized: +loop vectorized", said)}
+    lines = source.read_text().splitlines()
+    loops = [k for k, line in enumerate(lines, start=1) if line.strip() == "for (l = 0; l < lanes; l++) {"]
+    # Of the sines and cosines, and of the torque.
+    assert {loops[0], loops[-1]} <= vectorised
 
 
 def test_the_header_is_one_for_cpp_too(tmp_path):

@@ -17,7 +17,8 @@ class SineCosine:
     Parameters
     ----------
     parts
-        pi/2 in parts, of so few digits each that their products with the number of quarter turns are exact.
+        pi/2 in parts, the first two of so few digits that their products with the number of quarter turns are
+        exact.
     largest
         Angles up to which that holds, rad; the C library's are called beyond it.
     sine, cosine

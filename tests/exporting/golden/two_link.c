@@ -59,8 +59,7 @@ static inline void polynomials(double x, double *sine, double *cosine)
 static void sines_cosines(const double *restrict x, double *restrict sine, double *restrict cosine)
 {
     double y[lanes];
-    int far = 0;
-    size_t l;
+    int far = 0, l;
     for (l = 0; l < lanes; l++)
         y[l] = fabs(x[l]) <= largest ? x[l] : 0.0;
     for (l = 0; l < lanes; l++) {

@@ -59,8 +59,7 @@ static inline void polynomials(float x, float *sine, float *cosine)
 static void sines_cosines(const float *restrict x, float *restrict sine, float *restrict cosine)
 {
     float y[lanes];
-    int far = 0;
-    size_t l;
+    int far = 0, l;
     for (l = 0; l < lanes; l++)
         y[l] = fabsf(x[l]) <= largest ? x[l] : 0.0f;
     for (l = 0; l < lanes; l++) {

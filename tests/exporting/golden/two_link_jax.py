@@ -34,7 +34,8 @@ Proven: no state of the following box (a box) has an error above the bound.
 
 Every function takes arrays of shape (..., 2), leading axes as they come.
 All of them can be compiled, differentiated and mapped; numbers are as precise as JAX is told to be, double
-with jax.config.update("jax_enable_x64", True).
+with jax.config.update("jax_enable_x64", True), before this is imported. In single precision errors and box
+are rounded to the nearest number.
 """
 
 import jax.numpy as jnp
