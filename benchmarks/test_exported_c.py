@@ -1,7 +1,8 @@
 """Exported C, one state at a time and many at once, against CasADi's C and Pinocchio's rnea, all of one run.
 
-Models at 1 % are made of few states with little effort, some 25 s for all arms; compiling Pinocchio's rnea takes 35 s
-more. Ratios are printed and kept in `extra_info`. Run with `python -m pytest benchmarks/test_exported_c.py -s`.
+Models at 1 % are made of few states with little effort, some 25 s for all arms; compiling Pinocchio's rnea
+takes 35 s more. Ratios are printed and kept in `extra_info`. Run with
+`python -m pytest benchmarks/test_exported_c.py -s`.
 """
 
 from __future__ import annotations

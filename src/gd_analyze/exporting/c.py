@@ -118,7 +118,7 @@ def inside(strides: Strides, notation: Notation) -> Inside:
 
 
 def read(function: Function, *, many: bool) -> list[tuple[str, str]]:
-    """Inputs, and what holds them, for state l of many where there are many: sin2 is the second of the sines."""
+    """Inputs, and what holds them, for state l where there are many: sin2 is the second of the sines."""
     places = []
     for name in sorted(function.used):
         kind = kind_of(name)

@@ -1,8 +1,8 @@
 """Numbers of a sine and cosine that compilers vectorise: turned into the first quadrant, then a polynomial.
 
-The C library's are called angle by angle, which takes longer than all else. The polynomials for |r| <= pi/4 and
-pi/2 in parts are published: of double precision those of FreeBSD's msun (k_sin.c, k_cos.c, e_rem_pio2.c), of
-single precision those of Cephes (sinf.c, cosf.c).
+The C library's are called angle by angle, which takes longer than all else. The polynomials for |r| <= pi/4
+and pi/2 in parts are published: of double precision those of FreeBSD's msun (k_sin.c, k_cos.c, e_rem_pio2.c),
+of single precision those of Cephes (sinf.c, cosf.c).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ class SineCosine:
         pi/2 in parts, the first two of so few digits that their products with the number of quarter turns are
         exact.
     largest
-        Angles up to which that holds, rad; the C library's are called beyond it.
+        Angles up to which that holds, rad; beyond it the C library's are called.
     sine, cosine
         Coefficients s and c of r + r z (s0 + s1 z + ..) and 1 - z/2 + z z (c0 + c1 z + ..), z = r r.
     """
