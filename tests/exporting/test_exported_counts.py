@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from exported_cases import CASES, subject
+from exported_cases import CASES, TORQUES, subject
 
 from gd_analyze.exporting import printed
 from gd_analyze.operations import OperationCount
@@ -42,7 +42,7 @@ def test_what_stands_there_is_what_is_claimed(case, language):
         assert counted(body) == function.count, function.name
 
 
-@pytest.mark.parametrize("case", [case for case in CASES if subject(case).torque])
+@pytest.mark.parametrize("case", TORQUES)
 def test_many_at_once_take_as_many_each(case):
     what = subject(case)
     text = printed(what, "c").files[f"{what.name}.c"]
