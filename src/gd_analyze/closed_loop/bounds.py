@@ -75,7 +75,7 @@ def at_rest(world: World, controller: Controller) -> FloatArray:
 
     It is the gravity not made up for, over the stiffness K_p M of each joint.
     """
-    q, qd, qdd = world.reference.at(instants(world.reference))
+    q, _, _ = world.reference.at(instants(world.reference))
     still = np.zeros_like(q)
     bank = Bank([controller] * q.shape[1], world.knowledge, world.gains)
     missing = _torque(world.plant.program, q, still, still) - bank.torque(q, still, (q, still, still))
@@ -119,7 +119,7 @@ def certified(
 
 
 def _missing(world: World, controller: Controller, speed: float) -> tuple[FloatArray, FloatArray]:
-    """Torque (n, K) that a controller lacks on the motion, and the inertia (K, n, n) that it multiplies by."""
+    """Torque (n, K) that a controller lacks on the motion, and its M there, shape (K, n, n)."""
     q, qd, qdd = world.reference.at(instants(world.reference) / speed, speed)
     count = q.shape[1]
     bank = Bank([controller] * count, world.knowledge, world.gains)

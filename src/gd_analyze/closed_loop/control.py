@@ -1,4 +1,4 @@
-"""Is a simplified model good enough to control its arm along a motion?"""
+"""Whether a simplified model is good enough to control its arm along a motion."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from gd_analyze.closed_loop.bounds import CertifiedTracking, at_rest, certified, expected, mean_diagonal
 from gd_analyze.closed_loop.controllers import CONTROLLERS, Knowledge
-from gd_analyze.closed_loop.loop import Course, Loop, World, follow, steps_of
+from gd_analyze.closed_loop.loop import Course, Loop, World, follow
 from gd_analyze.closed_loop.reference import Reference
 from gd_analyze.closed_loop.settings import ControlSettings
 from gd_analyze.closed_loop.study import ControlStudy, TrackedLoop
@@ -31,7 +31,7 @@ def control(
     *,
     command: str = "",
     warned: Iterable[str] = (),
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Callable[[int], None] = lambda percent: None,
 ) -> ControlStudy:
     """Track a motion on the exact arm by controllers that know nothing, gravity, all but h, the model, all.
 
@@ -49,7 +49,7 @@ def control(
     command, warned
         What the user typed, and warnings given while the input was read.
     progress
-        Called with the steps done since the last call, of how many.
+        Called with the hundredths of all steps that are done since it was called last.
 
     Returns
     -------
@@ -91,13 +91,13 @@ def control(
         check_against_arm(motion, moved)
         world = _world(model, moved, motion, settings)
     loops = [Loop(c, r, s) for s in settings.speeds for r in settings.rates for c in CONTROLLERS]
-    total = int(steps_of(loops, world.reference.duration)[2].max())
-    course = follow(world, loops, lambda steps: progress(steps, total))
+    course = follow(world, loops, progress)
+    lacking = {(c, s): expected(world, c, s) for c in CONTROLLERS for s in settings.speeds}
     proven: dict[float, CertifiedTracking] = {}
     if arm is None and not settings.friction:
         found = {speed: certified(model, world, motion, speed) for speed in settings.speeds}
         proven = {speed: bound for speed, bound in found.items() if bound is not None}
-    asked = [moved.name, motion.name, str(settings)]
+    asked = names_of(moved, motion, settings)
     inputs = [describe_in_full(moved), motion.fingerprint, model.provenance.get("command", "")]
     return ControlStudy(
         model=model,
@@ -106,12 +106,20 @@ def control(
         settings=settings,
         diagonal=world.knowledge.diagonal,
         limits=world.limits,
-        loops=tuple(_tracked(world, loop, course, k) for k, loop in enumerate(loops)),
+        loops=tuple(
+            _tracked(world, loop, course, k, lacking[loop.controller, loop.speed])
+            for k, loop in enumerate(loops)
+        ),
         certified=proven,
         at_rest={c: at_rest(world, c) for c in CONTROLLERS if c.law == "pd"},
         warnings=tuple(dict.fromkeys([*warned, *(str(item.message) for item in caught)])),
         provenance=provenance_of_run(command, asked, inputs, repeats=True),
     )
+
+
+def names_of(arm: RobotArm, motion: Trajectory, settings: ControlSettings) -> list[str]:
+    """Name arm, motion and settings: what a study was asked for."""
+    return [arm.name, motion.name, str(settings)]
 
 
 def _world(model: SimplifiedModel, arm: RobotArm, motion: Trajectory, settings: ControlSettings) -> World:
@@ -135,7 +143,7 @@ def _world(model: SimplifiedModel, arm: RobotArm, motion: Trajectory, settings: 
     return World(form, knowledge, settings.gains, reference, limits, settings.friction)
 
 
-def _tracked(world: World, loop: Loop, course: Course, k: int) -> TrackedLoop:
+def _tracked(world: World, loop: Loop, course: Course, k: int, lacking: FloatArray) -> TrackedLoop:
     """What came of one loop."""
     arm, drives = world.plant.arm, world.plant.drives
 
@@ -156,7 +164,7 @@ def _tracked(world: World, loop: Loop, course: Course, k: int) -> TrackedLoop:
         peak_torque=course.peak_torque[:, k],
         rms_torque=np.sqrt(course.squared_torque[:, k]),
         saturated=course.saturated[:, k],
-        expected=expected(world, loop.controller, loop.speed),
+        expected=lacking,
         lost_at=float(course.lost_at[k]) if is_lost else None,
         work=work,
         dissipated=dissipated,

@@ -26,7 +26,6 @@ from gd_analyze.vectors import FloatArray
 Law = Literal["computed_torque", "pd"]
 Knows = Literal["nothing", "gravity", "without_h", "simplified", "exact"]
 
-LAWS: dict[Law, str] = {"computed_torque": "computed torque", "pd": "PD"}
 KNOWN: dict[Knows, str] = {
     "nothing": "nothing",
     "gravity": "gravity only",
@@ -44,11 +43,11 @@ class Controller(NamedTuple):
 
     @property
     def title(self) -> str:
-        """Name it."""
+        """Name it: computed torque by what it knows, PD as such."""
         if self.law == "computed_torque":
-            return f"computed torque, {KNOWN[self.knows]}"
-        c = {"nothing": "", "gravity": " + c, exact", "simplified": " + c, simplified"}
-        return f"PD{c[self.knows]}"
+            return KNOWN[self.knows]
+        of = {"nothing": "alone", "gravity": "exact c", "simplified": "simplified c"}
+        return f"PD, {of[self.knows]}"
 
     @property
     def knows_inertia(self) -> bool:
@@ -102,9 +101,9 @@ class _Model:
     def __init__(self, program: Program, controllers: Sequence[Controller], n: int, simplified: bool) -> None:
         uses = [(c.knows == "simplified") == simplified and c.knows != "nothing" for c in controllers]
         self.chosen = np.flatnonzero(uses)
-        if not len(self.chosen):
+        chosen = [controller for controller, is_used in zip(controllers, uses, strict=True) if is_used]
+        if not chosen:
             return
-        chosen = [controllers[k] for k in self.chosen]
         self._batch = Batch(program, len(chosen))
         factors = {
             "q": np.ones(len(chosen)),

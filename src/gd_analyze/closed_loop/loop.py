@@ -121,7 +121,7 @@ def steps_of(loops: Sequence[Loop], duration: float) -> tuple[NDArray[np.intp], 
 
 
 def follow(
-    world: World, loops: Sequence[Loop], progress: Callable[[int], None] = lambda steps: None
+    world: World, loops: Sequence[Loop], progress: Callable[[int], None] = lambda percent: None
 ) -> Course:
     """Simulate loops that begin on the motion, at its rate.
 
@@ -130,14 +130,18 @@ def follow(
     world, loops
         What is simulated.
     progress
-        Called with the number of steps done since the last call, of the longest loop's.
+        Called with the hundredths of all steps that are done since it was called last.
     """
     _, _, count = steps_of(loops, world.reference.duration)
     order = np.argsort(-count, kind="stable")
     run = _Run(world, [loops[k] for k in order])
-    begin = 0
+    begin, told, most = 0, 0, int(count.max())
     for end in sorted(set(count.tolist())):
-        run.advance(begin, end, int((count >= end).sum()), progress)
+        for first in range(begin, end, _AHEAD):
+            last = min(first + _AHEAD, end)
+            run.advance(first, last, int((count >= end).sum()))
+            progress(100 * last // most - told)
+            told = 100 * last // most
         begin = end
     return run.course(np.argsort(order))
 
@@ -159,29 +163,28 @@ class _Run:
         self.held, self.at_limit = np.zeros((n, m)), np.zeros((n, m))
         self.peak, self.square, self.torque_peak, self.torque_square, self.share = np.zeros((5, n, m))
         self.lost_at = np.full(m, np.inf)
+        self._step: _Step | None = None
         self.stride = -(-int(self.count.max()) // _KEPT)
         self.history = np.zeros((int(self.count.max()) // self.stride + 1, n, m), dtype=np.float32)
 
-    def advance(self, begin: int, end: int, m: int, progress: Callable[[int], None]) -> None:
+    def advance(self, begin: int, end: int, m: int) -> None:
         """Take the first m loops from one step to another."""
-        world, n = self.world, self.world.plant.arm.n_joints
-        bank = Bank([loop.controller for loop in self.loops[:m]], world.knowledge, world.gains)
-        step = _Step(world, bank, self.continuous[:m], self.length[:m])
-        for first in range(begin, end, _AHEAD):
-            last = min(first + _AHEAD, end)
-            # Wanted states at the steps' ends and in their middles.
-            times = np.arange(2 * first, 2 * last + 1)[:, None] * (0.5 * self.length[:m])
-            ahead = world.reference.at(times, self.speed[:m])
-            with np.errstate(all="ignore"):  # a loop that is lost may overflow; it is told of
-                for k in range(first, last):
-                    wanted = [
-                        tuple(x[:, 2 * (k - first) + half] for x in ahead) for half in range(3)
-                    ]
-                    self._one(step, k, wanted, n, m)
-            progress(last - first)
+        world = self.world
+        if self._step is None or len(self._step.length) != m:
+            bank = Bank([loop.controller for loop in self.loops[:m]], world.knowledge, world.gains)
+            self._step = _Step(world, bank, self.continuous[:m], self.length[:m])
+        # Wanted states at the steps' ends and in their middles.
+        times = np.arange(2 * begin, 2 * end + 1)[:, None] * (0.5 * self.length[:m])
+        ahead = world.reference.at(times, self.speed[:m])
+        with np.errstate(all="ignore"):  # a loop that is lost may overflow; it is told of
+            for k in range(begin, end):
+                at = 2 * (k - begin)
+                wanted = [tuple(x[:, at + half] for x in ahead) for half in range(3)]
+                self._one(self._step, k, wanted, m)
 
-    def _one(self, step: _Step, k: int, wanted: Sequence[tuple[FloatArray, ...]], n: int, m: int) -> None:
+    def _one(self, step: _Step, k: int, wanted: Sequence[tuple[FloatArray, ...]], m: int) -> None:
         """Take step k."""
+        n = self.world.plant.arm.n_joints
         state, held = self.state[:, :m], self.held[:, :m]
         asks = k % self.per[:m] == 0
         if asks.any():
@@ -213,14 +216,14 @@ class _Run:
             kept = int(self.count[j]) // self.stride + 1
             times = np.arange(kept) * (self.stride * self.length[j])
             histories.append((times, self.history[:kept, :, j].astype(float)))
-        ends = (self.start, self.state[: 2 * n])
         return Course(
             self.peak[:, order],
             (self.square / self.count)[:, order],
             self.torque_peak[:, order],
             (self.torque_square / self.count)[:, order],
             (self.share / self.count)[:, order],
-            *(x.reshape(2, n, -1)[..., order] for x in ends),
+            self.start.reshape(2, n, -1)[..., order],
+            self.state[: 2 * n].reshape(2, n, -1)[..., order],
             self.state[2 * n][order],
             self.state[2 * n + 1][order],
             self.lost_at[order],
@@ -231,9 +234,7 @@ class _Run:
 class _Step:
     """One step of all loops that go on."""
 
-    def __init__(
-        self, world: World, bank: Bank, continuous: NDArray[np.bool_], length: FloatArray
-    ) -> None:
+    def __init__(self, world: World, bank: Bank, continuous: NDArray[np.bool_], length: FloatArray) -> None:
         self.n, self.bank, self.continuous, self.length = (
             world.plant.arm.n_joints,
             bank,

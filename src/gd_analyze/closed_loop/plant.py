@@ -69,5 +69,5 @@ class Plant:
     def accelerations(self, q: FloatArray, qd: FloatArray, driving: FloatArray) -> FloatArray:
         """D qdd = driving - h - c; all of shape (n, m)."""
         inertia, rest = self._dynamics.at(q, qd)
-        solved: FloatArray = np.linalg.solve(inertia, (driving - rest).T[..., None])
-        return solved[..., 0].T
+        solved = np.linalg.solve(inertia, (driving - rest).T[..., None])
+        return np.asarray(solved[..., 0].T, dtype=float)

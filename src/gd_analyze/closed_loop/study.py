@@ -133,7 +133,7 @@ class ControlStudy:
 
     @cached_property
     def fastest_within_limits(self) -> float:
-        """How many times as fast as planned the arm's rate and acceleration limits allow; infinite if none."""
+        """How many times as fast the arm's rate and acceleration limits allow; infinite if none."""
         with np.errstate(divide="ignore", invalid="ignore"):
             rate = self.arm.limits("rate_limit") / np.abs(self.motion.qd).max(axis=0)
             acceleration = self.arm.limits("acceleration_limit") / np.abs(self.motion.qdd).max(axis=0)

@@ -73,6 +73,9 @@ class Tolerance:
 
     def in_words(self, arm: RobotArm) -> str:
         """Say it of an arm's joints."""
-        kinds = {"revolute": f"{math.degrees(self.turning):.4g}°", "prismatic": f"{1e3 * self.sliding:.4g} mm"}
+        kinds = {
+            "revolute": f"{math.degrees(self.turning):.4g}°",
+            "prismatic": f"{1e3 * self.sliding:.4g} mm",
+        }
         there = {joint.kind for joint in arm.joints}
         return " or ".join(words for kind, words in kinds.items() if kind in there)
