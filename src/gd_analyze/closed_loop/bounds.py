@@ -1,12 +1,14 @@
 """What tracking error a controller's torque error can cause.
 
-With u = M (a + K_d e' + K_p e) + b on the arm D qdd + h + c = u follows, M being the controller's,
+With u = M (K_d e' + K_p e) + b on the arm D qdd + h + c = u follows
 
-    e'' + K_d e' + K_p e = (qdd_d - a) - M^-1 (M qdd + b - (D qdd + h + c)),
+    e'' + K_d e' + K_p e = M^-1 (D qdd + h + c + M e'' - b).
 
-the torque error at the states that the arm really takes. What the right side is at most, times `Gains`'s
-integral, bounds the error. `expected` takes it at the motion's own states: right to first order. `certified`
-takes what is proven of the torque error within margins around the motion that the error cannot leave.
+Of computed torque b is M qdd_d + ..., so that the bracket is minus the model's torque error at the states
+and accelerations that the arm really takes. What the right side is at most, times `Gains`'s integral, bounds
+the error. `expected` takes D qdd_d + h + c - b at the motion's own states. That is right to first order, and
+for a constant M where the error changes slowly beside the loop. `certified` takes what is proven of the
+torque error within margins around the motion that the error cannot leave.
 """
 
 from __future__ import annotations
@@ -23,9 +25,12 @@ from gd_analyze.closed_loop.reference import Reference, at_speed
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.levels import ExactForm, SimplifiedModel
 from gd_analyze.operations import Program
+from gd_analyze.round_off import ROUND_OFF_SHARE
 from gd_analyze.trajectories import Trajectory
 from gd_analyze.vectors import FloatArray
 
+# Margins beyond which a bound says nothing, rad (m) and per s and s^2; positions that a certificate looks at.
+_FARTHEST, _EFFORT = 10.0, 25_000
 # Instants at which the motion is looked at; how often margins are widened, and by how much more than needed.
 _INSTANTS, _ROUNDS, _WIDER = 500, 6, 1.25
 
@@ -49,6 +54,18 @@ class CertifiedTracking:
 def instants(reference: Reference) -> FloatArray:
     """Instants at which a motion is looked at, s as planned: evenly spaced ones and all set points."""
     return np.unique(np.concatenate([np.linspace(0.0, reference.duration, _INSTANTS), reference.time]))
+
+
+def feedback_share(model: SimplifiedModel, reference: Reference) -> FloatArray:
+    """Least share of D's diagonal that a model's has along the motion, shape (n,).
+
+    As much of a joint's feedback is left in computed torque, which multiplies it by the model's D.
+    """
+    q, _, _ = reference.at(instants(reference))
+    exact, own = (
+        np.einsum("kii->ki", _inertia(program, q)) for program in (model.form.program, model.program)
+    )
+    return np.asarray((own / exact).min(axis=0))
 
 
 def mean_diagonal(form: ExactForm, reference: Reference) -> FloatArray:
@@ -78,9 +95,11 @@ def at_rest(world: World, controller: Controller) -> FloatArray:
     q, _, _ = world.reference.at(instants(world.reference))
     still = np.zeros_like(q)
     bank = Bank([controller] * q.shape[1], world.knowledge, world.gains)
-    missing = _torque(world.plant.program, q, still, still) - bank.torque(q, still, (q, still, still))
+    needed = _torque(world.plant.program, q, still, still)
+    missing = np.abs(needed - bank.torque(q, still, (q, still, still))).max(axis=1)
+    missing[missing <= ROUND_OFF_SHARE * np.abs(needed).max()] = 0.0
     stiffness = world.gains.stiffness * world.knowledge.diagonal
-    return np.asarray(np.abs(missing).max(axis=1) / stiffness)
+    return np.asarray(missing / stiffness)
 
 
 def certified(
@@ -104,9 +123,11 @@ def certified(
     sizes = np.array(world.gains.margins)[:, None]
     margins = np.zeros((3, n))
     for _ in range(_ROUNDS):
+        if not (margins <= _FARTHEST).all():
+            return None
         tube = replace(bare, lower=bare.lower - margins, upper=bare.upper + margins)
         try:
-            along = certify(model, tube).along
+            along = certify(model, tube, effort=_EFFORT).along
         except GdAnalyzeError:  # its program is too long to be written out
             return None
         assert along is not None  # of a tube
@@ -126,7 +147,7 @@ def _missing(world: World, controller: Controller, speed: float) -> tuple[FloatA
     needed = _torque(world.plant.program, q, qd, qdd)
     if world.friction:
         needed = needed + Plant(world.plant, True, count).resistance(qd)
-    if controller.knows_inertia:
+    if controller.multiplies:
         simplified = controller.knows == "simplified"
         program = world.knowledge.simplified if simplified else world.knowledge.exact
         inertia = _inertia(program, q)

@@ -7,10 +7,17 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from gd_analyze.closed_loop.bounds import CertifiedTracking, at_rest, certified, expected, mean_diagonal
+from gd_analyze.closed_loop.bounds import (
+    CertifiedTracking,
+    at_rest,
+    certified,
+    expected,
+    feedback_share,
+    mean_diagonal,
+)
 from gd_analyze.closed_loop.controllers import CONTROLLERS, Knowledge
 from gd_analyze.closed_loop.loop import Course, Loop, World, follow
-from gd_analyze.closed_loop.reference import Reference
+from gd_analyze.closed_loop.reference import Reference, followable
 from gd_analyze.closed_loop.settings import ControlSettings
 from gd_analyze.closed_loop.study import ControlStudy, TrackedLoop
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, ModelError
@@ -89,15 +96,15 @@ def control(
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GdAnalyzeWarning)
         check_against_arm(motion, moved)
-        world = _world(model, moved, motion, settings)
+        followed = followable(motion)
+        world = _world(model, moved, followed, settings)
     loops = [Loop(c, r, s) for s in settings.speeds for r in settings.rates for c in CONTROLLERS]
     course = follow(world, loops, progress)
     lacking = {(c, s): expected(world, c, s) for c in CONTROLLERS for s in settings.speeds}
     proven: dict[float, CertifiedTracking] = {}
     if arm is None and not settings.friction:
-        found = {speed: certified(model, world, motion, speed) for speed in settings.speeds}
-        proven = {speed: bound for speed, bound in found.items() if bound is not None}
-    asked = names_of(moved, motion, settings)
+        bound = certified(model, world, followed, settings.usual_speed)
+        proven = {} if bound is None else {settings.usual_speed: bound}
     inputs = [describe_in_full(moved), motion.fingerprint, model.provenance.get("command", "")]
     return ControlStudy(
         model=model,
@@ -111,9 +118,10 @@ def control(
             for k, loop in enumerate(loops)
         ),
         certified=proven,
+        feedback=feedback_share(model, world.reference),
         at_rest={c: at_rest(world, c) for c in CONTROLLERS if c.law == "pd"},
         warnings=tuple(dict.fromkeys([*warned, *(str(item.message) for item in caught)])),
-        provenance=provenance_of_run(command, asked, inputs, repeats=True),
+        provenance=provenance_of_run(command, names_of(moved, motion, settings), inputs, repeats=True),
     )
 
 

@@ -1,12 +1,14 @@
 """What controllers know, and the torque they ask for.
 
-Both laws are u = M (a + K_d e' + K_p e) + b, with the error e = q_d - q of positions:
+All laws are u = M (K_d e' + K_p e) + b, with the error e = q_d - q of positions:
 
-- computed torque ([FGL87] section 5.3): a is the acceleration wanted, M and b are the model's D and h + c, or
-  what the controller knows of them;
-- PD with compensation of gravity: a is zero, M a constant for each joint, and b the model's c.
+- computed torque ([FGL87] section 5.3): M is the model's D, and b its torque D a + h + c for the acceleration
+  a that is wanted, or what the controller knows of them;
+- the same with fixed gains: M is a constant for each joint;
+- PD with compensation of gravity: M is that constant, and b the model's c.
 
-Where a controller knows no D, M is the mean of D's diagonal along the motion: what its gains are tuned to.
+The constant is the mean of D's diagonal along the motion: what gains are tuned to. It stands for D, too,
+where a controller of computed torque knows none.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ from gd_analyze.operations import Program
 from gd_analyze.operations.batch import Batch
 from gd_analyze.vectors import FloatArray
 
-Law = Literal["computed_torque", "pd"]
+Law = Literal["computed_torque", "fixed_gains", "pd"]
 Knows = Literal["nothing", "gravity", "without_h", "simplified", "exact"]
 
 KNOWN: dict[Knows, str] = {
@@ -46,24 +48,32 @@ class Controller(NamedTuple):
         """Name it: computed torque by what it knows, PD as such."""
         if self.law == "computed_torque":
             return KNOWN[self.knows]
+        if self.law == "fixed_gains":
+            return f"{self.knows}, fixed gains"
         of = {"nothing": "alone", "gravity": "exact c", "simplified": "simplified c"}
         return f"PD, {of[self.knows]}"
 
     @property
     def knows_inertia(self) -> bool:
+        """Whether its torque for the wanted acceleration is a model's."""
+        return self.law != "pd" and self.knows in ("without_h", "simplified", "exact")
+
+    @property
+    def multiplies(self) -> bool:
         """Whether its M is a model's D."""
-        return self.law == "computed_torque" and self.knows in ("without_h", "simplified", "exact")
+        return self.law == "computed_torque" and self.knows_inertia
 
     @property
     def knows_rates(self) -> bool:
         """Whether it makes up for h."""
-        return self.law == "computed_torque" and self.knows in ("simplified", "exact")
+        return self.law != "pd" and self.knows in ("simplified", "exact")
 
 
 # PD with the exact model, or with that without h, is PD with the exact gravity.
 CONTROLLERS = (
     Controller("computed_torque", "exact"),
     Controller("computed_torque", "simplified"),
+    Controller("fixed_gains", "simplified"),
     Controller("computed_torque", "without_h"),
     Controller("computed_torque", "gravity"),
     Controller("computed_torque", "nothing"),
@@ -136,9 +146,13 @@ class Bank:
     def __init__(self, controllers: Sequence[Controller], knowledge: Knowledge, gains: Gains) -> None:
         n = len(knowledge.diagonal)
         self._gains = gains
-        self._forward = np.array([float(c.law == "computed_torque") for c in controllers])
-        constant = np.array([float(not c.knows_inertia) for c in controllers])
-        self._constant = knowledge.diagonal[:, None] * constant
+        self._diagonal = knowledge.diagonal[:, None]
+        # Of the wanted acceleration and of the feedback what is multiplied by the constants, and what by D.
+        self._constant = [
+            np.array([float(c.law == "computed_torque" and not c.knows_inertia) for c in controllers]),
+            np.array([float(not c.multiplies) for c in controllers]),
+        ]
+        self._by_model = np.array([float(c.multiplies) for c in controllers])
         self._models = [
             _Model(program, controllers, n, simplified)
             for program, simplified in ((knowledge.exact, False), (knowledge.simplified, True))
@@ -147,9 +161,10 @@ class Bank:
     def torque(self, q: FloatArray, qd: FloatArray, wanted: Sequence[FloatArray]) -> FloatArray:
         """Torque asked for, N m (N), shape (n, m), at states and wanted q, qd and qdd, all of that shape."""
         gains, (q_d, qd_d, qdd_d) = self._gains, wanted
-        acceleration = self._forward * qdd_d
-        acceleration += gains.damper * (qd_d - qd) + gains.stiffness * (q_d - q)
-        torque = self._constant * acceleration
+        feedback = gains.damper * (qd_d - qd) + gains.stiffness * (q_d - q)
+        forward, back = self._constant
+        torque = self._diagonal * (forward * qdd_d + back * feedback)
+        acceleration = qdd_d + self._by_model * feedback
         for model in self._models:
             model.add(torque, q, qd, acceleration)
         return torque

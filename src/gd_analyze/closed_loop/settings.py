@@ -78,6 +78,16 @@ class ControlSettings:
             _require("limits", self.limits, 1e-3, 1e3, "times the arm's")
 
     @property
+    def usual_rate(self) -> float:
+        """The fastest loop rate that has a period, or none where no rate has one."""
+        return max((rate for rate in self.rates if rate != CONTINUOUS), default=CONTINUOUS)
+
+    @property
+    def usual_speed(self) -> float:
+        """The speed nearest to the planned one."""
+        return min(self.speeds, key=lambda speed: abs(math.log(speed)))
+
+    @property
     def gains(self) -> Gains:
         """The gains."""
         return Gains(self.bandwidth, self.damping)

@@ -10,7 +10,7 @@ import numpy as np
 
 from gd_analyze.closed_loop.bounds import CertifiedTracking
 from gd_analyze.closed_loop.controllers import Controller
-from gd_analyze.closed_loop.settings import CONTINUOUS, ControlSettings
+from gd_analyze.closed_loop.settings import ControlSettings
 from gd_analyze.levels import SimplifiedModel
 from gd_analyze.robots import RobotArm
 from gd_analyze.trajectories import Trajectory
@@ -84,6 +84,9 @@ class ControlStudy:
         What came of each.
     certified
         By speed, what is proven of the simplified model; empty where nothing is.
+    feedback
+        Least share of D's diagonal that the simplified model's has along the motion, shape (n,): of computed
+        torque as much of each joint's feedback is left.
     at_rest
         By what PD knows, the error it rests with at worst, rad (m), shape (n,).
     warnings
@@ -100,6 +103,7 @@ class ControlStudy:
     limits: FloatArray
     loops: tuple[TrackedLoop, ...]
     certified: Mapping[float, CertifiedTracking]
+    feedback: FloatArray
     at_rest: Mapping[Controller, FloatArray]
     warnings: tuple[str, ...] = ()
     provenance: Mapping[str, str] = field(default_factory=dict)
@@ -123,13 +127,13 @@ class ControlStudy:
 
     @property
     def usual_rate(self) -> float:
-        """The fastest loop rate that has a period, or none where no rate has one."""
-        return max((rate for rate in self.settings.rates if rate != CONTINUOUS), default=CONTINUOUS)
+        """Rate at which loops are told of first, see `ControlSettings`."""
+        return self.settings.usual_rate
 
     @property
     def usual_speed(self) -> float:
-        """The speed nearest to the planned one."""
-        return min(self.settings.speeds, key=lambda speed: abs(np.log(speed)))
+        """Speed at which loops are told of first."""
+        return self.settings.usual_speed
 
     @cached_property
     def fastest_within_limits(self) -> float:

@@ -10,16 +10,21 @@ import numpy as np
 from gd_analyze.closed_loop.controllers import Controller
 from gd_analyze.closed_loop.settings import CONTINUOUS
 from gd_analyze.closed_loop.study import ControlStudy, TrackedLoop
-from gd_analyze.formatting import number, percent, rounded_up
+from gd_analyze.formatting import named_joints, number, percent, rounded_up
 from gd_analyze.vectors import FloatArray
 
-EXACT, SIMPLIFIED, WITHOUT_H = (
+EXACT, SIMPLIFIED, FIXED_GAINS, WITHOUT_H = (
     Controller("computed_torque", "exact"),
     Controller("computed_torque", "simplified"),
+    Controller("fixed_gains", "simplified"),
     Controller("computed_torque", "without_h"),
 )
 # Below this share of another controller's error a difference is not worth a sentence.
 _ALIKE = 1.1
+# With less of D's diagonal than this a joint's feedback is not what its gains say.
+_FEEDBACK = 0.5
+# Expected errors beyond this, rad (m), are of a D that is nearly singular.
+_FARTHEST = 1.0
 
 
 class Worst(NamedTuple):
@@ -51,13 +56,24 @@ def sentences(study: ControlStudy) -> list[str]:
     """Say what was found; the first sentence answers the question."""
     return [
         text
-        for text in (_answer(study), _without_h(study), _bound(study), _saturation(study), _beyond(study))
+        for text in (
+            _answer(study),
+            _feedback(study),
+            _without_h(study),
+            _bound(study),
+            _saturation(study),
+            _beyond(study),
+        )
         if text
     ]
 
 
 def _usual(study: ControlStudy, controller: Controller) -> TrackedLoop:
     return study.loop(controller, study.usual_rate, study.usual_speed)
+
+
+def _within(study: ControlStudy, controller: Controller, speed: float) -> bool:
+    return study.loop(controller, study.usual_rate, speed).within(study.tolerance)
 
 
 def _off(study: ControlStudy, loop: TrackedLoop) -> str:
@@ -87,6 +103,23 @@ def _answer(study: ControlStudy) -> str:
     return f"The simplified model is not good enough to stay within {within}: {where} {compared}."
 
 
+def _feedback(study: ControlStudy) -> str:
+    """Say what of the model's own D is missing where feedback is multiplied by it, and what helps."""
+    weak = [i for i, share in enumerate(study.feedback, start=1) if share < _FEEDBACK]
+    fixed, simplified = _usual(study, FIXED_GAINS), _usual(study, SIMPLIFIED)
+    helps = fixed.within(study.tolerance) and not simplified.within(study.tolerance)
+    if not weak and not helps:
+        return ""
+    told = f"With fixed gains beside the model's torque it is {_off(study, fixed)}."
+    if not weak:
+        return told
+    least = percent(float(max(study.feedback.min(), 0.0)))
+    return (
+        f"The model's D has as little as {least} of the inertia of {named_joints(weak, len(study.feedback))} "
+        f"along the motion, and computed torque as little of their feedback. {told}"
+    )
+
+
 def _without_h(study: ControlStudy) -> str:
     loop, exact = _usual(study, WITHOUT_H), _usual(study, EXACT)
     told = f"Without h, as for a slow arm, it is {_off(study, loop)}"
@@ -100,21 +133,24 @@ def _without_h(study: ControlStudy) -> str:
         return f"{told}, and leaves {within} at every speed tried."
     if leaves == math.inf:
         return f"{told}; it stays within {within} up to {most:g} times the planned speed."
-    with_h = study.tracks_up_to(SIMPLIFIED, study.usual_rate)
     told = f"{told}. Dropping h hurts beyond {number(leaves)} times the planned speed, where {within} is left"
     if exact_leaves is not None and exact_leaves <= _ALIKE * leaves:
         return f"{told}; the exact model leaves it there as well."
-    if with_h == math.inf:
+    left = [f"{speed:g}" for speed in study.settings.speeds if not _within(study, SIMPLIFIED, speed)]
+    if not left:
         return f"{told}; the simplified model stays within it up to {most:g} times."
-    return f"{told}; the simplified model leaves it " + (
-        "at every speed." if with_h is None else f"at {number(with_h)} times."
-    )
+    return f"{told}; the simplified model leaves it at {' and '.join(left)} times."
 
 
 def _bound(study: ControlStudy) -> str:
     found = study.certified.get(study.usual_speed)
     simulated = study.loop(SIMPLIFIED, study.settings.rates[0], study.usual_speed)
     beside = f"{_off(study, simulated)} {rate_told(simulated.rate)}"
+    if found is None and not (simulated.expected < _FARTHEST).all():
+        return (
+            "The model's D is singular on the motion, or nearly so: nothing bounds the error of computed "
+            "torque with it."
+        )
     if found is None:
         worst = worst_of(study, simulated.expected)
         return (

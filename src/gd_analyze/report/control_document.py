@@ -83,7 +83,11 @@ def control_tables(study: ControlStudy) -> dict[str, Any]:
         return [[row[0].controller.title, *map(worst, row)] for row in loops]
 
     return {
-        "peak": _table(f"Largest tracking error {here}, {units}: computed torque by what it knows, and PD", joints, by_joint("peak_error")),
+        "peak": _table(
+            f"Largest tracking error {here}, {units}: computed torque by what it knows, and PD",
+            joints,
+            by_joint("peak_error"),
+        ),
         "rms": _table(f"RMS tracking error {here}, {units}", joints, by_joint("rms_error")),
         "rates": _table(
             f"Largest tracking error of any joint by loop rate, {units}",
@@ -101,9 +105,7 @@ def control_tables(study: ControlStudy) -> dict[str, Any]:
     }
 
 
-def _table(
-    caption: str, heads: list[str], rows: list[list[str]], first: str = "knows"
-) -> dict[str, Any]:
+def _table(caption: str, heads: list[str], rows: list[list[str]], first: str = "knows") -> dict[str, Any]:
     return {"caption": caption, "heads": [first, *heads], "rows": rows}
 
 
@@ -201,6 +203,7 @@ def _joints(study: ControlStudy) -> list[dict[str, Any]]:
             "tolerance": float(study.tolerance[i]),
             "inertia": float(study.diagonal[i]),
             "stiffness": float(study.stiffness[i]),
+            "feedback_share": float(study.feedback[i]),
             "torque_limit": _finite(float(study.limits[i])),
             "error_at_rest": {c.title: float(error[i]) for c, error in study.at_rest.items()},
             "certified": [

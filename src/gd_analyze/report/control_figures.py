@@ -28,6 +28,7 @@ LOOKS: dict[Controller, tuple[str, tuple[float, ...]]] = dict(
         (
             ("ink", ()),
             ("series-3", ()),
+            ("series-3", (4.0, 1.6)),
             ("series-2", ()),
             ("series-1", ()),
             ("series-7", ()),
@@ -39,8 +40,8 @@ LOOKS: dict[Controller, tuple[str, tuple[float, ...]]] = dict(
     )
 )
 _COLUMNS = (
-    ("computed torque with a model", CONTROLLERS[:3]),
-    ("without a model's D, and PD", CONTROLLERS[3:]),
+    ("computed torque with a model", CONTROLLERS[:4]),
+    ("without a model's D, and PD", CONTROLLERS[4:]),
 )
 _HEAD, _FOOT, _NAMES = 12.0, 16.0, 66.0
 _SPEED_HEIGHT, _LABELS = 210.0, 150.0

@@ -99,7 +99,11 @@ def render_control_pdf(study: ControlStudy) -> bytes:
     """
     document = control_document(study)
     data: dict[str, Any] = {
-        **{name: document[name] for name in ("title", "subtitle", "warnings", "tables")},
+        **{name: document[name] for name in ("title", "subtitle", "warnings")},
+        "tables": {
+            name: found | {"rows": [[pretty(cell) for cell in row] for row in found["rows"]]}
+            for name, found in document["tables"].items()
+        },
         "run": study.provenance["run"],
         "headline": pretty(document["headline"]),
         "sentences": [pretty(text) for text in document["sentences"]],
