@@ -16,8 +16,6 @@ from gd_analyze.vectors import FloatArray
 # The polynomials' accelerations go with those given where they are at most so many times as large, and where
 # they are below so many rad/s^2 (m/s^2).
 _LARGER, _SMALL = 3.0, 1e-2
-# What counts as rounding of a file's numbers: of positions, rad (m), and of rates, as shares of the largest.
-_ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,8 +106,8 @@ def followable(motion: Trajectory) -> Trajectory:
 
 def _quintics(motion: Trajectory) -> FloatArray:
     """Coefficients of powers of the share of every interval, shape (N - 1, 6, n)."""
-    rounding = np.stack([np.full(motion.n_joints, _ROUNDING), _ROUNDING * np.abs(motion.qd).max(axis=0)])
-    return Between.of(motion, rounding, slice(None)).coefficients[:, :, 0, 0]
+    exactly = np.zeros((2, motion.n_joints))
+    return Between.of(motion, exactly, slice(None)).coefficients[:, :, 0, 0]
 
 
 def at_speed(motion: Trajectory, speed: float) -> Trajectory:
