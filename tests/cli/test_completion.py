@@ -23,6 +23,7 @@ VERBS = [
     "equations",
     "compare",
     "certify",
+    "control",
 ]
 VERBS += ["completion"]
 

@@ -16,7 +16,7 @@ from gd_analyze.search import simplify
 
 @pytest.fixture(scope="session")
 def swing_model(two_link, swing) -> SimplifiedModel:
-    return simplify(two_link, swing, "2%")
+    return simplify(two_link, swing, "20%")
 
 
 @pytest.fixture(scope="session")

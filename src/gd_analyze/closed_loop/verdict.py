@@ -23,6 +23,8 @@ EXACT, SIMPLIFIED, FIXED_GAINS, WITHOUT_H = (
 _ALIKE = 1.1
 # With less of D's diagonal than this a joint's feedback is not what its gains say.
 _FEEDBACK = 0.5
+# Certified errors below this, rad (m), are below what integrating leaves.
+_NOTHING = 1e-8
 # Expected errors beyond this, rad (m), are of a D that is nearly singular.
 _FARTHEST = 1.0
 
@@ -144,7 +146,7 @@ def _without_h(study: ControlStudy) -> str:
 
 def _bound(study: ControlStudy) -> str:
     found = study.certified.get(study.usual_speed)
-    simulated = study.loop(SIMPLIFIED, study.settings.rates[0], study.usual_speed)
+    simulated = study.loop(SIMPLIFIED, max(study.settings.rates), study.usual_speed)
     beside = f"{_off(study, simulated)} {rate_told(simulated.rate)}"
     if found is None and not (simulated.expected < _FARTHEST).all():
         return (
@@ -158,6 +160,8 @@ def _bound(study: ControlStudy) -> str:
             f"{worst.joint}), to first order; simulated it is {beside}."
         )
     worst = worst_of(study, found.error, bound=True)
+    if (found.error < _NOTHING).all():
+        return f"Certified: the model's torque error causes a tracking error of no more than {worst.told}."
     return (
         f"Certified: the model's torque error causes a tracking error of no more than {worst.told} (joint "
         f"{worst.joint}) at these gains, where torque is neither held nor limited; simulated it is {beside}."
