@@ -248,6 +248,14 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
+def _books(study: ControlStudy) -> str:
+    """Say how far the energy of all loops that kept the motion is accounted for."""
+    kept = [loop for loop in study.loops if loop.lost_at is None]
+    residual = max((abs(loop.energy_residual) for loop in kept), default=0.0)
+    work = max((abs(loop.work) for loop in kept), default=0.0)
+    return f"accounted for to {number(residual)} J; work up to {number(work)} J"
+
+
 def settings_rows(study: ControlStudy) -> list[tuple[str, str]]:
     """Say what was asked for, as (label, value)."""
     settings, limits = study.settings, np.isfinite(study.limits)
@@ -256,6 +264,7 @@ def settings_rows(study: ControlStudy) -> list[tuple[str, str]]:
         ("gains", f"bandwidth {settings.bandwidth:g} rad/s, damping {settings.damping:g}"),
         ("torque limits", f"those of the drives{scale}" if limits.any() else "none"),
         ("friction", "the drives', unknown to every controller" if settings.friction else "none"),
+        ("energy", _books(study)),
         ("drives", "inertia included" if study.model.drives else "links alone"),
         ("model", f"level {study.model.level.name}, budget {study.model.promise.budget}"),
     ]
