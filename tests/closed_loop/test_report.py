@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from gd_analyze.closed_loop import CONTROLLERS
-from gd_analyze.closed_loop.verdict import SIMPLIFIED, sentences
+from gd_analyze.closed_loop.verdict import FIXED_GAINS, SIMPLIFIED, sentences
 from gd_analyze.errors import UsageError
 from gd_analyze.report.control_document import control_document
 from gd_analyze.report.control_figures import LOOKS, error_figure, speed_figure
@@ -75,7 +75,9 @@ def test_the_document_is_plain_and_complete(swing_study):
     told = json.loads(json.dumps(control_document(swing_study), allow_nan=False))
     assert len(told["loops"]) == len(swing_study.loops)
     assert set(told["tracks_up_to"]) == {c.title for c in CONTROLLERS}
-    assert told["good_enough"] == swing_study.loop(SIMPLIFIED, 200.0, 1.0).within(swing_study.tolerance)
+    fixed = swing_study.loop(FIXED_GAINS, 200.0, 1.0)
+    assert told["good_enough"] in (None, "fixed gains", "computed torque")
+    assert (told["good_enough"] is None) <= (not fixed.within(swing_study.tolerance))
 
 
 def test_a_lost_loop_is_told_of(swing_study):

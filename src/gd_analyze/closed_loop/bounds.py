@@ -31,6 +31,8 @@ from gd_analyze.vectors import FloatArray
 
 # Margins beyond which a bound says nothing, rad (m) and per s and s^2; positions that a certificate looks at.
 _FARTHEST, _EFFORT = 10.0, 25_000
+# A large part: of inertia, of feedback.
+_MUCH = 0.5
 # Instants at which the motion is looked at; how often margins are widened, and by how much more than needed.
 _INSTANTS, _ROUNDS, _WIDER = 500, 6, 1.25
 
@@ -51,21 +53,49 @@ class CertifiedTracking:
     error: FloatArray
 
 
+@dataclass(frozen=True)
+class FeedbackLeft:
+    """What computed torque with a simplified model leaves of the feedback where that is least.
+
+    Parameters
+    ----------
+    share
+        Of the feedback that the gains ask for; of 0 or less an error in some direction stays, or grows.
+    joints
+        Which ones move in that direction, or have less than half of their inertia in the model, from 1.
+    """
+
+    share: float
+    joints: tuple[int, ...]
+
+    @property
+    def is_enough(self) -> bool:
+        """Whether at least half of it is left."""
+        return self.share >= _MUCH
+
+
 def instants(reference: Reference) -> FloatArray:
     """Instants at which a motion is looked at, s as planned: evenly spaced ones and all set points."""
     return np.unique(np.concatenate([np.linspace(0.0, reference.duration, _INSTANTS), reference.time]))
 
 
-def feedback_share(model: SimplifiedModel, reference: Reference) -> FloatArray:
-    """Least share of D's diagonal that a model's has along the motion, shape (n,).
+def feedback_left(model: SimplifiedModel, reference: Reference) -> FeedbackLeft:
+    """Find what computed torque with a model leaves of the feedback along the motion.
 
-    As much of a joint's feedback is left in computed torque, which multiplies it by the model's D.
+    Its feedback accelerates the arm by D^-1 M (K_d e' + K_p e), M being the model's D: in the direction of an
+    eigenvector of D^-1 M with as much as the eigenvalue of what it should be.
     """
     q, _, _ = reference.at(instants(reference))
-    exact, own = (
-        np.einsum("kii->ki", _inertia(program, q)) for program in (model.form.program, model.program)
-    )
-    return np.asarray((own / exact).min(axis=0))
+    exact, own = (_inertia(program, q) for program in (model.form.program, model.program))
+    values, vectors = np.linalg.eig(np.linalg.solve(exact, own))
+    at, which = np.unravel_index(int(values.real.argmin()), values.shape)
+    diagonal = np.einsum("kii->ki", exact)
+    # In units in which every joint takes as much to accelerate.
+    direction = np.abs(vectors[at, :, which]) * np.sqrt(diagonal[at])
+    moves = direction >= _MUCH * direction.max()
+    lacks = (np.einsum("kii->ki", own) / diagonal).min(axis=0) < _MUCH
+    joints = tuple((1 + np.flatnonzero(moves | lacks)).tolist())
+    return FeedbackLeft(float(values.real.min()), joints)
 
 
 def mean_diagonal(form: ExactForm, reference: Reference) -> FloatArray:

@@ -12,7 +12,7 @@ from gd_analyze.closed_loop.bounds import (
     at_rest,
     certified,
     expected,
-    feedback_share,
+    feedback_left,
     mean_diagonal,
 )
 from gd_analyze.closed_loop.controllers import CONTROLLERS, Knowledge
@@ -118,7 +118,7 @@ def control(
             for k, loop in enumerate(loops)
         ),
         certified=proven,
-        feedback=feedback_share(model, world.reference),
+        feedback=feedback_left(model, world.reference),
         at_rest={c: at_rest(world, c) for c in CONTROLLERS if c.law == "pd"},
         warnings=tuple(dict.fromkeys([*warned, *(str(item.message) for item in caught)])),
         provenance=provenance_of_run(command, names_of(moved, motion, settings), inputs, repeats=True),

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from gd_analyze.closed_loop.bounds import CertifiedTracking
+from gd_analyze.closed_loop.bounds import CertifiedTracking, FeedbackLeft
 from gd_analyze.closed_loop.controllers import Controller
 from gd_analyze.closed_loop.settings import ControlSettings
 from gd_analyze.levels import SimplifiedModel
@@ -85,8 +85,7 @@ class ControlStudy:
     certified
         By speed, what is proven of the simplified model; empty where nothing is.
     feedback
-        Least share of D's diagonal that the simplified model's has along the motion, shape (n,): of computed
-        torque as much of each joint's feedback is left.
+        What computed torque with the simplified model leaves of the feedback along the motion.
     at_rest
         By what PD knows, the error it rests with at worst, rad (m), shape (n,).
     warnings
@@ -103,7 +102,7 @@ class ControlStudy:
     limits: FloatArray
     loops: tuple[TrackedLoop, ...]
     certified: Mapping[float, CertifiedTracking]
-    feedback: FloatArray
+    feedback: FeedbackLeft
     at_rest: Mapping[Controller, FloatArray]
     warnings: tuple[str, ...] = ()
     provenance: Mapping[str, str] = field(default_factory=dict)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -21,8 +21,6 @@ EXACT, SIMPLIFIED, FIXED_GAINS, WITHOUT_H = (
 )
 # Below this share of another controller's error a difference is not worth a sentence.
 _ALIKE = 1.1
-# With less of D's diagonal than this a joint's feedback is not what its gains say.
-_FEEDBACK = 0.5
 # Certified errors below this, rad (m), are below what integrating leaves.
 _NOTHING = 1e-8
 # Expected errors beyond this, rad (m), are of a D that is nearly singular.
@@ -86,8 +84,23 @@ def _off(study: ControlStudy, loop: TrackedLoop) -> str:
     return f"off by {worst.told} at most (joint {worst.joint})"
 
 
+def good_enough(study: ControlStudy) -> Literal["computed torque", "fixed gains", ""]:
+    """Law by which the simplified model keeps every joint within the tolerance; "" where there is none."""
+    if study.feedback.is_enough and _usual(study, SIMPLIFIED).within(study.tolerance):
+        return "computed torque"
+    return "fixed gains" if _usual(study, FIXED_GAINS).within(study.tolerance) else ""
+
+
+def judged(study: ControlStudy) -> Controller:
+    """Give the law by which the simplified model is judged: that which is good enough, or leaves feedback."""
+    law = good_enough(study)
+    is_fixed = law == "fixed gains" or (not law and not study.feedback.is_enough)
+    return FIXED_GAINS if is_fixed else SIMPLIFIED
+
+
 def _answer(study: ControlStudy) -> str:
-    exact, simplified = _usual(study, EXACT), _usual(study, SIMPLIFIED)
+    exact, law = _usual(study, EXACT), good_enough(study)
+    simplified = _usual(study, judged(study))
     within = study.settings.tolerance.in_words(study.arm)
     speed = "" if study.usual_speed == 1.0 else f" run at {study.usual_speed:g} times its speed"
     where = f"{rate_told(study.usual_rate)}, along {study.motion.name}{speed},"
@@ -97,28 +110,26 @@ def _answer(study: ControlStudy) -> str:
             f"Not even the exact model keeps every joint within {within} of the motion: {where} it is "
             f"{_off(study, exact)}, with the simplified model {_off(study, simplified)}."
         )
-    if simplified.within(study.tolerance):
+    if law:
+        how = ", with fixed gains beside its torque" if law == "fixed gains" else ""
         return (
-            f"The simplified model is good enough to control this arm: {where} every joint stays within "
+            f"The simplified model is good enough to control this arm{how}: {where} every joint stays within "
             f"{within}; {compared}."
         )
     return f"The simplified model is not good enough to stay within {within}: {where} {compared}."
 
 
 def _feedback(study: ControlStudy) -> str:
-    """Say what of the model's own D is missing where feedback is multiplied by it, and what helps."""
-    weak = [i for i, share in enumerate(study.feedback, start=1) if share < _FEEDBACK]
-    fixed, simplified = _usual(study, FIXED_GAINS), _usual(study, SIMPLIFIED)
-    helps = fixed.within(study.tolerance) and not simplified.within(study.tolerance)
-    if not weak and not helps:
+    """Say what of the feedback is missing where it is multiplied by the model's D, and what helps."""
+    if study.feedback.is_enough:
         return ""
-    told = f"With fixed gains beside the model's torque it is {_off(study, fixed)}."
-    if not weak:
-        return told
-    least = percent(float(max(study.feedback.min(), 0.0)))
+    share = study.feedback.share
+    left = f"{percent(share)} of the feedback is" if share > 0.0 else "no feedback is"
     return (
-        f"The model's D has as little as {least} of the inertia of {named_joints(weak, len(study.feedback))} "
-        f"along the motion, and computed torque as little of their feedback. {told}"
+        "Computed torque multiplies feedback by the model's D, which lacks inertia of "
+        f"{named_joints(study.feedback.joints, study.arm.n_joints)}: in some direction {left} left along the "
+        f"motion. So it is {_off(study, _usual(study, SIMPLIFIED))}, and with fixed gains "
+        f"{_off(study, _usual(study, FIXED_GAINS))}."
     )
 
 
@@ -138,16 +149,19 @@ def _without_h(study: ControlStudy) -> str:
     told = f"{told}. Dropping h hurts beyond {number(leaves)} times the planned speed, where {within} is left"
     if exact_leaves is not None and exact_leaves <= _ALIKE * leaves:
         return f"{told}; the exact model leaves it there as well."
-    left = [f"{speed:g}" for speed in study.settings.speeds if not _within(study, SIMPLIFIED, speed)]
+    one = judged(study)
+    name = "the simplified model" + " with fixed gains" * (one == FIXED_GAINS)
+    left = [f"{speed:g}" for speed in study.settings.speeds if not _within(study, one, speed)]
     if not left:
-        return f"{told}; the simplified model stays within it up to {most:g} times."
-    return f"{told}; the simplified model leaves it at {' and '.join(left)} times."
+        return f"{told}; {name} stays within it up to {most:g} times."
+    return f"{told}; {name} leaves it at {' and '.join(left)} times."
 
 
 def _bound(study: ControlStudy) -> str:
     found = study.certified.get(study.usual_speed)
-    simulated = study.loop(SIMPLIFIED, max(study.settings.rates), study.usual_speed)
+    simulated = study.loop(judged(study), max(study.settings.rates), study.usual_speed)
     beside = f"{_off(study, simulated)} {rate_told(simulated.rate)}"
+    found = found if simulated.controller == SIMPLIFIED else None
     if found is None and not (simulated.expected < _FARTHEST).all():
         return (
             "The model's D is singular on the motion, or nearly so: nothing bounds the error of computed "

@@ -12,9 +12,12 @@ from gd_analyze.closed_loop import CONTROLLERS, Controller, ControlStudy, Tracke
 from gd_analyze.closed_loop.settings import CONTINUOUS
 from gd_analyze.closed_loop.verdict import (
     EXACT,
+    FIXED_GAINS,
     SIMPLIFIED,
     WITHOUT_H,
     error_scale,
+    good_enough,
+    judged,
     rate_told,
     sentences,
     worst_of,
@@ -55,7 +58,8 @@ def control_document(study: ControlStudy) -> dict[str, Any]:
         "speeds": list(settings.speeds),
         "fastest_within_limits": _finite(study.fastest_within_limits),
         "usual": {"rate": _finite(study.usual_rate), "speed": study.usual_speed},
-        "good_enough": study.loop(SIMPLIFIED, study.usual_rate, study.usual_speed).within(study.tolerance),
+        "good_enough": good_enough(study) or None,
+        "feedback": {"share": study.feedback.share, "joints": list(study.feedback.joints)},
         "tracks_up_to": {c.title: _up_to(study, c) for c in CONTROLLERS},
         "joints": _joints(study),
         "loops": [_loop(loop) for loop in study.loops],
@@ -141,14 +145,16 @@ def _torque_table(study: ControlStudy, here: str) -> dict[str, Any]:
 
 def _bounds_table(study: ControlStudy, units: str) -> dict[str, Any]:
     speed, rates = study.usual_speed, study.settings.rates
-    loops = [study.loop(SIMPLIFIED, rate, speed) for rate in rates]
-    found = study.certified.get(speed)
+    controller = judged(study)
+    loops = [study.loop(controller, rate, speed) for rate in rates]
+    found = study.certified.get(speed) if controller == SIMPLIFIED else None
     columns = [] if found is None else [_errors(study, found.error, bound=True)]
     columns += [_errors(study, loops[0].expected), *(_errors(study, loop.peak_error) for loop in loops)]
+    how = "" if controller == SIMPLIFIED else ", with fixed gains"
     heads = ["certified"] * (found is not None) + ["expected"]
     heads += ["continuous" if rate == CONTINUOUS else f"{rate:g} Hz" for rate in rates]
     return _table(
-        f"Tracking error that the simplified model's torque error causes at most, and simulated, {units}",
+        f"Tracking error that the simplified model's torque error causes at most{how}, and simulated, {units}",
         heads,
         [[f"joint {i + 1}", *cells] for i, cells in enumerate(zip(*columns, strict=True))],
         "",
@@ -173,7 +179,13 @@ def _facts(study: ControlStudy) -> list[list[str]]:
     """Headline figures and their captions."""
     here = f"{rate_told(study.usual_rate)}"
     facts = []
-    for controller, name in ((SIMPLIFIED, "the simplified model"), (EXACT, "the exact one")):
+    fixed = judged(study) == FIXED_GAINS
+    simplified = (
+        (FIXED_GAINS, "the simplified model and fixed gains")
+        if fixed
+        else (SIMPLIFIED, "the simplified model")
+    )
+    for controller, name in (simplified, (EXACT, "the exact one")):
         loop = study.loop(controller, study.usual_rate, study.usual_speed)
         if loop.lost_at is None:
             worst = worst_of(study, loop.peak_error)
@@ -203,7 +215,6 @@ def _joints(study: ControlStudy) -> list[dict[str, Any]]:
             "tolerance": float(study.tolerance[i]),
             "inertia": float(study.diagonal[i]),
             "stiffness": float(study.stiffness[i]),
-            "feedback_share": float(study.feedback[i]),
             "torque_limit": _finite(float(study.limits[i])),
             "error_at_rest": {c.title: float(error[i]) for c, error in study.at_rest.items()},
             "certified": [

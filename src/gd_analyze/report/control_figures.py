@@ -44,7 +44,7 @@ _COLUMNS = (
     ("without a model's D, and PD", CONTROLLERS[4:]),
 )
 _HEAD, _FOOT, _NAMES = 12.0, 16.0, 66.0
-_SPEED_HEIGHT, _LABELS = 210.0, 150.0
+_SPEED_HEIGHT, _LABELS, _PITCH = 210.0, 110.0, 9.0
 # Errors below this share of the largest would leave no room for the others.
 _DECADES = 5
 
@@ -52,7 +52,7 @@ _DECADES = 5
 def error_figure(study: ControlStudy) -> Canvas:
     """Tracking error of every joint over time, at the usual rate and speed."""
     n = study.arm.n_joints
-    row, half = min(480.0 / n, 100.0), (WIDTH - _NAMES) / 2
+    row, half = min(560.0 / n, 110.0), (WIDTH - _NAMES) / 2
     canvas = Canvas(WIDTH, n * row + _HEAD + _FOOT)
     canvas.text(_NAMES + 8, _FOOT - 5.5, "time, s", 6.5, colour="soft", anchor="end")
     for c, (title, controllers) in enumerate(_COLUMNS):
@@ -132,11 +132,21 @@ def speed_figure(study: ControlStudy) -> Canvas:
         canvas.line(points, colour, 1.3, dashes=dashes, order=3, label=controller.title)
         canvas.mark(points, colour, 3.2, order=3.1)
         ends.append((float(points[-1, 1]), controller.title, colour))
-    below = -math.inf
-    for y, name, colour in sorted(ends):
-        below = max(y - 2.4, below + 9.0)
-        canvas.text(panel.right + 6, below, name, 7, colour=colour)
+    for y, name, colour in _apart(sorted(ends), panel.top + 6.0):
+        canvas.text(panel.right + 6, y - 2.4, name, 7, colour=colour)
     return canvas
+
+
+def _apart(ends: Sequence[tuple[float, str, str]], top: float) -> list[tuple[float, str, str]]:
+    """Move names, from the lowest on, apart and below `top`."""
+    places, above = [], top + _PITCH
+    low = -math.inf
+    for y, *_ in ends:
+        low = max(y, low + _PITCH)
+        places.append(low)
+    for k in reversed(range(len(places))):
+        above = places[k] = min(places[k], above - _PITCH)
+    return [(y, name, colour) for y, (_, name, colour) in zip(places, ends, strict=True)]
 
 
 def _speed_frame(canvas: Canvas, panel: Panel, speeds: Sequence[float]) -> None:
