@@ -115,6 +115,23 @@ def test_a_whole_model_leaves_all_feedback(puma_study):
     assert puma_study.feedback.share == pytest.approx(1.0, abs=0.2)
 
 
+def test_fixed_gains_of_a_slow_loop(swing_model, swing):
+    """A tenth above the rate named they still track, and a third below it they do not."""
+    settings = ControlSettings(rates=(1000.0,), speeds=(1.0,))
+    study = control(swing_model, swing, settings)
+    assert study.too_slow_for_fixed_gains == ()
+    edge = settings.gains.damper * study.fixed_excess / 2.0
+    assert edge > settings.bandwidth
+    rates = (round(0.6 * edge), round(1.5 * edge))
+    slower = control(swing_model, swing, dataclasses.replace(settings, rates=rates))
+    assert slower.too_slow_for_fixed_gains == rates[:1]
+    assert f"is stable there at {rates[0]:g} Hz" in " ".join(sentences(slower))
+    lost, kept = (
+        slower.loop(Controller("computed_torque", "gravity"), rate, 1.0).peak_error.max() for rate in rates
+    )
+    assert lost > 3 * kept
+
+
 def test_the_reference_goes_through_every_set_point(swing):
     reference = Reference.of(swing)
     found = reference.at(swing.time / 2.0, 2.0)

@@ -98,6 +98,17 @@ def feedback_left(model: SimplifiedModel, reference: Reference) -> FeedbackLeft:
     return FeedbackLeft(float(values.real.min()), joints)
 
 
+def fixed_excess(world: World) -> float:
+    """How many times what the gains ask for fixed gains are where they are most along the motion.
+
+    Feedback accelerates the arm by D^-1 M (K_d e' + K_p e), M being the constants: at most by the largest
+    eigenvalue of D^-1 M times what was asked for.
+    """
+    q, _, _ = world.reference.at(instants(world.reference))
+    excess = np.linalg.solve(_inertia(world.plant.program, q), np.diag(world.knowledge.diagonal))
+    return float(np.linalg.eigvals(excess).real.max())
+
+
 def mean_diagonal(form: ExactForm, reference: Reference) -> FloatArray:
     """Mean of D's diagonal along the motion, kg m^2 (kg), shape (n,)."""
     q, _, _ = reference.at(np.linspace(0.0, reference.duration, _INSTANTS))

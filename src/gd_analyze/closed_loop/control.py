@@ -13,6 +13,7 @@ from gd_analyze.closed_loop.bounds import (
     certified,
     expected,
     feedback_left,
+    fixed_excess,
     mean_diagonal,
 )
 from gd_analyze.closed_loop.controllers import CONTROLLERS, Knowledge
@@ -119,6 +120,7 @@ def control(
         ),
         certified=proven,
         feedback=feedback_left(model, world.reference),
+        fixed_excess=fixed_excess(world),
         at_rest={c: at_rest(world, c) for c in CONTROLLERS if c.law == "pd"},
         warnings=tuple(dict.fromkeys([*warned, *(str(item.message) for item in caught)])),
         provenance=provenance_of_run(command, names_of(moved, motion, settings), inputs, repeats=True),

@@ -86,6 +86,8 @@ class ControlStudy:
         By speed, what is proven of the simplified model; empty where nothing is.
     feedback
         What computed torque with the simplified model leaves of the feedback along the motion.
+    fixed_excess
+        How many times what they should be fixed gains are in some direction of the motion.
     at_rest
         By what PD knows, the error it rests with at worst, rad (m), shape (n,).
     warnings
@@ -103,6 +105,7 @@ class ControlStudy:
     loops: tuple[TrackedLoop, ...]
     certified: Mapping[float, CertifiedTracking]
     feedback: FeedbackLeft
+    fixed_excess: float
     at_rest: Mapping[Controller, FloatArray]
     warnings: tuple[str, ...] = ()
     provenance: Mapping[str, str] = field(default_factory=dict)
@@ -123,6 +126,12 @@ class ControlStudy:
     def loop(self, controller: Controller, rate: float, speed: float) -> TrackedLoop:
         """Find one of them."""
         return next(x for x in self.loops if (x.controller, x.rate, x.speed) == (controller, rate, speed))
+
+    @property
+    def too_slow_for_fixed_gains(self) -> tuple[float, ...]:
+        """Rates at which fixed gains cannot be stable: a held e'' = -k e' grows where k is 2 per period."""
+        damper = self.settings.gains.damper * self.fixed_excess
+        return tuple(rate for rate in self.settings.rates if damper >= 2.0 * rate)
 
     @property
     def usual_rate(self) -> float:

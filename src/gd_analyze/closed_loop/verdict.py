@@ -59,6 +59,7 @@ def sentences(study: ControlStudy) -> list[str]:
         for text in (
             _answer(study),
             _feedback(study),
+            _fixed(study),
             _without_h(study),
             _bound(study),
             _saturation(study),
@@ -92,10 +93,12 @@ def good_enough(study: ControlStudy) -> Literal["computed torque", "fixed gains"
 
 
 def judged(study: ControlStudy) -> Controller:
-    """Give the law by which the simplified model is judged: that which is good enough, or leaves feedback."""
+    """Give the law by which the simplified model is judged: one that is good enough, or the better."""
     law = good_enough(study)
-    is_fixed = law == "fixed gains" or (not law and not study.feedback.is_enough)
-    return FIXED_GAINS if is_fixed else SIMPLIFIED
+    if law:
+        return SIMPLIFIED if law == "computed torque" else FIXED_GAINS
+    laws = (SIMPLIFIED, FIXED_GAINS)
+    return min(laws, key=lambda one: float((_usual(study, one).peak_error / study.tolerance).max()))
 
 
 def _answer(study: ControlStudy) -> str:
@@ -116,7 +119,8 @@ def _answer(study: ControlStudy) -> str:
             f"The simplified model is good enough to control this arm{how}: {where} every joint stays within "
             f"{within}; {compared}."
         )
-    return f"The simplified model is not good enough to stay within {within}: {where} {compared}."
+    how = ", nor with fixed gains" * (judged(study) == FIXED_GAINS)
+    return f"The simplified model is not good enough to stay within {within}{how}: {where} {compared}."
 
 
 def _feedback(study: ControlStudy) -> str:
@@ -130,6 +134,18 @@ def _feedback(study: ControlStudy) -> str:
         f"{named_joints(study.feedback.joints, study.arm.n_joints)}: in some direction {left} left along the "
         f"motion. So it is {_off(study, _usual(study, SIMPLIFIED))}, and with fixed gains "
         f"{_off(study, _usual(study, FIXED_GAINS))}."
+    )
+
+
+def _fixed(study: ControlStudy) -> str:
+    """Say where fixed gains cannot be stable."""
+    rates = study.too_slow_for_fixed_gains
+    if not rates:
+        return ""
+    return (
+        f"Fixed gains are up to {number(study.fixed_excess)} times what they should be, in a direction in "
+        "which the arm has little inertia; no controller that has them is stable there at "
+        f"{' or '.join(f'{rate:g}' for rate in rates)} Hz."
     )
 
 

@@ -60,6 +60,7 @@ def control_document(study: ControlStudy) -> dict[str, Any]:
         "usual": {"rate": _finite(study.usual_rate), "speed": study.usual_speed},
         "good_enough": good_enough(study) or None,
         "feedback": {"share": study.feedback.share, "joints": list(study.feedback.joints)},
+        "fixed_excess": study.fixed_excess,
         "tracks_up_to": {c.title: _up_to(study, c) for c in CONTROLLERS},
         "joints": _joints(study),
         "loops": [_loop(loop) for loop in study.loops],
@@ -154,7 +155,8 @@ def _bounds_table(study: ControlStudy, units: str) -> dict[str, Any]:
     heads = ["certified"] * (found is not None) + ["expected"]
     heads += ["continuous" if rate == CONTINUOUS else f"{rate:g} Hz" for rate in rates]
     return _table(
-        f"Tracking error that the simplified model's torque error causes at most{how}, and simulated, {units}",
+        f"Tracking error that the simplified model's torque error causes at most{how}, and simulated, "
+        f"{units}",
         heads,
         [[f"joint {i + 1}", *cells] for i, cells in enumerate(zip(*columns, strict=True))],
         "",
