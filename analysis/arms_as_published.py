@@ -42,7 +42,7 @@ _FINGER = 3
 _HAND = 5
 _STATES = 200
 # Seconds after which a chain is given up.
-_PATIENCE = 45
+_PATIENCE = 120
 # Torque terms up to which they are counted: those of eight general joints would not fit into memory.
 _MOST_TERMS = 40_000
 

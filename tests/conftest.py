@@ -27,6 +27,11 @@ from strategies import PROFILE
 settings.load_profile(PROFILE)
 
 
+def pytest_configure() -> None:
+    """Workers fill the cores: threads of linear algebra in each would only take them from each other."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
 @pytest.fixture(scope="session", autouse=True)
 def cache_of_the_tests(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """A folder of the tests' own, one for all workers: nothing is written into the user's."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import shutil
 import sys
 from dataclasses import replace
@@ -111,4 +112,8 @@ def test_the_study_of_published_arms_is_up_to_date() -> None:
     assert row.difference <= 1.0
     written = (ROOT / "analysis" / "arms_as_published.md").read_text("utf-8")
     assert f"| {row.chain.name} | 7 | {row.terms} | " in written
-    assert f"{row.simplified} of {row.exact} for the iiwa14" in written
+    stated = re.search(rf"(\d+) of {row.exact} for the iiwa14", written)
+    # Which of two changes of much the same merit comes first hangs on the last bits of sums, and these on the
+    # processor: 141 to 159 operations were seen.
+    assert stated is not None
+    assert 0.8 * row.simplified <= int(stated[1]) <= 1.25 * row.simplified

@@ -49,8 +49,8 @@ def motion_of(arm, count, seed) -> Trajectory:
     return Trajectory(0.01 * np.arange(count), states.q, states.qd, states.qdd, "drawn")
 
 
-@examples(40)
-@given(motions(max_joints=4, massive=True), budgets)
+@examples(30)
+@given(motions(max_joints=3, massive=True), budgets)
 @few_tries()
 def test_the_promise_holds_and_is_the_torque_of_what_was_dropped(case, budget):
     arm, motion = case

@@ -1,0 +1,194 @@
+"""What the main job finds along several motions, and what it says of each."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+
+import gd_analyze as gd
+from gd_analyze import long_decomposition
+from gd_analyze.errors import StoreError
+from gd_analyze.main_job.folder import default_folder, write_findings
+from gd_analyze.results import load_findings, save_results
+from gd_analyze.results.motion_words import changing, motion_rows, strict_sentence, verdict_rows
+from gd_analyze.results.seal import SEAL_LENGTH, seal
+from gd_analyze.results.summary import budget_sentence, changing_sentence, subtitle
+from several_motions import swung
+
+# Allowed errors and shares of them are quotients, rounded once or twice.
+ROUNDED = 1.0 + 4 * float(np.finfo(float).eps)
+
+SLOW, FAST = swung(20.0, "slow"), swung(2.2, "fast")
+
+
+@pytest.fixture(scope="module")
+def together(two_link):
+    return gd.analyze(two_link, [SLOW, FAST], budget="20%")
+
+
+@pytest.fixture(scope="module")
+def alone(two_link):
+    return {one.name: gd.analyze(two_link, one, budget="20%") for one in (SLOW, FAST)}
+
+
+def test_along_each_the_verdicts_are_those_of_the_motion_by_itself(together, alone):
+    table = together.tables["motions"]
+    for k, (name, findings) in enumerate(alone.items()):
+        by_itself = findings.dominance.sel(element=table.element.values)
+        assert table.motion.values[k] == name
+        for what in ("verdict", "dominant", "torque_joint"):
+            assert table[what].values[:, k].tolist() == by_itself[what].values.tolist()
+        # The same sums over the same blocks of set points.
+        np.testing.assert_allclose(table.torque_share.values[:, k], by_itself.torque_share, rtol=1e-12)
+        promise = findings.model.promise
+        np.testing.assert_allclose(table.allowed_error.values[k], promise.allowed, rtol=1e-14)
+        np.testing.assert_array_equal(table.peak_torque.values[k], promise.errors.peak_torque)
+
+
+def test_verdicts_that_change_are_told(together):
+    """Run fast, the arm needs Coriolis and centrifugal torque; run slowly, it does not."""
+    rows = {row["element"]: row for row in verdict_rows(together)}
+    assert rows["h1"]["verdicts"][0] == "negligible"
+    assert rows["h1"]["verdicts"][1] != "negligible"
+    assert rows["h1"]["changes"]
+    # Gravity counts along both.
+    assert (rows["c1"]["verdicts"], rows["c1"]["changes"]) == (["gravity", "gravity"], False)
+    assert [row["element"] for row in changing(together)] == [r for r in rows if rows[r]["changes"]]
+    said = changing_sentence(together)
+    assert said.startswith(f"Verdicts on {len(changing(together))} of {len(rows)} elements change between")
+
+
+def test_one_pair_of_words_for_nothing(together):
+    """That an element is zero along one motion and negligible along another is no change."""
+    table = together.tables["motions"].copy(deep=True)
+    table.verdict[:] = "translation"
+    table.verdict[0] = ["neither", "negligible"]
+    same = dataclasses.replace(together, tables={**together.tables, "motions": table})
+    assert changing(same) == []
+    assert changing_sentence(same) == "No verdict on any of the 7 elements changes between the motions."
+
+
+def test_what_is_said_of_the_budget(together):
+    rows = motion_rows(together)
+    worst = max(rows, key=lambda row: row["worst"])
+    assert all(row["worst"] <= ROUNDED for row in rows)
+    said = budget_sentence(together)
+    assert "along each of the 2 motions by itself, and holds on each" in said
+    assert said.endswith(f"at joint {worst['joint']} along {worst['motion']}.")
+    assert subtitle(together).startswith("along 2 motions (slow, fast), 82 set points")
+
+
+def test_a_strict_motion_is_named(two_link):
+    flat = dataclasses.replace(two_link, gravity=np.zeros(3))
+    strict = gd.analyze(flat, [swung(40.0, "creeping"), FAST], budget="20%")
+    said = strict_sentence(strict)
+    # Without gravity torque goes with the square of the rate: (40 / 2.2)^2 = 331.
+    assert said.startswith("Along creeping joint ")
+    assert "is allowed 331 times less than along fast" in said
+    assert said.endswith("an amount in N m in --budget, or a share of friction, sets a floor.")
+    assert strict_sentence(gd.analyze(flat, [swung(40.0, "creeping"), FAST], budget="0.5")) == ""
+
+
+def test_the_order_changes_nothing_but_the_order(two_link, together):
+    other_way = gd.analyze(two_link, [FAST, SLOW], budget="20%")
+    first, second = together.tables["motions"], other_way.tables["motions"]
+    second = second.sel(element=first.element.values, motion=first.motion.values)
+    for name in ("verdict", "dominant", "set_points", "peak_torque", "allowed_error"):
+        assert second[name].values.tolist() == first[name].values.tolist(), name
+    assert other_way.model.operations == together.model.operations
+    assert {*other_way.model.terms} == {*together.model.terms}
+
+
+def test_of_one_motion_nothing_is_said_of_motions(alone, two_link):
+    findings = alone["slow"]
+    assert "motions" not in findings.tables
+    assert findings.model.promise.motions == ()
+    in_a_list = gd.analyze(two_link, [SLOW], budget="20%")
+    assert in_a_list.provenance["run"] == findings.provenance["run"]
+    xr.testing.assert_identical(
+        in_a_list.dominance, findings.dominance.assign_attrs(in_a_list.dominance.attrs)
+    )
+
+
+def test_run_and_folder_are_those_of_all(two_link, together):
+    other = gd.analyze(two_link, [SLOW, swung(2.1, "fast")], budget="20%")
+    renamed = gd.analyze(two_link, [SLOW, dataclasses.replace(FAST, name="quick")], budget="20%")
+    marks = [one.provenance["run"].removeprefix("gd-run:").split("-") for one in (together, other, renamed)]
+    assert marks[0][0] == marks[1][0]  # asked for by the same names
+    assert len({mark[1] for mark in marks}) == 3
+    assert marks[0][0] != marks[2][0]
+    folder = default_folder(two_link, together.trajectory, gd.Settings())
+    assert folder.name == "two_link-slow+fast"
+
+
+def test_everything_comes_back(together, tmp_path):
+    save_results(together, tmp_path / "analysis.h5")
+    read = load_findings(tmp_path / "analysis.h5")
+    assert read.trajectory.motions == together.trajectory.motions
+    assert read.trajectory.fingerprint == together.trajectory.fingerprint
+    for group, table in together.tables.items():
+        xr.testing.assert_equal(read.tables[group], table)
+    for findings, folder in ((together, tmp_path / "found"), (read, tmp_path / "read")):
+        write_findings(findings, folder, ("json", "csv", "html", "pdf"))
+    for path in (tmp_path / "found").iterdir():
+        assert path.read_bytes() == (tmp_path / "read" / path.name).read_bytes(), path.name
+
+
+EDITS = {
+    "set points that are not there": (
+        lambda file: file["motions/set_points"].__setitem__(0, 7),
+        "set_points of motions, summed up, is not",
+    ),
+    "an error that none has": (
+        lambda file: file["motions/largest_error"].__setitem__((0, 0), 7.0),
+        "largest_error of motions is above that over all of them",
+    ),
+    "a verdict that is none": (
+        lambda file: file["motions/verdict"].__setitem__((0, 0), b"fine"),
+        "verdict of motions cannot be 'fine'",
+    ),
+    "no motions": (lambda file: file.__delitem__("motions"), "motions of the model is not"),
+}
+
+
+@pytest.mark.parametrize("name", EDITS)
+def test_a_results_file_that_contradicts_itself(together, tmp_path, name):
+    edit, said = EDITS[name]
+    path = tmp_path / "analysis.h5"
+    save_results(together, path)
+    path.write_bytes(path.read_bytes()[:-SEAL_LENGTH])
+    with h5py.File(path, "r+") as file:
+        edit(file)
+    seal(path)
+    with pytest.raises(StoreError) as caught:
+        load_findings(path)
+    assert said in str(caught.value)
+
+
+def test_the_ranking_as_csv_has_a_column_per_motion(together, tmp_path):
+    import pandas as pd
+
+    write_findings(together, tmp_path, ("csv",))
+    table, motions_ = pd.read_csv(tmp_path / "dominance.csv"), together.tables["motions"]
+    assert table["element"].tolist() == motions_.element.values.tolist()
+    for k, name in enumerate(("slow", "fast")):
+        assert table[f"verdict_{name}"].tolist() == motions_.verdict.values[:, k].tolist()
+        np.testing.assert_allclose(
+            table[f"torque_share_{name}"], motions_.torque_share.values[:, k], rtol=4e-16
+        )
+    assert table.columns[-1] == "run"
+
+
+def test_long_motions_are_told_apart_on_demand(two_link, together, monkeypatch):
+    monkeypatch.setattr(long_decomposition, "MOST_KEPT", 20)
+    read = gd.analyze(two_link, [SLOW, FAST], budget="20%")
+    for name, found in together.tables["motions"].data_vars.items():
+        if found.dtype.kind == "f":
+            # Blocks begin elsewhere: vectorised arithmetic may round its last entries otherwise.
+            np.testing.assert_allclose(read.tables["motions"][name], found, rtol=1e-9, atol=1e-12)
+        else:
+            np.testing.assert_array_equal(read.tables["motions"][name], found)
