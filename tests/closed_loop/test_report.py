@@ -12,9 +12,10 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from gd_analyze.closed_loop import CONTROLLERS
+from gd_analyze.closed_loop import CONTROLLERS, Controller, ControlSettings, control
 from gd_analyze.closed_loop.verdict import FIXED_GAINS, SIMPLIFIED, sentences
 from gd_analyze.errors import UsageError
+from gd_analyze.formatting import number
 from gd_analyze.report.control_document import control_document
 from gd_analyze.report.control_figures import LOOKS, error_figure, speed_figure
 from gd_analyze.report.control_files import (
@@ -24,6 +25,9 @@ from gd_analyze.report.control_files import (
     write_control,
 )
 from gd_analyze.report.inline_svg import inline_svg
+from gd_analyze.robots import load_arm
+from gd_analyze.search import simplify
+from gd_analyze.trajectories import Trajectory
 
 
 class _Page(HTMLParser):
@@ -94,6 +98,24 @@ def test_a_lost_loop_is_told_of(swing_study):
     json.dumps(document, allow_nan=False)
     assert ["simplified model", "lost", "lost"] in document["tables"]["rates"]["rows"]
     assert "lost" in _Page(render_control_html(study)).text
+
+
+def test_joints_that_slide_err_in_millimetres():
+    """Of an arm with both, the unit stands beside what may be of either."""
+    arm = load_arm("stanford")
+    s = np.linspace(0.0, 1.0, 11)[:, None]
+    blend, far = 10 * s**3 - 15 * s**4 + 6 * s**5, np.array([0.02, 0.02, 0.05, 0.02, 0.02, 0.02])
+    start = np.array([0.0, 0.3, 0.5, 0.2, 0.4, 0.0])
+    motion = Trajectory.from_arrays(0.4 * s[:, 0], start + blend * far, name="short")
+    settings = ControlSettings(rates=(100.0,), speeds=(2.0,))
+    study = control(simplify(arm, motion, "5%", level="element"), motion, settings)
+    tables = control_document(study)["tables"]
+    assert "mm where the joint slides" in tables["peak"]["caption"]
+    alone = Controller("pd", "nothing")
+    boom = study.loop(alone, 100.0, 2.0).peak_error[2]
+    assert {row[0]: row[3] for row in tables["peak"]["rows"]}[alone.title] == number(1e3 * boom)
+    assert all(row[1].split()[1] in ("mrad", "mm") for row in tables["rates"]["rows"])
+    np.testing.assert_array_equal(study.tolerance, np.where(arm.is_revolute, np.radians(0.1), 1e-3))
 
 
 def test_every_controller_is_drawn(swing_study):

@@ -146,7 +146,7 @@ def at_rest(world: World, controller: Controller) -> FloatArray:
 def certified(
     model: SimplifiedModel, world: World, motion: Trajectory, speed: float
 ) -> CertifiedTracking | None:
-    """Bound the error of computed torque with the model; None where no margins close.
+    """Bound the error of computed torque with the model; None where no margins close, or M is not definite.
 
     Margins begin with those between the set points and are widened until they hold the error that they
     allow. M is looked at where the tube's pieces begin, in their middle and where they end.
@@ -157,10 +157,9 @@ def certified(
     q, _, _ = world.reference.at(times, speed)
     n = model.arm.n_joints
     inertia = _inertia(model.program, q.reshape(n, -1))
-    try:
-        answers = np.abs(np.linalg.inv(inertia)).reshape(*times.shape, n, n)
-    except np.linalg.LinAlgError:
+    if np.linalg.eigvalsh(inertia + np.swapaxes(inertia, 1, 2)).min() <= 0.0:
         return None
+    answers = np.abs(np.linalg.inv(inertia)).reshape(*times.shape, n, n)
     sizes = np.array(world.gains.margins)[:, None]
     margins = np.zeros((3, n))
     for _ in range(_ROUNDS):

@@ -74,7 +74,8 @@ def control_tables(study: ControlStudy) -> dict[str, Any]:
     """Tables as text: caption, heads and rows of cells, the first of words."""
     arm, rate, speed = study.arm, study.usual_rate, study.usual_speed
     unit = {"mrad" if turns else "mm" for turns in arm.is_revolute}
-    units = unit.pop() if len(unit) == 1 else "mrad; mm where the joint slides"
+    is_mixed = len(unit) > 1
+    units = "mrad; mm where the joint slides" if is_mixed else unit.pop()
     joints = [f"joint {i}" for i in range(1, arm.n_joints + 1)]
     here = f"{rate_told(rate)}" + ("" if speed == 1.0 else f", at {speed:g} times the speed")
 
@@ -82,7 +83,8 @@ def control_tables(study: ControlStudy) -> dict[str, Any]:
         return [[c.title, *_errors(study, getattr(study.loop(c, rate, speed), values))] for c in CONTROLLERS]
 
     def worst(loop: TrackedLoop) -> str:
-        return "lost" if loop.lost_at is not None else worst_of(study, loop.peak_error).told.split()[0]
+        told = "lost" if loop.lost_at is not None else worst_of(study, loop.peak_error).told
+        return told if is_mixed else told.split()[0]
 
     def beside(loops: list[list[TrackedLoop]]) -> list[list[str]]:
         return [[row[0].controller.title, *map(worst, row)] for row in loops]

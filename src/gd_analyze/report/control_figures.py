@@ -117,7 +117,7 @@ def speed_figure(study: ControlStudy) -> Canvas:
         34.0, 24.0, WIDTH - 34.0 - _LABELS, _SPEED_HEIGHT - 40.0, (x[0] - room, x[1] + room), (low, high)
     )
     _speed_frame(canvas, panel, speeds)
-    ends = []
+    ends = [(float(panel.upward(np.array(0.0))), "tolerance", "soft")]
     for controller, row in shares.items():
         colour, dashes = LOOKS[controller]
         known = [
@@ -165,6 +165,5 @@ def _speed_frame(canvas: Canvas, panel: Panel, speeds: Sequence[float]) -> None:
     canvas.line(
         np.array([[panel.left, at], [panel.right, at]]), "ink", 0.8, dashes=(1, 1.6), label="tolerance"
     )
-    canvas.text(panel.left + 3, at + 2.5, "tolerance", 6.5, colour="soft")
     canvas.text(0, _SPEED_HEIGHT - 8, "largest tracking error, times the tolerance", 7.5)
     canvas.text(panel.right, 4, "speed, times the planned one", 7.5, anchor="end")
