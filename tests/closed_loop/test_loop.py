@@ -68,16 +68,16 @@ def test_a_held_torque_errs_by_the_period(swing_world):
 
 
 def test_continuous_pd_is_what_another_integrator_makes_of_it(swing_world, two_link, swing):
-    course = follow(swing_world, [Loop(PD, CONTINUOUS, 1.0)])
+    course = follow(swing_world, [Loop(PD, CONTINUOUS, 3.0)])
     reference, diagonal = Reference.of(swing), swing_world.knowledge.diagonal
 
     def torque(t, q, qd):
-        wanted, rate, _ = reference.at(np.array(t))
+        wanted, rate, _ = reference.at(np.array(t), 3.0)
         gravity = torque_of(two_link, States(q, np.zeros(2), np.zeros(2)))
         return diagonal * (400.0 * (wanted - q) + 40.0 * (rate - qd)) + gravity
 
     other = simulate(
-        two_link, torque, swing.q[0], swing.qd[0], 1.5, integration=Integration(set_points=2, rtol=1e-8)
+        two_link, torque, swing.q[0], 3.0 * swing.qd[0], 0.5, integration=Integration(set_points=2, rtol=1e-8)
     )
     # 1e-9 per step of the other integrator, in some hundred steps.
     np.testing.assert_allclose(course.end[0, :, 0], other.q[-1], rtol=0, atol=1e-7)
