@@ -274,7 +274,7 @@ def report() -> str:
             + " in rad, m and s. No drives, as with them. Operations are multiplications and additions, sines and cosines "
             "apart; those of PSDM are as published, and so are its seconds and nanoseconds, on an Intel i7 of 3.2 GHz with "
             f"C by gcc. Ours: seconds of processor time of Python {platform.python_version()}, nothing kept from runs before; "
-            f"nanoseconds of the program as straight-line C, as `gd-analyze export` prints it, gcc -O2, {_machine()}, sines and cosines "
+            f"nanoseconds of the program as straight-line C, as `gd-analyze export` prints it, gcc -O2, {machine()}, sines and cosines "
             "included, the least of 200 passes over all states.",
             "",
             "## Exact",
@@ -303,7 +303,7 @@ def report() -> str:
     )
 
 
-def _machine() -> str:
+def machine() -> str:
     """Name the processor, as far as the system tells."""
     about = Path("/proc/cpuinfo")
     named = (

@@ -74,7 +74,8 @@ def newton_euler(arm: RobotArm, q: Any, qd: Any, qdd: Any) -> Any:
         force = link.mass * (dv + cross(dw, com) + cross(w, cross(w, com)))
         moment = tensor @ dw + cross(w, tensor @ w) + cross(com, force)
         steps.append((turn, to_joint, axis, lever, force, moment))
-    force, moment, torque = ca.SX(3, 1), ca.SX(3, 1), []
+    torque: list[Any] = []
+    force, moment = ca.SX(3, 1), ca.SX(3, 1)
     for turn, to_joint, axis, lever, own_force, own_moment in reversed(steps):
         force = force + own_force
         moment = moment + own_moment + cross(lever, force)

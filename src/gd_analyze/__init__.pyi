@@ -4,6 +4,10 @@ from gd_analyze.certification import Tube as Tube
 from gd_analyze.certification import certify as certify
 from gd_analyze.certification import certify_positive_definite as certify_positive_definite
 from gd_analyze.certification import simplify_certified as simplify_certified
+from gd_analyze.closed_loop import ControlSettings as ControlSettings
+from gd_analyze.closed_loop import ControlStudy as ControlStudy
+from gd_analyze.closed_loop import Tolerance as Tolerance
+from gd_analyze.closed_loop import control as control
 from gd_analyze.decomposition import decompose as decompose
 from gd_analyze.decomposition import decompose_states as decompose_states
 from gd_analyze.dominance import rank as rank

@@ -24,6 +24,7 @@ VERBS = [
     "equations",
     "compare",
     "certify",
+    "control",
     "export",
 ]
 VERBS += ["completion"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -26,10 +25,13 @@ CASES = (
     "stanford energy",
     *(f"{name} decomposition" for name in LINKS),
 )
+TORQUES = tuple(case for case in CASES if not case.endswith("decomposition"))
+MODELS = tuple(case for case in TORQUES if case not in LINKS)
 # For languages that take long to load a text.
 FEW = ("two_link element", "two_link recursive", "stanford", "two_link decomposition")
 
 
+# Made when a test asks for them, and not before: programs are kept in the tests' own folder.
 @cache
 def subject(case: str) -> Subject:
     """What a case is of."""
@@ -63,4 +65,4 @@ def round_model(arm: RobotArm, level: str = "energy") -> SimplifiedModel:
     """A model of few digits, the same to the last bit on every machine."""
     form = ExactForm(arm)
     terms = {term: round(weight, 3) for term, weight in LEVELS[level].terms(form).items()}
-    return replace(model_of(form, LEVELS[level], {term: x for term, x in terms.items() if x}))
+    return model_of(form, LEVELS[level], {term: x for term, x in terms.items() if x})

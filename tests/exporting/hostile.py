@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 from exported_cases import subject
@@ -42,6 +43,13 @@ NAMES = (
     "...\n error('out')",
 )
 
+# What is exported, and the first of the names: every name at some joint.
+HOSTILE = tuple(
+    (case, first)
+    for case, step in (("two_link energy", 2), ("puma560", 18), ("two_link decomposition", 2))
+    for first in range(0, len(NAMES), step)
+)
+
 
 def forced(what: Any, **names: Any) -> Any:
     """Rename past the checks that names of arms are held to, which refuse most of these."""
@@ -72,11 +80,8 @@ def renamed(what: Subject, names: Sequence[str]) -> Subject:
     return replace(what, arm=arm, model=model, certificate=certificate)
 
 
-def hostile_subjects() -> list[Subject]:
-    """Every name at some joint, of a model, of exact dynamics and of a decomposition."""
-    found = []
-    for case, n in (("two_link energy", 2), ("puma560", 6), ("two_link decomposition", 2)):
-        for k in range(0, len(NAMES), 3 * n if n == 6 else n):
-            what = replace(subject(case), name=f"evil_{len(found)}")
-            found.append(renamed(what, NAMES[k:] + NAMES[:k]))
-    return found
+@cache
+def hostile(case: str, first: int) -> Subject:
+    """A case with all names from the first on."""
+    what = replace(subject(case), name=f"evil_{case.replace(' ', '_')}_{first}")
+    return renamed(what, NAMES[first:] + NAMES[:first])

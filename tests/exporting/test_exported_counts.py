@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exported_cases import CASES, subject
+from exported_cases import CASES, TORQUES, subject
 
 from gd_analyze.exporting import printed
 from gd_analyze.exporting.functions import Function, Result
@@ -49,7 +49,7 @@ def test_what_stands_there_is_what_is_claimed(case, language):
         assert found == function.count, function.name
 
 
-@pytest.mark.parametrize("case", [case for case in CASES if subject(case).torque])
+@pytest.mark.parametrize("case", TORQUES)
 def test_many_at_once_take_as_many_each_but_for_sines_of_sums(case):
     what = subject(case)
     text = printed(what, "c").files[f"{what.name}.c"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from exported_cases import CASES, LINKS, states, subject
+from exported_cases import LINKS, MODELS, states, subject
 from rounded_programs import inputs_of
 
 import gd_analyze as gd
@@ -31,7 +31,7 @@ def assert_close(found, wanted):
     assert np.abs(found - wanted).max() <= ROUND_OFF * max(1.0, np.abs(wanted).max())
 
 
-@pytest.mark.parametrize("case", [case for case in CASES if subject(case).model])
+@pytest.mark.parametrize("case", MODELS)
 def test_functions_of_a_model_are_the_models(case):
     what, drawn = subject(case), states(case.split()[0])
     model = what.model

@@ -7,18 +7,13 @@ import shutil
 import subprocess
 
 import pytest
-from exported_cases import CASES, subject
-from hostile import hostile_subjects
+from exported_cases import TORQUES, subject
+from hostile import HOSTILE, hostile
 
 from gd_analyze.exporting import Subject, printed
 from gd_analyze.formatting import number
 
-DOCUMENTS = [subject(case) for case in CASES if subject(case).torque]
-HOSTILE = [what for what in hostile_subjects() if what.torque]
-
-
-def told(what: Subject) -> str:
-    return f"{what.name} {what.model.level if what.model else 'exact'}"
+PLACES = [(case, first) for case, first in HOSTILE if case in TORQUES]
 
 
 def text_of(what: Subject) -> str:
@@ -26,8 +21,14 @@ def text_of(what: Subject) -> str:
     return text
 
 
-@pytest.mark.parametrize("what", [*DOCUMENTS, *HOSTILE], ids=told)
-def test_what_is_opened_is_closed(what):
+def subject_of(place) -> Subject:
+    """A case by its name, or with hostile names."""
+    return subject(place) if isinstance(place, str) else hostile(*place)
+
+
+@pytest.mark.parametrize("place", [*TORQUES, *PLACES], ids=str)
+def test_what_is_opened_is_closed(place):
+    what = subject_of(place)
     text = re.sub(r"^%.*$", "", text_of(what), flags=re.MULTILINE)
     plain = re.sub(r"\\[{}\\%#&$_]", "", text)
     open_ = []
@@ -48,8 +49,9 @@ def test_what_is_opened_is_closed(what):
     assert not re.search(r"\\(input|include|write|openout|read|catcode|def|immediate)\b", text)
 
 
-@pytest.mark.parametrize("what", DOCUMENTS, ids=told)
-def test_it_tells_errors_and_bounds(what):
+@pytest.mark.parametrize("case", TORQUES)
+def test_it_tells_errors_and_bounds(case):
+    what = subject(case)
     text = text_of(what)
     for j in range(what.n):
         assert rf"\tau_{{{j + 1}}} &=" in text or what.model is None
@@ -68,12 +70,9 @@ def test_it_tells_errors_and_bounds(what):
 
 
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")
-@pytest.mark.parametrize(
-    "what",
-    [subject("two_link energy"), subject("puma560 recursive"), subject("stanford"), *HOSTILE[::6]],
-    ids=told,
-)
-def test_it_is_typeset(what, tmp_path):
+@pytest.mark.parametrize("place", ["two_link energy", "puma560 recursive", "stanford", *PLACES[::5]], ids=str)
+def test_it_is_typeset(place, tmp_path):
+    what = subject_of(place)
     printed(what, "latex").save(tmp_path)
     words = ["pdflatex", "-no-shell-escape", "-interaction=nonstopmode", "-halt-on-error"]
     done = subprocess.run(

@@ -9,7 +9,7 @@ import subprocess
 import pytest
 from compiled import STRICT, called, needs_gcc, needs_gpp
 from exported_cases import subject
-from hostile import NAMES, hostile_subjects, renamed
+from hostile import HOSTILE, NAMES, hostile, renamed
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -18,8 +18,11 @@ from gd_analyze.exporting.foreign import comment, tex
 from gd_analyze.exporting.identifiers import LONGEST, RESERVED, identifier, identifiers
 from strategies import examples
 
-SUBJECTS = hostile_subjects()
 CODE = tuple(language for language in LANGUAGES if language != "latex")
+
+
+def subjects() -> list[Subject]:
+    return [hostile(*place) for place in HOSTILE]
 
 
 def code_of(what: Subject, language: str) -> list[str]:
@@ -82,8 +85,9 @@ def test_identifiers_are_safe_and_unique(names):
         assert identifier(again) == again
 
 
-@pytest.mark.parametrize("what", SUBJECTS, ids=lambda what: what.name)
-def test_the_header_lists_what_became_what(what):
+@pytest.mark.parametrize(("case", "first"), HOSTILE)
+def test_the_header_lists_what_became_what(case, first):
+    what = hostile(case, first)
     text = next(iter(printed(what, "c").files.values()))
     listed = re.findall(r"^ \*   (\d): (\w+)(?: \(named (.*)\))? (?:turns|slides): ", text, re.MULTILINE)
     assert [(int(k), word) for k, word, _ in listed] == list(enumerate(what.joints, start=1))
@@ -93,7 +97,7 @@ def test_the_header_lists_what_became_what(what):
 
 @needs_gcc
 def test_c_compiles_and_trigraphs_are_none(tmp_path):
-    for what in SUBJECTS:
+    for what in subjects():
         printed(what, "c").save(tmp_path)
     sources = sorted(tmp_path.glob("*.c"))
     called("gcc", "-std=c99", *STRICT, "-fsyntax-only", *sources)
@@ -101,9 +105,9 @@ def test_c_compiles_and_trigraphs_are_none(tmp_path):
 
 @needs_gpp
 def test_cpp_compiles(tmp_path):
-    for what in SUBJECTS:
+    for what in subjects():
         printed(what, "cpp").save(tmp_path)
-    lines = [f'#include "{what.name}.hpp"\n' for what in SUBJECTS]
+    lines = [f'#include "{what.name}.hpp"\n' for what in subjects()]
     (tmp_path / "main.cpp").write_text("".join(lines))
     called("g++", "-std=c++11", *STRICT, "-fsyntax-only", tmp_path / "main.cpp")
 
@@ -112,7 +116,7 @@ def test_cpp_compiles(tmp_path):
 def test_python_runs(language, tmp_path, monkeypatch):
     pytest.importorskip({"python": "numpy"}.get(language, language))
     monkeypatch.chdir(tmp_path)
-    for what in SUBJECTS[::3]:
+    for what in subjects()[::3]:
         (text,) = printed(what, language).files.values()
         names: dict[str, object] = {}
         exec(compile(text, what.name, "exec"), names)
@@ -125,7 +129,7 @@ def test_python_runs(language, tmp_path, monkeypatch):
 )
 def test_octave_runs(tmp_path):
     lines = []
-    for what in SUBJECTS:
+    for what in subjects():
         printed(what, "matlab").save(tmp_path)
         zeros = ", ".join([f"zeros({what.n}, 1)"] * (3 if what.torque else 2))
         lines.append(f"{what.name}({zeros});")

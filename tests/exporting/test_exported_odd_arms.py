@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
-from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -31,15 +31,24 @@ ARMS = (
     arm_of("slides", "prismatic", "prismatic"),
     arm_of("spins", "revolute"),
 )
-SUBJECTS = [
-    *(subject_of_form(ExactForm(arm)) for arm in ARMS),
-    *(subject_of_decomposition(replace(arm, name=f"{arm.name}_parts")) for arm in ARMS),
-]
-every = pytest.mark.parametrize("what", SUBJECTS, ids=lambda what: what.name)
+
+
+@cache
+def subjects() -> dict[str, Subject]:
+    """Dynamics and decomposition of each."""
+    every = [
+        *(subject_of_form(ExactForm(arm)) for arm in ARMS),
+        *(subject_of_decomposition(arm) for arm in ARMS),
+    ]
+    return {what.name: what for what in every}
+
+
+@pytest.fixture(params=[f"{arm.name}{parts}" for arm in ARMS for parts in ("", "_decomposition")])
+def what(request) -> Subject:
+    return subjects()[request.param]
 
 
 @needs_gcc
-@every
 @pytest.mark.parametrize("scalar", ["double", "float"])
 def test_c(what: Subject, scalar, tmp_path):
     drawn = random_states(what.n, 40, 2)
@@ -61,20 +70,19 @@ def _inputs(drawn):
 
 @needs_gpp
 def test_cpp(tmp_path):
-    for what in SUBJECTS:
+    for what in subjects().values():
         printed(what, "cpp").save(tmp_path)
     calls = []
-    for what in SUBJECTS:
+    for what in subjects().values():
         for function in what.functions:
             places = ", ".join(["x"] * (len(function.arguments) + len(function.results)))
             calls.append(f"    {what.name}::{function.name}({places});")
-    includes = "".join(f'#include "{what.name}.hpp"\n' for what in SUBJECTS)
+    includes = "".join(f'#include "{what.name}.hpp"\n' for what in subjects().values())
     text = "\n".join([f"{includes}int main()", "{", "    double x[99] = {0};", *calls, "}", ""])
     (tmp_path / "main.cpp").write_text(text)
     called("g++", "-std=c++11", *STRICT, "-fsyntax-only", tmp_path / "main.cpp")
 
 
-@every
 @pytest.mark.parametrize("language", ["python", "jax", "casadi"])
 def test_python(what: Subject, language, tmp_path):
     pytest.importorskip({"python": "numpy"}.get(language, language))
@@ -95,7 +103,6 @@ def test_python(what: Subject, language, tmp_path):
             assert_same(found, function.program, drawn)
 
 
-@every
 def test_every_language_prints_it(what: Subject):
     for language in LANGUAGES:
         if language != "latex" or what.torque:

@@ -15,6 +15,7 @@ from gd_analyze.cli.certify import certify
 from gd_analyze.cli.columns import columns
 from gd_analyze.cli.compare import compare
 from gd_analyze.cli.completion import completion
+from gd_analyze.cli.control import control
 from gd_analyze.cli.equations import equations
 from gd_analyze.cli.evaluate import evaluate
 from gd_analyze.cli.export import export
@@ -158,6 +159,7 @@ VERBS = (
     equations,
     compare,
     certify,
+    control,
     export,
     completion,
 )

@@ -1,0 +1,52 @@
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from gd_analyze.closed_loop import CONTINUOUS, ControlSettings, ControlStudy, Gains, control
+from gd_analyze.closed_loop.bounds import mean_diagonal
+from gd_analyze.closed_loop.controllers import Knowledge
+from gd_analyze.closed_loop.loop import World
+from gd_analyze.closed_loop.reference import Reference
+from gd_analyze.levels import SimplifiedModel
+from gd_analyze.search import simplify
+
+
+@pytest.fixture(scope="session")
+def swing_model(two_link, swing) -> SimplifiedModel:
+    return simplify(two_link, swing, "20%")
+
+
+@pytest.fixture(scope="session")
+def swing_world(swing_model, swing) -> World:
+    """The two-link arm without torque limits, tuned to a bandwidth of 20 rad/s."""
+    reference = Reference.of(swing)
+    knowledge = Knowledge.of(swing_model, mean_diagonal(swing_model.form, reference))
+    return World(swing_model.form, knowledge, Gains(20.0, 1.0), reference, np.full(2, np.inf))
+
+
+@pytest.fixture(scope="session")
+def puma_study(puma, pick_and_place) -> ControlStudy:
+    """Without torque limits, which no bound knows of."""
+    settings = ControlSettings(rates=(CONTINUOUS,), speeds=(1.0,), limits=None)
+    return control(simplify(puma, pick_and_place, "1%"), pick_and_place, settings, command="gd-analyze")
+
+
+@pytest.fixture(scope="session")
+def swing_study(swing_model, swing) -> ControlStudy:
+    settings = ControlSettings(rates=(CONTINUOUS, 200.0), speeds=(0.5, 1.0))
+    return control(swing_model, swing, settings, command="gd-analyze control", warned=("odd",))
+
+
+@pytest.fixture(scope="session")
+def hostile_study(swing_study) -> ControlStudy:
+    """Names that would leave their place in a page."""
+    bad = "<script>alert(1)</script>"
+    arm = dataclasses.replace(
+        swing_study.arm,
+        title=bad,
+        joints=tuple(dataclasses.replace(joint, name="<b>&") for joint in swing_study.arm.joints),
+    )
+    return dataclasses.replace(swing_study, arm=arm, warnings=("<b>",))

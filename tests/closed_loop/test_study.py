@@ -1,0 +1,205 @@
+"""Bounds beside what is simulated, what motion is followed, and what is refused."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from gd_analyze.closed_loop import CONTINUOUS, CONTROLLERS, Controller, ControlSettings, Tolerance, control
+from gd_analyze.closed_loop.reference import Reference, at_speed, followable
+from gd_analyze.closed_loop.verdict import EXACT, SIMPLIFIED, WITHOUT_H, sentences
+from gd_analyze.decomposition import torque_of
+from gd_analyze.errors import ArmError, GdAnalyzeWarning, ModelError, TrajectoryError, UsageError
+from gd_analyze.search import simplify
+from gd_analyze.states import States
+from gd_analyze.trajectories import Trajectory, read_trajectory
+
+
+def test_no_simulated_error_is_beyond_the_certified(puma_study):
+    """In continuous time and without limits, as the certificate has it; and the bound is of use."""
+    simulated = puma_study.loop(SIMPLIFIED, CONTINUOUS, 1.0).peak_error
+    bound = puma_study.certified[1.0]
+    assert (simulated <= bound.error).all()
+    # The certificate is within 2.2 times the largest torque error here, and takes the errors of all joints
+    # for the worst at a time.
+    assert (bound.error < 4.0 * simulated).all()
+    assert (puma_study.model.promise.errors.largest <= bound.torque_error).all()
+
+
+def test_what_is_expected_is_what_is_simulated(puma_study):
+    """To first order, and from above: the largest error for ever, and not only for a while."""
+    for controller in CONTROLLERS:
+        loop = puma_study.loop(controller, CONTINUOUS, 1.0)
+        if controller == EXACT:
+            assert (loop.expected < 1e-12).all()
+        elif loop.peak_error.max() < 0.01:
+            # Errors of 10 mrad change what is missing by about 1 %.
+            assert (loop.peak_error <= 1.01 * loop.expected).all(), controller.title
+            assert (loop.expected <= 1.4 * loop.peak_error).all(), controller.title
+
+
+def test_pd_rests_where_stiffness_holds_what_gravity_is_left(puma_study):
+    model = puma_study.model
+    q = np.array(Reference.of(puma_study.motion).at(np.linspace(0.0, 2.4, 500))[0]).T
+    still = np.zeros_like(q)
+    exact = torque_of(puma_study.arm, States(q, still, still), drives=True)
+    left = {"nothing": exact, "simplified": exact - model.gravity_loading(q)}
+    for knows, torque in left.items():
+        found = puma_study.at_rest[Controller("pd", knows)]
+        expected = np.abs(torque).max(axis=0) / (400.0 * puma_study.diagonal)
+        # The set points are among the study's instants, too.
+        np.testing.assert_allclose(found, expected, rtol=1e-3, atol=1e-12)
+    assert (puma_study.at_rest[Controller("pd", "gravity")] == 0.0).all()
+
+
+def test_controllers_that_know_more_track_better(puma_study):
+    def worst(knows):
+        return puma_study.loop(Controller("computed_torque", knows), CONTINUOUS, 1.0).peak_error.max()
+
+    order = ["exact", "simplified", "without_h", "gravity", "nothing"]
+    assert sorted(order, key=worst) == order
+
+
+def test_dropping_h_costs_with_the_square_of_the_speed(swing_study):
+    slow, planned = (swing_study.loop(WITHOUT_H, CONTINUOUS, speed).peak_error.max() for speed in (0.5, 1.0))
+    # The loop settles in a tenth of the motion's time; the rest is a few percent.
+    assert planned / slow == pytest.approx(4.0, rel=0.1)
+
+
+def test_the_speed_where_a_tolerance_is_left(swing_study):
+    """Within the square law between two speeds; all, or none, where it is left nowhere, or everywhere."""
+    planned = swing_study.loop(WITHOUT_H, 200.0, 1.0).peak_error
+    half = dataclasses.replace(
+        swing_study,
+        settings=dataclasses.replace(
+            swing_study.settings, tolerance=Tolerance(turning=float(planned.max()) / 2)
+        ),
+    )
+    assert half.tracks_up_to(WITHOUT_H, 200.0) == pytest.approx(math.sqrt(0.5), rel=0.03)
+    wide, narrow = (
+        dataclasses.replace(
+            swing_study, settings=dataclasses.replace(swing_study.settings, tolerance=Tolerance(turning=x))
+        )
+        for x in (1.0, 1e-9)
+    )
+    assert wide.tracks_up_to(WITHOUT_H, 200.0) == math.inf
+    assert narrow.tracks_up_to(WITHOUT_H, 200.0) is None
+    assert "good enough to control this arm" in sentences(wide)[0]
+    assert "Not even the exact model" in sentences(narrow)[0]
+    assert "Dropping h hurts beyond 0.7" in " ".join(sentences(half))
+
+
+def test_a_model_without_inertia_has_no_feedback(puma):
+    """Along a motion in which the wrist hardly moves, the model drops its inertia; fixed gains help."""
+    slew = read_trajectory("large-slew", puma)
+    settings = ControlSettings(rates=(200.0,), speeds=(1.0,))
+    study = control(simplify(puma, slew, "1%"), slew, settings)
+    assert study.feedback.share < 0.1
+    # The wrist, and none of the joints that swing.
+    assert set(study.feedback.joints) <= {4, 5, 6}
+    assert not study.certified
+    told = " ".join(sentences(study))
+    assert "Computed torque multiplies feedback by the model's D, which lacks inertia" in told
+    assert "good enough to control this arm, with fixed gains" in told
+    assert "inf" not in told
+    fixed = study.loop(Controller("fixed_gains", "simplified"), 200.0, 1.0).peak_error
+    assert fixed.max() < study.loop(SIMPLIFIED, 200.0, 1.0).peak_error.max()
+
+
+def test_a_whole_model_leaves_all_feedback(puma_study):
+    """That of 1 % differs from D by a few percent where it counts."""
+    assert puma_study.feedback.is_enough
+    assert puma_study.feedback.share == pytest.approx(1.0, abs=0.2)
+
+
+def test_fixed_gains_of_a_slow_loop(swing_model, swing):
+    """A tenth above the rate named they still track, and a third below it they do not."""
+    settings = ControlSettings(rates=(1000.0,), speeds=(1.0,))
+    study = control(swing_model, swing, settings)
+    assert study.too_slow_for_fixed_gains == ()
+    edge = settings.gains.damper * study.fixed_excess / 2.0
+    assert edge > settings.bandwidth
+    rates = (round(0.6 * edge), round(1.5 * edge))
+    slower = control(swing_model, swing, dataclasses.replace(settings, rates=rates))
+    assert slower.too_slow_for_fixed_gains == rates[:1]
+    assert f"is stable there at {rates[0]:g} Hz" in " ".join(sentences(slower))
+    lost, kept = (
+        slower.loop(Controller("computed_torque", "gravity"), rate, 1.0).peak_error.max() for rate in rates
+    )
+    assert lost > 3 * kept
+
+
+def test_the_reference_goes_through_every_set_point(swing):
+    reference = Reference.of(swing)
+    found = reference.at(swing.time / 2.0, 2.0)
+    # Set points of the file, read with all digits; a sum of six terms.
+    for values, expected, power in zip(found, (swing.q, swing.qd, swing.qdd), (0, 1, 2), strict=True):
+        np.testing.assert_allclose(values.T, 2.0**power * expected, rtol=0, atol=1e-9)
+    time = np.linspace(0.1, 1.4, 50)
+    before, here, after = (np.array(reference.at(time + d)[0]) for d in (-1e-4, 0.0, 1e-4))
+    # Central differences of fourth derivatives of some 1e3: 1e-8 times that over 6.
+    np.testing.assert_allclose((after - before) / 2e-4, reference.at(time)[1], rtol=0, atol=1e-5)
+    # And round-off of 1e-16 over 1e-8.
+    np.testing.assert_allclose((after - 2 * here + before) / 1e-8, reference.at(time)[2], rtol=0, atol=1e-4)
+    twice = at_speed(swing, 2.0)
+    np.testing.assert_array_equal(twice.qdd, 4.0 * swing.qdd)
+
+
+def test_rates_that_do_not_go_with_positions_are_not_followed():
+    time = np.linspace(0.0, 2.0, 101)
+    q = np.column_stack([np.sin(time), np.cos(time)])
+    right = Trajectory(time, q, np.column_stack([np.cos(time), -np.sin(time)]), -q, "right")
+    assert followable(right) is right
+    wrong = dataclasses.replace(right, qd=right.qd + 0.05, name="wrong")
+    with pytest.warns(GdAnalyzeWarning, match="of wrong do not go with its positions"):
+        mended = followable(wrong)
+    # The quintic spline's error: h^4 of its second derivative.
+    np.testing.assert_allclose(mended.qdd, -q, atol=1e-4)
+
+
+def test_motions_that_cannot_be_followed(swing, swing_model):
+    gap = dataclasses.replace(swing, gaps=(10,))
+    with pytest.raises(TrajectoryError, match="with gaps cannot be followed"):
+        control(swing_model, gap)
+    single = Trajectory(swing.time[:1], swing.q[:1], swing.qd[:1], swing.qdd[:1])
+    with pytest.raises(TrajectoryError, match="no motion to follow"):
+        control(swing_model, single)
+
+
+def test_what_does_not_fit(swing, swing_model, puma):
+    with pytest.raises(ModelError, match="the model is not of arm puma560"):
+        control(swing_model, swing, arm=puma)
+    with pytest.raises(ArmError, match="describes no friction"):
+        control(swing_model, swing, ControlSettings(friction=True))
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        ({"bandwidth": math.nan}, "bandwidth"),
+        ({"bandwidth": 0.0}, "bandwidth"),
+        ({"damping": 0.0}, "damping"),
+        ({"rates": ()}, "rates"),
+        ({"rates": (500.0, 500.0)}, "different"),
+        ({"rates": (10.0,)}, "too slow for its bandwidth"),
+        ({"rates": (1e9,)}, "rate"),
+        ({"speeds": (0.0,)}, "speed"),
+        ({"limits": -1.0}, "limit"),
+    ],
+)
+def test_settings_that_are_none(words, says):
+    with pytest.raises(UsageError, match=says):
+        ControlSettings(**words)
+
+
+@pytest.mark.parametrize("text", ["", "1", "1parsec", "0.1deg,2mrad", "-1deg", "0deg", "nan deg"])
+def test_tolerances_that_are_none(text):
+    with pytest.raises(UsageError, match="tolerance"):
+        Tolerance.parse(text)
+
+
+def test_a_tolerance_is_read():
+    assert Tolerance.parse("2mrad, 0.5mm") == Tolerance(turning=0.002, sliding=0.0005)
