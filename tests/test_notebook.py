@@ -91,6 +91,7 @@ def shown(puma, pick_and_place, puma_findings) -> dict[str, object]:
         "findings": puma_findings,
         "model": puma_findings.model,
         "evaluation": gd.evaluate(puma_findings.model, pick_and_place),
+        "validation": gd.validate(puma_findings.model, pick_and_place, fail_over="1%"),
         "ranking": gd.rank_terms(exact),
         "certificate": gd.certify(puma_findings.model, gd.Box.around(*exact.states.arrays), effort=500),
         "exact dynamics": exact,
@@ -100,7 +101,7 @@ def shown(puma, pick_and_place, puma_findings) -> dict[str, object]:
     }
 
 
-HTML = ("arm", "trajectory", "findings", "model", "evaluation", "ranking", "certificate")
+HTML = ("arm", "trajectory", "findings", "model", "evaluation", "validation", "ranking", "certificate")
 
 
 @pytest.mark.parametrize("name", [*HTML, "exact dynamics", "states", "harmonics", "program"])

@@ -36,6 +36,7 @@ for k, axis in enumerate(axes.flat, start=1):
     shown = parts.inertia.sel(joint=k, joint_j=k) if k < 4 else parts.coriolis_centrifugal.sel(joint=k - 3)
     for effect, style in styles.items():
         axis.plot(parts.time, shown.sel(effect=effect), style, color="black", label=effect)
+    axis.set_ylim(bottom=0.0 if k < 4 else None)
     axis.set_title(f"$D_{{{k}{k}}}$ in kg m$^2$" if k < 4 else f"$h_{k - 3}$ in N m", loc="left")
 axes[0, 0].legend(frameon=False)
 for axis in axes[1]:

@@ -55,4 +55,6 @@ from gd_analyze.trajectories import plan as plan
 from gd_analyze.trajectories import pool as pool
 from gd_analyze.trajectories import read_trajectory as read_trajectory
 from gd_analyze.trajectories import write_trajectory as write_trajectory
+from gd_analyze.validation import Validation as Validation
+from gd_analyze.validation import validate as validate
 from gd_analyze.version import __version__ as __version__

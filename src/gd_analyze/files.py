@@ -115,7 +115,7 @@ def write_text(path: str | Path, text: str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
-def require_writable(path: Path) -> None:
+def require_writable(path: Path, option: str = "--out") -> None:
     """Fail early, before any computing, when a file could not be written.
 
     Raises
@@ -133,7 +133,7 @@ def require_writable(path: Path) -> None:
             where=Location(path),
             expected="a folder that exists or can be made",
             found=f"{existing} is {'not writable' if existing.is_dir() else 'not a folder'}",
-            next_step="choose another place with --out",
+            next_step=f"choose another place with {option}",
         )
 
 

@@ -229,6 +229,9 @@ CASES = (
     words("--to without an arm", "arms --to toml", "--to needs a ROBOT"),
     words("missing model", "evaluate nowhere.json x.csv", "where: nowhere.json"),
     words("a foreign model", "evaluate x.csv x.csv", "where: x.csv", "not valid JSON"),
+    words("a foreign model of a verdict", "validate x.csv x.csv x.csv", "where: x.csv", "not valid JSON"),
+    words("a verdict on nothing", "validate x.csv", "missing argument 'TRAJECTORY...'", "MODEL TRAJECTORY"),
+    words("JUnit into a file's inside", "validate x.csv x.csv --junit x.csv/j.xml", "with --junit"),
     Case("other JSON", ("evaluate", "m.json", "x.csv"), ("not a gd-analyze model",), {"m.json": "{}"}),
     Case(
         "a binary model",

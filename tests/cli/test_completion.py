@@ -20,6 +20,7 @@ VERBS = [
     "rank",
     "trade-off",
     "evaluate",
+    "validate",
     "equations",
     "compare",
     "certify",

@@ -32,7 +32,8 @@ it reads.
 
 **Errors** say what is wrong, where (file, line, column), what was expected, what was found, and what to do
 next. In the exit code, 2 means that the command or its input is at fault, 1 that gd-analyze or the machine
-failed; `--debug` adds Python's traceback.
+failed; `--debug` adds Python's traceback. `validate --fail-over` leaves with 1 as well where a model fails:
+then there is a result, and no error.
 
 **Units.** Joint values on the command line are degrees (metres for joints that slide), torques are N m (N).
 

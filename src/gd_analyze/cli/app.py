@@ -24,6 +24,7 @@ from gd_analyze.cli.rank import rank
 from gd_analyze.cli.report import report
 from gd_analyze.cli.simplify import simplify
 from gd_analyze.cli.trade_off import trade_off
+from gd_analyze.cli.validate import validate
 from gd_analyze.errors import UsageError
 from gd_analyze.resources import shipped
 from gd_analyze.version import __version__
@@ -39,7 +40,7 @@ Examples:
 \b
 Exit codes:
   0  done; warnings, if any, are on standard error
-  1  gd-analyze or the machine failed
+  1  gd-analyze or the machine failed; or a model failed `validate`
   2  the command or its input is at fault, and nothing was written
   130  interrupted
 
@@ -153,6 +154,7 @@ VERBS = (
     rank,
     trade_off,
     evaluate,
+    validate,
     equations,
     compare,
     certify,

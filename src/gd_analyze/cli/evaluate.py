@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import isclose
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -64,7 +63,9 @@ def evaluate(
 ) -> None:
     r"""Evaluate a simplified model elsewhere than it was made for, and report its torque error there.
 
-    What may be dropped depends on the states: the error stated for some says nothing of others. With
+    What may be dropped depends on the states: the error stated for some says nothing of others. This is for
+    a look at one motion, or at drawn states, and for torques over time; `gd-analyze validate` gives a verdict
+    over files. With
     --payload the exact torque is that of the arm carrying it; the model remains as it was made.
 
     \b
@@ -111,7 +112,7 @@ def evaluate(
 def _document(trial: _Trial) -> dict[str, Any]:
     from dataclasses import asdict
 
-    from gd_analyze.cli.joint_table import joint_rows, norm_rows
+    from gd_analyze.cli.joint_table import error_values, joint_rows, norm_rows
     from gd_analyze.levels.promise import share_of
 
     model, effect, body = trial.model, trial.effect, trial.payload
@@ -119,14 +120,8 @@ def _document(trial: _Trial) -> dict[str, Any]:
     exact, where = trial.evaluation.dynamics, trial.evaluation.dynamics.states.described
     allowed = model.promise.allowed if model.promise.asked.norm is None else None
     columns = {
-        "peak_torque": errors.peak_torque,
+        **error_values(errors, allowed),
         "peak_torque_made_for": promised.peak_torque,
-        "allowed_error": allowed,
-        "largest_error": errors.largest,
-        "rms_error": errors.rms,
-        "within_allowed": None if allowed is None else trial.evaluation.within(allowed),
-        "largest_of_allowed": None if allowed is None else share_of(errors.largest, allowed),
-        "largest_share_of_peak_here": errors.largest_share,
         "largest_share_of_peak_made_for": share_of(errors.largest, promised.peak_torque),
         "promised_largest_error": promised.largest,
         "promised_of_allowed": None if allowed is None else share_of(promised.largest, allowed),
@@ -222,8 +217,7 @@ def _show_by_norm(trial: _Trial) -> None:
         ],
     )
     line()
-    found = next(norm.share for norm in evaluation.norms if asked and isclose(norm.states, asked.states))
-    kept = "kept" if asked and found <= asked.share else "not kept"
+    kept = "kept" if asked and evaluation.keeps(asked) else "not kept"
     sentence(f"Allowed: {model.promise.budget}, which is {kept} here.")
     sentence(f"{norms_told(evaluation.norms, model.arm)}.")
     if bare is not None:

@@ -15,7 +15,7 @@ from gd_analyze.levels.promise import share_of
 from gd_analyze.results.words import drives_told
 
 if TYPE_CHECKING:
-    from gd_analyze.levels import Promise
+    from gd_analyze.levels import ErrorTable, Promise
     from gd_analyze.levels.budget import NormShare
     from gd_analyze.operations import OperationCount
     from gd_analyze.robots import RobotArm
@@ -48,7 +48,7 @@ def joint_table(title: str, arm: RobotArm, columns: Sequence[Column]) -> None:
         for i, joint in enumerate(arm.joints)
     ]
     factors, units = [factor for factor, _ in scales], [unit for _, unit in scales]
-    largest = np.max([np.abs(values) for values in torques], axis=0, initial=0.0)
+    largest = np.fmax.reduce([np.zeros(arm.n_joints), *(np.abs(values) for values in torques)])
     shown: list[tuple[str, Sequence[str]]] = []
     for heading, values in columns:
         cells = values if _are_cells(values) else _torques(np.asarray(values, dtype=float), largest, factors)
@@ -76,9 +76,13 @@ def _names(arm: RobotArm, beside: Sequence[tuple[str, Sequence[str]]]) -> list[s
 
 
 def _torques(values: FloatArray, largest: FloatArray, factors: Sequence[float]) -> list[str]:
-    """Cells of torques in the rows' units; what is round-off beside the others of its row as such."""
+    """Cells of torques in the rows' units; what is round-off beside the others of its row as such.
+
+    What is nan nobody knows.
+    """
     is_nothing = (values != 0.0) & (np.abs(values) <= _ROUND_OFF * largest)
-    return ["≈ 0" if no else text for no, text in zip(is_nothing, numbers(values / factors), strict=True)]
+    cells = ["≈ 0" if no else text for no, text in zip(is_nothing, numbers(values / factors), strict=True)]
+    return ["–" if unknown else cell for unknown, cell in zip(np.isnan(values), cells, strict=True)]
 
 
 def _are_cells(values: FloatArray | Sequence[str]) -> bool:
@@ -140,6 +144,19 @@ def promise_values(promise: Promise) -> dict[str, FloatArray | None]:
         "rms_error": errors.rms,
         "rms_share": errors.rms_share,
         "uncertainty": promise.uncertainty,
+    }
+
+
+def error_values(errors: ErrorTable, allowed: FloatArray | None) -> dict[str, FloatArray | None]:
+    """Errors at given states, beside what a model's promise allows the joints, if it does."""
+    return {
+        "peak_torque": errors.peak_torque,
+        "allowed_error": allowed,
+        "largest_error": errors.largest,
+        "rms_error": errors.rms,
+        "within_allowed": None if allowed is None else np.asarray(errors.largest <= allowed),
+        "largest_of_allowed": None if allowed is None else share_of(errors.largest, allowed),
+        "largest_share_of_peak_here": errors.largest_share,
     }
 
 

@@ -159,6 +159,13 @@ def read_motions(words: tuple[str, ...], arm: gd.RobotArm) -> gd.Trajectory:
     return trajectory_of(words, arm, read_motion)
 
 
+def read_each(words: tuple[str, ...], arm: gd.RobotArm) -> list[gd.Trajectory]:
+    """Read the same as `read_motions`, each motion by itself."""
+    from gd_analyze.trajectories import motions_of
+
+    return motions_of(words, arm, read_motion)
+
+
 def told_by_stages() -> Progress:
     """Tell the terminal how much of a log is read, where the command shows its stages."""
     context = click.get_current_context(silent=True)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from gd_analyze.cli.terminal import line, sentence, table
 
 if TYPE_CHECKING:
     from gd_analyze.results import Findings
+    from gd_analyze.results.rows import Row
 
 
 def show_measured_torque(findings: Findings) -> None:
@@ -38,22 +40,23 @@ def show_measured_torque(findings: Findings) -> None:
         "lrrrrll",
     )
     if "coulomb" in findings.tables["measured_torque"]:
-        _show_friction(findings)
+        show_friction(rows)
     line()
     sentence(torque_sentence(findings.tables["measured_torque"]))
 
 
-def _show_friction(findings: Findings) -> None:
+def show_friction(rows: Sequence[Row], beside: str = "") -> None:
+    """Print the friction fitted to each joint, of rows as `measured_rows` gives; beside which model."""
     from gd_analyze.labels import joint_name
-    from gd_analyze.results.torque_words import friction_cells, measured_rows
+    from gd_analyze.results.torque_words import friction_cells
 
     cells = []
-    for row in measured_rows(findings):
+    for row in rows:
         *told, _ = friction_cells(row, digits=1)
         tight = (cell.replace(" ± ", "±") for cell in told)
         cells.append([joint_name(row["joint"], row["joint_name"]), *tight])
     table(
-        "Friction and offset fitted to the difference, with standard errors, and RMS of what is left",
+        f"Friction and offset fitted to the difference{beside}, standard errors, and RMS of what is left",
         ["joint", "Coulomb", "offset", "RMS", "", "viscous", ""],
         cells,
         "lrrrlrl",

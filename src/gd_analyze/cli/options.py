@@ -183,11 +183,13 @@ def margin_option(told: str) -> Callable[[F], F]:
     )
 
 
-def trajectories_argument(without: str | None = None) -> Callable[[F], F]:
-    """TRAJECTORY..., one or several, or none where `without` says what happens then."""
+def trajectories_argument(
+    without: str | None = None, several: str = "of several motions the budget holds on each"
+) -> Callable[[F], F]:
+    """TRAJECTORY..., one or several, of which a word is said; or none where `without` says what happens."""
     told = (
         "CSV file, log (its options: `gd-analyze columns --help`), name of a shipped trajectory, - for "
-        "standard input, or a folder of these; of several motions the budget holds on each."
+        f"standard input, or a folder of these; {several}."
     )
     return click.argument(
         "trajectories",

@@ -13,8 +13,10 @@ from gd_analyze.cli.options import FILE, NameOrFile
 from gd_analyze.errors import UsageError
 
 
-def require_outputs(*paths: Path | None) -> None:
+def require_outputs(*paths: Path | None, option: str = "--out") -> None:
     """Check the files that the verb at hand will write, before it computes anything.
+
+    `option` names them in a message.
 
     Raises
     ------
@@ -27,14 +29,14 @@ def require_outputs(*paths: Path | None) -> None:
 
     inputs = list(_inputs(click.get_current_context()))
     for path in filter(None, paths):
-        require_writable(path)
+        require_writable(path, option)
         for word, status in inputs:
             if path.exists() and os.path.samestat(path.stat(), status):
                 raise UsageError(
                     "the output would replace an input",
                     where=str(path),
                     found=f"the same file as {word}",
-                    next_step="choose another name with --out",
+                    next_step=f"choose another name with {option}",
                 )
 
 

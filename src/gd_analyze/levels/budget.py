@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import NamedTuple, Self
 
@@ -112,6 +112,8 @@ class Budget:
         One or several allowances per entry; 1 % of peak torque by default. None where there is a norm.
     norm
         What is allowed to all joints together, in place of entries.
+    option
+        Where it was given, for messages.
 
     Raises
     ------
@@ -121,6 +123,7 @@ class Budget:
 
     entries: tuple[tuple[Allowance, ...], ...] = ((Allowance(0.01),),)
     norm: NormShare | None = None
+    option: str = field(default="--budget", compare=False, repr=False)
 
     def __post_init__(self) -> None:
         if self.norm is not None:
@@ -146,7 +149,7 @@ class Budget:
                 )
 
     @classmethod
-    def parse(cls, text: str) -> Self:
+    def parse(cls, text: str, option: str = "--budget") -> Self:
         """Read entries, separated by commas: amounts, separated by "or", of which the larger counts.
 
         An amount is a share of the joint's peak torque over the states ("1%"), of its torque limit ("0.5%
@@ -165,14 +168,14 @@ class Budget:
         '1% or 10% friction, 0.2 N m'
         """
         if re.search(r"\bnorm\b", text, re.IGNORECASE):
-            return cls((), _norm_in(text))
+            return cls((), _norm_in(text, option), option)
         entries = []
         for column, entry in enumerate(text.split(","), start=1):
             allowances = [Allowance.parse(words) for words in _OR.split(entry)]
             if None in allowances:
-                raise _not_understood(entry, column)
+                raise _not_understood(entry, column, option)
             entries.append(tuple(allowance for allowance in allowances if allowance is not None))
-        return cls(tuple(entries))
+        return cls(tuple(entries), option=option)
 
     @classmethod
     def of(cls, given: Self | str | None) -> Self:
@@ -218,7 +221,7 @@ class Budget:
         if self.norm is not None:
             raise UsageError(
                 f"{what} cannot be had with a budget of the norm",
-                where="--budget",
+                where=self.option,
                 expected='an error allowed at each joint, such as "1%" or "1% or 10% friction"',
                 found=f'"{self}", which is of all joints together',
                 next_step=next_step,
@@ -236,7 +239,7 @@ class Budget:
         if len(self.entries) not in (1, count):
             raise UsageError(
                 "the budget has a wrong number of entries",
-                where="--budget",
+                where=self.option,
                 expected=f"1 or {count}",
                 found=str(len(self.entries)),
             )
@@ -260,7 +263,10 @@ class Budget:
             return np.asarray(self.norm.share * np.sqrt(alike @ by.peak**2))
         return np.array(
             [
-                max(amount if of == "torque" else amount * by.of(of, joint) for amount, of in entry)
+                max(
+                    amount if of == "torque" else amount * by.of(of, joint, self.option)
+                    for amount, of in entry
+                )
                 for joint, entry in enumerate(self.of_joints(by.arm.n_joints))
             ]
         )
@@ -279,7 +285,7 @@ class Budget:
         return ", ".join(" or ".join(map(str, entry)) for entry in self.entries)
 
 
-def _norm_in(text: str) -> NormShare:
+def _norm_in(text: str, option: str) -> NormShare:
     """Read a budget that names the norm."""
     norm = NormShare.parse(text)
     if norm is not None:
@@ -287,7 +293,7 @@ def _norm_in(text: str) -> NormShare:
     mixed = "," in text or _OR.search(text)
     raise UsageError(
         "the budget is not understood",
-        where="--budget",
+        where=option,
         expected=f"a share of the norm of all joints' torque, up to {LARGEST:g} %, and the share of the "
         'states, above 0 and up to 100 %, that keep it: "1% norm at 95% of states"; without "at", all',
         found=repr(text.strip()),
@@ -295,7 +301,7 @@ def _norm_in(text: str) -> NormShare:
     )
 
 
-def _not_understood(entry: str, column: int) -> UsageError:
+def _not_understood(entry: str, column: int, option: str) -> UsageError:
     """The error for an entry of a budget, with the word that was likely meant where one is misspelt."""
     likely = [
         matches[0]
@@ -304,7 +310,7 @@ def _not_understood(entry: str, column: int) -> UsageError:
     ]
     return UsageError(
         "the budget is not understood",
-        where=f"--budget, entry {column}",
+        where=f"{option}, entry {column}",
         expected="a share of peak torque such as 1%, N m such as 0.5, or the larger of several "
         f'such as "1% or 10% friction" (or limit, uncertainty); up to {LARGEST:g}; or of the torque\'s norm, '
         'such as "1% norm at 95% of states"',

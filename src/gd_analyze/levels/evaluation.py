@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isclose
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -64,6 +65,11 @@ class Evaluation:
     def within(self, allowed: FloatArray) -> FloatArray:
         """Whether each joint's largest error is within `allowed` (n,)."""
         return np.asarray(self.errors.largest <= allowed)
+
+    def keeps(self, asked: NormShare) -> bool:
+        """Whether the share of the norm that the model's budget asks for is kept here."""
+        found = next(norm.share for norm in self.norms if isclose(norm.states, asked.states))
+        return found <= asked.share
 
 
 def evaluate(

@@ -37,8 +37,10 @@ class Yardsticks:
     peak: FloatArray
     uncertainty: FloatArray | None = None
 
-    def of(self, name: str, joint: int) -> float:
+    def of(self, name: str, joint: int, option: str = "--budget") -> float:
         """One of them by its name, "peak", "limit", "friction" or "uncertainty", of a joint, from 0.
+
+        `option` says in a message where it was asked for.
 
         Raises
         ------
@@ -49,7 +51,7 @@ class Yardsticks:
         if np.isnan(value):
             raise UsageError(
                 f"a budget cannot be a share of {name}, as the arm states none",
-                where=f"--budget, joint {joint + 1}, {self.arm.joints[joint].name}, of {self.arm.name}",
+                where=f"{option}, joint {joint + 1}, {self.arm.joints[joint].name}, of {self.arm.name}",
                 expected=_TO_STATE[name],
                 found="none",
                 next_step=f"state it in the arm file, or give this joint an entry without {name}: one entry "

@@ -11,7 +11,8 @@ from gd_analyze.formatting import named_joints, number, percent, prefixed, with_
 from gd_analyze.measured_torque.verdict import CONTRADICTING
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
-from gd_analyze.results.rows import Row, joint_rows
+from gd_analyze.results.rows import Row
+from gd_analyze.robots import RobotArm
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,9 +41,16 @@ _CHECK = {
 
 def measured_rows(findings: Findings) -> list[Row]:
     """One row per joint of the table "measured_torque", with its verdict `told`; none without one."""
-    if "measured_torque" not in findings.tables:
-        return []
-    return [row | {"told": verdict_told(row)} for row in joint_rows(findings, "measured_torque")]
+    found = findings.tables.get("measured_torque")
+    return [] if found is None else rows_told(found, findings.arm)
+
+
+def rows_told(table: xr.Dataset, arm: RobotArm) -> list[Row]:
+    """Do `measured_rows` with the table at hand."""
+    return [
+        row | {"effort_unit": joint.effort_unit, "told": verdict_told(row)}
+        for row, joint in zip(rows_of(table, "joint"), arm.joints, strict=True)
+    ]
 
 
 def verdict_told(row: Row) -> str:

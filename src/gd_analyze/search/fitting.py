@@ -104,7 +104,7 @@ def fitted(tape: Tape, aim: Aim, start: Fit, power: float, turns: int, enough: f
     Fit
         The one of the least norm of that power.
     """
-    best = here = start
+    here = start
     for _ in range(turns):
         if here.largest <= enough or not len(tape.scaled):
             break
@@ -120,8 +120,7 @@ def fitted(tape: Tape, aim: Aim, start: Fit, power: float, turns: int, enough: f
         else:
             break
         here = trial
-        best = min(best, here, key=lambda fit: norm(fit.errors, power))
-    return best
+    return here
 
 
 def norm(errors: FloatArray, power: float) -> float:

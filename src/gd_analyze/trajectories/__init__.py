@@ -7,7 +7,14 @@ from gd_analyze.trajectories.limits import JointExtremes, LimitReport, Violation
 from gd_analyze.trajectories.measured import motion_of
 from gd_analyze.trajectories.motions import Motion
 from gd_analyze.trajectories.planning import Plan, Schedule, plan
-from gd_analyze.trajectories.pool import GivenMotion, GivenMotions, pool, taken_apart, trajectory_of
+from gd_analyze.trajectories.pool import (
+    GivenMotion,
+    GivenMotions,
+    motions_of,
+    pool,
+    taken_apart,
+    trajectory_of,
+)
 from gd_analyze.trajectories.profiles import PROFILES, Profile
 from gd_analyze.trajectories.recording import Recording
 from gd_analyze.trajectories.trajectory import Trajectory
@@ -30,6 +37,7 @@ __all__ = [
     "check_against_arm",
     "limit_report",
     "motion_of",
+    "motions_of",
     "plan",
     "pool",
     "read_trajectory",

@@ -59,16 +59,37 @@ def trajectory_of(
     """
     if isinstance(given, Trajectory):
         return given
-    several = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else [given]
-    motions: list[Trajectory] = []
+    several = _several(given)
+    name = visible(Path(several[0]).resolve().name) if _is_only_folder(several) else None
+    return pool(_each(several, arm, read), name)
+
+
+def motions_of(
+    given: GivenMotions,
+    arm: RobotArm,
+    read: Callable[[str | Path, RobotArm], Trajectory] = read_trajectory,
+) -> list[Trajectory]:
+    """Take the motions that `trajectory_of` makes one of, each by itself and no two of one name.
+
+    Those of a pool come without readings.
+    """
+    return _apart(_each(_several(given), arm, read))
+
+
+def _several(given: GivenMotions) -> list[GivenMotion]:
+    return list(given) if isinstance(given, Sequence) and not isinstance(given, str) else [given]
+
+
+def _each(
+    several: Sequence[GivenMotion], arm: RobotArm, read: Callable[[str | Path, RobotArm], Trajectory]
+) -> Iterator[Trajectory]:
     for one in several:
         if isinstance(one, Trajectory):
-            motions.append(one)
+            yield one
         elif _is_folder(one):
-            motions += [read(path, arm) for path in trajectory_files(Path(one))]
+            yield from (read(path, arm) for path in trajectory_files(Path(one)))
         else:
-            motions.append(read(one, arm))
-    return pool(motions, visible(Path(several[0]).resolve().name) if _is_only_folder(several) else None)
+            yield read(one, arm)
 
 
 def pool(motions: Iterable[Trajectory], name: str | None = None) -> Trajectory:
@@ -99,19 +120,9 @@ def pool(motions: Iterable[Trajectory], name: str | None = None) -> Trajectory:
     >>> pool([rest, rest]).name
     'rest+rest-2'
     """
-    given: list[Trajectory] = []
-    for one in motions:
-        if not isinstance(one, Trajectory):
-            raise TrajectoryError(
-                "this is no trajectory", where="motions", expected="a Trajectory", found=in_python(one)
-            )
-        given += taken_apart(one)
-    if not given:
-        raise TrajectoryError("there are no motions", where="motions", expected="at least one", found="none")
-    if len(given) == 1:
-        return given[0]
-    _require_alike(given)
-    named = [replace(one, name=each) for one, each in zip(given, _distinct(given), strict=True)]
+    named = _apart(motions)
+    if len(named) == 1:
+        return named[0]
     pause = _pause(named)
     ends: list[int] = np.cumsum([one.n_set_points for one in named]).tolist()
     begins = [0, *ends[:-1]]
@@ -140,6 +151,24 @@ def pool(motions: Iterable[Trajectory], name: str | None = None) -> Trajectory:
             for one, first, end in zip(named, begins, ends, strict=True)
         ),
     )
+
+
+def _apart(motions: Iterable[Trajectory]) -> list[Trajectory]:
+    """Motions of one arm by themselves, no two of one name; at least one."""
+    given: list[Trajectory] = []
+    for one in motions:
+        if not isinstance(one, Trajectory):
+            raise TrajectoryError(
+                "this is no trajectory", where="motions", expected="a Trajectory", found=in_python(one)
+            )
+        given += taken_apart(one)
+    if not given:
+        raise TrajectoryError("there are no motions", where="motions", expected="at least one", found="none")
+    _require_alike(given)
+    names = _distinct(given)
+    return [
+        one if one.name == name else replace(one, name=name) for one, name in zip(given, names, strict=True)
+    ]
 
 
 def _is_folder(given: object) -> TypeGuard[str | Path]:

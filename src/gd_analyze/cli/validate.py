@@ -1,0 +1,76 @@
+"""`gd-analyze validate`: a verdict on a model over files, for people and for machines that run tests."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from gd_analyze.cli.log_options import log_options, read_each
+from gd_analyze.cli.options import FILE, trajectories_argument
+from gd_analyze.cli.options import Output as OutputFile
+from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.outputs import require_outputs
+
+# Exit code of a model that fails.
+_FAILED = 1
+
+
+@click.command(short_help="Pass or fail a model over files: exact, measured, box.")
+@click.argument("model", type=FILE, help="A model.json that gd-analyze wrote.")
+@trajectories_argument(several="each motion is judged by itself")
+@log_options
+@click.option(
+    "--fail-over",
+    metavar="LIST",
+    help="Leave with exit code 1 if a joint's error is larger on any motion: a share of its peak torque "
+    "along that motion (1%), N m (0.5), `1% or 0.5`, one entry per joint with commas, all as --budget of "
+    "`simplify`; or `promise`, what the model's own budget allows.",
+)
+@click.option(
+    "--fit-friction", is_flag=True, help="Of measured torques: also what is left beside fitted friction."
+)
+@click.option("--junit", type=OutputFile(), help="JUnit XML file, with a test per motion and joint.")
+@reporting
+def validate(
+    model: Path,
+    trajectories: tuple[str, ...],
+    fail_over: str | None,
+    fit_friction: bool,
+    junit: Path | None,
+    output: Output,
+) -> None:
+    r"""Give a verdict on a simplified model over files, motion by motion.
+
+    Told are each joint's error against the exact dynamics of the arm, and whether it is within what the model
+    promises; which set points lie outside the arm's limits, where no certificate for these holds; and, of a
+    log with measured torques, how far exact and simplified ones are from them. Without --fail-over all of
+    that is told, and the exit code is 0. `gd-analyze evaluate` looks closer at one motion: torques over
+    time, payloads, what was dropped.
+
+    \b
+    Examples:
+      gd-analyze validate model.json large-slew wrist-move
+      gd-analyze validate model.json logs/ --fail-over 1% --junit junit.xml
+      gd-analyze validate model.json log.csv --fit-friction --json
+    """
+    require_outputs(junit, option="--junit")
+    with output.working() as stage:
+        stage("reading")
+        import gd_analyze as gd
+        from gd_analyze.cli.validation_view import document, show
+        from gd_analyze.files import write_text
+        from gd_analyze.validation import junit_xml
+
+        loaded = gd.load_model(model)
+        motions = read_each(trajectories, loaded.arm)
+        stage("validating", len(motions))
+        found = gd.validate(loaded, motions, fail_over=fail_over, progress=stage.advance)
+        if junit is not None:
+            stage(f"writing {junit.name}")
+            write_text(junit, junit_xml(found))
+    output.give(
+        lambda: document(found, fit_friction) | output.about(junit), lambda: show(found, fit_friction), junit
+    )
+    if not found.passed:
+        click.get_current_context().exit(_FAILED)

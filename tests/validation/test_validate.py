@@ -1,0 +1,225 @@
+"""A model over motions: what holds of the exact one, promises, several motions, measured torques."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import gd_analyze as gd
+from gd_analyze.certification import Box
+from gd_analyze.errors import TrajectoryError, UsageError
+from gd_analyze.levels import Budget, SimplifiedModel
+from gd_analyze.robots import RobotArm
+from gd_analyze.simulation import Drivetrain, Integration, simulate
+from gd_analyze.trajectories import Trajectory, pool, taken_apart
+from gd_analyze.validation import validate
+from made_models import ROUND_OFF, exact_model
+from recorded_logs import recorded, with_torques
+from several_motions import swung
+
+
+@pytest.fixture(scope="module")
+def rough(two_link: RobotArm) -> SimplifiedModel:
+    """Made for a slow motion, where terms in rates may go; 5 % of its peak torque."""
+    return gd.simplify(two_link, swung(6.0, "slow"), "5%")
+
+
+def test_the_exact_model_is_off_by_round_off_alone(two_link, swing):
+    found = validate(exact_model(two_link), [swing, swung(2.0, "brisk")], fail_over=f"{100 * ROUND_OFF}%")
+    assert found.passed
+    for one in found.motions:
+        errors = one.evaluation.errors
+        assert (errors.largest <= ROUND_OFF * errors.peak_torque.max()).all()
+        assert one.keeps_promise.all()
+        assert one.measured is None
+
+
+def test_a_model_keeps_its_promise_where_it_was_made(rough):
+    found = validate(rough, swung(6.0, "slow"), fail_over="promise")
+    (one,) = found.motions
+    # The same program at the same states, so the same bits.
+    np.testing.assert_array_equal(one.evaluation.errors.largest, rough.promise.errors.largest)
+    np.testing.assert_array_equal(one.most, rough.promise.allowed)
+    assert found.passed
+    assert one.keeps_promise.all()
+
+
+def test_a_model_beyond_its_promise_fails(rough):
+    fast = swung(1.0, "fast")
+    judged, told = (validate(rough, fast, fail_over=asked) for asked in ("promise", None))
+    (one,) = told.motions
+    expected = gd.evaluate(rough, fast).errors.largest > rough.promise.allowed
+    assert expected.any()
+    assert one.keeps_promise.tolist() == (~expected).tolist()
+    assert judged.motions[0].fails.tolist() == expected.tolist()
+    assert [joint for _, joint in judged.failures] == np.flatnonzero(expected).tolist()
+    assert not judged.passed
+    assert told.passed
+    assert (one.most, told.failures) == (None, ())
+
+
+def test_an_error_as_large_as_it_may_be_passes(rough):
+    fast = swung(1.0, "fast")
+    largest = gd.evaluate(rough, fast).errors.largest
+    for factor, passes in ((1.0, True), (1.0 - 1e-12, False)):
+        budget = Budget.of_torques(factor * largest)
+        assert validate(rough, fast, fail_over=budget).passed == passes
+
+
+def test_the_instant_of_the_largest_error(rough):
+    fast = swung(1.0, "fast")
+    (one,) = validate(rough, fast).motions
+    error = np.abs(one.evaluation.torque - one.evaluation.dynamics.torque)
+    for joint, at in enumerate(one.at):
+        assert error[fast.time.tolist().index(at), joint] == error[:, joint].max()
+
+
+def test_each_motion_is_judged_by_itself(rough):
+    slow, fast = swung(6.0, "slow"), swung(1.0, "fast")
+    alone = [validate(rough, one, fail_over="1%").motions[0] for one in (slow, fast)]
+    together = validate(rough, [slow, fast], fail_over="1%")
+    assert [one.name for one in together.motions] == ["slow", "fast"]
+    for one, other in zip(together.motions, alone, strict=True):
+        np.testing.assert_array_equal(one.most, other.most)
+        assert one.fails.tolist() == other.fails.tolist()
+    pooled = validate(rough, pool([slow, fast]), fail_over="1%")
+    assert [one.fails.tolist() for one in pooled.motions] == [one.fails.tolist() for one in alone]
+
+
+def test_motions_of_one_name_get_two(rough):
+    found = validate(rough, [swung(6.0, "same"), swung(1.0, "same")])
+    assert [one.name for one in found.motions] == ["same", "same-2"]
+
+
+def test_a_joint_that_needs_no_torque_is_judged_by_the_other_motions(puma, pick_and_place):
+    model = exact_model(puma)
+    q = np.tile(pick_and_place.q[:1], (2, 1))
+    # Gravity moves nothing about the vertical axis of the first joint.
+    rest = Trajectory(np.arange(2.0), q, 0 * q, 0 * q, "rest")
+    still, moving = validate(model, [rest, pick_and_place], fail_over="1%").motions
+    assert still.evaluation.errors.peak_torque[0] == 0.0
+    assert still.most[0] == moving.most[0] == 0.01 * moving.evaluation.errors.peak_torque[0]
+    assert still.most[1] == 0.01 * still.evaluation.errors.peak_torque[1]
+
+
+def test_the_promise_along_one_of_several_motions(two_link):
+    motions = [swung(6.0, "slow"), swung(2.0, "brisk")]
+    model = gd.simplify(two_link, motions, "5%")
+    found = validate(model, motions, fail_over="promise")
+    assert found.passed
+    for one, promised in zip(found.motions, model.promise.motions, strict=True):
+        np.testing.assert_array_equal(one.most, promised.allowed)
+        np.testing.assert_array_equal(one.evaluation.errors.largest, promised.errors.largest)
+
+
+def test_a_promise_of_the_norm_is_kept_by_all_joints_or_none(two_link):
+    slow, fast = swung(6.0, "slow"), swung(1.0, "fast")
+    model = gd.simplify(two_link, slow, "5% norm at 95%")
+    kept, broken = validate(model, [slow, fast]).motions
+    assert (kept.keeps_promise.tolist(), kept.allowed) == ([True, True], None)
+    asked = model.promise.asked.norm
+    assert broken.keeps_promise.tolist() == [broken.evaluation.keeps(asked)] * 2
+    assert not broken.keeps_promise.any()
+    with pytest.raises(UsageError, match="promises no joint an error of its own") as caught:
+        validate(model, slow, fail_over="promise")
+    assert caught.value.details["where"] == "--fail-over"
+
+
+def test_the_box_is_the_arms_limits_or_the_one_given(two_link, rough):
+    fast = swung(1.0, "fast")
+    box = Box.of(two_link)
+    (one,) = validate(rough, fast).motions
+    beyond = (
+        (fast.q < box.lower)
+        | (fast.q > box.upper)
+        | (np.abs(fast.qd) > box.rate)
+        | (np.abs(fast.qdd) > box.acceleration)
+    )
+    assert beyond.any()
+    assert one.outside.tolist() == beyond.any(axis=1).tolist()
+    around = Box.around(fast.q, fast.qd, fast.qdd)
+    assert not validate(rough, fast, box=around).motions[0].outside.any()
+
+
+def test_friction_of_a_log_is_found_beside_the_exact_torque(two_link, rough):
+    log = recorded(two_link, friction=(2.0, 0.7, 0.3))
+    (one,) = validate(rough, log).motions
+    # Sums of 500 readings of some 30 N m beside terms of the order of 1: round-off is far below.
+    np.testing.assert_allclose(one.measured.exact.friction.terms, [[2.0, 0.7, 0.3]] * 2, rtol=1e-9)
+    assert (one.measured.exact.friction.rms < 1e-9).all()
+    # What was dropped is not friction, and stays.
+    assert (one.measured.simplified.friction.rms > 1e-3).any()
+    alone = gd.compare_torque(two_link, log)
+    np.testing.assert_array_equal(one.measured.exact.rms, alone.rms)
+    error = one.evaluation.torque - log.recording.torque
+    # RMS about nothing, of the same 500 numbers: roundings of their sum.
+    np.testing.assert_allclose(one.measured.simplified.rms, np.sqrt((error**2).mean(axis=0)), rtol=1e-9)
+
+
+def test_friction_of_a_simulation_is_found(two_link):
+    damping = np.array([1.5, 0.4])
+
+    def pushed(t, q, qd):
+        return np.array([12.0 + 9.0 * np.sin(5.0 * t), 3.0 * np.cos(7.0 * t)])
+
+    how = Integration(rtol=1e-6, atol=1e-6, set_points=200)
+    run = simulate(
+        two_link, pushed, np.array([0.3, -0.4]), np.zeros(2), 2.0, Drivetrain(damping=damping), how
+    )
+    log = with_torques(run.as_trajectory("simulated"), run.torque)
+    (one,) = validate(exact_model(two_link), log).motions
+    for of in (one.measured.exact, one.measured.simplified):
+        # qdd solves D qdd = torque - h - c - damping qd at every set point to round-off, however coarse the
+        # integration: 1e-13 N m of torques of some ten.
+        np.testing.assert_allclose(of.friction.terms[:, 1], damping, rtol=1e-9)
+        np.testing.assert_allclose(of.friction.terms[:, [0, 2]], 0.0, atol=1e-9)
+
+
+def test_motions_without_torques_beside_such_with(two_link, rough):
+    log = recorded(two_link)
+    with_, without = validate(rough, [log, swung(6.0, "slow")]).motions
+    assert with_.measured is not None
+    assert without.measured is None
+    # A pool keeps no readings of its parts, see `taken_apart`.
+    assert taken_apart(pool([log, swung(6.0, "slow")]))[0].recording is None
+
+
+@pytest.mark.parametrize(
+    ("fail_over", "says", "where"),
+    [
+        ("1% frction", "not understood", "--fail-over, entry 1"),
+        ("1%,1%,1%", "wrong number of entries", "--fail-over"),
+        ("1% norm", "cannot be had with a budget of the norm", "--fail-over"),
+        ("much norm", "not understood", "--fail-over"),
+        ("10% friction", "the arm states none", "--fail-over, joint 1, shoulder, of two_link"),
+        (0.01, "this is no budget", "budget"),
+    ],
+)
+def test_what_is_no_verdict(rough, fail_over, says, where):
+    with pytest.raises(UsageError, match=says) as caught:
+        validate(rough, swung(6.0, "slow"), fail_over=fail_over)
+    assert caught.value.details["where"] == where
+
+
+def test_what_is_of_another_arm(rough, pick_and_place, puma):
+    with pytest.raises(TrajectoryError, match="pick-and-place is not for arm two_link"):
+        validate(rough, pick_and_place)
+    with pytest.raises(TrajectoryError, match="there are no motions"):
+        validate(rough, [])
+    with pytest.raises(UsageError, match="the box is not of this arm"):
+        validate(rough, swung(6.0, "slow"), box=Box.of(puma))
+
+
+def test_as_html(rough):
+    found = validate(rough, [swung(6.0, "<slow>"), swung(1.0, "fast")], fail_over="1%")
+    page = found._repr_html_()
+    assert "&lt;slow&gt;" in page
+    assert "<slow>" not in page
+    assert page.count("<tr>") == 1 + 4
+    assert repr(found) == "Validation('two_link', 2 motions, failed)"
+
+
+def test_progress_is_told_per_motion(rough):
+    steps: list[int] = []
+    validate(rough, [swung(6.0, "slow"), swung(1.0, "fast")], progress=steps.append)
+    assert steps == [1, 1]
