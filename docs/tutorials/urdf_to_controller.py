@@ -12,7 +12,14 @@ and write it in C. Run it in this folder: it needs gd-analyze, and gcc to try wh
 # all limits. `states_in_box` draws states from them; `simplify` drops and refits what the budget allows.
 
 # %%
+import ctypes
+import subprocess
+from pathlib import Path
+
+import numpy as np
+
 import gd_analyze as gd
+from gd_analyze.simulation import simulate
 
 arm = gd.load_arm("my_robot.urdf", limits=("all=15",))
 model = gd.simplify(arm, gd.states_in_box(arm), "1%")
@@ -59,16 +66,8 @@ void controller(const double q[], const double qd[], const double plan[], double
 # The compiled controller moves the exact arm from rest to a posture half a radian away.
 
 # %%
-import ctypes
-import subprocess
-from pathlib import Path
-
-import numpy as np
-
-from gd_analyze.simulation import simulate
-
 Path("controller/controller.c").write_text(CONTROLLER, encoding="utf-8")
-words = "gcc -std=c99 -O2 -Wall -Wextra -Werror -pedantic -shared -fPIC -o controller.so controller.c my_robot.c -lm"
+words = "gcc -std=c99 -O2 -Wall -Wextra -pedantic -shared -fPIC -o controller.so controller.c my_robot.c -lm"
 subprocess.run(words.split(), cwd="controller", check=True)
 compiled = ctypes.CDLL(str(Path("controller/controller.so").resolve())).controller
 
