@@ -21,7 +21,7 @@ from gd_analyze.levels.kept_programs import inputs_of
 from gd_analyze.levels.recursion import CONSTANT, NUMBER, Change, Changed, Changes, Recursion, restated
 from gd_analyze.operations.tape import Tape
 from gd_analyze.search.fitting import Aim, Columns, Fit, columns_of, fitted, norm, unfitted
-from gd_analyze.search.replacement import Replacement, replacements
+from gd_analyze.search.replacement import Replacement, replacements, told
 from gd_analyze.search.work import Work
 from gd_analyze.vectors import FloatArray
 
@@ -206,7 +206,7 @@ class _Pruning:
             change = one.change(fit.values)
             after = left((fit.errors + slopes[one.step] * change).ravel())
             if np.abs(after).max(initial=0.0) <= _PROMISED:
-                added = norm(after, _NEARLY_LARGEST) - before
+                added = told(norm(after, _NEARLY_LARGEST) - before)
                 kept.append(one._replace(added=added))
         return sorted(kept, key=lambda one: (one.merit, one.step))
 
