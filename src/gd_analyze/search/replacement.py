@@ -83,9 +83,7 @@ def replacements(
     weights = np.maximum(np.abs(fit.errors), _SMALL) ** (power - 2)
     weights /= weights.mean()
     pool = _Pool.of(tape, fit, slopes, known, weights)
-    promising = sorted(
-        [*pool.by_one(), *pool.by_two(), *pool.by_number()], key=lambda one: one.order
-    )
+    promising = sorted([*pool.by_one(), *pool.by_two(), *pool.by_number()], key=lambda one: one.order)
     several = _of_each(promising, _OF_EACH)[:_CLOSELY]
     found, mean_square = _beside_a_fit(tape, fit, slopes, several, weights)
     return _of_each(found, _TRIED_OF_EACH), mean_square
@@ -259,8 +257,9 @@ class _Pool:
     def _replacement(
         self, v: int, by: tuple[tuple[int, float], ...], saved: float, added: float
     ) -> Replacement:
-        numbers = tuple((u, float(snapped(np.float64(c)))) for u, c in by)
-        return Replacement(v, numbers, float(saved), told(float(added) / self.count))
+        steps, numbers = zip(*by, strict=True)
+        rounded = zip(steps, snapped(np.array(numbers)).tolist(), strict=True)
+        return Replacement(v, tuple(rounded), float(saved), told(float(added) / self.count))
 
 
 def told(added: float) -> float:
