@@ -23,6 +23,8 @@ _SMALL = 0.25
 # torque hardly does, and it is linear in them only nearby. Much more where few errors count: steps that bring
 # those down would let all others grow.
 _HELD_BACK, _HELD_BACK_MORE = 1e-3, 0.1
+# Numbers are taken to so many parts.
+_SNAP = 2.0**23
 # Shares of a step to try, the first that leads down is taken.
 _STRIDES = (1.0, 0.4, 0.15)
 
@@ -113,7 +115,7 @@ def fitted(tape: Tape, aim: Aim, start: Fit, power: float, turns: int, enough: f
         before = norm(here.errors, power)
         for stride in _STRIDES:
             numbers = here.numbers.copy()
-            numbers[tape.scaled] -= stride * step
+            numbers[tape.scaled] = snapped(numbers[tape.scaled] - stride * step)
             trial = unfitted(tape, aim, numbers)
             if norm(trial.errors, power) < before:
                 break
@@ -121,6 +123,16 @@ def fitted(tape: Tape, aim: Aim, start: Fit, power: float, turns: int, enough: f
             break
         here = trial
     return here
+
+
+def snapped(values: FloatArray) -> FloatArray:
+    """Round to seven digits: what follows from them is then the same on every processor.
+
+    The last digits of sums hang on the order in which a processor adds; a search that takes hundreds of
+    decisions by them would end elsewhere.
+    """
+    mantissas, exponents = np.frexp(values)
+    return np.asarray(np.ldexp(np.round(mantissas * _SNAP), exponents) / _SNAP)
 
 
 def norm(errors: FloatArray, power: float) -> float:

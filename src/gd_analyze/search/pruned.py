@@ -22,7 +22,7 @@ from gd_analyze.vectors import FloatArray
 # Shares of a usual search's effort, a minute. For one of many searches, or one that is not thorough: hardly
 # more than the first descent, which always ends. Otherwise seconds beyond it for six joints, 20 for seven, by
 # this power of the number of joints.
-_QUICK, _SIX_JOINTS, _POWER, _MOST = 1e-6, 0.06, 10, 0.4
+_QUICK, _SIX_JOINTS, _POWER, _MOST = 1e-6, 0.06, 15, 0.6
 
 
 def pruned(

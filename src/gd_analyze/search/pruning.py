@@ -21,7 +21,7 @@ from gd_analyze.levels.kept_programs import inputs_of
 from gd_analyze.levels.recursion import CONSTANT, NUMBER, Change, Changed, Changes, Recursion, restated
 from gd_analyze.operations.tape import Tape
 from gd_analyze.search.fitting import Aim, Columns, Fit, columns_of, fitted, norm, unfitted
-from gd_analyze.search.replacement import Replacement, replacements
+from gd_analyze.search.replacement import Replacement, replacements, told
 from gd_analyze.search.work import Work
 from gd_analyze.vectors import FloatArray
 
@@ -29,7 +29,7 @@ from gd_analyze.vectors import FloatArray
 _STATES, _JOINING = 300, 40
 # Several replacements are made at a time, as long as the mean square error grows no more than so many times:
 # below and above a share of the budget; or to a small one.
-_FEW_ERRORS, _GROWS, _GROWS_LESS, _SMALL, _AT_ONCE = 0.25, 2.0, 1.1, 0.01**2, 24
+_FEW_ERRORS, _GROWS, _GROWS_LESS, _SMALL, _AT_ONCE = 0.15, 2.0, 1.1, 0.01**2, 24
 # Errors over the allowed ones from which the largest lead.
 _LEADING = 0.3
 # Shares of the changed steps that are undone at once, and how often such that are near each other.
@@ -206,9 +206,9 @@ class _Pruning:
             change = one.change(fit.values)
             after = left((fit.errors + slopes[one.step] * change).ravel())
             if np.abs(after).max(initial=0.0) <= _PROMISED:
-                added = norm(after, _NEARLY_LARGEST) - before
+                added = told(norm(after, _NEARLY_LARGEST) - before)
                 kept.append(one._replace(added=added))
-        return sorted(kept, key=lambda one: (one.merit, one.step))
+        return sorted(kept, key=lambda one: one.order)
 
     def partly_undone(self, here: _Pruned, random: Random) -> _Pruned:
         """Undo some of the changes, and fit."""
@@ -310,6 +310,7 @@ def prune(
     random = Random(0)
     while here.replaced and pruning.work.affords(0.0):
         trial = pruning.descend(pruning.partly_undone(here, random), tell)
-        if trial.operations <= here.operations:
+        # Where nothing is found in the place of what is undone, states not looked at may exceed the budget.
+        if trial.operations <= here.operations and not pruning.beyond(trial).size:
             here = trial
     return here.changes

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from gd_analyze.levels.recursion import NUMBER
 from gd_analyze.operations.tape import Tape
-from gd_analyze.search.fitting import Fit, columns_of, sizes_of
+from gd_analyze.search.fitting import Fit, columns_of, sizes_of, snapped
 from gd_analyze.vectors import FloatArray
 
 # Steps beside which a second is looked for, and what is looked at closely.
@@ -30,6 +30,9 @@ _OF_EACH, _TRIED_OF_EACH = 4, 2
 _SMALL = 0.3
 # Steps that are nearly multiples of each other tell no two coefficients.
 _APART = 1e-9
+# Decimals of what errors grow by, where it decides: what is mathematically alike must not be told apart by
+# roundings, which differ between processors.
+_DIGITS, _DIGITS_OF_SUMS = 10, 7
 # How much a fit is held back here.
 _HELD_BACK = 1e-3
 
@@ -57,6 +60,11 @@ class Replacement(NamedTuple):
         """Smaller is better."""
         return self.added / max(self.saved, 0.5) if self.added > 0.0 else self.added * self.saved
 
+    @property
+    def order(self) -> tuple[float, float, int]:
+        """The best is the first; of those alike what saves most, the first of these."""
+        return self.merit, -self.saved, self.step
+
 
 def replacements(
     tape: Tape, fit: Fit, slopes: FloatArray, known: NDArray[np.bool_], power: float
@@ -75,9 +83,7 @@ def replacements(
     weights = np.maximum(np.abs(fit.errors), _SMALL) ** (power - 2)
     weights /= weights.mean()
     pool = _Pool.of(tape, fit, slopes, known, weights)
-    promising = sorted(
-        [*pool.by_one(), *pool.by_two(), *pool.by_number()], key=lambda one: (one.merit, one.step)
-    )
+    promising = sorted([*pool.by_one(), *pool.by_two(), *pool.by_number()], key=lambda one: one.order)
     several = _of_each(promising, _OF_EACH)[:_CLOSELY]
     found, mean_square = _beside_a_fit(tape, fit, slopes, several, weights)
     return _of_each(found, _TRIED_OF_EACH), mean_square
@@ -115,8 +121,8 @@ def _beside_a_fit(
         error, trials = every[0], every[1:]
     base = float(error @ error) / len(error)
     added = np.einsum("ks,ks->k", trials, trials) / len(error) - base
-    found = [one._replace(added=float(more)) for one, more in zip(promising, added, strict=True)]
-    return sorted(found, key=lambda one: (one.merit, one.step)), base
+    found = [one._replace(added=told(float(more))) for one, more in zip(promising, added, strict=True)]
+    return sorted(found, key=lambda one: one.order), base
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,7 +209,7 @@ class _Pool:
         """Two steps, of which the first is one of the best alone: the best second for each."""
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             alone = np.where(self.saved > 3.0, self.constant[:, None] - self.linear**2 / self.square, np.inf)
-        alone = np.where(np.isfinite(alone), alone, np.inf)
+        alone = np.where(np.isfinite(alone), np.round(alone, _DIGITS_OF_SUMS), np.inf)
         several = np.flatnonzero((self.total >= 4.0) & np.isfinite(alone.min(axis=1, initial=np.inf)))
         found: list[Replacement] = []
         if not several.size or alone.shape[1] <= _FIRST:
@@ -251,7 +257,14 @@ class _Pool:
     def _replacement(
         self, v: int, by: tuple[tuple[int, float], ...], saved: float, added: float
     ) -> Replacement:
-        return Replacement(v, by, float(saved), float(added) / self.count)
+        steps, numbers = zip(*by, strict=True)
+        rounded = zip(steps, snapped(np.array(numbers)).tolist(), strict=True)
+        return Replacement(v, tuple(rounded), float(saved), told(float(added) / self.count))
+
+
+def told(added: float) -> float:
+    """What an error grows by, in digits that do not depend on the processor."""
+    return round(added, _DIGITS)
 
 
 def _same_kind(degree: NDArray[np.intp]) -> NDArray[np.bool_]:
@@ -263,7 +276,7 @@ def _same_kind(degree: NDArray[np.intp]) -> NDArray[np.bool_]:
 def _merit(added: FloatArray, saved: FloatArray) -> FloatArray:
     with np.errstate(invalid="ignore"):
         merit = np.where(added > 0.0, added / np.maximum(saved, 0.5), added * saved)
-    return np.where((saved > 0.0) & np.isfinite(merit), merit, np.inf)
+    return np.where((saved > 0.0) & np.isfinite(merit), np.round(merit, _DIGITS_OF_SUMS), np.inf)
 
 
 def _smallest(merit: FloatArray, count: int) -> list[tuple[int, int]]:

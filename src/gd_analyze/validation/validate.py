@@ -73,7 +73,8 @@ class Validation:
 
     def __repr__(self) -> str:
         verdict = "" if self.fail_over is None else f", {'passed' if self.passed else 'failed'}"
-        return f"Validation({self.model.arm.name!r}, {len(self.motions)} motions{verdict})"
+        count = len(self.motions)
+        return f"Validation({self.model.arm.name!r}, {count} motion{'s' if count > 1 else ''}{verdict})"
 
     def _repr_html_(self) -> str:
         """A row per motion and joint, for a notebook."""
