@@ -276,8 +276,8 @@ def report(found: Sequence[Row], alike: Mapping[Chain, int]) -> str:
         f"by at most {worst:.2g} of what explains a difference, that is round-off and the angles taken as right ones.",
         f"- **The main job** ran to both reports for every other one. It found a model of fewer operations than exact, at 1 % of each "
         f"joint's peak torque along a motion through most of its range, for {len(saving)} of {len(went)}. Of the {len(seven)} of "
-        f"seven and eight joints that is {sum(row.simplified < row.exact for row in seven)}: their equations have up to "
-        f"{_MOST_TERMS} terms and more, and a model of fewer terms than that is dearer than exact Newton-Euler.",
+        f"seven and eight joints that is {sum(row.simplified < row.exact for row in seven)}: where equations are too long to be "
+        "cut, with thousands of terms, the recursion of Newton and Euler is.",
         f"- **Seconds** are processor time of one run with an empty cache, at most {max(row.seconds for row in went):.0f}.",
         f"- **Warnings** were given for {sum(bool(row.warnings) for row in went)} arms; what they say is listed below.",
         "",

@@ -185,6 +185,23 @@ def test_a_quantity_that_is_gone_has_no_equation():
         equation(form, changes, "a5x")
 
 
+def test_a_quantity_that_is_a_step_turned_round_is_told_by_its_name():
+    form, states = ExactForm(load_arm("stanford")), random_states(6, 20, 0)
+    needed = set(reached(form.recursion.outputs))
+    turned = {
+        value.order: quantity
+        for quantity, value in form.recursion.quantities
+        if isinstance(value, Expression) and value.operation == "negative" and value.order in needed
+    }
+    places = {step.order: place for place, step in enumerate(form.recursion.steps)}
+    assert turned
+    for order, quantity in turned.items():
+        for one in omissions(form, {Change(places[order], NUMBER): 0.3}, states):
+            assert one.quantity == quantity
+            assert [Plain().product(term) for term in one.exact] == [Plain().symbol(quantity.symbol)]
+            assert Plain().sum(one.instead) == "0.3"
+
+
 def equation(form: ExactForm, changes: Mapping[Change, float], left: str) -> Formula:
     formulas = read(form.recursion, changes).formulas
     return next(formula for formula in formulas if Plain().symbol(formula.left) == left)

@@ -96,7 +96,11 @@ class _Words:
         self.values = dict(recursion.quantities)
         told = {quantity: unsigned(value) for quantity, value in self.values.items()}
         self.names = Names(self.steps, told)
-        self.parts = self.names.parts(self.steps)
+        # A quantity may be a step turned round, and that a step of its own.
+        whole = {
+            value.order: quantity for quantity, value in recursion.quantities if isinstance(value, Expression)
+        }
+        self.parts = whole | dict(self.names.parts(self.steps))
 
     def of(self, place: int) -> Quantity:
         """The quantity a step is part of."""
@@ -162,13 +166,16 @@ class _Words:
         self, quantity: Quantity, changes: Mapping[int, Instead]
     ) -> tuple[tuple[Product, ...], tuple[Product, ...]]:
         """What a quantity was and what it is, without what is there as it was."""
-        _, base = unsigned(self.values[quantity])
+        whole = self.values[quantity]
+        _, base = unsigned(whole)
         sign, _ = self.names.known[base.order]
         known = {self.steps[place].order: self._now(place, instead) for place, instead in changes.items()}
         first = self.steps[min(changes)]
         if first.operation in ("cos", "sin"):
             # It is in more quantities than this.
             return self.names.sum(first), merged(known[first.order])
+        if whole is not base and whole.order in known:
+            return (Product(1.0, (Power(quantity.symbol),)),), merged(known[whole.order])
         if known.get(base.order) == []:
             return (Product(1.0, (Power(quantity.symbol),)),), ()
         exact = self.names.sum(base, sign, inside=True)
