@@ -112,30 +112,7 @@ def test_the_study_of_published_arms_is_up_to_date() -> None:
     row = module.row_of(chains["iiwa14_spherized to iiwa_link_7"])
     assert row.difference <= 1.0
     written = (ROOT / "analysis" / "arms_as_published.md").read_text("utf-8")
-    assert f"| {row.chain.name} | 7 | {row.terms} | " in written
-    stated = re.search(rf"(\d+) of {row.exact} for the iiwa14", written)
-    # Which of two changes of much the same merit comes first hangs on the last bits of sums, and these on the
-    # processor: 141 to 159 operations were seen.
+    stated = re.search(rf"\| {row.chain.name} \| 7 \| {row.terms} \| {row.exact} \| (\d+) \|", written)
+    # The search decides by seven digits, and may yet decide otherwise on another processor.
     assert stated is not None
-    assert 0.8 * row.simplified <= int(stated[1]) <= 1.25 * row.simplified
-
-
-def test_exported_c_is_timed_beside_its_peers(two_link, tmp_path) -> None:
-    """What everybody computes is compared there; here, that figures and words come of it."""
-    for needed in ("gcc", "casadi"):
-        if shutil.which(needed) is None and find_spec(needed) is None:
-            pytest.skip(f"{needed} is not installed")
-    module = study("exported_c")
-    model = module.simplified(two_link, states=50, effort=0.05)
-    row = module.timed("two_link", two_link, model, tmp_path, "not asked for", rounds=1)
-    assert row.faster(f"exact, many, {module.FAST}", "rnea Python") > 1.0
-    assert row.faster("exact, one, -O2", "rnea C++") is None
-    lines = module.block(row).splitlines()
-    assert all(len(line) <= 80 for line in lines)
-    assert lines[2].split() == [
-        "operations",
-        *map(str, (row.counts["exact"].total, model.operations.total, row.casadi)),
-    ]
-    text = module.report([row], "not asked for")
-    assert "left out here: not asked for." in text
-    assert "| two_link | 1 % | many -O3 -march=native |" in text
+    assert 0.9 * row.simplified <= int(stated[1]) <= 1.1 * row.simplified
