@@ -175,9 +175,13 @@ def test_a_killed_run_leaves_no_half_file(process, motion, here):
 
 
 def dying(number: int) -> str:
-    """Code that makes the process send itself a signal in the middle of writing."""
+    """Code that makes the process send itself a signal in the middle of writing.
+
+    A run in the background of a shell ignores interrupts, and so would its children.
+    """
     return f"""
-import os, time
+import os, signal, time
+signal.signal(signal.SIGINT, signal.default_int_handler)
 from gd_analyze.results import store
 def half(path, *rest):
     path.write_bytes(b"half")
