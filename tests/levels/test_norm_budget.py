@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from gd_analyze.errors import UsageError
 from gd_analyze.levels import Budget, Yardsticks
-from gd_analyze.levels.budget import Allowance, NormShare
+from gd_analyze.levels.budget import Allowance
 from gd_analyze.levels.measures import NormMeasure, PeakMeasure, kept_states, share_at
+from gd_analyze.levels.norm_share import NormShare
 from parallel_axes import scara
 
 

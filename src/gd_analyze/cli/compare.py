@@ -71,16 +71,16 @@ def compare(
         from gd_analyze.report.comparison_files import (
             FILES,
             default_folder,
-            require_folder,
             write_comparison,
         )
+        from gd_analyze.report.study_files import require_folder
 
         arm = load_arm_carrying(robot, payload)
         motion = None if trajectory is None else read_motion(trajectory, arm)
         folder = default_folder(arm, motion) if out is None else out
         files = [folder / FILES[name] for name in formats]
         require_outputs(*files)
-        strangers = require_folder(folder, formats, names_of(arm, motion), overwrite=overwrite)
+        strangers = require_folder(folder, formats, FILES, names_of(arm, motion), overwrite=overwrite)
         stage("comparing, timing, counting", STEPS)
         comparison = compare_formulations(
             arm, motion, command=command_line(), warned=output.warnings, progress=stage.advance

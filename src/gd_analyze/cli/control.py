@@ -166,7 +166,8 @@ def control(
         stage("reading")
         from gd_analyze.closed_loop.control import names_of
         from gd_analyze.report.control_document import control_document
-        from gd_analyze.report.control_files import FILES, require_folder, write_control
+        from gd_analyze.report.control_files import FILES, write_control
+        from gd_analyze.report.study_files import require_folder
         from gd_analyze.robots import parse_payload
 
         settings = gd.ControlSettings(
@@ -186,7 +187,7 @@ def control(
         if out is not None:
             require_outputs(*files)
             names = names_of(moved or loaded.arm, motion, settings)
-            strangers = require_folder(out, formats, names, overwrite=overwrite)
+            strangers = require_folder(out, formats, FILES, names, overwrite=overwrite)
         stage("simulating", 100)
         study = gd.control(
             loaded,

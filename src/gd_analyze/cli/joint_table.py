@@ -16,7 +16,7 @@ from gd_analyze.results.words import drives_told
 
 if TYPE_CHECKING:
     from gd_analyze.levels import ErrorTable, Promise
-    from gd_analyze.levels.budget import NormShare
+    from gd_analyze.levels.norm_share import NormShare
     from gd_analyze.operations import OperationCount
     from gd_analyze.robots import RobotArm
     from gd_analyze.vectors import FloatArray

@@ -21,8 +21,9 @@ from gd_analyze.closed_loop.loop import Course, Loop, World, follow
 from gd_analyze.closed_loop.reference import Reference, followable
 from gd_analyze.closed_loop.settings import ControlSettings
 from gd_analyze.closed_loop.study import ControlStudy, TrackedLoop
-from gd_analyze.errors import ArmError, GdAnalyzeWarning, ModelError
+from gd_analyze.errors import ArmError, GdAnalyzeWarning
 from gd_analyze.levels import ExactDynamics, ExactForm, SimplifiedModel
+from gd_analyze.levels.evaluation import require_arm
 from gd_analyze.provenance import provenance_of_run
 from gd_analyze.robots import RobotArm, describe_in_full
 from gd_analyze.simulation import kinetic_energy, potential_energy
@@ -85,13 +86,7 @@ def control(
     """
     settings = settings or ControlSettings()
     moved = model.arm if arm is None else arm
-    if moved.n_joints != model.arm.n_joints:
-        raise ModelError(
-            f"the model is not of arm {moved.name}",
-            where="arm",
-            expected=f"{model.arm.n_joints} joints, as {model.arm.name} has",
-            found=f"{moved.n_joints} joints",
-        )
+    require_arm(model, moved)
     motion = trajectory_of(trajectory, model.arm)
     require_joints(motion, model.arm)
     with warnings.catch_warnings(record=True) as caught:

@@ -13,9 +13,9 @@ import numpy as np
 from gd_analyze.errors import ModelError
 from gd_analyze.formatting import amount, percent
 from gd_analyze.labels import joint_name
-from gd_analyze.levels.budget import NormShare
 from gd_analyze.levels.exact import ExactDynamics
 from gd_analyze.levels.model import SimplifiedModel
+from gd_analyze.levels.norm_share import NormShare
 from gd_analyze.levels.promise import ErrorTable
 from gd_analyze.robots import RobotArm, fingerprint
 from gd_analyze.shown import html_of
@@ -106,13 +106,7 @@ def evaluate(
         If the model includes drives and the arm describes none.
     """
     held = model.arm if arm is None else arm
-    if held.n_joints != model.arm.n_joints:
-        raise ModelError(
-            f"the model is not of arm {held.name}",
-            where="arm",
-            expected=f"{model.arm.n_joints} joints, as {model.arm.name} has",
-            found=f"{held.n_joints} joints",
-        )
+    require_arm(model, held)
     if not isinstance(given, States | Trajectory | str | Path | Sequence):
         _require_same(model, held, given)
     exact = ExactDynamics.of(held, given, model.drives)
@@ -120,6 +114,17 @@ def evaluate(
     torque = model.torque(*exact.states.arrays)
     norms = exact.norms_of(torque, model.promise.asked.norm)
     return Evaluation(exact, torque, exact.errors_of(torque), norms)
+
+
+def require_arm(model: SimplifiedModel, held: RobotArm) -> None:
+    """Refuse, with a ModelError, an arm of another number of joints than the model."""
+    if held.n_joints != model.arm.n_joints:
+        raise ModelError(
+            f"the model is not of arm {held.name}",
+            where="arm",
+            expected=f"{model.arm.n_joints} joints, as {model.arm.name} has",
+            found=f"{held.n_joints} joints",
+        )
 
 
 def _require_same(model: SimplifiedModel, arm: RobotArm, dataset: xr.Dataset) -> None:

@@ -13,9 +13,10 @@ import numpy as np
 
 from gd_analyze.decomposition import decompose_states, torque_of
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.levels.budget import Budget, NormShare
+from gd_analyze.levels.budget import Budget
 from gd_analyze.levels.exact_form import ExactForm
 from gd_analyze.levels.measures import USUAL_STATES, Measure, NormMeasure, PeakMeasure, share_at
+from gd_analyze.levels.norm_share import NormShare
 from gd_analyze.levels.promise import AlongMotion, ErrorTable, Promise
 from gd_analyze.levels.uncertainty import torque_uncertainty
 from gd_analyze.levels.yardsticks import Yardsticks

@@ -7,11 +7,11 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field, SerializerFunctionWrapHandler, TypeAdapter, model_serializer
 
-from gd_analyze.levels.budget import NormShare
 from gd_analyze.levels.exact_form import ExactForm
 from gd_analyze.levels.level import Checked
 from gd_analyze.levels.levels import level_named
 from gd_analyze.levels.model import SimplifiedModel
+from gd_analyze.levels.norm_share import NormShare
 from gd_analyze.levels.program_check import require_terms_computed
 from gd_analyze.levels.promise import AlongMotion, ErrorTable, LevelTried, Promise, SearchStep
 from gd_analyze.levels.statements import measured_where_possible, require_consistent, require_equal

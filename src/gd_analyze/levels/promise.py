@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gd_analyze.levels.budget import Budget, NormShare
+from gd_analyze.levels.budget import Budget
+from gd_analyze.levels.norm_share import NormShare
 from gd_analyze.round_off import peak_magnitude, round_off_of
 from gd_analyze.vectors import FloatArray
 

@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, ModelError
-from gd_analyze.levels.budget import NormShare
 from gd_analyze.levels.exact import ExactDynamics, allowed_by
 from gd_analyze.levels.measures import share_at
 from gd_analyze.levels.model import SimplifiedModel
+from gd_analyze.levels.norm_share import NormShare
 from gd_analyze.levels.promise import AlongMotion, ErrorTable, Promise
 from gd_analyze.levels.yardsticks import Yardsticks
 from gd_analyze.robots import RobotArm

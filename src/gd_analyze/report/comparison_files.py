@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, Literal
 
@@ -13,7 +12,6 @@ from markupsafe import Markup
 from gd_analyze.comparison import Comparison
 from gd_analyze.comparison.agreement import PINOCCHIO
 from gd_analyze.comparison.compare import names_of
-from gd_analyze.files import replacing_together, require_formats
 from gd_analyze.formatting import figures, pretty
 from gd_analyze.formulations.methods import METHODS
 from gd_analyze.report.colours import TEMPLATES
@@ -21,8 +19,8 @@ from gd_analyze.report.comparison_chart import PAPER, SCREEN, Palette, growth_ch
 from gd_analyze.report.comparison_document import comparison_document, provenance_rows
 from gd_analyze.report.page_environment import environment, style
 from gd_analyze.report.pdf import typeset
+from gd_analyze.report.study_files import as_json, write_study
 from gd_analyze.robots import RobotArm
-from gd_analyze.run import mark_of, require_one_run
 from gd_analyze.trajectories import Trajectory
 
 FILES = {"html": "comparison.html", "pdf": "comparison.pdf", "json": "comparison.json"}
@@ -33,20 +31,6 @@ _SHORT = {name: method.short for name, method in METHODS.items()} | {PINOCCHIO: 
 def default_folder(arm: RobotArm, trajectory: Trajectory | None) -> Path:
     """Folder the results go to when none is named."""
     return Path("reports") / "-".join(["compare", *filter(None, names_of(arm, trajectory))])
-
-
-def require_folder(
-    folder: Path, formats: Collection[str], names: Sequence[str], *, overwrite: bool = False
-) -> tuple[Path, ...]:
-    """Check that a comparison may go there, see `gd_analyze.run.require_one_run`.
-
-    Parameters
-    ----------
-    names
-        From `gd_analyze.comparison.compare.names_of`.
-    """
-    written = [FILES[name] for name in formats]
-    return require_one_run(folder, FILES.values(), written, mark_of(names), overwrite=overwrite)
 
 
 def write_comparison(
@@ -61,23 +45,12 @@ def write_comparison(
     OutputError
         If the folder cannot be written to.
     """
-    require_formats(formats, FILES)
-    make: dict[str, Callable[[Comparison], bytes]] = {
-        "html": lambda compared: render_comparison_html(compared).encode(),
-        "pdf": render_comparison_pdf,
-        "json": _json,
+    make: dict[str, Callable[[], bytes]] = {
+        "html": lambda: render_comparison_html(comparison).encode(),
+        "pdf": lambda: render_comparison_pdf(comparison),
+        "json": lambda: as_json(comparison_document(comparison)),
     }
-    made = {name: make[name](comparison) for name in formats}
-    paths = [folder / FILES[name] for name in made]
-    with replacing_together(paths) as temporaries:
-        for temporary, content in zip(temporaries, made.values(), strict=True):
-            temporary.write_bytes(content)
-    for path in strangers:
-        path.unlink(missing_ok=True)
-
-
-def _json(comparison: Comparison) -> bytes:
-    return (json.dumps(comparison_document(comparison), indent=2, allow_nan=False) + "\n").encode()
+    write_study(make, FILES, folder, formats, strangers)
 
 
 def render_comparison_html(comparison: Comparison) -> str:

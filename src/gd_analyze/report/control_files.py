@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any
 
 from gd_analyze.closed_loop import CONTROLLERS, ControlStudy
-from gd_analyze.files import replacing_together, require_formats
 from gd_analyze.formatting import pretty
 from gd_analyze.report.canvas import Canvas
 from gd_analyze.report.colours import ON_PAPER, TEMPLATES
@@ -17,7 +15,7 @@ from gd_analyze.report.control_figures import LOOKS, error_figure, speed_figure
 from gd_analyze.report.inline_svg import inline_svg
 from gd_analyze.report.page_environment import environment, style
 from gd_analyze.report.pdf import typeset
-from gd_analyze.run import mark_of, require_one_run
+from gd_analyze.report.study_files import as_json, write_study
 
 FILES = {"html": "control.html", "pdf": "control.pdf", "json": "control.json"}
 
@@ -25,20 +23,6 @@ _FIGURES: dict[str, tuple[Callable[[ControlStudy], Canvas], str]] = {
     "errors": (error_figure, "Tracking error of every joint over time"),
     "speeds": (speed_figure, "Largest tracking error over the speed of the motion"),
 }
-
-
-def require_folder(
-    folder: Path, formats: Collection[str], names: Sequence[str], *, overwrite: bool = False
-) -> tuple[Path, ...]:
-    """Check that a study may go there, see `gd_analyze.run.require_one_run`.
-
-    Parameters
-    ----------
-    names
-        From `gd_analyze.closed_loop.control.names_of`.
-    """
-    written = [FILES[name] for name in formats]
-    return require_one_run(folder, FILES.values(), written, mark_of(names), overwrite=overwrite)
 
 
 def write_control(
@@ -53,23 +37,12 @@ def write_control(
     OutputError
         If the folder cannot be written to.
     """
-    require_formats(formats, FILES)
-    make: dict[str, Callable[[ControlStudy], bytes]] = {
-        "html": lambda found: render_control_html(found).encode(),
-        "pdf": render_control_pdf,
-        "json": _json,
+    make: dict[str, Callable[[], bytes]] = {
+        "html": lambda: render_control_html(study).encode(),
+        "pdf": lambda: render_control_pdf(study),
+        "json": lambda: as_json(control_document(study)),
     }
-    made = {name: make[name](study) for name in formats}
-    paths = [folder / FILES[name] for name in made]
-    with replacing_together(paths) as temporaries:
-        for temporary, content in zip(temporaries, made.values(), strict=True):
-            temporary.write_bytes(content)
-    for path in strangers:
-        path.unlink(missing_ok=True)
-
-
-def _json(study: ControlStudy) -> bytes:
-    return (json.dumps(control_document(study), indent=2, allow_nan=False) + "\n").encode()
+    write_study(make, FILES, folder, formats, strangers)
 
 
 def render_control_html(study: ControlStudy) -> str:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from gd_analyze.formatting import amount, at_most, rounded_up, share_up
 from gd_analyze.levels import SimplifiedModel
-from gd_analyze.levels.budget import NormShare
+from gd_analyze.levels.norm_share import NormShare
 from gd_analyze.results.words import drives_told
 from gd_analyze.robots import RobotArm
 from gd_analyze.states import in_words

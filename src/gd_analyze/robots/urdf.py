@@ -16,6 +16,7 @@ from gd_analyze.errors import ArmError, Location
 from gd_analyze.robots.quiet_parser import parsed
 from gd_analyze.robots.right_angles import Straightened
 from gd_analyze.robots.tree import Limits, Mimic, Tree, identifier, joints_of, title_of
+from gd_analyze.robots.urdf_structure import end_of, name_of, refuse_xacro, require_tree
 from gd_analyze.robots.xml_nodes import Node
 from gd_analyze.visible import visible
 
@@ -52,11 +53,11 @@ def read_urdf(path: Path, root: Node) -> Tree:
     """
     import pinocchio as pin
 
-    _refuse_xacro(root)
+    refuse_xacro(root)
     links, joints, reading = root.all("link"), root.all("joint"), _Reading()
     for what, nodes in (("link", links), ("joint", joints)):
         for node in nodes:
-            name = _name(node)
+            name = name_of(node)
             if (what, name) in reading.lines:
                 raise ArmError(
                     f"there are two {what}s {name!r}",
@@ -65,7 +66,7 @@ def read_urdf(path: Path, root: Node) -> Tree:
                     next_step="rename one, and what refers to it",
                 )
             reading.lines[what, name] = node.where
-    _require_tree(root, links, joints, reading)
+    require_tree(root, links, joints)
     name = root.attributes.get("name", "").strip() or path.stem
     bare = Node("robot", {"name": "robot"}, root.where)
     bare.children = [_link(node, reading) for node in links] + [_joint(node, reading) for node in joints]
@@ -99,108 +100,9 @@ def _tree(path: Path, name: str, model: Any, reading: _Reading) -> Tree:
     )
 
 
-def _name(node: Node) -> str:
-    name = node.attributes.get("name", "")
-    if not name.strip() or visible(name) != name:
-        raise ArmError(
-            f"a {node.tag} has no name that shows",
-            where=node.where,
-            expected=f'<{node.tag} name="...">',
-            found=visible(repr(name)),
-            next_step="name it",
-        )
-    return name
-
-
-def _refuse_xacro(root: Node) -> None:
-    for node in root.walk():
-        macro = node.tag.startswith("xacro:")
-        open_values = [v for v in node.attributes.values() if "${" in v or "$(arg" in v]
-        if macro or (open_values and node.tag not in ("mesh", "texture")):
-            raise ArmError(
-                "the file is xacro that was not expanded",
-                where=node.where,
-                expected="URDF",
-                found=f"<{node.tag}>" if macro else open_values[0],
-                next_step="expand it first: `xacro robot.urdf.xacro > robot.urdf`",
-            )
-
-
-def _require_tree(root: Node, links: list[Node], joints: list[Node], reading: _Reading) -> None:
-    """Refuse joints between unknown links, links with two parents, and any number of roots but one."""
-    if not links:
-        raise ArmError(
-            "the robot has no links",
-            where=root.where,
-            expected="<link> and <joint> elements",
-            next_step="check that it is URDF, with its macros expanded",
-        )
-    parents: dict[str, tuple[Node, str]] = {}
-    for joint in joints:
-        ends = [_end(joint, end) for end in ("parent", "child")]
-        for link in ends:
-            if ("link", link) not in reading.lines:
-                raise ArmError(
-                    f"joint {_name(joint)} is at link {link!r}, which there is not",
-                    where=joint.where,
-                    expected="a <link> of that name",
-                    next_step="add the link, or mend its name",
-                )
-        parent, child = ends
-        if child in parents:
-            raise ArmError(
-                f"link {child} closes a loop: it is the child of two joints",
-                where=joint.where,
-                expected="one joint that leads to each link",
-                found=f"joints {_name(parents[child][0])} and {_name(joint)}",
-                next_step="remove one of the joints, or the branch that closes the loop",
-            )
-        parents[child] = (joint, parent)
-    roots = [_name(link) for link in links if _name(link) not in parents]
-    if len(roots) != 1:
-        raise ArmError(
-            "the links are not one tree",
-            where=root.where,
-            expected="one link that is no joint's child",
-            found=", ".join(roots[:8]) or "none: the joints go round in a circle",
-            next_step="connect the links by joints, or remove those that belong to nothing",
-        )
-    _refuse_circle(parents)
-
-
-def _refuse_circle(parents: dict[str, tuple[Node, str]]) -> None:
-    """Refuse links that hang on each other and on no root."""
-    grounded: set[str] = set()
-    for link in parents:
-        way: dict[str, Node] = {}
-        while link in parents and link not in grounded:
-            if link in way:
-                raise ArmError(
-                    f"link {link} closes a loop: it carries itself",
-                    where=way[link].where,
-                    expected="a tree of links",
-                    next_step="mend the parents of the joints",
-                )
-            way[link], link = parents[link]
-        grounded.update(way)
-
-
-def _end(joint: Node, which: str) -> str:
-    node = joint.first(which)
-    name = None if node is None else node.attributes.get("link")
-    if name is None:
-        raise ArmError(
-            f"joint {_name(joint)} has no {which} link",
-            where=joint.where,
-            expected=f'<{which} link="...">',
-            next_step="add it",
-        )
-    return name
-
-
 def _link(node: Node, reading: _Reading) -> Node:
     """Take a link and its inertia, checked, and nothing else."""
-    name = _name(node)
+    name = name_of(node)
     bare = Node("link", {"name": name}, node.where)
     inertial = node.first("inertial")
     if inertial is None:
@@ -246,7 +148,7 @@ def _origin(node: Node, link: str, reading: _Reading) -> Node:
 
 def _joint(node: Node, reading: _Reading) -> Node:
     """Take a joint, checked; what acts on its motion is noted."""
-    name, kind = _name(node), node.attributes.get("type", "")
+    name, kind = name_of(node), node.attributes.get("type", "")
     if kind not in _KINDS:
         raise ArmError(
             f"joint {name} is of an unknown type",
@@ -256,9 +158,9 @@ def _joint(node: Node, reading: _Reading) -> Node:
             next_step="mend its type",
         )
     bare = Node("joint", {"name": name, "type": kind}, node.where)
-    ends = [Node(end, {"link": _end(node, end)}, node.where) for end in ("parent", "child")]
-    child = _end(node, "child")
-    reading.above[child] = _end(node, "parent")
+    ends = [Node(end, {"link": end_of(node, end)}, node.where) for end in ("parent", "child")]
+    child = end_of(node, "child")
+    reading.above[child] = end_of(node, "parent")
     bare.children = [_origin(node, child, reading), *ends]
     if kind in ("fixed", "floating"):
         return bare
@@ -293,13 +195,13 @@ def _axis(node: Node, reading: _Reading) -> Node:
     numbers = given.numbers("xyz", 3, "1 0 0")
     if not any(numbers):
         raise ArmError(
-            f"joint {_name(node)} has no axis",
+            f"joint {name_of(node)} has no axis",
             where=given.where,
             expected="a direction",
             found="0 0 0",
             next_step="give the axis it turns about or slides along",
         )
-    axis = reading.straightened.direction(numbers, _end(node, "child"))
+    axis = reading.straightened.direction(numbers, end_of(node, "child"))
     return Node("axis", {"xyz": " ".join(repr(float(x)) for x in axis)}, given.where)
 
 
