@@ -16,7 +16,7 @@ PAGE = ROOT / "docs" / "export.md"
 C = [block.text for block in blocks(PAGE) if block.language == "c"]
 
 
-@pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc, which compiles it, is not installed")
 def test_the_controller_compiles_and_runs(puma, tmp_path):
     model = exact_model(puma)
     centre = gd.Box.of(puma)

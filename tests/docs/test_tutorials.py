@@ -19,7 +19,7 @@ SCRIPTS = sorted(FOLDER.glob("*.py"))
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
 def test_they_run(script: Path, tmp_path: Path) -> None:
     if "gcc" in script.read_text(encoding="utf-8") and shutil.which("gcc") is None:
-        pytest.skip("there is no gcc")
+        pytest.skip("gcc compiles the controller, and is not installed")
     for file in ("my_robot.urdf", "log.csv"):
         shutil.copy(FOLDER / file, tmp_path)
     words = [sys.executable, "-W", "error", str(script)]

@@ -15,8 +15,8 @@ from gd_analyze.exporting import Subject
 from gd_analyze.states import States
 from gd_analyze.vectors import FloatArray
 
-needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
-needs_gpp = pytest.mark.skipif(shutil.which("g++") is None, reason="g++ is not installed")
+needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc, which compiles it, is not installed")
+needs_gpp = pytest.mark.skipif(shutil.which("g++") is None, reason="g++, which compiles it, is not installed")
 STRICT = ("-Wall", "-Wextra", "-Werror", "-pedantic")
 
 

@@ -206,7 +206,7 @@ def test_what_is_of_another_arm(rough, pick_and_place, puma):
         validate(rough, pick_and_place)
     with pytest.raises(TrajectoryError, match="there are no motions"):
         validate(rough, [])
-    with pytest.raises(UsageError, match="the box is not of this arm"):
+    with pytest.raises(UsageError, match="the box does not fit the arm"):
         validate(rough, swung(6.0, "slow"), box=Box.of(puma))
 
 

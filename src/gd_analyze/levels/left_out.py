@@ -53,7 +53,10 @@ class Omission:
         if not self.instead or [x.powers for x in self.exact] != [x.powers for x in self.instead]:
             return ""
         ratios = [now.weight / was.weight for was, now in zip(self.exact, self.instead, strict=True)]
-        return f"{100.0 * (ratios[0] - 1.0):+.2g} %" if np.ptp(ratios) <= _EQUAL * abs(ratios[0]) else ""
+        if np.ptp(ratios) > _EQUAL * abs(ratios[0]):
+            return ""
+        more = 100.0 * (ratios[0] - 1.0)
+        return f"{more:+.0f} %" if abs(more) >= 99.5 else f"{more:+.2g} %"
 
     @property
     def joint(self) -> int:

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from gd_analyze.certification import Box
+from gd_analyze.certification.certificate import box_of
 from gd_analyze.errors import UsageError
 from gd_analyze.formatting import amount, percent
 from gd_analyze.labels import joint_name
@@ -154,7 +155,7 @@ def validate(
     """
     arm = model.arm
     asked = _asked(model, fail_over)
-    box = Box.of(arm) if box is None else _of_joints(box, arm.n_joints)
+    box = box_of(box, arm)
     given = motions_of(motions, arm)
     for one in given:
         require_joints(one, arm)
@@ -185,17 +186,6 @@ def _asked(model: SimplifiedModel, fail_over: Budget | str | None) -> Budget | L
         return "promise"
     budget = Budget.parse(fail_over, _OPTION) if isinstance(fail_over, str) else Budget.of(fail_over)
     return budget.require_per_joint("a verdict on every joint")
-
-
-def _of_joints(box: Box, n_joints: int) -> Box:
-    if box.n_joints != n_joints:
-        raise UsageError(
-            "the box is not of this arm",
-            where="box",
-            expected=f"{n_joints} joints",
-            found=f"{box.n_joints} joints",
-        )
-    return box
 
 
 def _most(
