@@ -19,22 +19,22 @@ import numpy as np
 
 import gd_analyze as gd
 from gd_analyze.cache import without_cache
-from gd_analyze.certification import Box, certify, simplify_certified
+from gd_analyze.certification.box import Box
+from gd_analyze.certification.certificate import certify
+from gd_analyze.certification.certified_model import simplify_certified
 from gd_analyze.harmonics.terms import Torques, TorqueTerm
-from gd_analyze.levels import (
-    ENERGY,
-    TERM,
-    Budget,
-    ErrorTable,
-    ExactDynamics,
-    Level,
-    Promise,
-    SimplifiedModel,
-)
-from gd_analyze.levels.effort import ROUGH, THOROUGH, Effort
-from gd_analyze.search import How, simplify_exact, trade_off
-from gd_analyze.search.trade_off import KINDS
-from gd_analyze.states import states_in_box
+from gd_analyze.motions.states import states_in_box
+from gd_analyze.simplification.accuracy import Accuracy, ErrorTable
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.effort import ROUGH, THOROUGH, Effort
+from gd_analyze.simplification.energy import ENERGY
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.level import Level
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.term import TERM
+from gd_analyze.simplification.trade_off import KINDS, trade_off
 
 SHARE = 0.01
 FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
@@ -77,7 +77,7 @@ def model_of(exact: ExactDynamics, torques: Torques, effort: Effort = ROUGH) -> 
         terms=torques,
         program=TERM.write(exact.form, torques, effort),
         operations_full=exact.form.operations,
-        promise=Promise(nothing + np.inf, "none", unmeasured, exact.states.described),
+        accuracy=Accuracy(nothing + np.inf, "none", unmeasured, exact.states.described),
     )
 
 
@@ -156,9 +156,9 @@ def report() -> str:
     )
     for name, allowed, level, refit in asked:
         start = time.perf_counter()
-        model = simplify_exact(exact_dynamics(), allowed, How(level, refit))
+        model = simplify_exact(exact_dynamics(), allowed, SearchOptions(level, refit))
         lines.append(row(name, exact, model, time.perf_counter() - start))
-        steps.append(f"| {name} | {model.promise.search} | {model.operations.total} |")
+        steps.append(f"| {name} | {model.accuracy.search} | {model.operations.total} |")
     start = time.perf_counter()
     proven, _ = simplify_certified(exact, Budget(), Box.of(exact.arm))
     lines.append(row("ours, 1 % certified for every state", exact, proven, time.perf_counter() - start))

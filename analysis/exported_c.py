@@ -21,12 +21,13 @@ from pathlib import Path
 import numpy as np
 
 import gd_analyze as gd
-from gd_analyze.exporting.subject import Subject, subject_of_form, subject_of_model
-from gd_analyze.levels import ExactForm, SimplifiedModel
-from gd_analyze.operations import OperationCount
-from gd_analyze.pinocchio_check import round_off_bounds
-from gd_analyze.robots import RobotArm
-from gd_analyze.states import States, states_in_box
+from gd_analyze.dynamics.pinocchio_check import round_off_bounds
+from gd_analyze.exporting.export_input import ExportInput, subject_of_form, subject_of_model
+from gd_analyze.motions.states import States, states_in_box
+from gd_analyze.operations.program import OperationCount
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.model import SimplifiedModel
 from peers.exported import exported
 from peers.newton_euler_in_casadi import in_casadi
 from peers.rnea_compiled import compiled_rnea, rnea_from_python, rnea_library
@@ -132,7 +133,7 @@ def timed(
 
 
 def _require_equal(
-    ways: list[Way], arm: RobotArm, exact: Subject, model: SimplifiedModel, states: States
+    ways: list[Way], arm: RobotArm, exact: ExportInput, model: SimplifiedModel, states: States
 ) -> None:
     """All exact torques are one, to round-off, and those of the model are the model's."""
     inputs = {

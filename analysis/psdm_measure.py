@@ -25,13 +25,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gd_analyze.cache import without_cache
-from gd_analyze.exporting import Exported, export, printed
-from gd_analyze.exporting.subject import subject_of_form
-from gd_analyze.levels import ExactDynamics, SimplifiedModel
-from gd_analyze.robots import DHRow, Joint, Link, RobotArm
+from gd_analyze.exporting.export import Exported, export, printed
+from gd_analyze.exporting.export_input import subject_of_form
+from gd_analyze.motions.states import States, states_in_box
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.denavit_hartenberg import standard_placements
-from gd_analyze.search import How, simplify_exact
-from gd_analyze.states import States, states_in_box
+from gd_analyze.robots.parts import DHRow, Joint, Link
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
 
 # States, and how much of the usual effort every search takes.
 STATES, EFFORT = 2000, 0.25
@@ -161,7 +164,7 @@ class Row:
     @property
     def line(self) -> str:
         """Its line of the table."""
-        norm, errors = self.model.promise.asked_norm, self.model.promise.errors
+        norm, errors = self.model.accuracy.asked_norm, self.model.accuracy.errors
         assert norm is not None
         theirs = PUBLISHED[self.arm].microseconds.get((self.profile, self.share, self.quantile))
         return (
@@ -180,11 +183,13 @@ def simplified(
     if states < STATES:
         exact = exact.at(exact.states.evenly(states))
     start = time.process_time()
-    model = simplify_exact(exact, f"{share:%} norm at {quantile * 100:g}% of states", How(effort=EFFORT))
+    model = simplify_exact(
+        exact, f"{share:%} norm at {quantile * 100:g}% of states", SearchOptions(effort=EFFORT)
+    )
     seconds = time.process_time() - start
     fresh = dynamics_of(name, profile, seed=1)
     torque = model.torque(*fresh.states.arrays)
-    found = {norm.states: norm.share for norm in fresh.norms_of(torque, model.promise.asked.norm)}
+    found = {norm.states: norm.share for norm in fresh.norms_of(torque, model.accuracy.asked.norm)}
     return model, seconds, found[quantile]
 
 

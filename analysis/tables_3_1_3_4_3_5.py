@@ -21,13 +21,13 @@ from typing import NamedTuple, get_args
 import numpy as np
 
 from gd_analyze import formulations
-from gd_analyze.comparison import Growth, count_cost, generic_chain, growth, text_costs
-from gd_analyze.comparison.cost_explanations import explanation
-from gd_analyze.comparison.costs import SIZES, Counted
-from gd_analyze.comparison.text_costs import TextCost
-from gd_analyze.formulations.methods import METHODS
-from gd_analyze.operations import OperationCount
+from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.operations.counting import Tally, counting_array
+from gd_analyze.operations.program import OperationCount
+from gd_analyze.studies import generic_chain, text_costs
+from gd_analyze.studies.cost_explanations import explanation
+from gd_analyze.studies.costs import SIZES, Counted, Growth, count_cost, growth
+from gd_analyze.studies.text_costs import TextCost
 
 N = 6
 

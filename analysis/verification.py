@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 import gd_analyze as gd
-from gd_analyze.formulations import generalized_dalembert as dalembert
-from gd_analyze.kinematics import solve_kinematics
-from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
+from gd_analyze.dynamics import generalized_dalembert as dalembert
+from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 
 N_STATES = 2000
 EPS = float(np.finfo(float).eps)
@@ -53,7 +53,7 @@ def _identities(arm: gd.RobotArm, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray
     theirs = pinocchio_dynamics(arm, q, qd, qdd)
     bounds = round_off_bounds(arm, q, qd, qdd)
     units = {"inertia": "kg m^2"}
-    inertia, coupling = ours["inertia"], ours["coupling"]
+    inertia, christoffel = ours["inertia"], ours["christoffel"]
     for quantity, bound in bounds.items():
         whole = ours[quantity]
         if quantity in ("inertia", "coriolis_centrifugal"):
@@ -102,7 +102,7 @@ def _identities(arm: gd.RobotArm, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray
         bounds["coriolis_centrifugal"],
         "N m",
     )
-    contracted = np.einsum("Neijk,Nj,Nk->eiN", coupling, qd, qd)
+    contracted = np.einsum("Neijk,Nj,Nk->eiN", christoffel, qd, qd)
     yield Measurement(
         "h: sums of brackets equal h_ijk qd_j qd_k",
         arm.name,
@@ -123,11 +123,11 @@ def _identities(arm: gd.RobotArm, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray
         yield Measurement(
             f"h_ijk, {effect}: Christoffel symbols of D, {effect} (central differences)",
             arm.name,
-            float(np.abs(christoffel[:, e] - coupling[:, e]).max()),
+            float(np.abs(christoffel[:, e] - christoffel[:, e]).max()),
             truncation,
             "kg m^2",
         )
-        coriolis_matrix = np.einsum("Nijk,Nk->Nij", coupling[:, e], qd)
+        coriolis_matrix = np.einsum("Nijk,Nk->Nij", christoffel[:, e], qd)
         rate_of_inertia = np.einsum("kNij,Nk->Nij", gradient[:, e], qd)
         skew = rate_of_inertia - 2.0 * coriolis_matrix
         yield Measurement(
@@ -148,7 +148,9 @@ def _gradient(arm: gd.RobotArm, q: np.ndarray) -> np.ndarray:
             moved = q.copy()
             moved[:, k] += sign * STEP
             still = np.zeros_like(moved)
-            ends.append(gd.decompose_states(arm, gd.States(moved, still, still), coupling=False)["inertia"])
+            ends.append(
+                gd.decompose_states(arm, gd.States(moved, still, still), christoffel=False)["inertia"]
+            )
         slopes.append(np.moveaxis((ends[0] - ends[1]) / (2.0 * STEP), 1, 0))
     return np.array(slopes)
 
@@ -215,7 +217,7 @@ def report() -> str:
         "",
         f"Largest residual over {N_STATES} random states drawn evenly from each arm's ranges and its rate and "
         "acceleration limits, beside what floating-point round-off (or the truncation of a central difference) "
-        "explains. The bounds are derived in `gd_analyze.pinocchio_check.round_off_bounds` and beside each measurement. "
+        "explains. The bounds are derived in `gd_analyze.dynamics.pinocchio_check.round_off_bounds` and beside each measurement. "
         "Rows and columns of the Stanford arm's sliding joint are in N, kg m and kg.",
         "",
         "| identity | arm | measured | bound | unit |",

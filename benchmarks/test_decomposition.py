@@ -14,7 +14,7 @@ import pinocchio as pin
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.pinocchio_check import pinocchio_model
+from gd_analyze.dynamics.pinocchio_check import pinocchio_model
 
 N_OURS = 100_000
 N_THEIRS = 20_000

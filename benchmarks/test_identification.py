@@ -13,9 +13,11 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.harmonics import Harmonics, products
+from gd_analyze.harmonics import products
 from gd_analyze.harmonics.conversion import to_terms
-from gd_analyze.robots import Joint, Link, Placement, RobotArm
+from gd_analyze.harmonics.transform import Harmonics
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Joint, Link, Placement
 
 ROUNDS = 5
 LENGTH, GRAVITY = 1.0, 9.8062

@@ -9,7 +9,7 @@ import pinocchio
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.pinocchio_check import pinocchio_model
+from gd_analyze.dynamics.pinocchio_check import pinocchio_model
 
 STATES = 4000
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from gd_analyze.levels import Budget
-from gd_analyze.levels.budget import Allowance
+from gd_analyze.simplification.budget import Allowance, Budget
 
 
 def of_shares(*shares: float) -> Budget:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.levels import ExactDynamics
-from gd_analyze.levels.kept_programs import inputs_of
-from gd_analyze.levels.recursion import CONSTANT, NUMBER, Change, Changes, Recursion
-from gd_analyze.levels.torque_alone import torque_alone
 from gd_analyze.operations.trace import Expression
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.kept_programs import inputs_of
+from gd_analyze.simplification.recursion import CONSTANT, NUMBER, Change, Changes, Recursion
+from gd_analyze.simplification.torque_alone import torque_alone
 from gd_analyze.vectors import FloatArray
 
 

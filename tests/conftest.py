@@ -13,14 +13,18 @@ import xarray as xr
 from hypothesis import settings
 
 from gd_analyze.cache import VARIABLE
-from gd_analyze.decomposition import decompose
-from gd_analyze.levels import SimplifiedModel
-from gd_analyze.main_job import Origin, Settings, find
-from gd_analyze.results import Findings, save_results
-from gd_analyze.robots import RobotArm, load_arm
-from gd_analyze.search import simplify
-from gd_analyze.states import states_in_box
-from gd_analyze.trajectories import Trajectory, read_trajectory
+from gd_analyze.dynamics.decomposition import decompose
+from gd_analyze.motions.csv_file import read_trajectory
+from gd_analyze.motions.states import states_in_box
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.results.findings import Findings
+from gd_analyze.results.store import save_results
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.simplify import simplify
+from gd_analyze.studies.find import find
+from gd_analyze.studies.settings_main import Origin, Settings
 from recorded_logs import CUTOFF, recorded
 from strategies import PROFILE
 

@@ -25,10 +25,10 @@ import gd_analyze.report.html
 import gd_analyze.report.pdf
 from gd_analyze import files
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
-from gd_analyze.main_job import folder as results_folder
-from gd_analyze.main_job.folder import FILES, write_findings
-from gd_analyze.results import Findings
+from gd_analyze.results.findings import Findings
 from gd_analyze.run import marks_in
+from gd_analyze.studies import folder as results_folder
+from gd_analyze.studies.folder import FILES, write_findings
 from strategies import names_in
 
 # Before each rename that shall be hit, and longer than all of them take then, s: by itself it takes 20e-6.

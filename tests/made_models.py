@@ -9,26 +9,23 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gd_analyze.levels import (
-    ELEMENT,
-    ENERGY,
-    Budget,
-    ErrorTable,
-    ExactDynamics,
-    ExactForm,
-    Level,
-    Promise,
-    SimplifiedModel,
-    parts_of,
-)
-from gd_analyze.levels.effort import COUNTING, Effort
-from gd_analyze.levels.level import Terms
-from gd_analyze.levels.model_file import _digest
-from gd_analyze.operations import OperationCount
-from gd_analyze.robots import RobotArm
-from gd_analyze.search import How, simplify_exact
-from gd_analyze.states import States
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.motions.states import States
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.operations.program import OperationCount
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.accuracy import Accuracy, ErrorTable
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.effort import COUNTING, Effort
+from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.energy import ENERGY
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.level import Level, Terms
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.model_file import _digest
+from gd_analyze.simplification.parts import parts_of
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.vectors import FloatArray
 
 # Identification is exact to a few hundred eps of the largest element (its noise is measured in
@@ -47,7 +44,7 @@ def model_of(form: ExactForm, level: Level, terms: Terms, effort: Effort = COUNT
         terms=terms,
         program=level.write(form, terms, effort),
         operations_full=OperationCount(3, 2, 1),
-        promise=Promise(np.ones(n), "1 N m", nothing, {"box": "drawn", "states": 5, "seed": 0}),
+        accuracy=Accuracy(np.ones(n), "1 N m", nothing, {"box": "drawn", "states": 5, "seed": 0}),
     )
 
 
@@ -69,12 +66,14 @@ def by_elements(
     arm: RobotArm, given: States | Trajectory | xr.Dataset, budget: Budget | None = None, drives: bool = False
 ) -> SimplifiedModel:
     """Drop parts of elements, even where the exact torque takes fewer operations than what is left."""
-    return simplify_exact(ExactDynamics.of(arm, given, drives), budget or Budget(), How(ELEMENT, dearer=True))
+    return simplify_exact(
+        ExactDynamics.of(arm, given, drives), budget or Budget(), SearchOptions(ELEMENT, dearer=True)
+    )
 
 
 def allowing(model: SimplifiedModel, allowed: FloatArray) -> SimplifiedModel:
     """The same model with another budget, N m, shape (n,)."""
-    return replace(model, promise=replace(model.promise, allowed=allowed))
+    return replace(model, accuracy=replace(model.accuracy, allowed=allowed))
 
 
 def version_1(document: dict[str, Any]) -> dict[str, Any]:
@@ -108,10 +107,10 @@ def assert_same(model: SimplifiedModel, again: SimplifiedModel, states: States) 
     )
     for name in ("level", "terms", "drives", "refitted", "operations", "operations_full", "provenance"):
         assert getattr(again, name) == getattr(model, name), name
-    for name in ("budget", "made_for", "steps", "solved"):
-        assert getattr(again.promise, name) == getattr(model.promise, name), name
-    np.testing.assert_array_equal(again.promise.allowed, model.promise.allowed)
+    for name in ("budget", "fitted_on", "steps", "solved"):
+        assert getattr(again.accuracy, name) == getattr(model.accuracy, name), name
+    np.testing.assert_array_equal(again.accuracy.allowed, model.accuracy.allowed)
     for name in ("peak_torque", "largest", "rms"):
         np.testing.assert_array_equal(
-            getattr(again.promise.errors, name), getattr(model.promise.errors, name)
+            getattr(again.accuracy.errors, name), getattr(model.accuracy.errors, name)
         )

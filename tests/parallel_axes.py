@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
-from gd_analyze.robots import Joint, Link, Placement, RobotArm
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Joint, Link, Placement
 from strategies import random_inertia, random_rotation
 
 

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.certification import Box
-from gd_analyze.levels import TERM, ErrorTable, ExactForm, Promise, SimplifiedModel
-from gd_analyze.levels.kept_programs import inputs_of
-from gd_analyze.levels.recursion import NUMBER, Change
-from gd_analyze.operations import OperationCount, Program
-from gd_analyze.robots import Joint, Link, Placement, RobotArm
-from gd_analyze.states import States
+from gd_analyze.certification.box import Box
+from gd_analyze.motions.states import States
+from gd_analyze.operations.program import OperationCount, Program
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Joint, Link, Placement
+from gd_analyze.simplification.accuracy import Accuracy, ErrorTable
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.kept_programs import inputs_of
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.recursion import NUMBER, Change
+from gd_analyze.simplification.term import TERM
 from gd_analyze.vectors import FloatArray
 from strategies import random_inertia, random_rotation
 
@@ -19,14 +23,14 @@ def model_of(arm: RobotArm, program: Program) -> SimplifiedModel:
     """A model that is this program and promises nothing."""
     n = arm.n_joints
     nothing = ErrorTable(np.ones(n), np.zeros(n), np.zeros(n))
-    promise = Promise(np.ones(n), "1 N m", nothing, {"box": "drawn", "states": 5, "seed": 0})
+    accuracy = Accuracy(np.ones(n), "1 N m", nothing, {"box": "drawn", "states": 5, "seed": 0})
     return SimplifiedModel(
         level=TERM,
         form=ExactForm(arm),
         terms={},
         program=program,
         operations_full=OperationCount(3, 2, 1),
-        promise=promise,
+        accuracy=accuracy,
     )
 
 

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.robots import DHRow, Joint, Link, RobotArm
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.denavit_hartenberg import standard_placements
 from gd_analyze.robots.inertia import symmetric_tensor
+from gd_analyze.robots.parts import DHRow, Joint, Link
 
 # d, a, alpha; m; centre of mass; Ixx, Iyy, Izz; Ixy, Ixz, Iyz.
 _Row = tuple[

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.logs import Logged
+from gd_analyze.motions.logged import Logged
 from gd_analyze.vectors import FloatArray
 
 # Of the sines that a motion consists of, Hz.

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
-from gd_analyze.robots import RobotArm
-from gd_analyze.states import States
+from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
+from gd_analyze.motions.states import States
+from gd_analyze.robots.arm import RobotArm
 
 INERTIA = {"ixx": 0.03, "iyy": 0.04, "izz": 0.05, "ixy": 0.001, "ixz": -0.002, "iyz": 0.003}
 

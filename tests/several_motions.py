@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.motions.trajectory import Trajectory
 
 
 def swung(duration: float, name: str, count: int = 41) -> Trajectory:

@@ -14,9 +14,10 @@ import numpy as np
 from hypothesis import settings
 from hypothesis import strategies as st
 
-from gd_analyze.robots import Joint, Link, Placement, RobotArm
-from gd_analyze.states import States
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.motions.states import States
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Joint, Link, Placement
 from gd_analyze.vectors import FloatArray
 
 PROFILE = "gd-analyze"

@@ -14,8 +14,8 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from gd_analyze.exporting import export
-from gd_analyze.levels import ExactDynamics
+from gd_analyze.exporting.export import export
+from gd_analyze.simplification.exact import ExactDynamics
 from parallel_axes import scara
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -94,8 +94,8 @@ def test_the_arms_of_psdm_are_those_of_their_table() -> None:
     np.testing.assert_allclose(ExactDynamics.of(other, ours.states).torque, ours.torque, rtol=0, atol=noise)
     assert [module.arm_of(name).n_joints for name in module.PUBLISHED] == [6, 7, 4]
     model, seconds, fresh = module.simplified("SCARA", "fast", 0.05, 0.95, states=100)
-    assert model.promise.budget == "5% norm at 95% of states"
-    assert model.promise.asked_norm.share <= 0.05
+    assert model.accuracy.budget == "5% norm at 95% of states"
+    assert model.accuracy.asked_norm.share <= 0.05
     assert seconds > 0.0
     # A hundred states stand for all of them only roughly.
     assert fresh < 0.2

@@ -8,12 +8,12 @@ import numpy as np
 import xarray as xr
 from hypothesis import given
 
-from gd_analyze.decomposition import decompose
-from gd_analyze.results import Findings
+from gd_analyze.dynamics.decomposition import decompose
+from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.contributions import Contributions, torque_by_cause
+from gd_analyze.results.findings import Findings
 from gd_analyze.results.words import CONTRIBUTIONS
-from gd_analyze.robots import RobotArm
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.vectors import FloatArray
 from strategies import examples, motions
 

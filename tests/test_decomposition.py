@@ -8,14 +8,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from gd_analyze.decomposition import decompose, decompose_states
+from gd_analyze.dynamics.decomposition import decompose, decompose_states
+from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.errors import ArmError, TrajectoryError
 from gd_analyze.given_numbers import LARGEST
-from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
-from gd_analyze.robots import Placement, load_arm
+from gd_analyze.motions.csv_file import read_trajectory, shipped_trajectories
+from gd_analyze.motions.states import States
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.robots.parts import Placement
 from gd_analyze.schema import GROUPS
-from gd_analyze.states import States
-from gd_analyze.trajectories import Trajectory, read_trajectory, shipped_trajectories
 from gd_analyze.vectors import CHUNK
 from strategies import arms_with_states, examples, motions, random_states
 
@@ -61,9 +63,9 @@ def test_everything_adds_up(case):
     # centrifugal + (h - centrifugal): one rounding of each, of numbers no larger than h's own bound allows.
     assert differs(found.centrifugal + found.coriolis, h) <= h_bound
     qd = found.qd.values
-    centrifugal = np.einsum("teijj,tj->tei", found.coupling.values, qd**2)
+    centrifugal = np.einsum("teijj,tj->tei", found.christoffel.values, qd**2)
     assert differs(centrifugal, found.centrifugal.values) <= h_bound
-    coriolis = np.einsum("teijk,tj,tk->tei", found.coupling.values, qd, qd) - centrifugal
+    coriolis = np.einsum("teijk,tj,tk->tei", found.christoffel.values, qd, qd) - centrifugal
     assert differs(coriolis, found.coriolis.values) <= h_bound
     accelerating = np.einsum("teij,tj->ti", found.inertia.values, found.qdd.values)
     whole = accelerating + h.sum("effect").values + found.gravity_loading.values
@@ -128,13 +130,13 @@ def test_no_states_give_no_numbers(puma):
 def test_progress_counts_every_set_point(puma):
     states = random_states(6, CHUNK + 5, 1)
     done: list[int] = []
-    decompose_states(puma, states, coupling=False, progress=done.append)
+    decompose_states(puma, states, christoffel=False, progress=done.append)
     assert done == [CHUNK, 5]
 
 
-def test_without_coupling_the_rest_is_the_same(puma, pick_and_place, pick_and_place_dataset):
-    lean = decompose(puma, pick_and_place, coupling=False, drives=False)
-    assert "coupling" not in lean
+def test_without_christoffel_the_rest_is_the_same(puma, pick_and_place, pick_and_place_dataset):
+    lean = decompose(puma, pick_and_place, christoffel=False, drives=False)
+    assert "christoffel" not in lean
     assert "joint_k" not in lean.coords
     for name in lean.data_vars:
         np.testing.assert_array_equal(lean[name], pick_and_place_dataset[name], err_msg=str(name))

@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.decomposition import decompose_states
-from gd_analyze.drives import drive_contributions
+from gd_analyze.dynamics.decomposition import decompose_states
+from gd_analyze.dynamics.drives import drive_contributions
 from gd_analyze.errors import ArmError, UsageError
-from gd_analyze.robots import Drive, load_arm
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.robots.parts import Drive
 from strategies import examples, random_states
 
 RATIOS = np.array([-62.6111, 107.815, -53.7063, 76.0364, 71.923, 76.686])

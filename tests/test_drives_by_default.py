@@ -9,7 +9,7 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.results import summary
-from gd_analyze.robots import Drive
+from gd_analyze.robots.parts import Drive
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def test_models_include_them_however_the_states_are_given(puma, pick_and_place, 
     for given in (pick_and_place, states, gd.decompose(puma, pick_and_place)):
         model = gd.simplify(puma, given, "10%")
         assert model.drives
-        np.testing.assert_allclose(model.promise.errors.peak_torque, peak, rtol=1e-14)
+        np.testing.assert_allclose(model.accuracy.errors.peak_torque, peak, rtol=1e-14)
     # A decomposition knows whether it has drives; what is asked for counts more.
     assert not gd.simplify(puma, pick_and_place_dataset, "10%").drives
     exact = gd.ExactDynamics.of(puma, pick_and_place_dataset, drives=True)
@@ -46,7 +46,7 @@ def test_the_links_alone_are_taken_where_asked_for(puma, pick_and_place, pick_an
     model = gd.simplify(puma, pick_and_place, "10%", drives=False)
     assert not model.drives
     peak = np.abs(pick_and_place_dataset.torque.values).max(axis=0)
-    np.testing.assert_array_equal(model.promise.errors.peak_torque, peak)
+    np.testing.assert_array_equal(model.accuracy.errors.peak_torque, peak)
 
 
 def test_rankings_include_them(puma, pick_and_place):
@@ -82,7 +82,7 @@ def test_elements_are_ranked_by_the_links_own_torque_over_the_peak_with_drives(p
     assert driven[element] == own[element]
     for findings in (puma_findings, links_alone):
         row = findings.dominance.sel(element=element)
-        peak = findings.model.promise.errors.peak_torque[int(row.torque_joint) - 1]
+        peak = findings.model.accuracy.errors.peak_torque[int(row.torque_joint) - 1]
         assert float(row.torque_share) == pytest.approx(float(row.torque_peak) / peak, rel=1e-12)
 
 
@@ -97,9 +97,9 @@ def test_where_nothing_can_be_dropped_the_headline_says_so(puma, pick_and_place)
 
 def test_budgets_in_torque_are_answered_in_torque(puma, pick_and_place):
     findings = gd.find(puma, pick_and_place, gd.Settings(budget="1"))
-    largest = findings.model.promise.errors.largest.max()
+    largest = findings.model.accuracy.errors.largest.max()
     assert summary.headline(findings).endswith(f" N m; at its set points by {largest:.3g} N m.")
-    joint = findings.model.promise.errors.largest.argmax() + 1
+    joint = findings.model.accuracy.errors.largest.argmax() + 1
     assert (f"{largest:.3g} N m", f"largest error at the set points (joint {joint})") in summary.facts(
         findings
     )

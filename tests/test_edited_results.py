@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from gd_analyze.errors import StoreError
-from gd_analyze.main_job import find
-from gd_analyze.results import load_findings, load_results, save_results
 from gd_analyze.results.seal import SEAL_LENGTH, seal
+from gd_analyze.results.store import load_findings, load_results, save_results
 from gd_analyze.schema import GROUPS
 from gd_analyze.schema_labels import ATTRIBUTES, COORDINATES
+from gd_analyze.studies.find import find
 from recorded_logs import MEASURED
 from several_motions import swung
 

@@ -13,11 +13,7 @@ from pathlib import Path
 import pytest
 
 from gd_analyze.errors import OutputError, StorageError
-from gd_analyze.files import (
-    replacing,
-    require_writable,
-    write_text,
-)
+from gd_analyze.files import replacing, require_writable, write_text
 from killed_midway import KILLED_MIDWAY
 from strategies import names_in
 

@@ -13,9 +13,7 @@ from pathlib import Path
 import pytest
 
 from gd_analyze.errors import StorageError
-from gd_analyze.files import (
-    replacing_together,
-)
+from gd_analyze.files import replacing_together
 from strategies import names_in
 
 

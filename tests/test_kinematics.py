@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given
 
-from gd_analyze.kinematics import solve_kinematics
+from gd_analyze.dynamics.kinematics import solve_kinematics
 from strategies import arms_with_states, examples
 from transforms import link_frames
 

@@ -7,10 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from gd_analyze.files import (
-    replacing,
-    write_text,
-)
+from gd_analyze.files import replacing, write_text
 from killed_midway import KILLED_MIDWAY
 from strategies import names_in
 

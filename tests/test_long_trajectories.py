@@ -10,14 +10,15 @@ import pytest
 import xarray as xr
 
 import gd_analyze as gd
-from gd_analyze import long_decomposition
-from gd_analyze.levels import ELEMENT, losses
-from gd_analyze.long_decomposition import MOST_KEPT, decompose_on_demand
+from gd_analyze.dynamics import long_decomposition
+from gd_analyze.dynamics.long_decomposition import MOST_KEPT, decompose_on_demand
+from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.html import render_html
 from gd_analyze.report.interactive import page_data
 from gd_analyze.results import drawn as drawn_module
 from gd_analyze.results.drawn import STRETCHES, drawn
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.losses import losses
 from gd_analyze.vectors import CHUNK
 
 LONG = MOST_KEPT + CHUNK + 17
@@ -42,7 +43,7 @@ def long_findings(two_link, long_swing):
     return gd.find(two_link, long_swing, gd.Settings(level="element"))
 
 
-OPTIONS = [{}, {"coupling": False}, {"by_link": True, "terms": True}, {"drives": True}]
+OPTIONS = [{}, {"christoffel": False}, {"by_link": True, "terms": True}, {"drives": True}]
 
 
 @pytest.mark.parametrize("options", OPTIONS, ids=lambda options: "+".join(options) or "none")
@@ -90,7 +91,7 @@ def test_any_part_can_be_read(two_link, long_swing, index):
 def test_nothing_long_is_kept(two_link, long_swing):
     read = decompose_on_demand(two_link, long_swing)
     lazy = [name for name, variable in read.variables.items() if not variable._in_memory]
-    assert {"inertia", "coriolis_centrifugal", "coupling"} <= {*lazy}
+    assert {"inertia", "coriolis_centrifugal", "christoffel"} <= {*lazy}
     assert read.inertia.values.shape[0] == LONG
     assert not read.inertia.variable._in_memory  # having been read changes nothing
     short = decompose_on_demand(two_link, swinging(2, MOST_KEPT))
@@ -152,7 +153,7 @@ def test_it_comes_back_from_its_file(long_findings, tmp_path):
     gd.save_results(long_findings, path)
     read = gd.load_findings(path)
     assert not read.decomposition.inertia.variable._in_memory
-    for name in ("inertia", "coriolis_centrifugal", "coupling"):
+    for name in ("inertia", "coriolis_centrifugal", "christoffel"):
         np.testing.assert_array_equal(read.decomposition[name], long_findings.decomposition[name])
     assert render_html(read) == render_html(long_findings)
     gd.save_results(read, path)  # over the file that is being read

@@ -10,15 +10,18 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeError, OutputError, TrajectoryError, UsageError
-from gd_analyze.levels import ELEMENT, RECURSIVE, parts_of
-from gd_analyze.main_job import Origin, Settings, analyze, find
-from gd_analyze.main_job.folder import FILES, default_folder, require_folder, write_findings
-from gd_analyze.robots import with_payload
+from gd_analyze.robots.payload import with_payload
+from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.parts import parts_of
+from gd_analyze.simplification.recursive import RECURSIVE
+from gd_analyze.studies.analyze import analyze, find
+from gd_analyze.studies.folder import FILES, default_folder, require_folder, write_findings
+from gd_analyze.studies.settings_main import Origin, Settings
 from strategies import names_in
 
 DATA_FORMATS = ("h5", "json", "csv")
 # The functions of the package hide the modules of their names.
-ANALYZE, FIND = (importlib.import_module(f"gd_analyze.main_job.{name}") for name in ("analyze", "find"))
+ANALYZE, FIND = (importlib.import_module(f"gd_analyze.studies.{name}") for name in ("analyze", "find"))
 
 
 @pytest.fixture
@@ -87,8 +90,8 @@ def test_nothing_is_written_without_a_folder(two_link, swing, tmp_path, monkeypa
         ({"budget": gd.Budget.parse("0.5")}, "two_link-two-link-swing-budget-0.5_N_m"),
         ({"budget": gd.Budget.parse("1%,0.2")}, "two_link-two-link-swing-budget-1pct_0.2_N_m"),
         (
-            {"level": "energy", "refit": True, "coupling": False, "operations": 90},
-            "two_link-two-link-swing-level-energy-refit-operations-90-no-coupling",
+            {"level": "energy", "refit": True, "christoffel": False, "operations": 90},
+            "two_link-two-link-swing-level-energy-refit-operations-90-no-christoffel",
         ),
     ],
 )
@@ -161,15 +164,15 @@ def test_warnings_end_up_in_the_findings(two_link, swing, monkeypatch):
 
 
 def test_budget_and_options_reach_what_they_are_for(puma, pick_and_place):
-    settings = Settings(budget=gd.Budget.parse("5%"), drives=True, coupling=False, terms=True)
+    settings = Settings(budget=gd.Budget.parse("5%"), drives=True, christoffel=False, terms=True)
     found = find(puma, pick_and_place, settings)
-    assert found.model.promise.budget == "5%"
+    assert found.model.accuracy.budget == "5%"
     assert found.model.drives
-    assert "coupling" not in found.decomposition
+    assert "christoffel" not in found.decomposition
     assert "coriolis_centrifugal_terms" in found.decomposition
     peak = np.abs(found.decomposition.torque.values).max(axis=0)
     np.testing.assert_array_equal(found.dominance.attrs["floor"], 0.05 * peak / 8)
-    np.testing.assert_array_equal(found.model.promise.allowed, 0.05 * peak)
+    np.testing.assert_array_equal(found.model.accuracy.allowed, 0.05 * peak)
 
 
 def test_provenance_is_flat(puma_findings):
@@ -180,12 +183,12 @@ def test_provenance_is_flat(puma_findings):
 
 
 def test_an_arm_of_many_terms_is_simplified_in_its_recursion(two_link, swing, monkeypatch) -> None:
-    monkeypatch.setattr("gd_analyze.levels.many_terms.MOST_TERMS", 3)
+    monkeypatch.setattr("gd_analyze.simplification.many_terms.MOST_TERMS", 3)
     findings = find(two_link, swing)
     model = findings.model
     assert model.level is RECURSIVE
-    assert (model.promise.errors.largest <= model.promise.allowed).all()
-    tried = {one.level: one for one in model.promise.levels}
+    assert (model.accuracy.errors.largest <= model.accuracy.allowed).all()
+    tried = {one.level: one for one in model.accuracy.levels}
     assert tried["recursive"].operations == model.operations.total <= findings.element_model.operations.total
     assert tried["term"].operations is None
     assert "more than 3 torque terms" in tried["term"].why
@@ -199,7 +202,7 @@ def test_an_arm_of_many_terms_is_simplified_in_its_recursion(two_link, swing, mo
     assert counts[0] >= counts[10] == model.operations.total > counts[-1]
     assert (np.diff(counts) <= 0).all()
     errors = budgets.largest_error.values
-    assert (errors <= budgets.factor.values[:, None] * model.promise.allowed * (1 + 1e-12)).all()
+    assert (errors <= budgets.factor.values[:, None] * model.accuracy.allowed * (1 + 1e-12)).all()
 
 
 @pytest.mark.parametrize("level", ["element", "term", "energy"])
@@ -213,9 +216,9 @@ def test_the_level_asked_for(puma, pick_and_place, level) -> None:
     assert findings.is_written_out
     assert findings.tables["beyond"].certified.notnull().all()
     assert findings.tables["tube"].tube_certified.notnull().all()
-    assert (model.promise.errors.largest <= model.promise.allowed).all()
+    assert (model.accuracy.errors.largest <= model.accuracy.allowed).all()
     again = gd.evaluate(model, pick_and_place).errors
-    assert again.largest == pytest.approx(model.promise.errors.largest)
+    assert again.largest == pytest.approx(model.accuracy.errors.largest)
 
 
 def test_one_number_of_terms(puma, pick_and_place) -> None:

@@ -10,12 +10,13 @@ import pytest
 from hypothesis import given
 
 import gd_analyze as gd
-from gd_analyze.comparison import compare
+from gd_analyze.dynamics.mass_matrix import require_positive_definite
+from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.errors import ArmError, GdAnalyzeWarning
-from gd_analyze.mass_matrix import require_positive_definite
-from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
-from gd_analyze.robots import Drive, Joint, Link, RobotArm
-from gd_analyze.states import States
+from gd_analyze.motions.states import States
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Drive, Joint, Link
+from gd_analyze.studies.compare import compare
 from gd_analyze.vectors import CHUNK
 from strategies import arms_with_states, examples
 

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from few_tries import few_tries
 from gd_analyze.errors import ModelError
-from gd_analyze.levels import LEVELS, load_model, save_model
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.model_file import load_model, save_model
 from levels.changed_files import refused
 from several_motions import swung
 from strategies import arms_with_states, examples, random_states
@@ -36,10 +37,10 @@ def test_the_shipped_motions_of_the_puma(puma):
     for options in ({}, {"refit": True}, {"operations": 120}):
         model = gd.simplify(puma, names, "1%", effort=0.1, **options)
         assert model.saves
-        for name, stated in zip(names, model.promise.motions, strict=True):
+        for name, stated in zip(names, model.accuracy.motions, strict=True):
             found = gd.evaluate(model, name)
             assert (found.errors.largest <= ROUNDED * stated.allowed).all()
-            scale = model.promise.allowed / gd.ExactDynamics.of(puma, names).allowed("1%")
+            scale = model.accuracy.allowed / gd.ExactDynamics.of(puma, names).allowed("1%")
             assert (found.errors.largest <= ROUNDED * scale * found.dynamics.allowed("1%")).all()
             assert (found.errors.largest > 0.3 * stated.allowed).any()
 
@@ -56,19 +57,19 @@ def test_the_model_is_within_the_budget_of_each(drawn, seed, budget, level):
     arm, states = drawn
     both = [Trajectory(0.1 * np.arange(12), *states.arrays, "first"), other_motion(arm, seed)]
     model = gd.simplify(arm, both, budget, level=level, effort=0.1)
-    for motion, stated in zip(both, model.promise.motions, strict=True):
+    for motion, stated in zip(both, model.accuracy.motions, strict=True):
         found = gd.evaluate(model, motion)
         exact = found.dynamics
         needs = exact.peak_torque > 0.0
         np.testing.assert_allclose(stated.allowed[needs], exact.allowed(budget)[needs], rtol=1e-14)
         assert (found.errors.largest[needs] <= ROUNDED * exact.allowed(budget)[needs]).all()
         np.testing.assert_array_equal(stated.errors.peak_torque, exact.peak_torque)
-    assert (model.promise.errors.largest <= model.promise.allowed).all()
+    assert (model.accuracy.errors.largest <= model.accuracy.allowed).all()
 
 
 def test_more_than_the_longest_search_looks_at(two_link, monkeypatch):
     """A search looks at some states of many; those it did not look at are within the budget all the same."""
-    from gd_analyze.levels import exact
+    from gd_analyze.simplification import exact
 
     monkeypatch.setattr(exact, "MOST_STATES", 8)
     both = [swung(20.0, "slow", 301), swung(2.2, "fast", 301)]
@@ -83,10 +84,10 @@ def test_a_budget_by_the_slow_motion_counts_for_the_slow_motion_only(two_link):
     """It would otherwise have to hold along the fast one, where torques are many times larger."""
     exact = gd.ExactDynamics.of(two_link, [SLOW, FAST])
     both = gd.simplify(two_link, [SLOW, FAST], "20%")
-    least = gd.Budget.of_torques(np.min([one.allowed for one in both.promise.motions], axis=0))
+    least = gd.Budget.of_torques(np.min([one.allowed for one in both.accuracy.motions], axis=0))
     assert both.operations.total <= gd.simplify(two_link, [SLOW, FAST], least).operations.total
-    np.testing.assert_array_equal(both.promise.allowed, exact.allowed("20%"))
-    assert (both.promise.allowed >= [one.allowed for one in both.promise.motions]).all()
+    np.testing.assert_array_equal(both.accuracy.allowed, exact.allowed("20%"))
+    assert (both.accuracy.allowed >= [one.allowed for one in both.accuracy.motions]).all()
 
 
 def test_a_joint_that_needs_no_torque_along_one_motion_is_as_free_as_along_the_other(two_link):
@@ -94,8 +95,8 @@ def test_a_joint_that_needs_no_torque_along_one_motion_is_as_free_as_along_the_o
     flat = dataclasses.replace(two_link, gravity=np.zeros(3))
     rest = Trajectory([0.0, 1.0], *np.zeros((3, 2, 2)), "rest")
     model = gd.simplify(flat, [rest, FAST], "20%")
-    at_rest, _ = model.promise.motions
-    np.testing.assert_array_equal(at_rest.allowed, model.promise.allowed)
+    at_rest, _ = model.accuracy.motions
+    np.testing.assert_array_equal(at_rest.allowed, model.accuracy.allowed)
     assert model.operations.total == gd.simplify(flat, FAST, "20%").operations.total
 
 
@@ -103,10 +104,10 @@ def test_a_joint_that_needs_no_torque_along_one_motion_is_as_free_as_along_the_o
 def test_an_unusual_budget_or_level_comes_back_from_its_file(two_link, tmp_path, level):
     model = gd.simplify(two_link, [SLOW, FAST], "5% or 0.1", level=level)
     save_model(model, tmp_path / "model.json")
-    read = load_model(tmp_path / "model.json").promise
-    assert read.made_for == model.promise.made_for
-    assert read.made_for["motions"] == "slow, fast"
-    for one, other in zip(read.motions, model.promise.motions, strict=True):
+    read = load_model(tmp_path / "model.json").accuracy
+    assert read.fitted_on == model.accuracy.fitted_on
+    assert read.fitted_on["motions"] == "slow, fast"
+    for one, other in zip(read.motions, model.accuracy.motions, strict=True):
         assert (one.name, one.fingerprint, one.set_points) == (
             other.name,
             other.fingerprint,
@@ -115,7 +116,7 @@ def test_an_unusual_budget_or_level_comes_back_from_its_file(two_link, tmp_path,
         np.testing.assert_array_equal(one.allowed, other.allowed)
         np.testing.assert_array_equal(one.errors.largest, other.errors.largest)
     along = read.along(FAST.fingerprint)
-    assert (along.made_for["trajectory"], along.motions) == ("fast", ())
+    assert (along.fitted_on["trajectory"], along.motions) == ("fast", ())
     np.testing.assert_array_equal(along.allowed, read.motions[1].allowed)
     assert read.along("of another") is read
 
@@ -150,7 +151,7 @@ def test_a_model_file_that_contradicts_itself(two_link, tmp_path, name):
 def test_a_decomposition_knows_its_motions(two_link):
     dataset = gd.decompose(two_link, [SLOW, FAST])
     model, same = (gd.simplify(two_link, given_, "20%") for given_ in (dataset, [SLOW, FAST]))
-    assert model.promise.made_for == same.promise.made_for
+    assert model.accuracy.fitted_on == same.accuracy.fitted_on
     assert model.torques == same.torques
     part = dataset.isel(time=slice(0, 30))
     assert gd.ExactDynamics.of(two_link, part).states.motions == ()

@@ -10,13 +10,13 @@ import pytest
 import xarray as xr
 
 import gd_analyze as gd
-from gd_analyze import long_decomposition
+from gd_analyze.dynamics import long_decomposition
 from gd_analyze.errors import StoreError
-from gd_analyze.main_job.folder import default_folder, write_findings
-from gd_analyze.results import load_findings, save_results
 from gd_analyze.results.motion_words import changing, motion_rows, strict_sentence, verdict_rows
 from gd_analyze.results.seal import SEAL_LENGTH, seal
+from gd_analyze.results.store import load_findings, save_results
 from gd_analyze.results.summary import budget_sentence, changing_sentence, subtitle
+from gd_analyze.studies.folder import default_folder, write_findings
 from several_motions import swung
 
 # Allowed errors and shares of them are quotients, rounded once or twice.
@@ -44,9 +44,9 @@ def test_along_each_the_verdicts_are_those_of_the_motion_by_itself(together, alo
             assert table[what].values[:, k].tolist() == by_itself[what].values.tolist()
         # The same sums over the same blocks of set points.
         np.testing.assert_allclose(table.torque_share.values[:, k], by_itself.torque_share, rtol=1e-12)
-        promise = findings.model.promise
-        np.testing.assert_allclose(table.allowed_error.values[k], promise.allowed, rtol=1e-14)
-        np.testing.assert_array_equal(table.peak_torque.values[k], promise.errors.peak_torque)
+        accuracy = findings.model.accuracy
+        np.testing.assert_allclose(table.allowed_error.values[k], accuracy.allowed, rtol=1e-14)
+        np.testing.assert_array_equal(table.peak_torque.values[k], accuracy.errors.peak_torque)
 
 
 def test_verdicts_that_change_are_told(together):
@@ -106,7 +106,7 @@ def test_the_order_changes_nothing_but_the_order(two_link, together):
 def test_of_one_motion_nothing_is_said_of_motions(alone, two_link):
     findings = alone["slow"]
     assert "motions" not in findings.tables
-    assert findings.model.promise.motions == ()
+    assert findings.model.accuracy.motions == ()
     in_a_list = gd.analyze(two_link, [SLOW], budget="20%")
     assert in_a_list.provenance["run"] == findings.provenance["run"]
     xr.testing.assert_identical(

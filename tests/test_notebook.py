@@ -12,9 +12,9 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.errors import ArmError, OutputError, TrajectoryError, UsageError
-from gd_analyze.main_job import Settings
-from gd_analyze.robots import builtin_arms
-from gd_analyze.trajectories import shipped_trajectories
+from gd_analyze.motions.csv_file import shipped_trajectories
+from gd_analyze.robots.catalogue import builtin_arms
+from gd_analyze.studies.settings_main import Settings
 
 ROBOT, MOTION = "two_link", "two-link-swing"
 
@@ -23,7 +23,7 @@ def test_the_main_job_by_names_and_options(puma, pick_and_place):
     found = gd.analyze("puma560", "pick-and-place", budget="2%", drives=False)
     same = gd.find(puma, pick_and_place, Settings(budget=gd.Budget.parse("2%"), drives=False))
     assert found.provenance["run"] == same.provenance["run"]
-    assert found.model.promise.budget == "2%"
+    assert found.model.accuracy.budget == "2%"
     assert not found.model.drives
 
 

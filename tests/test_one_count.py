@@ -8,12 +8,19 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.certification import Box, simplify_certified
-from gd_analyze.comparison import compare
-from gd_analyze.levels import LEVELS, TERM, ExactDynamics, ExactForm
-from gd_analyze.levels.effort import THOROUGH
-from gd_analyze.main_job import Settings, find
-from gd_analyze.search import How, simplify_exact, trade_off
+from gd_analyze.certification.box import Box
+from gd_analyze.certification.certified_model import simplify_certified
+from gd_analyze.simplification.effort import THOROUGH
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.term import TERM
+from gd_analyze.simplification.trade_off import trade_off
+from gd_analyze.studies.compare import compare
+from gd_analyze.studies.find import find
+from gd_analyze.studies.settings_main import Settings
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +45,7 @@ def test_exact_is_one_number_in_every_verb(two_link, swing, findings):
     "words", [("trade-off", "two_link", "two-link-swing", "--quick"), ("compare", "two_link")]
 )
 def test_so_the_verbs_tell_it(capsys, tmp_path, monkeypatch, two_link, words):
-    from gd_analyze.cli import main
+    from gd_analyze.cli.entry import main
 
     monkeypatch.chdir(tmp_path)
     main([*words, "--json"])
@@ -61,19 +68,19 @@ def test_so_the_verbs_tell_it(capsys, tmp_path, monkeypatch, two_link, words):
 def test_a_model_is_written_as_its_terms_are_whoever_asks(puma, pick_and_place, level):
     """Found by a quick search or a long one: the same terms take the same operations."""
     exact = ExactDynamics.of(puma, pick_and_place, drives=True)
-    model = simplify_exact(exact, gd.Budget.parse("2%"), How(level, thorough=False))
+    model = simplify_exact(exact, gd.Budget.parse("2%"), SearchOptions(level, thorough=False))
     assert model.program.count == model.level.write(exact.form, model.terms, THOROUGH).count
     # Every step of the search is counted so, and the fewest is what is given.
-    assert min(step.operations for step in model.promise.steps) == model.operations.total
+    assert min(step.operations for step in model.accuracy.steps) == model.operations.total
 
 
 def test_by_level_and_the_curve_lead_through_the_model_shown(findings):
     table = findings.tables["trade_off"].sel(kind=findings.model.level.name, factor=1.0)
     assert table.operations == findings.model.operations.total
-    assert table.largest_share == findings.model.promise.errors.largest_share.max()
+    assert table.largest_share == findings.model.accuracy.errors.largest_share.max()
     path = findings.tables["budgets"].sel(factor=1.0)
     assert path.operations == findings.model.operations.total
-    np.testing.assert_array_equal(path.largest_error, findings.model.promise.errors.largest)
+    np.testing.assert_array_equal(path.largest_error, findings.model.accuracy.errors.largest)
 
 
 @pytest.mark.parametrize(

@@ -12,10 +12,11 @@ import pytest
 import gd_analyze as gd
 from changed_recursions import summands_dropped
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
-from gd_analyze.levels import ExactDynamics, load_model, save_model
-from gd_analyze.main_job.folder import FILES, write_findings
-from gd_analyze.robots import RobotArm
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.model_file import load_model, save_model
+from gd_analyze.studies.folder import FILES, write_findings
 from parallel_axes import arm_of, scara
 from strategies import random_states
 
@@ -48,7 +49,7 @@ def assert_goes_through(arm: RobotArm, folder: Path) -> None:
     assert all((folder / name).stat().st_size for name in FILES.values())
     exact = ExactDynamics.of(arm, motion)
     assert (
-        np.abs(model.torque(*exact.states.arrays) - exact.torque).max(axis=0) <= model.promise.allowed
+        np.abs(model.torque(*exact.states.arrays) - exact.torque).max(axis=0) <= model.accuracy.allowed
     ).all()
     assert stored.model.operations == model.operations
     # Nothing takes more operations than the exact torque.
@@ -59,7 +60,7 @@ def assert_goes_through(arm: RobotArm, folder: Path) -> None:
 def test_it_goes_through_the_main_job(make, tmp_path, monkeypatch):
     if len(MAKES[make]) > 6:
         # This is about what follows a search, which takes a minute of so many axes askew.
-        monkeypatch.setattr("gd_analyze.search.pruned.prune", summands_dropped)
+        monkeypatch.setattr("gd_analyze.simplification.pruned.prune", summands_dropped)
     assert_goes_through(arm_of(MAKES[make], np.random.default_rng(3)), tmp_path / "results")
 
 

@@ -6,10 +6,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from gd_analyze.decomposition import decompose
+from gd_analyze.dynamics.decomposition import decompose
+from gd_analyze.dynamics.pinocchio_check import (
+    MOST_SET_POINTS,
+    cross_check,
+    pinocchio_model,
+    round_off_bounds,
+)
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.pinocchio_check import MOST_SET_POINTS, cross_check, pinocchio_model, round_off_bounds
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.motions.trajectory import Trajectory
 from strategies import examples, motions
 
 QUANTITIES = ("inertia", "coriolis_centrifugal", "gravity_loading", "torque")

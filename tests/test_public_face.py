@@ -51,7 +51,7 @@ def test_loading_an_arm_loads_no_plots_and_no_authority():
 MODULES = sorted(
     module.name
     for module in pkgutil.walk_packages(gd.__path__, "gd_analyze.")
-    if not module.name.startswith(("gd_analyze.report", "gd_analyze.cli", "gd_analyze.trajectories"))
+    if not module.name.startswith(("gd_analyze.report", "gd_analyze.cli", "gd_analyze.motions"))
 )
 
 

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from gd_analyze.files import (
-    megabytes,
-    read_at_most,
-)
+from gd_analyze.files import megabytes, read_at_most
 
 
 @pytest.mark.parametrize("size", [0, 1, 2**20 - 1, 2**20, 2**20 + 1, 3 * 2**20])

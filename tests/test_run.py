@@ -11,11 +11,11 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeWarning, OutputError
-from gd_analyze.main_job.folder import FILES, require_folder, write_findings
-from gd_analyze.main_job.how import Origin, Settings
-from gd_analyze.results import load_findings, load_results, save_results
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.results.store import load_findings, load_results, save_results
 from gd_analyze.run import marks_in
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.studies.folder import FILES, require_folder, write_findings
+from gd_analyze.studies.settings_main import Origin, Settings
 
 QUICK = ("h5", "json", "csv")
 
@@ -82,7 +82,7 @@ def test_inputs_and_options_make_another_mark(two_link, swing, swing_findings):
         Settings(level="element"),
         Settings(refit=True),
         Settings(operations=22),
-        Settings(coupling=False),
+        Settings(christoffel=False),
         Settings(by_link=True),
         Settings(terms=True),
     ]

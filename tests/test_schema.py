@@ -39,7 +39,7 @@ def test_variables_of_the_decomposition_say_where_they_are_defined():
 def test_units_follow_the_joints():
     assert unit_of("inertia", True, True) == "kg m^2"
     assert unit_of("inertia", True, False) == "kg m"
-    assert unit_of("coupling", False, False, False) == "kg/m"
+    assert unit_of("christoffel", False, False, False) == "kg/m"
     assert GROUPS["decomposition"]["inertia"].attributes([False, False])["units"] == "kg"
     values = {name: [[0.0, 0.0]] for name in ("q", "qd", "qdd")}
     described = dict.fromkeys(["name", "origin", "rates", "fingerprint"], "")

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.robots import box_limits, load_arm
-from gd_analyze.states import States, in_words, states_in_box, states_of
+from gd_analyze.motions.states import States, in_words, states_in_box, states_of
+from gd_analyze.robots.box_limits import box_limits
+from gd_analyze.robots.catalogue import load_arm
 
 
 def test_states_in_the_box(puma):

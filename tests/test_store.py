@@ -10,16 +10,20 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gd_analyze.certification import Box, certify
+from gd_analyze.certification.box import Box
+from gd_analyze.certification.certificate import certify
 from gd_analyze.errors import StoreError
-from gd_analyze.levels import RECURSIVE, TERM, Budget, ExactDynamics
-from gd_analyze.main_job.folder import write_findings
-from gd_analyze.results import load_findings, load_results, save_results
 from gd_analyze.results.hdf5_layout import OF_SCALES
+from gd_analyze.results.store import load_findings, load_results, save_results
 from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS, require_numbers
-from gd_analyze.search import rank_terms, trade_off
-from gd_analyze.search.budget_path import budget_path
-from gd_analyze.search.trade_off import KINDS
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.budget_path import budget_path
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.ranking import rank_terms
+from gd_analyze.simplification.recursive import RECURSIVE
+from gd_analyze.simplification.term import TERM
+from gd_analyze.simplification.trade_off import KINDS, trade_off
+from gd_analyze.studies.folder import write_findings
 
 
 def test_round_trip_is_exact(stored, puma_findings):

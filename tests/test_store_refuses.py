@@ -16,8 +16,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from gd_analyze.errors import StoreError
-from gd_analyze.results import hdf5_writer, load_results, save_results, store
+from gd_analyze.results import hdf5_writer, store
 from gd_analyze.results.seal import seal
+from gd_analyze.results.store import load_results, save_results
 from strategies import examples, names_in
 
 

@@ -10,7 +10,8 @@ import sys
 import pytest
 
 from gd_analyze.errors import OutputError
-from gd_analyze.results import save_results, store
+from gd_analyze.results import store
+from gd_analyze.results.store import save_results
 from strategies import names_in
 
 

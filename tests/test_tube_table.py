@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.certification import Box
+from gd_analyze.certification.box import Box
 from gd_analyze.errors import UsageError
-from gd_analyze.main_job import Settings, find
-from gd_analyze.results import load_findings, save_results
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.results.store import load_findings, save_results
 from gd_analyze.results.summary import tube_sentence
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.studies.find import find
+from gd_analyze.studies.settings_main import Settings
 
 
 def test_it_holds_what_certify_proves(puma, pick_and_place, puma_findings):
@@ -25,10 +26,10 @@ def test_it_holds_what_certify_proves(puma, pick_and_place, puma_findings):
     np.testing.assert_array_equal(table.segment_to, tube.end)
     for name, margins in zip(("q", "qd", "qdd"), tube.margins, strict=True):
         np.testing.assert_array_equal(table[f"tube_margin_{name}"], margins)
-    peak = model.promise.errors.peak_torque
+    peak = model.accuracy.errors.peak_torque
     np.testing.assert_allclose(table.tube_certified_share * peak, certificate.certified)
     np.testing.assert_allclose(table.tube_worst_found_share * peak, certificate.worst_found)
-    assert (table.tube_certified >= model.promise.errors.largest).all()
+    assert (table.tube_certified >= model.accuracy.errors.largest).all()
     assert (table.attrs["margin"], table.attrs["coarse"]) == ("1deg,1mm,qd=2%,qdd=5%", tube.coarse)
     assert table.attrs["note"] == tube.note
 
@@ -82,7 +83,7 @@ def test_a_coarse_trajectory_is_told_in_the_table(puma, pick_and_place):
     assert "5 of 5 intervals" in table.attrs["note"]
     assert "5 of 5 intervals" in tube_sentence(findings)
     # It is wider, but proven all the same.
-    assert (table.tube_certified >= findings.model.promise.errors.largest).all()
+    assert (table.tube_certified >= findings.model.accuracy.errors.largest).all()
 
 
 def test_set_points_without_a_motion_between_them_have_no_certificate(two_link, tmp_path):

@@ -8,12 +8,12 @@ import pint
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.main_job import find
-from gd_analyze.main_job.folder import write_findings
-from gd_analyze.pinocchio_check import cross_check
+from gd_analyze.dynamics.pinocchio_check import cross_check
 from gd_analyze.report.document import document
-from gd_analyze.results import load_findings
+from gd_analyze.results.store import load_findings
 from gd_analyze.schema import GROUPS
+from gd_analyze.studies.find import find
+from gd_analyze.studies.folder import write_findings
 
 UNITS = pint.UnitRegistry()
 
@@ -84,8 +84,8 @@ def test_units_of_a_mixed_arm_balance(mixed_findings):
             inertia = 1 * parsed(str(table.inertia_unit.values[i, j])) * accelerations[j]
             assert (inertia / effort).check("[]")
             for k in range(6):
-                coupling = 1 * parsed(str(table.coupling_unit.values[i, j, k])) * rates[j] * rates[k]
-                assert (coupling / effort).check("[]")
+                christoffel = 1 * parsed(str(table.christoffel_unit.values[i, j, k])) * rates[j] * rates[k]
+                assert (christoffel / effort).check("[]")
     assert [str(unit) for unit in efforts] == ["meter * newton"] * 2 + ["newton"] + ["meter * newton"] * 3
 
 

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
+from gd_analyze.dynamics.accelerations import joint_accelerations
+from gd_analyze.dynamics.energy import kinetic_energy, potential_energy
 from gd_analyze.errors import ArmError, GdAnalyzeError, ModelError, TrajectoryError, UsageError
-from gd_analyze.robots import with_payload
-from gd_analyze.simulation import joint_accelerations, kinetic_energy, potential_energy
+from gd_analyze.robots.payload import with_payload
 
 FINE = np.zeros((3, 6))
 
@@ -44,7 +45,7 @@ class Called(NamedTuple):
 @pytest.fixture(scope="module")
 def calls(puma, pick_and_place) -> dict[str, Called]:
     model = gd.simplify(puma, pick_and_place, "2%")
-    dataset = gd.decompose(puma, pick_and_place, coupling=False)
+    dataset = gd.decompose(puma, pick_and_place, christoffel=False)
     time = np.arange(3.0)
     made_of = {
         "decompose_states": lambda states: gd.decompose_states(puma, states),

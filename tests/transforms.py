@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.formulations import lagrange_euler
-from gd_analyze.robots import Joint, Link, Placement, RobotArm
+from gd_analyze.dynamics import lagrange_euler
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Joint, Link, Placement
 from gd_analyze.vectors import FloatArray
 
 Array = NDArray[Any]
@@ -52,9 +53,9 @@ def inertia(arm: RobotArm, q: Array) -> Array:
     return np.array([lagrange_euler.solve(part, q.T).inertia for part in of_one_effect(arm)])
 
 
-def coupling(arm: RobotArm, q: FloatArray) -> FloatArray:
+def h_ikm(arm: RobotArm, q: FloatArray) -> FloatArray:
     """h_ikm by effect, shape (2, n, n, n, N). [FGL87] Eq. (3.2-32)."""
-    return np.array([lagrange_euler.solve(part, q.T).coupling for part in of_one_effect(arm)])
+    return np.array([lagrange_euler.solve(part, q.T).christoffel for part in of_one_effect(arm)])
 
 
 def christoffel(arm: RobotArm, q: FloatArray) -> FloatArray:

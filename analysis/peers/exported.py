@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from gd_analyze.exporting import printed
-from gd_analyze.exporting.subject import Subject
-from gd_analyze.states import States
+from gd_analyze.exporting.export import printed
+from gd_analyze.exporting.export_input import ExportInput
+from gd_analyze.motions.states import States
 from peers.timed import Way, library, way
 
 # Called from a file of its own, as a controller does: nothing is put in line.
@@ -26,7 +26,7 @@ void many(long passes, long count, const double *q, const double *qd, const doub
 """
 
 
-def exported(what: str, subject: Subject, states: States, folder: Path, flags: str) -> list[Way]:
+def exported(what: str, subject: ExportInput, states: States, folder: Path, flags: str) -> list[Way]:
     """Call `arm_torque` in a loop of C, and `arm_torque_many`, of a subject that is named arm."""
     sources = dict(printed(subject, "c").files) | {"driver.c": _DRIVER.format(n=subject.n)}
     made = library(folder, sources, "gcc", *flags.split())

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gd_analyze.robots import RobotArm
+from gd_analyze.robots.arm import RobotArm
 
 CALLED = """
 int exact(const double **, double **, long long *, double *, int);

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.pinocchio_check import pinocchio_model
-from gd_analyze.robots import RobotArm
-from gd_analyze.states import States
+from gd_analyze.dynamics.pinocchio_check import pinocchio_model
+from gd_analyze.motions.states import States
+from gd_analyze.robots.arm import RobotArm
 from peers.timed import Way, library, way
 
 # As Pinocchio's own build files have them.

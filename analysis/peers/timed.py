@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gd_analyze.states import States
+from gd_analyze.motions.states import States
 from gd_analyze.vectors import FloatArray
 
 # Nanoseconds that a way's turn takes in a round: long against reading the clock, short against others' use of it.

@@ -19,7 +19,7 @@ UNITS: dict[str, tuple[str, ...]] = {
     "viscous": ("N s/m", "N m s"),
     "effort per mass": ("N/kg", "N m/kg"),
     "inertia": ("kg", "kg m", "kg m^2"),
-    "coupling": ("kg/m", "kg", "kg m", "kg m^2"),
+    "christoffel": ("kg/m", "kg", "kg m", "kg m^2"),
 }
 
 # NumPy's types by what they are called in a declaration; text is of any length.

@@ -131,7 +131,7 @@ GROUPS = _declared()
 OPTIONAL = {
     "trajectory": {"stretch_from"},
     "decomposition": {
-        "coupling",
+        "christoffel",
         "drive_torque",
         "inertia_by_link",
         "coriolis_centrifugal_by_link",

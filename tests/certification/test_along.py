@@ -8,19 +8,31 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
-from gd_analyze.certification import Margin, Tube, certify, simplify_certified
+from gd_analyze.certification.certificate import certify
+from gd_analyze.certification.certified_model import simplify_certified
 from gd_analyze.certification.error_field import ErrorField
+from gd_analyze.certification.margin import Margin
 from gd_analyze.certification.motion import Motion
 from gd_analyze.certification.taylor import TaylorForm
-from gd_analyze.decomposition import decompose_states
+from gd_analyze.certification.tube import Tube
+from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.errors import UsageError
-from gd_analyze.harmonics import Waves
 from gd_analyze.harmonics.torque_rows import rate_factors
-from gd_analyze.levels import ELEMENT, ENERGY, TERM, Budget, ExactDynamics, ExactForm, SimplifiedModel
-from gd_analyze.robots import RobotArm, load_arm
-from gd_analyze.search import How, simplify_exact
-from gd_analyze.states import States
-from gd_analyze.trajectories import Trajectory, read_trajectory
+from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
+from gd_analyze.motions.csv_file import read_trajectory
+from gd_analyze.motions.states import States
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.energy import ENERGY
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.term import TERM
 from made_models import model_of
 from strategies import arms, examples
 
@@ -30,7 +42,7 @@ PUMA_TRAJECTORIES = ("pick-and-place", "large-slew", "wrist-move")
 def errors_at(model: SimplifiedModel, states: np.ndarray) -> np.ndarray:
     """Errors at states of shape (K, 3, n), by the formulation in closed form, shape (K, n)."""
     q, qd, qdd = states.transpose(1, 0, 2)
-    exact = decompose_states(model.arm, States(q, qd, qdd), coupling=False, drives=model.drives)["torque"]
+    exact = decompose_states(model.arm, States(q, qd, qdd), christoffel=False, drives=model.drives)["torque"]
     return np.abs(model.torque(q, qd, qdd) - exact)
 
 
@@ -125,7 +137,7 @@ def test_taylor_bounds_hold_in_boxes_of_any_size(seed: int, n: int) -> None:
     )
     factors = rate_factors(n)
     shape = (len(factors), len(multiples))
-    waves = Waves(sliding, multiples, rng.normal(size=shape) + 1j * rng.normal(size=shape))
+    waves = TrigonometricPolynomial(sliding, multiples, rng.normal(size=shape) + 1j * rng.normal(size=shape))
     field = ErrorField(waves, Motion(n, factors), 0.0, 0.0)
     form = TaylorForm(field)
     centre = rng.uniform(-1.0, 1.0, (3 * n, 20))
@@ -143,7 +155,7 @@ def test_taylor_bounds_hold_in_boxes_of_any_size(seed: int, n: int) -> None:
 
 def puma_model(puma: RobotArm, motion: Trajectory, drives: bool) -> SimplifiedModel:
     exact = ExactDynamics.of(puma, gd.decompose(puma, motion, drives=drives))
-    return simplify_exact(exact, Budget(), How(TERM, effort=0.2))
+    return simplify_exact(exact, Budget(), SearchOptions(TERM, effort=0.2))
 
 
 @pytest.mark.parametrize("drives", [False, True])
@@ -154,7 +166,7 @@ def test_it_is_tight_along_the_pumas_trajectories(puma: RobotArm, name: str, dri
     certificate = certify(model, Tube.along(puma, motion), effort=100_000)
     assert (certificate.ratio <= 1.1).all()
     # The set points are in the tube.
-    assert (certificate.certified >= model.promise.errors.largest).all()
+    assert (certificate.certified >= model.accuracy.errors.largest).all()
 
 
 def test_every_piece_has_its_own_bound(puma: RobotArm, pick_and_place: Trajectory) -> None:
@@ -199,10 +211,10 @@ def test_the_same_input_gives_the_same_certificate(puma: RobotArm, pick_and_plac
 
 def test_a_model_by_elements_is_certified_too(puma: RobotArm, pick_and_place: Trajectory) -> None:
     exact = ExactDynamics.of(puma, gd.decompose(puma, pick_and_place))
-    model = simplify_exact(exact, Budget.parse("3%"), How(ELEMENT, dearer=True))
+    model = simplify_exact(exact, Budget.parse("3%"), SearchOptions(ELEMENT, dearer=True))
     tube = Tube.along(puma, pick_and_place)
     certificate = certify(model, tube, effort=100_000)
-    assert (certificate.certified >= model.promise.errors.largest).all()
+    assert (certificate.certified >= model.accuracy.errors.largest).all()
     assert (certificate.ratio[certificate.worst_found > 1e-9] <= 1.1).all()
     assert largest_excess(model, tube, certificate.along, np.random.default_rng(1), 1) <= round_off(
         model, tube
@@ -214,7 +226,7 @@ def test_an_exact_model_has_no_error_but_the_identifications(
 ) -> None:
     """Its bound is round-off, which no halving of boxes makes smaller: none is looked at twice."""
     exact = ExactDynamics.of(puma, gd.decompose(puma, pick_and_place))
-    model = simplify_exact(exact, Budget.parse("0%"), How(TERM))
+    model = simplify_exact(exact, Budget.parse("0%"), SearchOptions(TERM))
     certificate = certify(model, Tube.along(puma, pick_and_place))
     assert (certificate.certified <= 1e-6 * exact.peak_torque.max()).all()
     assert not certificate.within(np.zeros(6)).any()
@@ -240,7 +252,7 @@ def test_a_certified_budget_holds_in_the_whole_tube(puma, pick_and_place, level)
     assert largest_excess(
         model, tube, np.broadcast_to(allowed, certificate.along.shape), np.random.default_rng(2), 1
     ) <= round_off(model, tube)
-    assert model.promise.budget == "2%, certified"
+    assert model.accuracy.budget == "2%, certified"
 
 
 def test_a_budget_that_holds_at_the_set_points_may_break_between_and_beside_them(
@@ -248,8 +260,8 @@ def test_a_budget_that_holds_at_the_set_points_may_break_between_and_beside_them
 ) -> None:
     sampled = puma_model(puma, pick_and_place, drives=True)
     tube = Tube.along(puma, pick_and_place)
-    assert sampled.promise.errors.largest_share.max() <= 0.01
-    assert not certify(sampled, tube).within(sampled.promise.allowed).all()
+    assert sampled.accuracy.errors.largest_share.max() <= 0.01
+    assert not certify(sampled, tube).within(sampled.accuracy.allowed).all()
 
 
 @examples(6)
@@ -276,7 +288,7 @@ def test_a_tube_of_another_arm_is_refused(puma: RobotArm, two_link: RobotArm, sw
 def test_the_stanford_arms_sliding_joint(stanford_motion: Trajectory) -> None:
     arm = load_arm("stanford")
     exact = ExactDynamics.of(arm, gd.decompose(arm, stanford_motion))
-    model = simplify_exact(exact, Budget.parse("5%"), How(TERM, effort=0.2, dearer=True))
+    model = simplify_exact(exact, Budget.parse("5%"), SearchOptions(TERM, effort=0.2, dearer=True))
     tube = Tube.along(arm, stanford_motion)
     certificate = certify(model, tube)
     assert (certificate.ratio <= 1.1).all()

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from gd_analyze.certification.box import Box
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
-from gd_analyze.robots import RobotArm
+from gd_analyze.robots.arm import RobotArm
 from strategies import examples, random_states, two_link_of
 
 

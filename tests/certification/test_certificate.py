@@ -9,20 +9,27 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.certification import certify
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.certificate import Certificate
+from gd_analyze.certification.certificate import Certificate, certify
 from gd_analyze.certification.harmonics_slack import harmonics_slack
-from gd_analyze.decomposition import decompose_states
+from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
-from gd_analyze.harmonics import Waves, harmonics_of
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Torques
-from gd_analyze.levels import ENERGY, TERM, Budget, ExactDynamics, ExactForm, SimplifiedModel
-from gd_analyze.robots import RobotArm, load_arm
-from gd_analyze.search import How, simplify, simplify_exact
-from gd_analyze.states import States, states_in_box
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.harmonics.transform import harmonics_of
+from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
+from gd_analyze.motions.states import States, states_in_box
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.energy import ENERGY
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify, simplify_exact
+from gd_analyze.simplification.term import TERM
 from made_models import model_of
 from strategies import arms, examples, two_link_of
 
@@ -44,7 +51,7 @@ def box_of(arm: RobotArm, rng: np.random.Generator) -> Box:
 
 
 def errors_at(model: SimplifiedModel, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
-    exact = decompose_states(model.arm, States(q, qd, qdd), coupling=False, drives=model.drives)["torque"]
+    exact = decompose_states(model.arm, States(q, qd, qdd), christoffel=False, drives=model.drives)["torque"]
     return np.abs(model.torque(q, qd, qdd) - exact)
 
 
@@ -120,7 +127,7 @@ def test_noise_of_any_size_is_in_it(arm: RobotArm, seed: int) -> None:
     known = harmonics_of(arm)
     cut = 1e-5
 
-    def off(waves: Waves) -> Waves:
+    def off(waves: TrigonometricPolynomial) -> TrigonometricPolynomial:
         there = waves.coefficients != 0.0
         return dataclasses.replace(
             waves, coefficients=waves.coefficients + cut * rng.choice([-1.0, 1.0], there.shape) * there
@@ -184,8 +191,8 @@ def puma_model(puma: RobotArm) -> SimplifiedModel:
 
 def test_it_is_tight_for_the_puma(puma_model: SimplifiedModel) -> None:
     certificate = certify(puma_model)
-    assert (certificate.certified >= puma_model.promise.errors.largest).all()
-    assert (certificate.worst_found >= puma_model.promise.errors.largest).all()
+    assert (certificate.certified >= puma_model.accuracy.errors.largest).all()
+    assert (certificate.worst_found >= puma_model.accuracy.errors.largest).all()
     assert certificate.ratio.max() < 1.1
 
 
@@ -244,7 +251,7 @@ def test_an_arm_of_many_joints_is_bounded_too() -> None:
         dh_table=(),
     )
     exact = ExactDynamics.of(arm, states_in_box(arm, 300))
-    model = simplify_exact(exact, Budget.parse("2%"), How(ENERGY, dearer=True))
+    model = simplify_exact(exact, Budget.parse("2%"), SearchOptions(ENERGY, dearer=True))
     certificate = certify(model, effort=30_000)
     states = drawn_states(certificate.box, 3000, np.random.default_rng(5))
     assert (errors_at(model, *states).max(axis=0) <= certificate.certified).all()

@@ -9,12 +9,16 @@ from hypothesis import strategies as st
 
 import gd_analyze as gd
 from budgets import of_shares
-from gd_analyze.certification import Box, simplify_certified
-from gd_analyze.decomposition import decompose_states
+from gd_analyze.certification.box import Box
+from gd_analyze.certification.certified_model import simplify_certified
+from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.errors import UsageError
-from gd_analyze.levels import ENERGY, TERM, Budget, ExactDynamics
-from gd_analyze.search import simplify
-from gd_analyze.states import States
+from gd_analyze.motions.states import States
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.energy import ENERGY
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.simplify import simplify
+from gd_analyze.simplification.term import TERM
 from strategies import arms_with_states, examples
 
 
@@ -26,7 +30,7 @@ def largest_errors(model, box: Box, count: int, seed: int) -> np.ndarray:
     signs = rng.choice([-1.0, 1.0], (2, count, n))
     size = np.where(rng.random((count, 1)) < 0.5, 1.0, rng.random((count, n)))
     qd, qdd = signs[0] * size * box.rate, signs[1] * size * box.acceleration
-    exact = decompose_states(model.arm, States(q, qd, qdd), coupling=False, drives=model.drives)["torque"]
+    exact = decompose_states(model.arm, States(q, qd, qdd), christoffel=False, drives=model.drives)["torque"]
     return np.abs(model.torque(q, qd, qdd) - exact).max(axis=0)
 
 
@@ -49,8 +53,8 @@ def test_no_state_of_the_box_breaks_the_budget(case, share, level, seed):
     # Two programs of the same torque: round-off, far below what a budget of 2 % of the peak leaves unsaid.
     slack = 1e-10 * exact.peak_torque.max()
     assert (largest_errors(model, box, 400, seed) <= certificate.certified + slack).all()
-    assert (model.promise.errors.largest <= model.promise.allowed).all()
-    np.testing.assert_array_equal(model.promise.allowed, allowed)
+    assert (model.accuracy.errors.largest <= model.accuracy.allowed).all()
+    np.testing.assert_array_equal(model.accuracy.allowed, allowed)
 
 
 def test_along_a_trajectory(puma, pick_and_place):
@@ -58,16 +62,16 @@ def test_along_a_trajectory(puma, pick_and_place):
     exact = ExactDynamics.of(puma, pick_and_place, drives=True)
     box = Box.around(*exact.states.arrays)
     sampled = simplify(puma, pick_and_place, Budget.parse("2%"), level="energy", drives=True)
-    assert (gd.certify(sampled, box).certified > sampled.promise.allowed).any()
+    assert (gd.certify(sampled, box).certified > sampled.accuracy.allowed).any()
     rounds: list[int] = []
     model, certificate = simplify_certified(
         exact, Budget.parse("2%"), box, level=ENERGY, progress=rounds.append
     )
-    assert certificate.within(model.promise.allowed).all()
+    assert certificate.within(model.accuracy.allowed).all()
     assert len(rounds) > 1
     assert model.operations.total >= sampled.operations.total
-    assert model.promise.budget == "2%, certified"
-    assert model.promise.made_for["set_points"] == 31
+    assert model.accuracy.budget == "2%, certified"
+    assert model.accuracy.fitted_on["set_points"] == 31
 
 
 def test_a_budget_below_what_a_bound_can_resolve(two_link, swing):
@@ -78,14 +82,14 @@ def test_a_budget_below_what_a_bound_can_resolve(two_link, swing):
 
 
 def test_levels_and_steps_are_told_of_the_certified_model(two_link, swing, monkeypatch):
-    monkeypatch.setattr("gd_analyze.search.cheapest._FEW_JOINTS", 0)
-    monkeypatch.setattr("gd_analyze.search.cheapest._FEW", 0.0)
+    monkeypatch.setattr("gd_analyze.simplification.cheapest._FEW_JOINTS", 0)
+    monkeypatch.setattr("gd_analyze.simplification.cheapest._FEW", 0.0)
     exact = ExactDynamics.of(two_link, swing)
     box = Box.around(*exact.states.arrays)
     model, _ = simplify_certified(exact, "60%", box, effort=0.01)
-    counts = {one.level: one.operations for one in model.promise.levels}
+    counts = {one.level: one.operations for one in model.accuracy.levels}
     assert counts.pop(model.level.name) == model.operations.total
     assert list(counts.values()) == [None]
-    (why,) = (one.why for one in model.promise.levels if one.operations is None)
+    (why,) = (one.why for one in model.accuracy.levels if one.operations is None)
     assert why.startswith("without a proof it took ")
-    assert model.promise.steps[-1].operations == model.operations.total
+    assert model.accuracy.steps[-1].operations == model.operations.total

@@ -8,17 +8,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gd_analyze.certification import Box, simplify_certified
-from gd_analyze.levels import TERM, Budget, ExactDynamics, Promise, SimplifiedModel
-from gd_analyze.levels.kept_programs import inputs_of
-from gd_analyze.levels.recursion import NUMBER, Change
-from gd_analyze.search import How
-from gd_analyze.states import States
+from gd_analyze.certification.box import Box
+from gd_analyze.certification.certified_model import simplify_certified
+from gd_analyze.motions.states import States
+from gd_analyze.simplification.accuracy import Accuracy
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.kept_programs import inputs_of
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.recursion import NUMBER, Change
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.term import TERM
 from pruned_recursions import errors_at, general_arm, searched
 
 
 def pruned_within(
-    exact: ExactDynamics, budget: Budget, how: How, *, provenance: Mapping[str, str] | None
+    exact: ExactDynamics, budget: Budget, how: SearchOptions, *, provenance: Mapping[str, str] | None
 ) -> SimplifiedModel:
     """Leave out one product after the other that the budget allows for at the states known."""
     form, allowed = exact.form, exact.allowed(budget)
@@ -27,14 +32,14 @@ def pruned_within(
     def model_of(changes: Mapping[Change, float]) -> SimplifiedModel:
         program = form.recursion.changed(changes)
         errors = exact.errors_of(program.run(inputs).T)
-        promise = Promise(allowed, str(budget), errors, exact.states.described)
+        accuracy = Accuracy(allowed, str(budget), errors, exact.states.described)
         return SimplifiedModel(
             level=how.level,
             form=form,
             terms={},
             program=program,
             operations_full=form.recursion.program.count,
-            promise=promise,
+            accuracy=accuracy,
             provenance=dict(provenance or {}),
         )
 
@@ -43,7 +48,7 @@ def pruned_within(
     for place, step in enumerate(form.recursion.steps):
         if step.operation == "multiply":
             tried = model_of(changes | {Change(place, NUMBER): 0.0})
-            if (tried.promise.errors.largest <= allowed).all():
+            if (tried.accuracy.errors.largest <= allowed).all():
                 best, changes = tried, changes | {Change(place, NUMBER): 0.0}
     return best
 
@@ -66,8 +71,8 @@ def test_a_budget_is_proven_in_few_rounds(monkeypatch: pytest.MonkeyPatch) -> No
     assert 1 < len(rounds) <= 8
     assert model.saves
     assert not model.terms
-    assert certificate.within(model.promise.allowed).all()
-    assert (model.promise.errors.largest <= model.promise.allowed).all()
+    assert certificate.within(model.accuracy.allowed).all()
+    assert (model.accuracy.errors.largest <= model.accuracy.allowed).all()
     for joint in range(4):
         state = searched(model, box, joint, rng)[:, None]
-        assert errors_at(model, *state)[0, joint] <= model.promise.allowed[joint]
+        assert errors_at(model, *state)[0, joint] <= model.accuracy.allowed[joint]

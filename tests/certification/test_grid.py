@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.grid import Grid, Reached, grid_of, shared_out
-from gd_analyze.harmonics import Waves
 from gd_analyze.harmonics.conversion import to_waves
+from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from strategies import examples
 
 EPS = float(np.finfo(float).eps)
 
 
-def drawn(seed: int, joints: int, polynomials: int = 3) -> tuple[list[dict], Waves, Box]:
+def drawn(seed: int, joints: int, polynomials: int = 3) -> tuple[list[dict], TrigonometricPolynomial, Box]:
     """Polynomials of degree at most 2 in everything, and a box that may be a circle, narrow or a point."""
     rng = np.random.default_rng(seed)
     sliding = [bool(rng.random() < 0.3) for _ in range(joints)]
@@ -50,7 +50,7 @@ def directly(polynomials: list[dict], q: np.ndarray) -> np.ndarray:
     return out
 
 
-def round_off(waves: Waves, box: Box) -> float:
+def round_off(waves: TrigonometricPolynomial, box: Box) -> float:
     """Some hundred roundings of terms no larger than the amplitudes, angles of up to 20 rad."""
     return 100 * 20 * EPS * max(1.0, float(waves.sizes(box.farthest).sum(axis=1).max()))
 

@@ -8,10 +8,10 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
-from gd_analyze.certification import Margin
+from gd_analyze.certification.margin import Margin
 from gd_analyze.errors import UsageError
-from gd_analyze.robots import load_arm
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.catalogue import load_arm
 
 
 @pytest.mark.parametrize(

@@ -11,10 +11,15 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.positive_definite import certify_positive_definite
 from gd_analyze.errors import ModelError, UsageError
 from gd_analyze.harmonics.terms import Energies
-from gd_analyze.levels import ENERGY, TERM, Budget, ExactForm, SimplifiedModel
-from gd_analyze.robots import RobotArm, load_arm
-from gd_analyze.search import simplify
-from gd_analyze.states import states_in_box
+from gd_analyze.motions.states import states_in_box
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.energy import ENERGY
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.simplify import simplify
+from gd_analyze.simplification.term import TERM
 from made_models import exact_model, model_of
 from strategies import arms, examples
 

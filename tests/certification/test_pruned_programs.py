@@ -7,9 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.certification import Box, Tube, certify
-from gd_analyze.robots import RobotArm
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.certification.box import Box
+from gd_analyze.certification.certificate import certify
+from gd_analyze.certification.tube import Tube
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
 from pruned_recursions import errors_at, general_arm, pruned, round_off, searched
 from strategies import arms, examples
 

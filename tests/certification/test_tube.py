@@ -7,11 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.certification import Margin, Tube
+from gd_analyze.certification.margin import Margin
+from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import TrajectoryError, UsageError
-from gd_analyze.robots import RobotArm
-from gd_analyze.trajectories import Trajectory
-from gd_analyze.trajectories.between import Between
+from gd_analyze.motions.between import Between
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
 from strategies import examples, motions
 
 

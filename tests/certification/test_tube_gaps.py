@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.certification import Tube
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.certification.tube import Tube
+from gd_analyze.motions.trajectory import Trajectory
 
 
 def joined(*motions: Trajectory, pause: float = 1.0) -> Trajectory:

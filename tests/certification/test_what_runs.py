@@ -8,14 +8,23 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gd_analyze.certification import certify, certify_positive_definite, largest_torque, simplify_certified
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.certificate import Certificate
+from gd_analyze.certification.certificate import Certificate, certify
+from gd_analyze.certification.certified_model import simplify_certified
+from gd_analyze.certification.largest_torque import largest_torque
+from gd_analyze.certification.positive_definite import certify_positive_definite
 from gd_analyze.errors import ModelError, UsageError
-from gd_analyze.levels import ENERGY, Budget, ErrorTable, ExactDynamics, ExactForm, SimplifiedModel
-from gd_analyze.operations import Program, Trace
-from gd_analyze.robots import RobotArm, load_arm
-from gd_analyze.states import states_in_box
+from gd_analyze.motions.states import states_in_box
+from gd_analyze.operations.program import Program
+from gd_analyze.operations.trace import Trace
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.simplification.accuracy import ErrorTable
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.energy import ENERGY
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.model import SimplifiedModel
 from made_models import exact_model
 
 
@@ -55,12 +64,12 @@ def test_a_program_of_another_kind_has_no_certificate(two_link: RobotArm) -> Non
 def test_it_holds_whatever_the_file_states(two_link: RobotArm) -> None:
     """Peak torque and errors of a promise are in no figure of the certificate."""
     model = with_added(exact_model(two_link), 0.5)
-    promise = dataclasses.replace(
-        model.promise,
+    accuracy = dataclasses.replace(
+        model.accuracy,
         errors=ErrorTable(np.full(2, 1e9), np.zeros(2), np.zeros(2)),
         allowed=np.full(2, 1e7),
     )
-    lying = dataclasses.replace(model, promise=promise)
+    lying = dataclasses.replace(model, accuracy=accuracy)
     assert certify(lying).certified.tolist() == certify(model).certified.tolist()
     assert largest_torque(lying).tolist() == largest_torque(model).tolist()
 
@@ -97,7 +106,7 @@ def test_a_certified_model_is_certified_as_it_is_returned(two_link: RobotArm) ->
     box = Box.of(two_link)
     model, certificate = simplify_certified(exact, Budget.parse("40%"), box)
     assert certify(model, box).certified.tolist() == certificate.certified.tolist()
-    assert certificate.within(model.promise.allowed).all()
+    assert certificate.within(model.accuracy.allowed).all()
 
 
 def test_it_is_certified_after_it_was_written(two_link: RobotArm, monkeypatch: pytest.MonkeyPatch) -> None:

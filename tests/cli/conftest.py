@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from gd_analyze.cli import main
+from gd_analyze.cli.entry import main
 
 
 @dataclass(frozen=True)

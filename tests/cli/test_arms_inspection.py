@@ -7,7 +7,7 @@ import tomllib
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.robots import fingerprint
+from gd_analyze.robots.description import fingerprint
 from robot_files import INERTIA, joint, link, two_joints, urdf
 
 # The moments are 0.03, 0.04 and 0.05 but for products; 0.15 is more than the others by half of itself.

@@ -12,8 +12,9 @@ from bad_files import ARM, csv
 from gd_analyze.certification.certificate import EFFORT
 from gd_analyze.cli.certify import certify
 from gd_analyze.formatting import rounded_up
-from gd_analyze.levels import ENERGY, ExactForm, save_model
-from gd_analyze.levels.model_file import _digest
+from gd_analyze.simplification.energy import ENERGY
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.model_file import _digest, save_model
 from made_models import exact_model, model_of
 
 
@@ -206,7 +207,7 @@ def edited(model, change):
 
 def lie(document):
     """A peak of 1e9 N m, for a trajectory that nobody else has: consistent, and not to be measured again."""
-    document["made_for"] = {"trajectory": "mine", "trajectory_fingerprint": "0" * 64, "set_points": 9}
+    document["fitted_on"] = {"trajectory": "mine", "trajectory_fingerprint": "0" * 64, "set_points": 9}
     for row in document["errors"]:
         row["peak_torque"], row["allowed_error"] = 1e9, 0.05e9
 

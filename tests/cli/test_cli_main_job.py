@@ -11,7 +11,7 @@ import pytest
 import gd_analyze as gd
 from gd_analyze.cli.analyze import FORMATS
 from gd_analyze.cli.report import FORMATS as MADE_AGAIN
-from gd_analyze.main_job.folder import FILES
+from gd_analyze.studies.folder import FILES
 
 
 def test_the_formats_are_those_of_the_library():
@@ -145,8 +145,8 @@ def test_what_is_stored_follows_the_options(run, motion, here):
         assert run("two_link", motion, *words).code == 0
         return set(gd.load_results("x/analysis.h5")["decomposition"].data_vars)
 
-    assert "coupling" in stored()
-    assert "coupling" not in stored("--no-coupling")
+    assert "christoffel" in stored()
+    assert "christoffel" not in stored("--no-christoffel")
     assert "inertia_by_link" in stored("--by-link")
     assert "coriolis_centrifugal_terms" in stored("--terms")
 
@@ -251,7 +251,8 @@ def test_no_report_of_another_file(run, here, name, content, said):
 
 
 def test_the_terminal_has_the_words_of_the_reports(run, here):
-    from gd_analyze.results import load_findings, summary
+    from gd_analyze.results import summary
+    from gd_analyze.results.store import load_findings
 
     out = run("puma560", "pick-and-place", "--out", "x", "--format", "h5,html", "--top", 33).out
     page = (here / "x" / "report.html").read_text(encoding="utf-8")
@@ -265,6 +266,6 @@ def test_the_terminal_has_the_words_of_the_reports(run, here):
         float((ratios.largest_difference / ratios.round_off_bound).max())
     )
     assert f"differs by {check['largest_difference']:.2e} {check['unit']}" in out
-    for step in findings.model.promise.steps:
+    for step in findings.model.accuracy.steps:
         assert step.words in page
-        assert step.words in findings.model.promise.search
+        assert step.words in findings.model.accuracy.search

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.comparison import symbolic
-from gd_analyze.formulations.methods import METHODS
+from gd_analyze.dynamics.methods import METHODS
+from gd_analyze.studies import symbolic
 
 
 def test_files_and_tables(run, here, motion):

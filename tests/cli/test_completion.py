@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from gd_analyze.robots import builtin_arms
-from gd_analyze.trajectories import shipped_trajectories
+from gd_analyze.motions.csv_file import shipped_trajectories
+from gd_analyze.robots.catalogue import builtin_arms
 
 VERBS = [
     "report",
@@ -63,7 +63,7 @@ def test_the_first_word_is_an_arm_or_a_verb(complete):
 
 def test_what_comes_next(complete):
     assert complete("puma560", "") == list(shipped_trajectories())
-    assert complete("puma560", "pick-and-place", "--no-c") == ["--no-coupling", "--no-cache"]
+    assert complete("puma560", "pick-and-place", "--no-c") == ["--no-christoffel", "--no-cache"]
     assert complete("--out", "x", "two_link", "two") == ["two-link-swing"]
     assert complete("plan", "two") == ["two_link"]
     assert complete("plan", "two_link", "--profile", "c") == ["cubic"]

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.closed_loop import CONTROLLERS
-from gd_analyze.closed_loop.verdict import sentences
-from gd_analyze.levels import save_model
-from gd_analyze.report.control_files import FILES
-from gd_analyze.robots import with_payload
+from gd_analyze.robots.payload import with_payload
+from gd_analyze.simplification.model_file import save_model
+from gd_analyze.studies.control_files import FILES
+from gd_analyze.studies.control_verdict import sentences
+from gd_analyze.studies.controllers import CONTROLLERS
 
 FEW = ("--loop-rate", "continuous,200", "--speeds", "1,2")
 

@@ -74,7 +74,7 @@ def test_the_version_and_where_the_cache_is(run, monkeypatch):
 )
 def test_without_the_cache_nothing_is_kept_and_all_is_the_same(run, monkeypatch, tmp_path, words):
     from gd_analyze.cache import VARIABLE
-    from gd_analyze.levels.kept_programs import kept_programs
+    from gd_analyze.simplification.kept_programs import kept_programs
 
     def told(*given: str) -> dict:
         kept_programs.cache_clear()
@@ -119,13 +119,13 @@ robots.load_arm = load_arm"""
 
 def test_out_of_memory_is_no_bug(process, motion):
     before = (
-        "import gd_analyze.main_job as main_job\ndef find(*a, **k): raise MemoryError('7 TiB')\n"
+        "import gd_analyze.studies as main_job\ndef find(*a, **k): raise MemoryError('7 TiB')\n"
         "main_job.find = find"
     )
     result = process("two_link", motion, before=before)
     assert result.code == 1
     assert "out of memory" in result.err
-    assert "--no-coupling" in result.err
+    assert "--no-christoffel" in result.err
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="/dev/full plays the full disk, and is not there")

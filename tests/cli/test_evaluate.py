@@ -7,10 +7,14 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.formatting import named_joints
-from gd_analyze.levels import LEVELS, evaluate, payload_effect, save_model
-from gd_analyze.robots import load_arm, with_payload
-from gd_analyze.search import simplify
-from gd_analyze.states import States, states_in_box, states_of
+from gd_analyze.motions.states import States, states_in_box, states_of
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.robots.payload import with_payload
+from gd_analyze.simplification.evaluation import evaluate
+from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.model_file import save_model
+from gd_analyze.simplification.payload_effect import payload_effect
+from gd_analyze.simplification.simplify import simplify
 from made_models import by_elements
 
 
@@ -101,10 +105,10 @@ def test_beyond_the_budget_without_a_payload(run, here, motion):
     arm = load_arm("two_link")
     made = by_elements(arm, gd.read_trajectory(motion, arm), gd.Budget.parse("2%"))
     wide = evaluate(made, states_in_box(made.arm, 500))
-    assert not wide.within(made.promise.allowed).all()
+    assert not wide.within(made.accuracy.allowed).all()
     save_model(made, here / "model.json")
     shown = within_80(run("evaluate", "model.json", "--states", 500))
-    beyond = (1 + np.flatnonzero(~wide.within(made.promise.allowed))).tolist()
+    beyond = (1 + np.flatnonzero(~wide.within(made.accuracy.allowed))).tolist()
     assert f"Beyond the budget here, even without any payload: {named_joints(beyond, 2)}." in shown
     assert "leaves it first" not in shown
 
@@ -150,11 +154,11 @@ def test_errors_stand_beside_what_is_allowed_and_no_share_of_another_peak(run, h
     told = run(*words, "--json").json
     exact = evaluate(made, swing)
     for i, row in enumerate(told["joints"]):
-        allowed, error = made.promise.allowed[i], exact.errors.largest[i]
+        allowed, error = made.accuracy.allowed[i], exact.errors.largest[i]
         assert row["allowed_error"] == allowed
         assert row["within_allowed"] == (row["largest_of_allowed"] <= 1.0) == (error <= allowed)
         assert row["largest_share_of_peak_here"] == error / exact.errors.peak_torque[i]
-        assert row["largest_share_of_peak_made_for"] == error / made.promise.errors.peak_torque[i]
+        assert row["largest_share_of_peak_made_for"] == error / made.accuracy.errors.peak_torque[i]
         assert (row["largest_share_of_peak_made_for"] <= 0.02) == row["within_allowed"]
         assert row["promised_of_allowed"] <= 1.0
     assert not all(row["within_allowed"] for row in told["joints"])
@@ -162,8 +166,8 @@ def test_errors_stand_beside_what_is_allowed_and_no_share_of_another_peak(run, h
     shown = within_80(result)
     assert "Allowed: 2%; the peak torque over" in shown
     assert "set points of gentle is meant, not that here." in shown
-    worst = int((exact.errors.largest / made.promise.allowed).argmax())
-    assert f"times what is allowed, and by {made.promise.errors.largest[worst]:.3g} N m on gentle" in shown
+    worst = int((exact.errors.largest / made.accuracy.allowed).argmax())
+    assert f"times what is allowed, and by {made.accuracy.errors.largest[worst]:.3g} N m on gentle" in shown
     rows = [line for line in result.out.splitlines() if line.endswith((" yes", " no"))]
     assert len(rows) == 2
     for line, row in zip(rows, told["joints"], strict=True):

@@ -7,8 +7,8 @@ import json
 import pytest
 
 from gd_analyze.cli.export import LANGUAGES
-from gd_analyze.exporting import LANGUAGES as PRINTERS
-from gd_analyze.exporting import export, export_decomposition
+from gd_analyze.exporting.export import export, export_decomposition
+from gd_analyze.exporting.languages import LANGUAGES as PRINTERS
 
 
 @pytest.fixture
@@ -189,7 +189,7 @@ def test_the_model_itself_is_never_written_over(run, model):
 
 
 def test_a_run_that_fails_midway_leaves_nothing(run, here, listing, monkeypatch):
-    from gd_analyze.exporting import Exported
+    from gd_analyze.exporting.export import Exported
 
     assert run("export", "two_link", "--to", "c").code == 0
     before = {name: (here / name).read_text() for name in ("two_link.h", "two_link.c")}

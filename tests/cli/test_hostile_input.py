@@ -98,7 +98,7 @@ def _set(document, path, value):
     ],
 )
 def test_wrong_kinds_in_model_files(run, here, document, path, value):
-    from gd_analyze.levels.model_file import _digest
+    from gd_analyze.simplification.model_file import _digest
 
     _set(document, path, value)
     document["digest"] = _digest(document)
@@ -110,7 +110,7 @@ def test_wrong_kinds_in_model_files(run, here, document, path, value):
 
 
 def test_a_factor_of_more_joints_than_the_arm_has(run, here, document):
-    from gd_analyze.levels.model_file import _digest
+    from gd_analyze.simplification.model_file import _digest
 
     text, count = re.subn(r'\["(cos|sin)", \[\d, \d\]', r'["\1", [0, 0, 1]', json.dumps(document), count=1)
     assert count == 1
@@ -204,7 +204,7 @@ def test_exact_equations_of_long_arms_are_refused_before_the_work(run, here, n):
     assert f"found: {n} joints" in result.err
     assert "GB" in result.err
     assert "--level element" in result.err
-    assert "--no-coupling" not in result.err
+    assert "--no-christoffel" not in result.err
     assert_is_a_message(result.err)
 
 
@@ -216,7 +216,7 @@ def test_out_of_memory_advises_only_what_the_verb_has(process):
     result = process("equations", "two_link", before=before)
     assert result.code == 1
     assert "out of memory" in result.err
-    assert "--no-coupling" not in result.err
+    assert "--no-christoffel" not in result.err
 
 
 NO_INERTIA = "inertia = { xx = 0.0, yy = 0.0, zz = 0.0 }"

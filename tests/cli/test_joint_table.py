@@ -9,7 +9,8 @@ import pytest
 
 from gd_analyze.cli.joint_table import joint_table
 from gd_analyze.labels import shortened
-from gd_analyze.robots import RobotArm, load_arm
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
 
 LONG = ("panda_joint1", "left_gripper_extension_joint_r", "shoulder_pan_joint", "a" * 80, "wrist", "6")
 

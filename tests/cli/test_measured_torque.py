@@ -11,10 +11,11 @@ import pytest
 from gd_analyze.cli.findings import print_findings
 from gd_analyze.cli.measured_torque import show_measured_torque
 from gd_analyze.cli.output import Output
-from gd_analyze.main_job import Settings, find
-from gd_analyze.results import Findings
+from gd_analyze.results.findings import Findings
 from gd_analyze.results.torque_words import torque_sentence
-from gd_analyze.robots import RobotArm
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.studies.find import find
+from gd_analyze.studies.settings_main import Settings
 from recorded_logs import recorded
 
 

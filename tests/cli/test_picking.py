@@ -59,7 +59,7 @@ def test_a_box_of_assumed_limits_is_told_everywhere(run, here):
     assumed = "an acceleration of 5 rad/s^2 of every joint"
     assert f"for a box of states, {assumed} is assumed" in " ".join(result.err.split())
     assert f"(assumed, as none are stated: {assumed})" in " ".join(result.out.split())
-    assert assumed in json.loads((here / "m.json").read_text())["made_for"]["box"]
+    assert assumed in json.loads((here / "m.json").read_text())["fitted_on"]["box"]
     certified = run("certify", "m.json", "--effort", "10")
     assert f"within the arm's limits (assumed, as none are stated: {assumed}) has" in " ".join(
         certified.out.split()

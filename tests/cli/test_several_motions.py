@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from gd_analyze.trajectories import write_trajectory
+from gd_analyze.motions.csv_writing import write_trajectory
 from several_motions import swung
 
 
@@ -67,7 +67,7 @@ def test_a_model_knows_its_motions(run, here, folder):
     assert "by a model made for quick, one of 2 motions (quick, slow), with a budget of 20%" in shown
     assert "is meant, not that here" not in shown
     told = run("evaluate", "model.json", "moves/slow.csv", "--json").json
-    assert told["made_for"]["motions"] == "quick, slow"
+    assert told["fitted_on"]["motions"] == "quick, slow"
     assert all(row["within_allowed"] for row in told["joints"])
     elsewhere = within_80(run("evaluate", "model.json", "two-link-swing"))
     assert "by a model made for moves with a budget of 20%" in elsewhere

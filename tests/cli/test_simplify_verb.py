@@ -39,7 +39,7 @@ def test_over_the_box_of_the_arm(run):
     assert "tau2 = tau3 + " in result.out
     assert "p3 = qd2 + qd3; pd3 = qdd2 + qdd3" in result.out
     told = run(*words, "--json").json
-    assert told["made_for"]["seed"] == 3
+    assert told["fitted_on"]["seed"] == 3
     assert told["drives"]
     assert not told["refitted"]
     assert [step["name"] for step in told["search"]][:2] == ["elimination", "integer program"]

@@ -13,7 +13,9 @@ import gd_analyze as gd
 from gd_analyze.cli.plan import PROFILE_NAMES
 from gd_analyze.cli.terminal import print_json
 from gd_analyze.cli.terminal import sentence as print_sentence
-from gd_analyze.trajectories import PROFILES, recorded_command, shipped_trajectories
+from gd_analyze.motions.csv_file import shipped_trajectories
+from gd_analyze.motions.csv_writing import recorded_command
+from gd_analyze.motions.profiles import PROFILES
 
 PLAN = ("plan", "two_link", "--from", "0,0", "--to", "60,-45", "--duration", "2")
 
@@ -157,8 +159,8 @@ def test_a_model_is_tried_on_another_trajectory(run, model, here):
         error = [abs(float(r[f"simplified{i}"]) - float(r[f"exact{i}"])) for r in rows]
         # Differences at round-off level are reported as no error at all.
         assert row["largest_error"] == pytest.approx(max(error), rel=0, abs=1e-12 * row["peak_torque"])
-    assert told["made_for"]["trajectory"] == "gentle"
-    assert json.loads((here / model).read_text(encoding="utf-8"))["made_for"] == told["made_for"]
+    assert told["fitted_on"]["trajectory"] == "gentle"
+    assert json.loads((here / model).read_text(encoding="utf-8"))["fitted_on"] == told["fitted_on"]
 
 
 def test_json_knows_no_infinity(capsys):

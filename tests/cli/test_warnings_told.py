@@ -7,10 +7,10 @@ import pytest
 from bad_files import ARM, HEADER, ROWS, csv
 
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.main_job import find
-from gd_analyze.results import load_findings
-from gd_analyze.robots import load_arm
-from gd_analyze.trajectories import read_trajectory
+from gd_analyze.motions.csv_file import read_trajectory
+from gd_analyze.results.store import load_findings
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.studies.find import find
 
 
 def test_positions_outside_limits_are_a_warning(run, here):

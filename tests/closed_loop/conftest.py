@@ -5,13 +5,16 @@ import dataclasses
 import numpy as np
 import pytest
 
-from gd_analyze.closed_loop import CONTINUOUS, ControlSettings, ControlStudy, Gains, control
-from gd_analyze.closed_loop.bounds import mean_diagonal
-from gd_analyze.closed_loop.controllers import Knowledge
-from gd_analyze.closed_loop.loop import World
-from gd_analyze.closed_loop.reference import Reference
-from gd_analyze.levels import SimplifiedModel
-from gd_analyze.search import simplify
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.simplify import simplify
+from gd_analyze.studies.bounds import mean_diagonal
+from gd_analyze.studies.control import control
+from gd_analyze.studies.controllers import Knowledge
+from gd_analyze.studies.gains import Gains
+from gd_analyze.studies.loop import World
+from gd_analyze.studies.reference import Reference
+from gd_analyze.studies.settings import CONTINUOUS, ControlSettings
+from gd_analyze.studies.study import ControlStudy
 
 
 @pytest.fixture(scope="session")

@@ -12,22 +12,19 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from gd_analyze.closed_loop import CONTROLLERS, Controller, ControlSettings, control
-from gd_analyze.closed_loop.verdict import FIXED_GAINS, SIMPLIFIED, sentences
 from gd_analyze.errors import UsageError
 from gd_analyze.formatting import number
-from gd_analyze.report.control_document import control_document
-from gd_analyze.report.control_figures import LOOKS, error_figure, speed_figure
-from gd_analyze.report.control_files import (
-    FILES,
-    render_control_html,
-    render_control_pdf,
-    write_control,
-)
+from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.inline_svg import inline_svg
-from gd_analyze.robots import load_arm
-from gd_analyze.search import simplify
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.simplification.simplify import simplify
+from gd_analyze.studies.control import control
+from gd_analyze.studies.control_document import control_document
+from gd_analyze.studies.control_figures import LOOKS, error_figure, speed_figure
+from gd_analyze.studies.control_files import FILES, render_control_html, render_control_pdf, write_control
+from gd_analyze.studies.control_verdict import FIXED_GAINS, SIMPLIFIED, sentences
+from gd_analyze.studies.controllers import CONTROLLERS, Controller
+from gd_analyze.studies.settings import ControlSettings
 
 
 class _Page(HTMLParser):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from gd_analyze.closed_loop import Gains
+from gd_analyze.studies.gains import Gains
 
 # Steps of the sum below; the impulse response has a corner at every zero, and the rule an error of h^2 / 12
 # times its slope's jumps: below 1e-6 of the integral.

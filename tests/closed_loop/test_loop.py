@@ -7,27 +7,25 @@ import dataclasses
 import numpy as np
 import pytest
 
-from gd_analyze.closed_loop import CONTINUOUS, CONTROLLERS, Controller, Gains
-from gd_analyze.closed_loop.controllers import Bank, Knowledge
-from gd_analyze.closed_loop.loop import Loop, World, follow
-from gd_analyze.closed_loop.plant import Plant
-from gd_analyze.closed_loop.reference import Reference
-from gd_analyze.closed_loop.verdict import EXACT, SIMPLIFIED
-from gd_analyze.decomposition import decompose_states, torque_of
+from gd_analyze.dynamics.accelerations import joint_accelerations
+from gd_analyze.dynamics.decomposition import decompose_states, torque_of
+from gd_analyze.dynamics.drivetrain import Drivetrain
+from gd_analyze.dynamics.energy import kinetic_energy, potential_energy
+from gd_analyze.dynamics.integration import Integration
+from gd_analyze.dynamics.simulate import simulate
 from gd_analyze.errors import UsageError
-from gd_analyze.levels import ExactForm
-from gd_analyze.operations import Program
+from gd_analyze.motions.states import States, states_in_box
+from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
-from gd_analyze.robots import with_payload
-from gd_analyze.simulation import (
-    Drivetrain,
-    Integration,
-    joint_accelerations,
-    kinetic_energy,
-    potential_energy,
-    simulate,
-)
-from gd_analyze.states import States, states_in_box
+from gd_analyze.robots.payload import with_payload
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.studies.control_verdict import EXACT, SIMPLIFIED
+from gd_analyze.studies.controllers import CONTROLLERS, Bank, Controller, Knowledge
+from gd_analyze.studies.gains import Gains
+from gd_analyze.studies.loop import Loop, World, follow
+from gd_analyze.studies.plant import Plant
+from gd_analyze.studies.reference import Reference
+from gd_analyze.studies.settings import CONTINUOUS
 
 PD = Controller("pd", "gravity")
 
@@ -174,7 +172,7 @@ def test_controllers_without_an_error_ask_for_what_they_know(swing_world, swing_
     q, qd, qdd = (np.repeat(x[k][:, None], len(CONTROLLERS), axis=1) for x in (swing.q, swing.qd, swing.qdd))
     torque = dict(zip(CONTROLLERS, bank.torque(q, qd, (q, qd, qdd)).T, strict=True))
     state = (swing.q[k], swing.qd[k], swing.qdd[k])
-    found = decompose_states(swing_model.arm, States(*state), coupling=False)
+    found = decompose_states(swing_model.arm, States(*state), christoffel=False)
     h = found["coriolis_centrifugal"].reshape(-1, 2).sum(axis=0)
     c = found["gravity_loading"].reshape(-1, 2).sum(axis=0)
     exact = found["torque"].ravel()

@@ -8,14 +8,18 @@ import math
 import numpy as np
 import pytest
 
-from gd_analyze.closed_loop import CONTINUOUS, CONTROLLERS, Controller, ControlSettings, Tolerance, control
-from gd_analyze.closed_loop.reference import Reference, at_speed, followable
-from gd_analyze.closed_loop.verdict import EXACT, SIMPLIFIED, WITHOUT_H, sentences
-from gd_analyze.decomposition import torque_of
+from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, ModelError, TrajectoryError, UsageError
-from gd_analyze.search import simplify
-from gd_analyze.states import States
-from gd_analyze.trajectories import Trajectory, read_trajectory
+from gd_analyze.motions.csv_file import read_trajectory
+from gd_analyze.motions.states import States
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.simplification.simplify import simplify
+from gd_analyze.studies.control import control
+from gd_analyze.studies.control_verdict import EXACT, SIMPLIFIED, WITHOUT_H, sentences
+from gd_analyze.studies.controllers import CONTROLLERS, Controller
+from gd_analyze.studies.reference import Reference, at_speed, followable
+from gd_analyze.studies.settings import CONTINUOUS, ControlSettings
+from gd_analyze.studies.tolerance import Tolerance
 
 
 def test_no_simulated_error_is_beyond_the_certified(puma_study):
@@ -26,7 +30,7 @@ def test_no_simulated_error_is_beyond_the_certified(puma_study):
     # The certificate is within 2.2 times the largest torque error here, and takes the errors of all joints
     # for the worst at a time.
     assert (bound.error < 4.0 * simulated).all()
-    assert (puma_study.model.promise.errors.largest <= bound.torque_error).all()
+    assert (puma_study.model.accuracy.errors.largest <= bound.torque_error).all()
 
 
 def test_what_is_expected_is_what_is_simulated(puma_study):

@@ -2,9 +2,10 @@ from __future__ import annotations
 
 import pytest
 
-from gd_analyze.comparison import Comparison, Growth, compare, growth
-from gd_analyze.robots import load_arm
-from gd_analyze.trajectories import read_trajectory
+from gd_analyze.motions.csv_file import read_trajectory
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.studies.compare import Comparison, compare
+from gd_analyze.studies.costs import Growth, growth
 
 
 @pytest.fixture(scope="session")

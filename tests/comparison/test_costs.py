@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from gd_analyze.comparison import count_cost
-from gd_analyze.comparison.costs import exponent
-from gd_analyze.formulations.methods import METHODS
-from gd_analyze.operations import Program, Trace
+from gd_analyze.dynamics.methods import METHODS
+from gd_analyze.operations.program import Program
+from gd_analyze.operations.trace import Trace
+from gd_analyze.studies.costs import count_cost, exponent
 from strategies import arms_with_states, examples
 
 ORDERS = {"n": 1, "n^2": 2, "n^3": 3, "n^4": 4}

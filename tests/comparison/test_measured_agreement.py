@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from gd_analyze.comparison import agreement, compare, time_methods
+from gd_analyze.dynamics.interface import torque_of_states
+from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.formulations.interface import torque_of_states
-from gd_analyze.formulations.methods import METHODS
-from gd_analyze.robots import load_arm
-from gd_analyze.states import States, states_in_box
-from gd_analyze.trajectories import read_trajectory
+from gd_analyze.motions.csv_file import read_trajectory
+from gd_analyze.motions.states import States, states_in_box
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.studies.agreement import agreement
+from gd_analyze.studies.compare import compare
+from gd_analyze.studies.timing import time_methods
 from gd_analyze.vectors import CHUNK
 from strategies import arms_with_states, examples
 

@@ -12,18 +12,18 @@ from itertools import pairwise
 
 import pytest
 
-from gd_analyze.comparison import text_costs
-from gd_analyze.comparison.cost_explanations import N_JOINTS, explanation
+from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.errors import UsageError
-from gd_analyze.formulations.methods import METHODS
-from gd_analyze.report.comparison_chart import PAPER, growth_chart
-from gd_analyze.report.comparison_document import comparison_document
-from gd_analyze.report.comparison_files import (
+from gd_analyze.studies.comparison_chart import PAPER, growth_chart
+from gd_analyze.studies.comparison_document import comparison_document
+from gd_analyze.studies.comparison_files import (
     FILES,
     render_comparison_html,
     render_comparison_pdf,
     write_comparison,
 )
+from gd_analyze.studies.cost_explanations import N_JOINTS, explanation
+from gd_analyze.studies.text_costs import text_costs
 
 
 @pytest.fixture(scope="module")

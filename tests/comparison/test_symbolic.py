@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 import sympy
 
-from gd_analyze.comparison.symbolic import same, text_closed_forms, two_link_closed_forms
+from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.errors import UsageError
-from gd_analyze.formulations.methods import METHODS
-from gd_analyze.robots import load_arm
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.studies.symbolic import same, text_closed_forms, two_link_closed_forms
 
 
 @pytest.mark.parametrize("method", list(METHODS))

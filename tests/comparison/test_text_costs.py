@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.comparison import Polynomial, exact_polynomial, text_costs
-from gd_analyze.formulations.methods import METHODS
+from gd_analyze.dynamics.methods import METHODS
+from gd_analyze.studies.polynomial import Polynomial, exact_polynomial
+from gd_analyze.studies.text_costs import text_costs
 from strategies import examples
 
 

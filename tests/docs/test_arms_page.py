@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from markdown_pages import ROOT, blocks, code, tables
 
-from gd_analyze.decomposition import decompose_states
+from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.errors import ArmError
-from gd_analyze.robots import arm_schema, load_arm, placement_schema
-from gd_analyze.states import States
+from gd_analyze.motions.states import States
+from gd_analyze.robots import arm_schema, placement_schema
+from gd_analyze.robots.catalogue import load_arm
 
 PAGE = ROOT / "docs" / "arms.md"
 SECTIONS = {

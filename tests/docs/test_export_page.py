@@ -9,7 +9,7 @@ import pytest
 from markdown_pages import ROOT, blocks
 
 import gd_analyze as gd
-from gd_analyze.exporting import LANGUAGES
+from gd_analyze.exporting.languages import LANGUAGES
 from made_models import exact_model
 
 PAGE = ROOT / "docs" / "export.md"

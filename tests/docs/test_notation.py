@@ -10,15 +10,15 @@ import pytest
 from markdown_pages import ROOT, code, tables
 
 import gd_analyze as gd
-from gd_analyze.decomposition import EFFECTS
+from gd_analyze.dynamics.decomposition import EFFECTS
+from gd_analyze.dynamics.kinematics import Kinematics, solve_kinematics
+from gd_analyze.dynamics.regrouping import KINDS
 from gd_analyze.formulas.printer import PRIME
-from gd_analyze.formulations.regrouping import KINDS
-from gd_analyze.kinematics import Kinematics, solve_kinematics
-from gd_analyze.levels.link_parameters import KINDS as OF_LINKS
-from gd_analyze.levels.recursion_names import INWARD, OUTWARD, Quantity
-from gd_analyze.levels.recursion_reading import MEANINGS
-from gd_analyze.robots import load_arm
+from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.schema import GROUPS
+from gd_analyze.simplification.link_parameters import KINDS as OF_LINKS
+from gd_analyze.simplification.recursion_names import INWARD, OUTWARD, Quantity
+from gd_analyze.simplification.recursion_reading import MEANINGS
 
 PAGE = ROOT / "docs" / "notation.md"
 ALONG = {code(row["name"]): row for row in tables(PAGE, "Quantities along a trajectory")}

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gd_analyze.exporting import Subject
-from gd_analyze.states import States
+from gd_analyze.exporting.export_input import ExportInput
+from gd_analyze.motions.states import States
 from gd_analyze.vectors import FloatArray
 
 needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc, which compiles it, is not installed")
@@ -47,7 +47,7 @@ def compiled(compiler: str, sources: Sequence[Path], out: Path, *flags: str) -> 
     return out
 
 
-def main_text(subject: Subject, scalar: str, counts: Sequence[int]) -> str:
+def main_text(subject: ExportInput, scalar: str, counts: Sequence[int]) -> str:
     """A program that reads states and writes what every function gives, then the torque of many."""
     name, n = subject.name, subject.n
     lines = [
@@ -100,7 +100,7 @@ def main_text(subject: Subject, scalar: str, counts: Sequence[int]) -> str:
 
 
 def run_c(
-    subject: Subject,
+    subject: ExportInput,
     files: Mapping[str, str],
     states: States,
     folder: Path,

@@ -6,12 +6,20 @@ from functools import cache
 
 import numpy as np
 
-from gd_analyze.certification import Box, Certificate
-from gd_analyze.exporting import Subject
-from gd_analyze.exporting.subject import subject_of_decomposition, subject_of_form, subject_of_model
-from gd_analyze.levels import LEVELS, ExactForm, SimplifiedModel
-from gd_analyze.robots import RobotArm, load_arm
-from gd_analyze.states import States, states_in_box
+from gd_analyze.certification.box import Box
+from gd_analyze.certification.certificate import Certificate
+from gd_analyze.exporting.export_input import (
+    ExportInput,
+    subject_of_decomposition,
+    subject_of_form,
+    subject_of_model,
+)
+from gd_analyze.motions.states import States, states_in_box
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.model import SimplifiedModel
 from made_models import exact_model, model_of
 
 STATES = 1000
@@ -33,7 +41,7 @@ FEW = ("two_link element", "two_link recursive", "stanford", "two_link decomposi
 
 # Made when a test asks for them, and not before: programs are kept in the tests' own folder.
 @cache
-def subject(case: str) -> Subject:
+def subject(case: str) -> ExportInput:
     """What a case is of."""
     name, _, what = case.partition(" ")
     arm = load_arm(name)
@@ -50,7 +58,7 @@ def states(arm: str) -> States:
     return states_in_box(load_arm(arm), STATES, seed=5)
 
 
-def proven(model: SimplifiedModel) -> Subject:
+def proven(model: SimplifiedModel) -> ExportInput:
     """With numbers as if something were proven: what they are does not matter to a printer."""
     arm = model.arm
     n = arm.n_joints

@@ -9,7 +9,7 @@ from typing import Any
 
 from exported_cases import subject
 
-from gd_analyze.exporting import Subject
+from gd_analyze.exporting.export_input import ExportInput
 
 # What ends a comment, a string or a line somewhere, or means something there.
 NAMES = (
@@ -59,7 +59,7 @@ def forced(what: Any, **names: Any) -> Any:
     return made
 
 
-def renamed(what: Subject, names: Sequence[str]) -> Subject:
+def renamed(what: ExportInput, names: Sequence[str]) -> ExportInput:
     """The same functions, of an arm with these names, over and over, its model's budget and states too."""
 
     def name(k: int) -> str:
@@ -71,9 +71,9 @@ def renamed(what: Subject, names: Sequence[str]) -> Subject:
     arm = forced(arm, name=name(2 * n), title=name(2 * n + 1), joints=joints, links=links)
     model = what.model
     if model is not None:
-        made_for = {"trajectory": name(2 * n + 3), "trajectory_fingerprint": "0" * 64, "set_points": 9}
-        promise = forced(model.promise, budget=name(2 * n + 2), made_for=made_for)
-        model = forced(model, promise=promise)
+        fitted_on = {"trajectory": name(2 * n + 3), "trajectory_fingerprint": "0" * 64, "set_points": 9}
+        accuracy = forced(model.accuracy, budget=name(2 * n + 2), fitted_on=fitted_on)
+        model = forced(model, accuracy=accuracy)
     certificate = what.certificate
     if certificate is not None:
         certificate = replace(certificate, region=replace(certificate.box, where=name(2 * n + 4)))
@@ -81,7 +81,7 @@ def renamed(what: Subject, names: Sequence[str]) -> Subject:
 
 
 @cache
-def hostile(case: str, first: int) -> Subject:
+def hostile(case: str, first: int) -> ExportInput:
     """A case with all names from the first on."""
     what = replace(subject(case), name=f"evil_{case.replace(' ', '_')}_{first}")
     return renamed(what, NAMES[first:] + NAMES[:first])

@@ -16,10 +16,10 @@ from hypothesis import given
 from rounded_programs import assert_same, evaluated, inputs_of
 
 from few_tries import few_tries
-from gd_analyze.exporting import printed
-from gd_analyze.exporting.subject import subject_of_form
-from gd_analyze.levels import ExactForm
-from gd_analyze.states import States
+from gd_analyze.exporting.export import printed
+from gd_analyze.exporting.export_input import subject_of_form
+from gd_analyze.motions.states import States
+from gd_analyze.simplification.exact_form import ExactForm
 from strategies import arms, examples, random_states
 
 pytestmark = needs_gcc

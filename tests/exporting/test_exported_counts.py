@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from exported_cases import CASES, TORQUES, subject
 
-from gd_analyze.exporting import printed
+from gd_analyze.exporting.export import printed
 from gd_analyze.exporting.functions import Function, Result
 from gd_analyze.exporting.strides import in_strides
-from gd_analyze.operations import OperationCount, Program, Trace
+from gd_analyze.operations.program import OperationCount, Program
+from gd_analyze.operations.trace import Trace
 
 # How a function begins and ends; its body is what stands between.
 BODIES = {

@@ -10,7 +10,7 @@ from compiled import STRICT, called, compiled, needs_gpp
 from exported_cases import FEW, states, subject
 from rounded_programs import assert_same, evaluated, slope
 
-from gd_analyze.exporting import printed
+from gd_analyze.exporting.export import printed
 from made_models import ROUND_OFF
 
 pytestmark = needs_gpp

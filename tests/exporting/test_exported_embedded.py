@@ -10,7 +10,7 @@ import pytest
 from compiled import STRICT, called, needs_gcc
 from exported_cases import subject
 
-from gd_analyze.exporting import printed
+from gd_analyze.exporting.export import printed
 
 CASES = ("two_link energy", "puma560", "stanford decomposition")
 SCALARS = ("double", "float")

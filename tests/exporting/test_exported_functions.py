@@ -8,11 +8,12 @@ from exported_cases import LINKS, MODELS, states, subject
 from rounded_programs import inputs_of
 
 import gd_analyze as gd
-from gd_analyze.decomposition import decompose_states, torque_of
+from gd_analyze.dynamics.decomposition import decompose_states, torque_of
 from gd_analyze.errors import UsageError
-from gd_analyze.exporting import LANGUAGES, export, export_decomposition, printed
 from gd_analyze.exporting.c import float_digits
-from gd_analyze.exporting.subject import subject_of_model
+from gd_analyze.exporting.export import export, export_decomposition, printed
+from gd_analyze.exporting.export_input import subject_of_model
+from gd_analyze.exporting.languages import LANGUAGES
 from made_models import ROUND_OFF, exact_model
 
 
@@ -47,7 +48,7 @@ def test_functions_of_a_model_are_the_models(case):
 @pytest.mark.parametrize("name", LINKS)
 def test_functions_of_an_arm_are_its_exact_dynamics(name):
     what, drawn = subject(name), states(name)
-    numeric = decompose_states(what.arm, drawn, coupling=False, drives=what.drives)
+    numeric = decompose_states(what.arm, drawn, christoffel=False, drives=what.drives)
     drives = np.diag(what.arm.drive_inertia) if what.drives else 0.0
     wanted = {
         "tau": torque_of(what.arm, drawn, drives=what.drives),
@@ -64,7 +65,7 @@ def test_functions_of_an_arm_are_its_exact_dynamics(name):
 def test_parts_are_those_of_the_decomposition_and_sum_to_the_whole(name):
     (function,) = subject(f"{name} decomposition").functions
     drawn = states(name)
-    numeric = decompose_states(subject(name).arm, drawn, coupling=False, drives=False)
+    numeric = decompose_states(subject(name).arm, drawn, christoffel=False, drives=False)
     parts = values(function, drawn)
     for k, effect in enumerate(("tran", "rot")):
         assert_close(parts[f"D_{effect}"], numeric["inertia"][:, k])

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 from exported_cases import proven, round_model
 
-from gd_analyze.exporting import LANGUAGES, printed
+from gd_analyze.exporting.export import printed
+from gd_analyze.exporting.languages import LANGUAGES
 from gd_analyze.version import __version__
 
 FOLDER = Path(__file__).parent / "golden"

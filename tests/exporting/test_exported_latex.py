@@ -10,18 +10,19 @@ import pytest
 from exported_cases import TORQUES, subject
 from hostile import HOSTILE, hostile
 
-from gd_analyze.exporting import Subject, printed
+from gd_analyze.exporting.export import printed
+from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.formatting import number
 
 PLACES = [(case, first) for case, first in HOSTILE if case in TORQUES]
 
 
-def text_of(what: Subject) -> str:
+def text_of(what: ExportInput) -> str:
     (text,) = printed(what, "latex").files.values()
     return text
 
 
-def subject_of(place) -> Subject:
+def subject_of(place) -> ExportInput:
     """A case by its name, or with hostile names."""
     return subject(place) if isinstance(place, str) else hostile(*place)
 
@@ -65,7 +66,7 @@ def test_it_tells_errors_and_bounds(case):
         strict=True,
     ):
         assert float(stated) >= bound
-    for error in what.model.promise.errors.peak_torque:
+    for error in what.model.accuracy.errors.peak_torque:
         assert number(float(error)) in text
 
 

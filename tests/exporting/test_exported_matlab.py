@@ -10,7 +10,7 @@ import pytest
 from exported_cases import CASES, states, subject
 from rounded_programs import assert_same
 
-from gd_analyze.exporting import printed
+from gd_analyze.exporting.export import printed
 
 pytestmark = pytest.mark.skipif(
     shutil.which("octave") is None, reason="octave, which is too large to be installed for this, is not there"

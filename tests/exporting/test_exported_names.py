@@ -13,19 +13,21 @@ from hostile import HOSTILE, NAMES, hostile, renamed
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.exporting import LANGUAGES, Subject, printed
+from gd_analyze.exporting.export import printed
+from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.exporting.foreign import comment, tex
 from gd_analyze.exporting.identifiers import LONGEST, RESERVED, identifier, identifiers
+from gd_analyze.exporting.languages import LANGUAGES
 from strategies import examples
 
 CODE = tuple(language for language in LANGUAGES if language != "latex")
 
 
-def subjects() -> list[Subject]:
+def subjects() -> list[ExportInput]:
     return [hostile(*place) for place in HOSTILE]
 
 
-def code_of(what: Subject, language: str) -> list[str]:
+def code_of(what: ExportInput, language: str) -> list[str]:
     """What is printed, without comments, joints by number."""
     texts = []
     for name, text in printed(what, language).files.items():

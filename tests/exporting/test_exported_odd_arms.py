@@ -10,10 +10,12 @@ import pytest
 from compiled import STRICT, called, needs_gcc, needs_gpp, run_c
 from rounded_programs import assert_same
 
-from gd_analyze.exporting import LANGUAGES, Subject, printed
-from gd_analyze.exporting.subject import subject_of_decomposition, subject_of_form
-from gd_analyze.levels import ExactForm
-from gd_analyze.robots import Joint, Link, RobotArm
+from gd_analyze.exporting.export import printed
+from gd_analyze.exporting.export_input import ExportInput, subject_of_decomposition, subject_of_form
+from gd_analyze.exporting.languages import LANGUAGES
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Joint, Link
+from gd_analyze.simplification.exact_form import ExactForm
 from strategies import random_states
 
 
@@ -34,7 +36,7 @@ ARMS = (
 
 
 @cache
-def subjects() -> dict[str, Subject]:
+def subjects() -> dict[str, ExportInput]:
     """Dynamics and decomposition of each."""
     every = [
         *(subject_of_form(ExactForm(arm)) for arm in ARMS),
@@ -44,13 +46,13 @@ def subjects() -> dict[str, Subject]:
 
 
 @pytest.fixture(params=[f"{arm.name}{parts}" for arm in ARMS for parts in ("", "_decomposition")])
-def what(request) -> Subject:
+def what(request) -> ExportInput:
     return subjects()[request.param]
 
 
 @needs_gcc
 @pytest.mark.parametrize("scalar", ["double", "float"])
-def test_c(what: Subject, scalar, tmp_path):
+def test_c(what: ExportInput, scalar, tmp_path):
     drawn = random_states(what.n, 40, 2)
     counts = (0, 40) if what.torque else ()
     results, bulk = run_c(what, printed(what, "c", scalar).files, drawn, tmp_path, scalar, counts)
@@ -84,7 +86,7 @@ def test_cpp(tmp_path):
 
 
 @pytest.mark.parametrize("language", ["python", "jax", "casadi"])
-def test_python(what: Subject, language, tmp_path):
+def test_python(what: ExportInput, language, tmp_path):
     pytest.importorskip({"python": "numpy"}.get(language, language))
     (path,) = printed(what, language).save(tmp_path)
     spec = importlib.util.spec_from_file_location(path.stem, path)
@@ -103,7 +105,7 @@ def test_python(what: Subject, language, tmp_path):
             assert_same(found, function.program, drawn)
 
 
-def test_every_language_prints_it(what: Subject):
+def test_every_language_prints_it(what: ExportInput):
     for language in LANGUAGES:
         if language != "latex" or what.torque:
             assert all(printed(what, language).files.values())

@@ -13,7 +13,8 @@ import pytest
 from exported_cases import CASES, FEW, states, subject
 from rounded_programs import assert_same, slope
 
-from gd_analyze.exporting import Subject, printed
+from gd_analyze.exporting.export import printed
+from gd_analyze.exporting.export_input import ExportInput
 from made_models import ROUND_OFF
 
 EDGES = [([-0.7, 1.1], [2.3, -2.3], [-3.3, 3.3]), ([0.0, 0.0],) * 3]
@@ -26,7 +27,7 @@ BEYOND = [
 ]
 
 
-def imported(what: Subject, language: str, folder):
+def imported(what: ExportInput, language: str, folder):
     """The module that was written."""
     (path,) = printed(what, language).save(folder)
     spec = importlib.util.spec_from_file_location(path.stem, path)

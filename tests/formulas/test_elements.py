@@ -19,10 +19,10 @@ from gd_analyze.formulas.numbers import number, rounded
 from gd_analyze.formulas.plain import Plain
 from gd_analyze.formulas.sympy import sympy_head, sympy_line, to_sympy
 from gd_analyze.formulas.writing import element_formula, term_formula
-from gd_analyze.harmonics import Harmonics, harmonics_of
 from gd_analyze.harmonics.equations import Equation, Term, equations
 from gd_analyze.harmonics.terms import EnergyTerm, Factor
-from gd_analyze.robots import load_arm
+from gd_analyze.harmonics.transform import Harmonics, harmonics_of
+from gd_analyze.robots.catalogue import load_arm
 from strategies import examples
 
 EVERYTHING = ("D", "h", "c")

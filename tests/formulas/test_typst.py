@@ -12,10 +12,10 @@ from gd_analyze.formulas.parts import part_symbol
 from gd_analyze.formulas.plain import Plain
 from gd_analyze.formulas.typst import Typst
 from gd_analyze.formulas.writing import energy_formulas, term_formula, torque_formulas
-from gd_analyze.harmonics import Harmonics, harmonics_of
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Torques
-from gd_analyze.robots import load_arm
+from gd_analyze.harmonics.transform import Harmonics, harmonics_of
+from gd_analyze.robots.catalogue import load_arm
 from parallel_axes import scara
 
 ARMS = ("two_link", "puma560", "stanford", "scara")

@@ -15,12 +15,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.formulations import composite_moments as composite
-from gd_analyze.formulations import lagrange_euler, newton_euler_base, newton_euler_link, probing
-from gd_analyze.formulations.methods import METHODS
-from gd_analyze.kinematics import solve_kinematics
-from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
-from gd_analyze.robots import RobotArm, load_arm
+from gd_analyze.dynamics import composite_moments as composite
+from gd_analyze.dynamics import lagrange_euler, newton_euler_base, newton_euler_link, probing
+from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.dynamics.methods import METHODS
+from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.vectors import FloatArray
 from parallel_axes import arms_with_runs
 from strategies import States, arms_with_states, examples, random_states
@@ -113,14 +114,14 @@ def test_gravity_switched_off_leaves_the_rest(case):
 
 @examples(40)
 @given(every_arm)
-def test_probed_coupling_is_the_coupling(case):
+def test_probed_christoffel_is_the_christoffel(case):
     """Problem 3.12: h_ijk by polarisation of Newton-Euler torques, of either recursion."""
     arm, states = case
     q = states.q.T.copy()
     n, count = q.shape
     kinematics = solve_kinematics(arm, q)
     moments = composite.composite_moments(arm, kinematics)
-    direct = composite.coupling(moments, composite.brackets(moments)).sum(axis=0)
+    direct = composite.christoffel(moments, composite.brackets(moments)).sum(axis=0)
     bound = round_off_bounds(arm, states.q, 0 * states.qd, 0 * states.qdd)["inertia"]
 
     def link(qd: FloatArray, qdd: FloatArray, *, gravity: bool) -> FloatArray:
@@ -132,8 +133,8 @@ def test_probed_coupling_is_the_coupling(case):
     # h_ijk sums the products of masses and two levers that D_ij sums; of e_j + e_k it holds four of them, of
     # e_j and e_k one each: half of six, and what it is compared with.
     for ask in (link, base):
-        assert np.abs(probing.coupling(ask, n, count) - direct).max() <= 4 * bound
-    assert np.abs(lagrange_euler.solve(arm, q).coupling - direct).max() <= 4 * bound
+        assert np.abs(probing.christoffel(ask, n, count) - direct).max() <= 4 * bound
+    assert np.abs(lagrange_euler.solve(arm, q).christoffel - direct).max() <= 4 * bound
 
 
 loads = st.builds(

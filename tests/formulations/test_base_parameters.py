@@ -10,15 +10,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
-from gd_analyze.formulations import newton_euler_regrouped
-from gd_analyze.formulations.base_parameters import _FROM_INERTIA, BaseParameters
-from gd_analyze.formulations.newton_euler_link import torque as torque_of_links
-from gd_analyze.formulations.regressor import parameters_of, regressor
-from gd_analyze.formulations.regrouped_links import regrouped
-from gd_analyze.formulations.regrouping import KINDS, carried
-from gd_analyze.pinocchio_check import round_off_bounds
-from gd_analyze.robots import DHRow, Drive, Joint, Link, Placement, RobotArm
+from gd_analyze.dynamics import newton_euler_regrouped
+from gd_analyze.dynamics.base_parameters import _FROM_INERTIA, BaseParameters
+from gd_analyze.dynamics.newton_euler_link import torque as torque_of_links
+from gd_analyze.dynamics.pinocchio_check import round_off_bounds
+from gd_analyze.dynamics.regressor import parameters_of, regressor
+from gd_analyze.dynamics.regrouped_links import regrouped
+from gd_analyze.dynamics.regrouping import KINDS, carried
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.denavit_hartenberg import standard_placements
+from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
 from gd_analyze.vectors import FloatArray
 from parallel_axes import arms_with_runs, scara
 from strategies import arms, examples, random_inertia, random_states

@@ -12,11 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import transforms as tf
-from gd_analyze.formulations import composite_moments as composite
-from gd_analyze.formulations import generalized_dalembert as dalembert
-from gd_analyze.kinematics import Kinematics, solve_kinematics
-from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
-from gd_analyze.robots import RobotArm, load_arm
+from gd_analyze.dynamics import composite_moments as composite
+from gd_analyze.dynamics import generalized_dalembert as dalembert
+from gd_analyze.dynamics.kinematics import Kinematics, solve_kinematics
+from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.vectors import FloatArray
 from strategies import States, arms_with_states, examples, random_states
 
@@ -41,12 +42,12 @@ class Solved:
         moments = composite.composite_moments(arm, self.kinematics)
         self.inertia = composite.inertia(moments)
         pairs = composite.brackets(moments)
-        self.coupling = composite.coupling(moments, pairs)
+        self.christoffel = composite.christoffel(moments, pairs)
         self.h, self.centrifugal = composite.coriolis_centrifugal(moments, pairs, self.qd)
         self.c = composite.gravity_loading(arm, moments)
 
     @property
-    def coupling_bound(self) -> float:
+    def christoffel_bound(self) -> float:
         """h_ijk sums the same products of masses and two levers as D_ij does."""
         return self.bounds["inertia"]
 
@@ -94,7 +95,7 @@ def test_composites_give_what_the_sums_over_links_give(case):
 
 @examples(120)
 @given(every_arm)
-def test_coupling_is_what_the_texts_terms_give_for_pairs_of_rates(case):
+def test_christoffel_is_what_the_texts_terms_give_for_pairs_of_rates(case):
     """Polarisation: h(e_j + e_k) - h(e_j) - h(e_k) = h_ijk + h_ikj."""
     solved = Solved(*case)
     n, count = solved.n, solved.q.shape[1]
@@ -106,46 +107,46 @@ def test_coupling_is_what_the_texts_terms_give_for_pairs_of_rates(case):
     for j in range(n):
         for k in range(j + 1):
             expected = unit[j] if j == k else 0.5 * (h(np.eye(n)[j] + np.eye(n)[k]) - unit[j] - unit[k])
-            for found in (solved.coupling[:, :, j, k], solved.coupling[:, :, k, j]):
+            for found in (solved.christoffel[:, :, j, k], solved.christoffel[:, :, k, j]):
                 # h(e_j + e_k) holds four products of rates, the others one each: half of six, and ours.
-                assert np.abs(found - expected).max() <= 4 * solved.coupling_bound
-        assert np.abs(unit[j][:, j]).max() <= solved.coupling_bound  # h_jjj = 0, in the text's own terms
+                assert np.abs(found - expected).max() <= 4 * solved.christoffel_bound
+        assert np.abs(unit[j][:, j]).max() <= solved.christoffel_bound  # h_jjj = 0, in the text's own terms
 
 
 @examples(120)
 @given(every_arm)
-def test_coupling_symmetries(case):
-    coupling = Solved(*case).coupling
-    n = coupling.shape[1]
-    np.testing.assert_array_equal(coupling, coupling.swapaxes(2, 3))
+def test_christoffel_symmetries(case):
+    christoffel = Solved(*case).christoffel
+    n = christoffel.shape[1]
+    np.testing.assert_array_equal(christoffel, christoffel.swapaxes(2, 3))
     for i in range(n):
-        assert not coupling[:, i, i, i].any()
+        assert not christoffel[:, i, i, i].any()
         for m in range(i, n):
             for k in range(i + 1):
-                np.testing.assert_array_equal(coupling[:, m, k, i], -coupling[:, i, k, m])
+                np.testing.assert_array_equal(christoffel[:, m, k, i], -christoffel[:, i, k, m])
 
 
 @examples(120)
 @given(every_arm)
-def test_h_and_its_centrifugal_share_are_contractions_of_the_coupling(case):
+def test_h_and_its_centrifugal_share_are_contractions_of_the_christoffel(case):
     solved = Solved(*case)
-    contracted = np.einsum("eijkN,jN,kN->eiN", solved.coupling, solved.qd, solved.qd)
+    contracted = np.einsum("eijkN,jN,kN->eiN", solved.christoffel, solved.qd, solved.qd)
     assert np.abs(solved.h - contracted).max() <= solved.bounds["coriolis_centrifugal"]
-    centrifugal = np.einsum("eijjN,jN->eiN", solved.coupling, solved.qd**2)
+    centrifugal = np.einsum("eijjN,jN->eiN", solved.christoffel, solved.qd**2)
     assert np.abs(solved.centrifugal - centrifugal).max() <= solved.bounds["coriolis_centrifugal"]
 
 
 @examples(80)
 @given(every_arm)
-def test_lagrange_euler_gives_the_same_inertia_coupling_and_gravity_by_effect(case):
+def test_lagrange_euler_gives_the_same_inertia_christoffel_and_gravity_by_effect(case):
     """Two truly different derivations. The complex step adds no error of its own: nothing cancels."""
     solved = Solved(*case)
     q = solved.states.q
     # 4x4 products take as many roundings again as the vectors do.
     assert np.abs(solved.inertia - tf.inertia(solved.arm, q)).max() <= 2 * solved.bounds["inertia"]
-    assert np.abs(solved.coupling - tf.coupling(solved.arm, q)).max() <= 2 * solved.coupling_bound
+    assert np.abs(solved.christoffel - tf.h_ikm(solved.arm, q)).max() <= 2 * solved.christoffel_bound
     # D is at most quadratic in cos, sin, or a slide: its slope is at most twice as large; three make h_ijk.
-    assert np.abs(solved.coupling - tf.christoffel(solved.arm, q)).max() <= 6 * solved.coupling_bound
+    assert np.abs(solved.christoffel - tf.christoffel(solved.arm, q)).max() <= 6 * solved.christoffel_bound
     gradient = np.array(
         [tf.derivative(lambda x: tf.potential_energy(solved.arm, x), q, e) for e in np.eye(solved.n)]
     )
@@ -157,10 +158,10 @@ def test_lagrange_euler_gives_the_same_inertia_coupling_and_gravity_by_effect(ca
 def test_rate_of_inertia_less_twice_coriolis_matrix_is_skew_for_each_effect(case):
     solved = Solved(*case)
     rate = tf.derivative(lambda x: _literal_inertia(solved.arm, x.T), solved.states.q, solved.states.qd)
-    coriolis_matrix = np.einsum("eijkN,kN->eijN", solved.coupling, solved.qd)
+    coriolis_matrix = np.einsum("eijkN,kN->eijN", solved.christoffel, solved.qd)
     skew = rate - 2 * coriolis_matrix
     # Ddot sums n slopes of D times a rate, C n coefficients; the transpose doubles it.
-    tolerance = 2 * (2 + 2) * np.abs(solved.qd).sum(axis=0).max() * solved.coupling_bound
+    tolerance = 2 * (2 + 2) * np.abs(solved.qd).sum(axis=0).max() * solved.christoffel_bound
     assert np.abs(skew + skew.swapaxes(1, 2)).max() <= tolerance
 
 

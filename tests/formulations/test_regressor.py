@@ -6,10 +6,11 @@ import numpy as np
 import pinocchio as pin
 from hypothesis import given
 
-from gd_analyze.formulations import newton_euler_link
-from gd_analyze.formulations.regressor import PARAMETERS, inertial_parameters, parameters_of, regressor
-from gd_analyze.pinocchio_check import pinocchio_model, round_off_bounds
-from gd_analyze.robots import Placement, RobotArm
+from gd_analyze.dynamics import newton_euler_link
+from gd_analyze.dynamics.pinocchio_check import pinocchio_model, round_off_bounds
+from gd_analyze.dynamics.regressor import PARAMETERS, inertial_parameters, parameters_of, regressor
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Placement
 from gd_analyze.vectors import FloatArray
 from strategies import arms_with_states, examples
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given
 
-from gd_analyze.formulations import generalized_dalembert as dalembert
-from gd_analyze.kinematics import solve_kinematics
-from gd_analyze.pinocchio_check import round_off_bounds
+from gd_analyze.dynamics import generalized_dalembert as dalembert
+from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from strategies import arms_with_states, examples
 
 

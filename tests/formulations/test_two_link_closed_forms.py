@@ -6,9 +6,9 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.decomposition import decompose_states
-from gd_analyze.pinocchio_check import round_off_bounds
-from gd_analyze.robots import RobotArm
+from gd_analyze.dynamics.decomposition import decompose_states
+from gd_analyze.dynamics.pinocchio_check import round_off_bounds
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.vectors import FloatArray
 from strategies import States, examples, random_states, two_link_of
 
@@ -42,7 +42,7 @@ def assert_matches(arm: RobotArm, states: States, length: float, m1: float, m2: 
         assert np.abs(whole - values).max() <= bounds[name], name
     # Both rods turn about one fixed direction: their rotation alone is quadratic in constants.
     assert not found["coriolis_centrifugal"][:, 1].any()
-    assert not found["coupling"][:, 1].any()
+    assert not found["christoffel"][:, 1].any()
     across = np.array([m1 + m2, m2, m2]) * length**2 / 12
     rotation = found["inertia"][:, 1]
     np.testing.assert_allclose(rotation[:, [0, 0, 1], [0, 1, 1]] - across, 0.0, atol=bounds["inertia"])

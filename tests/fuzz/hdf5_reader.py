@@ -14,7 +14,8 @@ import numpy as np
 from verdict import BrokenError, judge
 
 from gd_analyze.report.html import render_html
-from gd_analyze.results import Findings, load_findings
+from gd_analyze.results.findings import Findings
+from gd_analyze.results.store import load_findings
 from gd_analyze.schema import GROUPS
 
 # Not a number where none is known, infinite where nothing is shared or needed.

@@ -17,12 +17,15 @@ from text_changes import BYTES, TEXT
 from toml_cases import FULL
 from tree_changes import TREE_CHANGES
 
-from gd_analyze.levels import LEVELS, ExactForm, SimplifiedModel, load_model, save_model
-from gd_analyze.levels.effort import ROUGH
-from gd_analyze.levels.model_file import _digest
 from gd_analyze.operations.written import written
-from gd_analyze.robots import arm_from_description, fingerprint, load_arm
-from gd_analyze.search import simplify
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.robots.description import arm_from_description, fingerprint
+from gd_analyze.simplification.effort import ROUGH
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.model_file import _digest, load_model, save_model
+from gd_analyze.simplification.simplify import simplify
 from made_models import exact_model, version_1
 from several_motions import swung
 
@@ -119,8 +122,8 @@ def use(model: SimplifiedModel) -> None:
     count = model.operations
     assert count.multiplications == kinds.count("multiply"), "operations are not the program's"
     assert count.additions == kinds.count("add") + kinds.count("subtract"), "operations are not the program's"
-    promise = model.promise
-    stated = (promise.allowed, promise.errors.peak_torque, promise.errors.largest, promise.errors.rms)
+    accuracy = model.accuracy
+    stated = (accuracy.allowed, accuracy.errors.peak_torque, accuracy.errors.largest, accuracy.errors.rms)
     assert all(x.shape == (n,) and np.isfinite(x).all() and (x >= 0).all() for x in stated), "no errors"
 
 

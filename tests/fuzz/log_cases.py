@@ -12,8 +12,9 @@ from hostile_values import text
 from plans import Plan, Stage, carried_out, plans
 from text_changes import BYTES, TEXT
 
-from gd_analyze.logs import Logged, read_log
-from gd_analyze.robots import load_arm
+from gd_analyze.motions.logged import Logged
+from gd_analyze.motions.read import read_log
+from gd_analyze.robots.catalogue import load_arm
 
 ARM = load_arm("two_link")  # its joints are called shoulder and elbow
 NAMES = [

@@ -16,12 +16,14 @@ from plans import Plan, Stage, carried_out, plans
 from text_changes import BYTES, TEXT
 from tree_changes import TREE_CHANGES
 
-from gd_analyze.decomposition import decompose_states
+from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.resources import data_folder
-from gd_analyze.robots import RobotArm, arm_from_description, fingerprint, read_arm, toml_of
-from gd_analyze.robots.description import describe_in_full
-from gd_analyze.states import States, states_in_box
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.arm_file import read_arm
+from gd_analyze.robots.arm_toml import toml_of
+from gd_analyze.robots.description import arm_from_description, describe_in_full, fingerprint
 
 FULL = """
 format = "gd-analyze arm 1"

@@ -11,7 +11,8 @@ from hostile_values import number, text
 from plans import Change, Plan, Stage, carried_out, plans
 from text_changes import BYTES, TEXT
 
-from gd_analyze.robots import RobotArm, load_arm
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
 from robot_files import joint, link, two_joints, urdf
 
 CHAIN = urdf(

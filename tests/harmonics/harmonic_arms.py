@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.harmonics import Harmonics
-from gd_analyze.robots import RobotArm
+from gd_analyze.harmonics.transform import Harmonics
+from gd_analyze.robots.arm import RobotArm
 from strategies import States, random_states
 
 
@@ -31,4 +31,4 @@ def tolerances(harmonics: Harmonics) -> dict[str, float]:
     kept = max((len(part) for part in harmonics.inertia_by_link.values()), default=0)
     inertia = harmonics.noise[0] * (sliding * np.sqrt(arm.n_joints * kept) + 1)
     gravity = harmonics.noise[1] * (sliding * np.sqrt(len(harmonics.potential_by_link)) + 1)
-    return {"inertia": inertia, "coupling": 3 * inertia, "gravity_loading": gravity}
+    return {"inertia": inertia, "christoffel": 3 * inertia, "gravity_loading": gravity}

@@ -13,10 +13,13 @@ from hypothesis import strategies as st
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.expansion import Expansion, expanded
 from gd_analyze.harmonics.torque_rows import rate_factors
-from gd_analyze.levels import ELEMENT, LEVELS, ExactForm
-from gd_analyze.levels.effort import COUNTING, ROUGH
-from gd_analyze.operations import Program, Trace
-from gd_analyze.robots import RobotArm
+from gd_analyze.operations.program import Program
+from gd_analyze.operations.trace import Trace
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.effort import COUNTING, ROUGH
+from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.levels import LEVELS
 from strategies import arms, examples, random_states
 
 

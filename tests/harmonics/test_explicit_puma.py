@@ -19,12 +19,14 @@ from explicit_puma import (
     table,
 )
 
-from gd_analyze.decomposition import decompose_states
+from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.formatting import number
-from gd_analyze.harmonics import Waves, harmonics_of
 from gd_analyze.harmonics.conversion import to_waves
-from gd_analyze.robots import RobotArm, builtin_arms, load_arm
-from gd_analyze.states import States
+from gd_analyze.harmonics.transform import harmonics_of
+from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
+from gd_analyze.motions.states import States
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import builtin_arms, load_arm
 
 NAMES = list(PRINTED)
 # The paper's g is not known to us: 9.81 or 9.8 would change every g_k by 0.06 %, a twentieth of what the
@@ -47,7 +49,7 @@ def puma_with(folder: Path, changes: dict[str, str]) -> RobotArm:
     return load_arm(path)
 
 
-def wave_basis(element: str) -> Waves:
+def wave_basis(element: str) -> TrigonometricPolynomial:
     """What multiplies every constant, in the order of NAMES."""
     of_element = polynomials(element)
     return to_waves([of_element.get(name, {}) for name in NAMES], (False,) * 6)
@@ -64,7 +66,7 @@ def identified(arm: RobotArm) -> tuple[dict[str, float], float]:
     for element in ELEMENTS:
         i, *j = (int(digit) - 1 for digit in element[1:])
         ours = harmonics.inertia[i, j[0]].total() if j else harmonics.gravity_loading[i]
-        both = Waves.stacked([wave_basis(element), ours]).coefficients.T
+        both = TrigonometricPolynomial.stacked([wave_basis(element), ours]).coefficients.T
         systems += [both.real, both.imag]
     system = np.concatenate(systems)
     found, _, rank, singular = np.linalg.lstsq(system[:, :-1], system[:, -1], rcond=None)

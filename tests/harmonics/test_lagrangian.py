@@ -10,13 +10,14 @@ from harmonic_arms import states_of, tolerances
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.decomposition import decompose_states
+from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.formulas.plain import Plain
 from gd_analyze.formulas.writing import term_formula
-from gd_analyze.harmonics import Harmonics, harmonics_of
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of, torques_of_energies
 from gd_analyze.harmonics.terms import Torques
-from gd_analyze.robots import RobotArm, load_arm
+from gd_analyze.harmonics.transform import Harmonics, harmonics_of
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.parts import Drive
 from parallel_axes import arms_with_runs, scara
 from strategies import States, arms, examples, two_link_of
@@ -57,7 +58,7 @@ def allowances(harmonics: Harmonics, states: States) -> dict[str, float]:
     # Two effects add up.
     return {
         "inertia": (2 * known["inertia"] + left_out) * n * acceleration,
-        "coriolis_centrifugal": (2 * known["coupling"] + 3 * left_out) * (n * rate) ** 2,
+        "coriolis_centrifugal": (2 * known["christoffel"] + 3 * left_out) * (n * rate) ** 2,
         "gravity_loading": known["gravity_loading"]
         + 2 * products * len(harmonics.potential) * harmonics.noise[1],
     }

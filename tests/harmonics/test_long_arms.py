@@ -8,13 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.errors import ArmError
-from gd_analyze.harmonics import AbsoluteRates, harmonics_of
 from gd_analyze.harmonics import products as of_products
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.conversion import to_terms
 from gd_analyze.harmonics.equations import Equation, each_equation, equations, harmonics_for, work
-from gd_analyze.harmonics.transform import Harmonics
-from gd_analyze.harmonics.waves import Waves
-from gd_analyze.robots import RobotArm
+from gd_analyze.harmonics.transform import Harmonics, harmonics_of
+from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
+from gd_analyze.robots.arm import RobotArm
 from parallel_axes import arm_of, arms_with_runs
 from strategies import arms, examples
 
@@ -26,7 +26,7 @@ ANY_ARM = st.one_of(arms(max_joints=4), arms_with_runs(max_joints=5))
 def test_double_angles_of_all_products_at_once_are_those_of_each_by_itself(arm):
     harmonics = harmonics_of(arm)
     for parts in [*harmonics.inertia.values(), *harmonics.gravity_loading]:
-        waves = Waves.stacked([parts.total(), parts])
+        waves = TrigonometricPolynomial.stacked([parts.total(), parts])
         at_once = to_terms(waves, harmonics.rates, harmonics.noise[0])
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(of_products, "has_one_double", lambda table, r: False)
@@ -98,5 +98,7 @@ def test_the_work_told_adds_up(labels):
 
 def test_an_arm_without_terms():
     rates = AbsoluteRates.of(general(3))
-    nothing = Waves((False,) * 3, np.zeros((0, 3), dtype=np.int64), np.zeros((1, 0), dtype=complex))
+    nothing = TrigonometricPolynomial(
+        (False,) * 3, np.zeros((0, 3), dtype=np.int64), np.zeros((1, 0), dtype=complex)
+    )
     assert to_terms(nothing, rates) == {}

@@ -13,11 +13,13 @@ from hypothesis import strategies as st
 
 import gd_analyze as gd
 from gd_analyze.errors import UsageError
-from gd_analyze.harmonics import AbsoluteRates, Waves, harmonics_of
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.conversion import to_terms, to_waves
 from gd_analyze.harmonics.equations import equations
 from gd_analyze.harmonics.terms import Factor, Monomial
-from gd_analyze.robots import load_arm
+from gd_analyze.harmonics.transform import harmonics_of
+from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
+from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.vectors import FloatArray
 from parallel_axes import arm_of, arms_with_runs
 from strategies import arms, examples
@@ -52,7 +54,7 @@ def assert_read_exactly(arm, seed: int) -> None:
         if equation.symbol[0] == "D":
             parts, noise = harmonics.inertia[indices], harmonics.noise[0]
         elif equation.symbol[0] == "h":
-            parts, noise = harmonics.coupling(*indices), 2 * harmonics.noise[0]
+            parts, noise = harmonics.christoffel(*indices), 2 * harmonics.noise[0]
         else:
             parts, noise = harmonics.gravity_loading[indices[0]], harmonics.noise[1]
         values = parts(q)
@@ -64,7 +66,9 @@ def assert_read_exactly(arm, seed: int) -> None:
         allowed = 2 * noise * count * len(harmonics.rates.runs) + 10 * count * np.finfo(float).eps * size
         assert np.abs(values.sum(axis=0) - written).max() <= allowed, equation.symbol
         # By effect as well, where a term may have nothing left in the whole.
-        rows = to_terms(Waves.stacked([parts.total(), parts]), harmonics.rates, noise, deciding=3)
+        rows = to_terms(
+            TrigonometricPolynomial.stacked([parts.total(), parts]), harmonics.rates, noise, deciding=3
+        )
         for k, exact in enumerate(values):
             written = sum(row[1 + k] * value(factors, q) for factors, row in rows.items())
             assert np.abs(exact - written).max() <= allowed, (equation.symbol, k)

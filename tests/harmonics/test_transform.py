@@ -10,10 +10,11 @@ from harmonic_arms import states_of, tolerances
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.decomposition import decompose_states
-from gd_analyze.harmonics import Harmonics, Waves, harmonics_of
+from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.harmonics.conversion import to_terms
-from gd_analyze.robots import load_arm
+from gd_analyze.harmonics.transform import Harmonics, harmonics_of
+from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
+from gd_analyze.robots.catalogue import load_arm
 from parallel_axes import arm_of, arms_with_runs
 from strategies import arms, examples, two_link_of
 
@@ -41,8 +42,10 @@ def assert_exact(harmonics: Harmonics, seed: int, count: int = 5) -> None:
         for i in range(n):
             for j in range(n):
                 for k in range(j, n):
-                    error = harmonics.coupling(i, j, k)(q)[effect] - numeric["coupling"][:, effect, i, j, k]
-                    assert np.abs(error).max() <= allowed["coupling"], (i, j, k, effect)
+                    error = (
+                        harmonics.christoffel(i, j, k)(q)[effect] - numeric["christoffel"][:, effect, i, j, k]
+                    )
+                    assert np.abs(error).max() <= allowed["christoffel"], (i, j, k, effect)
     for i, waves in enumerate(harmonics.gravity_loading):
         error = waves(q)[0] - numeric["gravity_loading"][:, i]
         assert np.abs(error).max() <= allowed["gravity_loading"], i
@@ -113,7 +116,7 @@ def test_links_sum_to_the_whole(built_in):
     for (i, j), whole in built_in.inertia.items():
         links = [built_in.inertia_by_link[s, i, j] for s in range(j, n)]
         # The whole leaves out what cancels between links but for the cut.
-        rest = Waves.summed([whole, *(-1.0 * link for link in links)])
+        rest = TrigonometricPolynomial.summed([whole, *(-1.0 * link for link in links)])
         assert np.abs(rest.coefficients).max(initial=0.0) <= built_in.cut[0]
     rest = built_in.potential + -1.0 * built_in.potential_by_link.total()
     assert np.abs(rest.coefficients).max() <= built_in.cut[1]
@@ -159,7 +162,7 @@ def two_link_of_the_text() -> Harmonics:
     return harmonics_of(two_link_of(1.0, 2.0, 1.0))
 
 
-def named(harmonics: Harmonics, waves: Waves) -> dict[str, float]:
+def named(harmonics: Harmonics, waves: TrigonometricPolynomial) -> dict[str, float]:
     from gd_analyze.formulas.formula import Product
     from gd_analyze.formulas.plain import Plain
     from gd_analyze.formulas.writing import powers
@@ -188,7 +191,7 @@ def test_two_link_has_the_closed_forms_of_the_text(length, m1, m2, g):
     assert forms(1, 1) == [{"1": close(m2 * ll / 4)}, {"1": close(across[1])}]
     assert len(harmonics.inertia[0, 0]) == 2
     h = {
-        (i, j, k): named(harmonics, harmonics.coupling(i, j, k)[[0]])
+        (i, j, k): named(harmonics, harmonics.christoffel(i, j, k)[[0]])
         for i in (0, 1)
         for j in (0, 1)
         for k in (j, 1)
@@ -199,7 +202,7 @@ def test_two_link_has_the_closed_forms_of_the_text(length, m1, m2, g):
         (0, 1, 1): {"S2": close(-half)},
         (1, 0, 0): {"S2": close(half)},
     }
-    assert not any(harmonics.coupling(*key).coefficients[1].any() for key in h)
+    assert not any(harmonics.christoffel(*key).coefficients[1].any() for key in h)
     assert [named(harmonics, waves) for waves in harmonics.gravity_loading] == [
         {"C1": close((m1 / 2 + m2) * g * length), "C12": close(m2 * g * length / 2)},
         {"C12": close(m2 * g * length / 2)},

@@ -8,18 +8,20 @@ from harmonic_arms import states_of
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.harmonics import AbsoluteRates, Waves
+from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.conversion import to_terms, to_waves
-from gd_analyze.harmonics.waves import DEGREE, numbers
-from gd_analyze.kinematics import solve_kinematics
-from gd_analyze.robots import RobotArm
+from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial, numbers
+from gd_analyze.robots.arm import RobotArm
 from parallel_axes import arm_of, arms_with_runs
 from strategies import examples
 
 EPS = float(np.finfo(float).eps)
 
 
-def random_waves(arm: RobotArm, rng: np.random.Generator, count: int = 12, polynomials: int = 2) -> Waves:
+def random_waves(
+    arm: RobotArm, rng: np.random.Generator, count: int = 12, polynomials: int = 2
+) -> TrigonometricPolynomial:
     """Waves of degree 2 of any multiples, distinct, of m and -m one."""
     sliding = ~np.array(arm.is_revolute)
     multiples = rng.integers(-DEGREE, DEGREE + 1, (count, arm.n_joints))
@@ -30,10 +32,10 @@ def random_waves(arm: RobotArm, rng: np.random.Generator, count: int = 12, polyn
     real, imaginary = rng.normal(size=(2, polynomials, len(multiples)))
     # Where nothing turns there is no phase.
     turns = (multiples * ~sliding).any(axis=1)
-    return Waves(tuple(sliding.tolist()), multiples, real + 1j * imaginary * turns)
+    return TrigonometricPolynomial(tuple(sliding.tolist()), multiples, real + 1j * imaginary * turns)
 
 
-def size(waves: Waves) -> float:
+def size(waves: TrigonometricPolynomial) -> float:
     return float(waves.sizes(np.ones(len(waves.sliding))).sum())
 
 
@@ -73,9 +75,11 @@ def test_sums_and_stacks_are_those_of_the_values(arm, seed):
     values = [part(q) for part in parts]
     # Sums of some forty waves, angles of up to 2 pi n.
     allowed = 100 * 8 * arm.n_joints * EPS * sum(map(size, parts))
-    np.testing.assert_allclose(Waves.summed(parts)(q), sum(values), rtol=0, atol=allowed)
+    np.testing.assert_allclose(TrigonometricPolynomial.summed(parts)(q), sum(values), rtol=0, atol=allowed)
     np.testing.assert_allclose((parts[0] + parts[1])(q), values[0] + values[1], rtol=0, atol=allowed)
-    np.testing.assert_allclose(Waves.stacked(parts)(q), np.vstack(values), rtol=0, atol=allowed)
+    np.testing.assert_allclose(
+        TrigonometricPolynomial.stacked(parts)(q), np.vstack(values), rtol=0, atol=allowed
+    )
     np.testing.assert_allclose(parts[0].total()(q)[0], values[0].sum(axis=0), rtol=0, atol=allowed)
     np.testing.assert_allclose((3.0 * parts[0])(q), 3 * values[0], rtol=0, atol=3 * allowed)
     each = np.array([2.0, -1.0])

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from gd_analyze.errors import ModelError
-from gd_analyze.levels import SimplifiedModel, load_model, save_model
-from gd_analyze.levels.model_file import _digest
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.model_file import _digest, load_model, save_model
 
 Document = dict[str, Any]
 

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.drives import least_friction
+from gd_analyze.dynamics.drives import least_friction
 from gd_analyze.errors import UsageError
-from gd_analyze.levels import Budget, Yardsticks
-from gd_analyze.levels.budget import Allowance
-from gd_analyze.robots import Drive
+from gd_analyze.robots.parts import Drive
+from gd_analyze.simplification.budget import Allowance, Budget
+from gd_analyze.simplification.reference_torques import ReferenceTorques
 from strategies import examples
 
 WHOLES = ("peak", "limit", "friction", "uncertainty", "torque")
@@ -21,7 +21,7 @@ UNCERTAINTY = np.array([1.0, 2.0, 0.3, 0.2, 0.1, 0.05])
 
 @pytest.fixture
 def by(puma):
-    return Yardsticks(puma, PEAK, UNCERTAINTY)
+    return ReferenceTorques(puma, PEAK, UNCERTAINTY)
 
 
 @pytest.mark.parametrize(
@@ -152,7 +152,7 @@ def test_friction_is_that_of_the_direction_with_less_of_it_at_the_joint(puma):
 def test_what_an_arm_does_not_state_cannot_be_shared(puma, whole, silent, key):
     drives = list(puma.drives)
     drives[2] = dataclasses.replace(drives[2], **silent)
-    by = Yardsticks(dataclasses.replace(puma, drives=tuple(drives)), PEAK)
+    by = ReferenceTorques(dataclasses.replace(puma, drives=tuple(drives)), PEAK)
     with pytest.raises(UsageError, match=f"cannot be a share of {whole}") as caught:
         Budget.parse(f"1% or 10% {whole}").allowed(by)
     details = caught.value.details
@@ -165,14 +165,14 @@ def test_what_an_arm_does_not_state_cannot_be_shared(puma, whole, silent, key):
 
 
 def test_an_arm_without_drives_or_uncertainty_says_so(two_link):
-    by = Yardsticks(two_link, np.ones(2))
+    by = ReferenceTorques(two_link, np.ones(2))
     for whole in ("limit", "friction", "uncertainty"):
         with pytest.raises(UsageError, match=f"share of {whole}") as caught:
             Budget.parse(f"1% or {whole}").allowed(by)
         assert caught.value.details["where"] == "--budget, joint 1, shoulder, of two_link"
     with_drives = dataclasses.replace(two_link, drives=(Drive(1.0), Drive(1.0)))
     with pytest.raises(UsageError, match="share of friction"):
-        Budget.parse("friction").allowed(Yardsticks(with_drives, np.ones(2)))
+        Budget.parse("friction").allowed(ReferenceTorques(with_drives, np.ones(2)))
 
 
 def test_one_entry_or_one_per_joint(by):

@@ -9,9 +9,10 @@ import pytest
 from changed_files import changed, refused
 
 import gd_analyze as gd
-from gd_analyze.levels.statements import measured_at
-from gd_analyze.search import How, simplify_exact
-from gd_analyze.states import States, states_of
+from gd_analyze.motions.states import States, states_of
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.statements import measured_at
 
 BUDGETS = [
     "1% or 10% friction",
@@ -28,7 +29,7 @@ def made(puma, pick_and_place):
             own = {"trajectory": name, "trajectory_fingerprint": "0" * 64}
             states = States(*states.arrays, {**states.described, **own})
         exact = gd.ExactDynamics.of(puma, states)
-        return simplify_exact(exact, budget, How(thorough=False, write=False))
+        return simplify_exact(exact, budget, SearchOptions(thorough=False, write=False))
 
     return make
 
@@ -39,11 +40,11 @@ def test_they_are_read_back(made, tmp_path, budget, name):
     model = made(budget, name)
     gd.save_model(model, tmp_path / "model.json")
     again = gd.load_model(tmp_path / "model.json")
-    assert again.promise.budget == model.promise.budget == budget
-    assert again.promise.measured == (name is None)
+    assert again.accuracy.budget == model.accuracy.budget == budget
+    assert again.accuracy.measured == (name is None)
     assert again.drives
-    np.testing.assert_array_equal(again.promise.allowed, model.promise.allowed)
-    np.testing.assert_array_equal(again.promise.uncertainty, model.promise.uncertainty)
+    np.testing.assert_array_equal(again.accuracy.allowed, model.accuracy.allowed)
+    np.testing.assert_array_equal(again.accuracy.uncertainty, model.accuracy.uncertainty)
     assert again.arm.drives == model.arm.drives
     assert again.notice == model.notice
 
@@ -73,7 +74,7 @@ def test_the_uncertainty_is_measured_again(made, tmp_path, pick_and_place):
     path = tmp_path / "model.json"
     refused(made("uncertainty"), path, lie)
     stated = gd.load_model(changed(made("uncertainty", "my-own"), path, lie))
-    assert not stated.promise.measured
+    assert not stated.accuracy.measured
     with pytest.raises(gd.GdAnalyzeError, match="cannot be") as caught:
         measured_at(stated, states_of(pick_and_place))
     assert "uncertainty of joint 1" in caught.value.details["where"]
@@ -90,8 +91,8 @@ def test_files_of_before_are_read(made, tmp_path):
 
     for name in (None, "my-own"):
         again = gd.load_model(changed(made("1%", name), path, as_before))
-        assert again.promise.measured == (name is None)
-        assert (again.promise.uncertainty is None) == (name is not None)
+        assert again.accuracy.measured == (name is None)
+        assert (again.accuracy.uncertainty is None) == (name is not None)
         assert [drive.inertia for drive in again.arm.drives] == [d.inertia for d in made("1%").arm.drives]
 
 

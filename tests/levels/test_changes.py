@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.formulations import newton_euler_link
-from gd_analyze.levels.exact_form import ExactForm
-from gd_analyze.levels.kept_programs import inputs_of
-from gd_analyze.levels.recursion import CONSTANT, NUMBER, Change, Recursion, restated
-from gd_analyze.operations import Trace
+from gd_analyze.dynamics import newton_euler_link
+from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.operations.tape import Tape
-from gd_analyze.pinocchio_check import round_off_bounds
-from gd_analyze.robots import RobotArm
+from gd_analyze.operations.trace import Trace
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.kept_programs import inputs_of
+from gd_analyze.simplification.recursion import CONSTANT, NUMBER, Change, Recursion, restated
 from strategies import arms, examples, random_states
 
 

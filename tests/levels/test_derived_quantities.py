@@ -10,12 +10,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from few_tries import few_tries
-from gd_analyze.decomposition import decompose_states
-from gd_analyze.levels import ELEMENT, ENERGY, LEVELS, Budget, ExactDynamics, SimplifiedModel
-from gd_analyze.operations import Expression
-from gd_analyze.robots import Drive, load_arm
-from gd_analyze.search import How, simplify_exact
-from gd_analyze.states import States, states_in_box
+from gd_analyze.dynamics.decomposition import decompose_states
+from gd_analyze.motions.states import States, states_in_box
+from gd_analyze.operations.trace import Expression
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.robots.parts import Drive
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.energy import ENERGY
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
 from made_models import ROUND_OFF, exact_model
 from strategies import arms_with_states, examples, random_states
 
@@ -43,7 +50,7 @@ def quantities(model: SimplifiedModel, states: States) -> tuple[np.ndarray, np.n
 
 def assert_exact(model: SimplifiedModel, states: States) -> None:
     arm = model.arm
-    numeric = decompose_states(arm, states, coupling=False, drives=model.drives)
+    numeric = decompose_states(arm, states, christoffel=False, drives=model.drives)
     inertia = numeric["inertia"].sum(axis=1) + (np.diag(arm.drive_inertia) if model.drives else 0.0)
     expected = (inertia, numeric["coriolis_centrifugal"].sum(axis=1), numeric["gravity_loading"])
     scale = np.abs(numeric["torque"]).max()
@@ -75,8 +82,8 @@ def test_without_a_budget_nothing_that_acts_is_lost(level, name):
     """Over many states what makes no torque beyond round-off anywhere makes none elsewhere."""
     arm = load_arm(name)
     exact = ExactDynamics.of(arm, states_in_box(arm, 100))
-    model = simplify_exact(exact, Budget.parse("0%"), How(level, thorough=False))
-    assert not model.promise.errors.largest.any()
+    model = simplify_exact(exact, Budget.parse("0%"), SearchOptions(level, thorough=False))
+    assert not model.accuracy.errors.largest.any()
     assert_exact(model, states_in_box(arm, 20, 1))
 
 
@@ -97,7 +104,7 @@ def test_so_it_is_of_any_arm(case, level, drives):
 @few_tries()
 def test_a_simplified_model_adds_up_as_well(case, level, budget):
     arm, states = case
-    how = How(level, refit=level.has_torque_terms, thorough=False)
+    how = SearchOptions(level, refit=level.has_torque_terms, thorough=False)
     model = simplify_exact(ExactDynamics.of(arm, states), Budget.parse(budget), how)
     assert_adds_up(model, states)
     assert_adds_up(model, random_states(arm.n_joints, 10, 7))

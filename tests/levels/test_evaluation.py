@@ -8,11 +8,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from gd_analyze.decomposition import decompose, decompose_states
+from gd_analyze.dynamics.decomposition import decompose, decompose_states
 from gd_analyze.errors import ArmError, ModelError, TrajectoryError
-from gd_analyze.levels import evaluate, torque_csv
-from gd_analyze.robots import with_payload
-from gd_analyze.states import States, states_in_box, states_of
+from gd_analyze.motions.states import States, states_in_box, states_of
+from gd_analyze.robots.payload import with_payload
+from gd_analyze.simplification.evaluation import evaluate, torque_csv
 from made_models import exact_model
 
 
@@ -29,7 +29,7 @@ def carrying(puma):
 def test_drawn_states(model, puma):
     states = states_in_box(puma, 50)
     found = evaluate(model, states)
-    expected = decompose_states(puma, states, coupling=False, drives=False)["torque"]
+    expected = decompose_states(puma, states, christoffel=False, drives=False)["torque"]
     np.testing.assert_array_equal(found.dynamics.torque, expected)
     np.testing.assert_array_equal(found.torque, model.torque(*states.arrays))
     # Identification is exact to a few hundred roundings of the largest torque.
@@ -55,7 +55,7 @@ def test_another_arms_torque_counts(model, carrying, pick_and_place):
     )
     np.testing.assert_array_equal(found.torque, own.torque)
     assert found.errors.largest_share.max() > 0.1
-    again = evaluate(model, decompose(carrying, pick_and_place, coupling=False, drives=False), carrying)
+    again = evaluate(model, decompose(carrying, pick_and_place, christoffel=False, drives=False), carrying)
     np.testing.assert_array_equal(again.errors.largest, found.errors.largest)
 
 
@@ -80,9 +80,9 @@ def test_a_decomposition_of_another_arm_is_refused(model, carrying, pick_and_pla
         evaluate(model, pick_and_place_dataset, carrying)
     assert caught.value.details["where"] == "arm_fingerprint"
     with pytest.raises(ModelError, match="another arm"):
-        evaluate(model, decompose(carrying, pick_and_place, coupling=False, drives=False))
+        evaluate(model, decompose(carrying, pick_and_place, christoffel=False, drives=False))
     with pytest.raises(ModelError, match="differs from the model in its drives"):
-        evaluate(model, decompose(model.arm, pick_and_place, coupling=False))
+        evaluate(model, decompose(model.arm, pick_and_place, christoffel=False))
 
 
 def test_states_of_another_arm_are_refused(model, swing):

@@ -11,18 +11,28 @@ from hypothesis import strategies as st
 
 import gd_analyze as gd
 from budgets import of_shares
-from gd_analyze.certification import Box, simplify_certified
-from gd_analyze.comparison import count_cost
-from gd_analyze.decomposition import decompose_states
-from gd_analyze.formulations.methods import METHODS
-from gd_analyze.formulations.regrouped_links import regrouped
-from gd_analyze.levels import ELEMENT, LEVELS, TERM, Budget, ExactDynamics, ExactForm
-from gd_analyze.levels.program_check import require_terms_computed
-from gd_analyze.pinocchio_check import round_off_bounds
-from gd_analyze.robots import Joint, RobotArm, load_arm, with_payload
-from gd_analyze.search import How, simplify, simplify_exact
-from gd_analyze.search.exact_model import exactly
-from gd_analyze.states import States, states_in_box
+from gd_analyze.certification.box import Box
+from gd_analyze.certification.certified_model import simplify_certified
+from gd_analyze.dynamics.decomposition import decompose_states
+from gd_analyze.dynamics.methods import METHODS
+from gd_analyze.dynamics.pinocchio_check import round_off_bounds
+from gd_analyze.dynamics.regrouped_links import regrouped
+from gd_analyze.motions.states import States, states_in_box
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.robots.parts import Joint
+from gd_analyze.robots.payload import with_payload
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact_model import exactly
+from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.program_check import require_terms_computed
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify, simplify_exact
+from gd_analyze.simplification.term import TERM
+from gd_analyze.studies.costs import count_cost
 from parallel_axes import scara
 from strategies import arms, arms_with_states, examples, random_states
 
@@ -36,7 +46,7 @@ def inputs(states: States) -> dict[str, np.ndarray]:
 
 def assert_exact(form: ExactForm, states: States) -> None:
     """Within what a program of as many roundings per joint may differ; rewriting adds some."""
-    exact = decompose_states(form.arm, states, coupling=False, drives=form.drives)["torque"]
+    exact = decompose_states(form.arm, states, christoffel=False, drives=form.drives)["torque"]
     bound = round_off_bounds(form.arm, *states.arrays)["torque"]
     drives = 0.0 if form.drive_inertia is None else np.abs(form.drive_inertia * states.qdd).max()
     found = form.program.run(inputs(states)).T
@@ -135,26 +145,26 @@ def test_axes_that_are_antiparallel_turn_the_other_way(two_link, rng):
 def test_no_model_costs_more_than_exact(case, level, share):
     arm, states = case
     exact = ExactDynamics(ExactForm(arm), states)
-    model = simplify_exact(exact, of_shares(share), How(level, thorough=level is ELEMENT))
+    model = simplify_exact(exact, of_shares(share), SearchOptions(level, thorough=level is ELEMENT))
     assert model.operations.total <= model.operations_full.total == exact.form.operations.total
     if not model.saves:
         assert model.operations == model.operations_full
         assert set(model.terms) == set(level.terms(model.form))
-        assert not model.promise.errors.largest.any()
+        assert not model.accuracy.errors.largest.any()
 
 
 def test_neither_does_a_certified_one(two_link, swing):
     exact = ExactDynamics.of(two_link, swing)
     model, certificate = simplify_certified(exact, Budget.parse("0.001%"), Box.of(two_link))
     assert not model.saves
-    assert certificate.within(model.promise.allowed).all()
+    assert certificate.within(model.accuracy.allowed).all()
 
 
 def test_asked_for_more_operations_than_exact_takes_it_gives_exact(puma, pick_and_place):
     model = gd.simplify(puma, pick_and_place, operations=5000)
     assert not model.saves
     assert model.operations.total < 320
-    assert not model.promise.errors.largest.any()
+    assert not model.accuracy.errors.largest.any()
 
 
 def test_a_wheel_needs_one_product():

@@ -7,13 +7,14 @@ from pathlib import Path
 import pytest
 
 from gd_analyze.cache import VARIABLE, keep, without_cache
-from gd_analyze.levels import ExactForm
-from gd_analyze.levels.effort import THOROUGH
-from gd_analyze.levels.kept_programs import kept_programs
-from gd_analyze.levels.torque_program import torque_program
-from gd_analyze.operations import Program
+from gd_analyze.operations.program import Program
 from gd_analyze.operations.written import written
-from gd_analyze.robots import RobotArm, load_arm
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.simplification.effort import THOROUGH
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.kept_programs import kept_programs
+from gd_analyze.simplification.torque_program import torque_program
 
 
 @pytest.fixture(autouse=True)
@@ -49,7 +50,7 @@ def test_it_is_written_once_and_the_same_with_and_without(two_link, place, made,
     with without_cache():
         assert written(made(two_link)) == written(first)
     for module, name in (("exact_form", "_shortest"), ("torque_program", "_thorough")):
-        monkeypatch.setattr(f"gd_analyze.levels.{module}.{name}", None)
+        monkeypatch.setattr(f"gd_analyze.simplification.{module}.{name}", None)
     again = made(two_link)
     assert written(again) == written(first)
     assert [step.order for step in again.steps] == [step.order for step in first.steps]
@@ -108,7 +109,7 @@ def test_without_a_folder_to_write_to_work_goes_on(two_link, blocked_folder, mon
 
 def test_other_code_finds_nothing_of_this(two_link, place, monkeypatch):
     exact(two_link)
-    monkeypatch.setattr("gd_analyze.levels.kept_programs._surroundings", lambda: ["other code"])
+    monkeypatch.setattr("gd_analyze.simplification.kept_programs._surroundings", lambda: ["other code"])
     exact(two_link)
     assert len(list(place.iterdir())) == 2
 

@@ -9,29 +9,27 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gd_analyze.certification import certify, certify_positive_definite
-from gd_analyze.decomposition import decompose_states
+from gd_analyze.certification.certificate import certify
+from gd_analyze.certification.positive_definite import certify_positive_definite
+from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.errors import ModelError, UsageError
-from gd_analyze.levels import (
-    ELEMENT,
-    ENERGY,
-    LEVELS,
-    RECURSIVE,
-    TERM,
-    ExactDynamics,
-    ExactForm,
-    SimplifiedModel,
-    evaluate,
-    level_named,
-    payload_effect,
-)
-from gd_analyze.levels.effort import ROUGH
-from gd_analyze.levels.level import CandidateLevel
-from gd_analyze.levels.recursion import Change
-from gd_analyze.operations import Expression
+from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.operations.derivative import derivative
-from gd_analyze.search.exact_model import exactly
-from gd_analyze.states import States, states_in_box
+from gd_analyze.operations.trace import Expression
+from gd_analyze.simplification.effort import ROUGH
+from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.energy import ENERGY
+from gd_analyze.simplification.evaluation import evaluate
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact_model import exactly
+from gd_analyze.simplification.level import CandidateLevel
+from gd_analyze.simplification.levels import LEVELS, level_named
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.payload_effect import payload_effect
+from gd_analyze.simplification.recursion import Change
+from gd_analyze.simplification.recursive import RECURSIVE
+from gd_analyze.simplification.term import TERM
 from made_models import ROUND_OFF
 
 
@@ -83,10 +81,10 @@ def pruned_model(exact: ExactDynamics, forgotten: Sequence[int]) -> SimplifiedMo
         terms=changes,
         program=RECURSIVE.write(exact.form, changes, ROUGH),
         operations_full=exact.form.operations,
-        promise=exactly(exact, RECURSIVE, np.zeros(exact.arm.n_joints), "1%").promise,
+        accuracy=exactly(exact, RECURSIVE, np.zeros(exact.arm.n_joints), "1%").accuracy,
     )
     errors = exact.errors_of(model.torque(*exact.states.arrays))
-    return replace(model, promise=replace(model.promise, allowed=errors.largest, errors=errors))
+    return replace(model, accuracy=replace(model.accuracy, allowed=errors.largest, errors=errors))
 
 
 @pytest.fixture(scope="module")
@@ -104,8 +102,8 @@ def test_a_pruned_program_is_a_model(model, exact):
     assert model.operations.total > 0
     found = evaluate(model, exact.states)
     assert found.errors.largest.max() > 0.0
-    np.testing.assert_array_equal(found.errors.largest, model.promise.errors.largest)
-    assert found.within(model.promise.allowed).all()
+    np.testing.assert_array_equal(found.errors.largest, model.accuracy.errors.largest)
+    assert found.within(model.accuracy.allowed).all()
     effect = payload_effect(model, exact.states)
     assert effect.torque_per_kg.min() > 0.0
 
@@ -122,9 +120,9 @@ def test_it_has_d_h_and_c(model, two_link):
 
 def test_unpruned_it_is_exact(exact, two_link):
     whole = pruned_model(exact, ())
-    assert not whole.promise.errors.largest.any()
+    assert not whole.accuracy.errors.largest.any()
     states = states_in_box(two_link, 40, 3)
-    numeric = decompose_states(two_link, states, coupling=False)
+    numeric = decompose_states(two_link, states, christoffel=False)
     pairs = (
         (whole.inertia(states.q), numeric["inertia"].sum(axis=1)),
         (whole.coriolis_centrifugal(states.q, states.qd), numeric["coriolis_centrifugal"].sum(axis=1)),

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.levels import ExactForm
-from gd_analyze.levels.many_terms import has_more_terms
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.many_terms import has_more_terms
 from parallel_axes import arm_of, arms_with_runs
 from strategies import arms, examples
 

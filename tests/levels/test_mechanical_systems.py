@@ -9,9 +9,14 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from few_tries import few_tries
-from gd_analyze.levels import ENERGY, TERM, Budget, ExactDynamics, SimplifiedModel
-from gd_analyze.search import How, simplify_exact
-from gd_analyze.states import states_in_box
+from gd_analyze.motions.states import states_in_box
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.energy import ENERGY
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.term import TERM
 from made_models import ROUND_OFF
 from strategies import arms_with_states, examples
 
@@ -66,7 +71,7 @@ def test_the_energy_level_is_a_mechanical_system(puma_energy, puma):
 @few_tries()
 def test_so_it_is_of_any_arm(case, budget, refit):
     arm, states = case
-    how = How(ENERGY, refit=refit, thorough=False)
+    how = SearchOptions(ENERGY, refit=refit, thorough=False)
     model = simplify_exact(ExactDynamics.of(arm, states), Budget.parse(budget), how)
     assert_mechanical(model, states.q, states.qd)
 
@@ -74,7 +79,7 @@ def test_so_it_is_of_any_arm(case, budget, refit):
 def test_the_term_level_is_not(puma):
     """What the check above is able to see."""
     exact = ExactDynamics.of(puma, states_in_box(puma, 200), drives=True)
-    model = simplify_exact(exact, Budget.parse("5%"), How(TERM, thorough=False))
+    model = simplify_exact(exact, Budget.parse("5%"), SearchOptions(TERM, thorough=False))
     states = states_in_box(puma, 50, 1)
     with pytest.raises(AssertionError):
         assert_mechanical(model, states.q, states.qd)

@@ -15,19 +15,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.errors import ModelError, OutputError
-from gd_analyze.levels import (
-    ELEMENT,
-    ENERGY,
-    LEVELS,
-    TERM,
-    Budget,
-    ExactForm,
-    SimplifiedModel,
-    load_model,
-    model_file,
-    save_model,
-)
-from gd_analyze.states import states_of
+from gd_analyze.motions.states import states_of
+from gd_analyze.simplification import model_file
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.energy import ENERGY
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.model_file import load_model, save_model
+from gd_analyze.simplification.term import TERM
 from made_models import assert_same, by_elements, exact_model
 from strategies import arms_with_states, examples
 
@@ -67,10 +64,10 @@ def test_round_trip_is_exact(model, pick_and_place, file, written):
 
 
 def test_what_the_search_did_is_kept(model, file, written):
-    again = load_model(file(written)).promise
-    assert again.steps == model.promise.steps != ()
+    again = load_model(file(written)).accuracy
+    assert again.steps == model.accuracy.steps != ()
     assert again.solved
-    assert again.search == model.promise.search
+    assert again.search == model.accuracy.search
     assert again.search.endswith(", solved to the end")
 
 
@@ -114,7 +111,7 @@ def test_the_file_says_what_it_is(two_link, tmp_path, level, entry):
     assert document["errors"][0].keys() == {
         "joint", "unit", "peak_torque", "allowed_error", "largest_error", "rms_error", "uncertainty",
     }  # fmt: skip
-    assert document["errors_are"] == "sampled at the states of made_for"
+    assert document["errors_are"] == "sampled at the states of fitted_on"
     assert all(one.keys() == entry for one in document["terms"])
     assert len(document["outputs"]) == 2
     assert text.endswith("}\n")

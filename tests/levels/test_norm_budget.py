@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.errors import UsageError
-from gd_analyze.levels import Budget, Yardsticks
-from gd_analyze.levels.budget import Allowance
-from gd_analyze.levels.measures import NormMeasure, PeakMeasure, kept_states, share_at
-from gd_analyze.levels.norm_share import NormShare
+from gd_analyze.simplification.budget import Allowance, Budget
+from gd_analyze.simplification.measures import NormMeasure, PeakMeasure, kept_states, share_at
+from gd_analyze.simplification.norm_share import NormShare
+from gd_analyze.simplification.reference_torques import ReferenceTorques
 from parallel_axes import scara
 
 
@@ -104,7 +104,7 @@ def test_it_goes_without_entries():
 
 def test_it_allows_no_joint_more_than_the_norm_of_the_peaks():
     arm = scara()
-    by = Yardsticks(arm, np.array([3.0, 4.0, 7.0, 0.0]))
+    by = ReferenceTorques(arm, np.array([3.0, 4.0, 7.0, 0.0]))
     # The third joint slides: it is alone with its newtons.
     np.testing.assert_allclose(Budget.parse("10% norm").allowed(by), [0.5, 0.5, 0.7, 0.5], rtol=1e-15)
 

@@ -11,16 +11,17 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.drives import least_friction
+from gd_analyze.dynamics.drives import least_friction
 from gd_analyze.formatting import amount
-from gd_analyze.levels.notice import budget_notice
-from gd_analyze.search import How, simplify_exact
+from gd_analyze.simplification.notice import budget_notice
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
 
 
 @pytest.fixture(scope="module")
 def of_budget(puma, pick_and_place):
     exact = gd.ExactDynamics.of(puma, pick_and_place)
-    return lambda budget: simplify_exact(exact, budget, How(thorough=False, write=False))
+    return lambda budget: simplify_exact(exact, budget, SearchOptions(thorough=False, write=False))
 
 
 def changed(arm, *joints, **values):
@@ -34,11 +35,11 @@ def changed(arm, *joints, **values):
 def test_a_budget_below_friction_is_noticed_with_both_numbers_and_the_flag(puma, of_budget):
     model = of_budget("1%")
     friction = least_friction(puma)
-    joint = int((model.promise.allowed / friction).argmin())
-    assert (model.promise.allowed < friction).all()
+    joint = int((model.accuracy.allowed / friction).argmin())
+    assert (model.accuracy.allowed < friction).all()
     assert model.notice == (
         f"The budget lies below the friction at every joint (joint {joint + 1}: "
-        f"{amount(model.promise.allowed[joint], 'N m')}, friction {amount(friction[joint], 'N m')}); "
+        f"{amount(model.accuracy.allowed[joint], 'N m')}, friction {amount(friction[joint], 'N m')}); "
         '--budget "1% or 10% friction" takes that into account.'
     )
 
@@ -49,7 +50,7 @@ def test_the_flag_settles_it(of_budget, budget):
     [_, flag] = shlex.split(re.search(r'--budget ".*?"', model.notice)[0])
     settled = of_budget(flag)
     assert settled.notice == ""
-    assert (settled.promise.allowed >= model.promise.allowed * (1 - 1e-12)).all()
+    assert (settled.accuracy.allowed >= model.accuracy.allowed * (1 - 1e-12)).all()
 
 
 def test_only_the_joints_concerned_are_named(of_budget):
@@ -61,12 +62,12 @@ def test_only_the_joints_concerned_are_named(of_budget):
 
 
 def test_uncertainty_is_told_of_joints_without_friction(puma, of_budget):
-    promise = of_budget("1%").promise
+    accuracy = of_budget("1%").accuracy
     bare = changed(puma, 1, 2, 3, 4, 5, 6, coulomb=(0.0, 0.0))
-    said = budget_notice(bare, promise)
+    said = budget_notice(bare, accuracy)
     assert "below the uncertainty at every joint" in said
     assert '--budget "1% or uncertainty"' in said
-    some = budget_notice(changed(puma, 6, coulomb=(0.0, 0.0)), promise)
+    some = budget_notice(changed(puma, 6, coulomb=(0.0, 0.0)), accuracy)
     assert "below the friction at joints 1, 2, 3, 4 and 5 (" in some
     assert " and below the uncertainty at joint 6 (joint 6: " in some
     assert some.count("10% friction") == 5
@@ -76,7 +77,7 @@ def test_uncertainty_is_told_of_joints_without_friction(puma, of_budget):
 def test_nothing_is_noticed_where_nothing_is_stated_or_the_budget_is_larger(puma, two_link, swing, of_budget):
     assert gd.simplify(two_link, swing).notice == ""
     assert of_budget("1000 N m").notice == ""
-    known = dataclasses.replace(of_budget("1%").promise, uncertainty=None)
+    known = dataclasses.replace(of_budget("1%").accuracy, uncertainty=None)
     assert budget_notice(changed(puma, 1, 2, 3, 4, 5, 6, coulomb=(0.0, 0.0)), known) == ""
 
 
@@ -90,6 +91,6 @@ def test_users_of_the_library_are_not_warned(puma, pick_and_place):
 def test_uncertainty_is_kept_with_the_promise(puma, pick_and_place, of_budget):
     states = gd.states_of(pick_and_place)
     expected = gd.torque_uncertainty(puma, states).max(axis=0)
-    np.testing.assert_array_equal(of_budget("1%").promise.uncertainty, expected)
-    bare = gd.simplify(puma, states, "10%", drives=False).promise.uncertainty
+    np.testing.assert_array_equal(of_budget("1%").accuracy.uncertainty, expected)
+    bare = gd.simplify(puma, states, "10%", drives=False).accuracy.uncertainty
     assert (bare < expected).any()

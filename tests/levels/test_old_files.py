@@ -9,23 +9,21 @@ from typing import Any
 import pytest
 
 from gd_analyze.errors import ModelError
-from gd_analyze.levels import (
-    LEVELS,
-    Budget,
-    ExactDynamics,
-    SimplifiedModel,
-    evaluate,
-    load_model,
-    save_model,
-)
-from gd_analyze.search import How, simplify_exact
-from gd_analyze.states import states_of
+from gd_analyze.motions.states import states_of
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.evaluation import evaluate
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.model_file import load_model, save_model
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
 from made_models import assert_same, signed, version_1
 
 
 @pytest.fixture(scope="module", params=["element", "term", "energy"])
 def model(request, two_link, swing) -> SimplifiedModel:
-    how = How(LEVELS[request.param], refit=request.param == "energy", dearer=True)
+    how = SearchOptions(LEVELS[request.param], refit=request.param == "energy", dearer=True)
     exact = ExactDynamics.of(two_link, swing)
     made = simplify_exact(exact, Budget.parse("20%"), how, provenance={"command": "test"})
     assert made.refitted == how.refit
@@ -52,7 +50,7 @@ def test_it_is_the_same_model(model, old, path, swing):
     again = load_model(put(old, path))
     assert_same(model, again, states_of(swing))
     found = evaluate(again, swing)
-    assert found.errors.largest.tolist() == model.promise.errors.largest.tolist()
+    assert found.errors.largest.tolist() == model.accuracy.errors.largest.tolist()
 
 
 def test_written_again_it_is_version_2(old, path):
@@ -66,8 +64,8 @@ def test_written_again_it_is_version_2(old, path):
 def test_one_that_says_nothing_of_a_search(old, path):
     del old["provenance"]["search"]
     again = load_model(put(signed(old), path))
-    assert again.promise.steps == ()
-    assert not again.promise.solved
+    assert again.accuracy.steps == ()
+    assert not again.accuracy.solved
 
 
 def refused(document: dict[str, Any], path: Path) -> ModelError:

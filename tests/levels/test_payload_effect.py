@@ -10,11 +10,16 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from gd_analyze.decomposition import decompose_states
+from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.levels import SimplifiedModel, evaluate, parts_of, payload_effect
-from gd_analyze.robots import Joint, Link, Placement, RobotArm, with_payload
-from gd_analyze.states import States, states_in_box
+from gd_analyze.motions.states import States, states_in_box
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Joint, Link, Placement
+from gd_analyze.robots.payload import with_payload
+from gd_analyze.simplification.evaluation import evaluate
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.parts import parts_of
+from gd_analyze.simplification.payload_effect import payload_effect
 from gd_analyze.vectors import FloatArray
 from made_models import allowing, model_of_parts
 from strategies import arms_with_states, examples
@@ -45,13 +50,13 @@ def test_the_mass_found_touches_the_budget_at_the_limiting_joint(puma, drives):
     joint = effect.limiting_joint - 1
     # Differences of torques: a thousand roundings of the largest.
     slack = 1000 * EPS * 100.0
-    assert found[joint] == pytest.approx(made.promise.allowed[joint], abs=slack)
-    assert (found <= made.promise.allowed + slack).all()
+    assert found[joint] == pytest.approx(made.accuracy.allowed[joint], abs=slack)
+    assert (found <= made.accuracy.allowed + slack).all()
     assert (
-        evaluate(made, states, with_payload(puma, 0.5 * mass, HAND)).errors.largest < made.promise.allowed
+        evaluate(made, states, with_payload(puma, 0.5 * mass, HAND)).errors.largest < made.accuracy.allowed
     ).all()
     beyond = evaluate(made, states, with_payload(puma, 1.01 * mass, HAND)).errors.largest
-    assert beyond[joint] > made.promise.allowed[joint]
+    assert beyond[joint] > made.accuracy.allowed[joint]
 
 
 @examples(40)
@@ -62,7 +67,7 @@ def test_each_joint_leaves_its_budget_at_its_own_mass(case, seed):
     labels = [part.label for part in parts_of(arm.n_joints)]
     made = model_without(arm, np.full(arm.n_joints, np.inf), set(rng.choice(labels, 2)))
     left_out = evaluate(made, states).errors.largest
-    scale = np.abs(decompose_states(arm, states, coupling=False)["torque"]).max()
+    scale = np.abs(decompose_states(arm, states, christoffel=False)["torque"]).max()
     assume(scale > 0.1)
     made = allowing(made, left_out + rng.uniform(0.01, 0.1) * scale)
     effect = payload_effect(made, states)
@@ -72,9 +77,9 @@ def test_each_joint_leaves_its_budget_at_its_own_mass(case, seed):
             continue
         carrying = with_payload(arm, mass, HAND)
         found = evaluate(made, states, carrying).errors.largest[joint]
-        loaded = decompose_states(carrying, states, coupling=False)["torque"]
+        loaded = decompose_states(carrying, states, christoffel=False)["torque"]
         # Some thousand roundings of the largest torque of the arm with this mass.
-        assert found == pytest.approx(made.promise.allowed[joint], abs=1e4 * EPS * np.abs(loaded).max())
+        assert found == pytest.approx(made.accuracy.allowed[joint], abs=1e4 * EPS * np.abs(loaded).max())
 
 
 @examples(40)
@@ -83,7 +88,7 @@ def test_torque_per_kilogram(case):
     arm, states = case
     effect = payload_effect(model_without(arm, np.ones(arm.n_joints), set()), states)
     bare, loaded = (
-        decompose_states(which, states, coupling=False)["torque"]
+        decompose_states(which, states, christoffel=False)["torque"]
         for which in (arm, with_payload(arm, 1.0, HAND))
     )
     # Differences of torques: a thousand roundings of the largest.

@@ -11,9 +11,12 @@ from changed_files import Document, Steps, changed, refused
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.levels import LEVELS, ExactForm, SimplifiedModel, load_model
-from gd_analyze.levels.effort import COUNTING, ROUGH, THOROUGH
-from gd_analyze.levels.program_check import require_terms_computed
+from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.model_file import load_model
+from gd_analyze.simplification.program_check import require_terms_computed
 from made_models import exact_model, model_of
 from strategies import arms, examples
 

@@ -10,22 +10,24 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from changed_recursions import random_changes
+from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.dynamics.regrouped_links import regrouped
 from gd_analyze.formulas.formula import Formula, Function, Product, Symbol
 from gd_analyze.formulas.plain import Plain
-from gd_analyze.formulations.regrouped_links import regrouped
-from gd_analyze.kinematics import solve_kinematics
-from gd_analyze.levels import RECURSIVE, ExactForm
-from gd_analyze.levels.kept_programs import inputs_of
-from gd_analyze.levels.left_out import omissions
-from gd_analyze.levels.link_parameters import link_parameters
-from gd_analyze.levels.recursion import CONSTANT, NUMBER, Change, Recursion
-from gd_analyze.levels.recursion_names import Names, Quantity, unsigned
-from gd_analyze.levels.recursion_reading import Reading, read
-from gd_analyze.levels.recursion_scales import scales
-from gd_analyze.operations import Program
+from gd_analyze.motions.states import States
+from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Expression, reached
-from gd_analyze.robots import RobotArm, load_arm
-from gd_analyze.states import States
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.kept_programs import inputs_of
+from gd_analyze.simplification.left_out import omissions
+from gd_analyze.simplification.link_parameters import link_parameters
+from gd_analyze.simplification.recursion import CONSTANT, NUMBER, Change, Recursion
+from gd_analyze.simplification.recursion_names import Names, Quantity, unsigned
+from gd_analyze.simplification.recursion_reading import Reading, read
+from gd_analyze.simplification.recursion_scales import scales
+from gd_analyze.simplification.recursive import RECURSIVE
 from parallel_axes import scara
 from strategies import arms, examples, random_states
 

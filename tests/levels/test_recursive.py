@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from gd_analyze.errors import ModelError
-from gd_analyze.levels import RECURSIVE, ExactForm
-from gd_analyze.levels.effort import ROUGH, THOROUGH
-from gd_analyze.levels.kept_programs import inputs_of
-from gd_analyze.levels.recursion import CONSTANT, NUMBER, Change
-from gd_analyze.states import states_in_box
+from gd_analyze.motions.states import states_in_box
+from gd_analyze.simplification.effort import ROUGH, THOROUGH
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.kept_programs import inputs_of
+from gd_analyze.simplification.recursion import CONSTANT, NUMBER, Change
+from gd_analyze.simplification.recursive import RECURSIVE
 
 
 @pytest.fixture(scope="module")

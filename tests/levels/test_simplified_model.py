@@ -7,19 +7,26 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.decomposition import decompose_states
+from gd_analyze.dynamics.decomposition import decompose_states
+from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.errors import ModelError
-from gd_analyze.levels import LEVELS, Budget, ErrorTable, ExactDynamics, SimplifiedModel, evaluate, parts_of
-from gd_analyze.pinocchio_check import round_off_bounds
-from gd_analyze.search import How, simplify_exact
-from gd_analyze.states import states_of
+from gd_analyze.motions.states import states_of
+from gd_analyze.simplification.accuracy import ErrorTable
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.evaluation import evaluate
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.parts import parts_of
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
 from made_models import by_elements, model_of_parts
 from strategies import arms_with_states, examples, random_states
 
 
 @pytest.fixture(scope="module", params=LEVELS)
 def model(request, two_link, swing) -> SimplifiedModel:
-    how = How(LEVELS[request.param], dearer=True)
+    how = SearchOptions(LEVELS[request.param], dearer=True)
     return simplify_exact(ExactDynamics.of(two_link, swing), Budget.parse("50%"), how)
 
 
@@ -126,7 +133,7 @@ def test_round_off_is_no_error():
 
 def test_it_errs_by_what_it_promises_where_it_was_made(model, swing):
     found = evaluate(model, swing)
-    np.testing.assert_array_equal(found.errors.largest, model.promise.errors.largest)
-    assert found.within(model.promise.allowed).all()
-    assert not found.within(0 * model.promise.allowed).all()
-    assert model.promise.made_for == states_of(swing).described
+    np.testing.assert_array_equal(found.errors.largest, model.accuracy.errors.largest)
+    assert found.within(model.accuracy.allowed).all()
+    assert not found.within(0 * model.accuracy.allowed).all()
+    assert model.accuracy.fitted_on == states_of(swing).described

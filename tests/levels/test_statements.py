@@ -11,10 +11,12 @@ import pytest
 from changed_files import Document, changed, refused
 
 from gd_analyze.errors import ModelError
-from gd_analyze.levels import Budget, SimplifiedModel, load_model, save_model
-from gd_analyze.levels.statements import measured_at
-from gd_analyze.search import simplify
-from gd_analyze.states import States, states_in_box, states_of
+from gd_analyze.motions.states import States, states_in_box, states_of
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.model_file import load_model, save_model
+from gd_analyze.simplification.simplify import simplify
+from gd_analyze.simplification.statements import measured_at
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +67,7 @@ SELF_CONTRADICTING = {
     "a changed centre of mass": lambda d: d["arm"]["links"][1]["com"].__setitem__(0, 0.1),
     "changed gravity": lambda d: d["arm"]["gravity"].__setitem__(1, -1.6),
     "another arm's fingerprint": lambda d: d.__setitem__("arm_fingerprint", "0" * 64),
-    "states of nothing": lambda d: d.__setitem__("made_for", {"moon": "full"}),
+    "states of nothing": lambda d: d.__setitem__("fitted_on", {"moon": "full"}),
 }
 
 
@@ -87,7 +89,7 @@ def test_a_contradiction_is_refused(own, path, change):
 def test_errors_are_measured_again_where_the_states_are_at_hand(two_link, shipped, path, change, joint):
     drawn = simplify(two_link, states_in_box(two_link, 300, 5), Budget.parse("40%"))
     for model in (shipped, drawn):
-        assert (model.promise.errors.rms > 0.0).all()
+        assert (model.accuracy.errors.rms > 0.0).all()
         error = refused(model, path, lambda document: change(document, joint))
         assert f"joint {joint + 1}" in error.details["where"]
         assert "measured at" in error.details["expected"]
@@ -96,36 +98,36 @@ def test_errors_are_measured_again_where_the_states_are_at_hand(two_link, shippe
 def test_whether_they_could_be_is_known(two_link, shipped, own, path):
     drawn = simplify(two_link, states_in_box(two_link, 300, 5), Budget.parse("40%"))
     for model, measured in ((shipped, True), (drawn, True), (own, False)):
-        assert model.promise.measured
+        assert model.accuracy.measured
         save_model(model, path)
-        assert load_model(path).promise.measured == measured
+        assert load_model(path).accuracy.measured == measured
 
 
 def test_states_of_no_name_can_be_stored(two_link, path):
     states = states_in_box(two_link, 50)
     save_model(simplify(two_link, States(*states.arrays), Budget.parse("40%")), path)
     again = load_model(path)
-    assert again.promise.made_for == {}
-    assert not again.promise.measured
+    assert again.accuracy.fitted_on == {}
+    assert not again.accuracy.measured
 
 
 def test_at_hand_they_are_measured(own, path, swing):
     """A consistent lie is a statement of the file until the states are there."""
     lie = changed(own, path, lambda d: scale(d, 0, peak_torque=1e9, allowed_error=1e9))
     stated = load_model(lie)
-    assert not stated.promise.measured
+    assert not stated.accuracy.measured
     with pytest.raises(ModelError, match="cannot be") as caught:
         measured_at(stated, states_of(swing))
     assert "peak_torque of joint 1" in caught.value.details["where"]
     save_model(own, path)
-    assert measured_at(load_model(path), states_of(swing)).promise.measured
+    assert measured_at(load_model(path), states_of(swing)).accuracy.measured
 
 
 def test_a_trajectory_is_looked_for_by_name_only_among_those_shipped(own, path, here_file):
     """No file and no standard input is read because a model names it."""
     for name in ("-", "/dev/zero", str(here_file)):
-        given = changed(own, path, lambda d, name=name: d["made_for"].__setitem__("trajectory", name))
-        assert not load_model(given).promise.measured
+        given = changed(own, path, lambda d, name=name: d["fitted_on"].__setitem__("trajectory", name))
+        assert not load_model(given).accuracy.measured
 
 
 @pytest.fixture
@@ -143,4 +145,4 @@ def test_loading_warns_of_nothing(two_link, swing, path):
     save_model(simplify(slow, states_of(swing), Budget.parse("40%")), path)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert load_model(path).promise.measured
+        assert load_model(path).accuracy.measured

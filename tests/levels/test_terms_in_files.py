@@ -9,17 +9,22 @@ import numpy as np
 import pytest
 
 from gd_analyze.errors import ModelError
-from gd_analyze.levels import ENERGY, Budget, ExactDynamics, SimplifiedModel, evaluate, load_model, save_model
-from gd_analyze.levels.model_file import _digest
-from gd_analyze.search import How, simplify, simplify_exact
-from gd_analyze.states import states_of
+from gd_analyze.motions.states import states_of
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.energy import ENERGY
+from gd_analyze.simplification.evaluation import evaluate
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.model_file import _digest, load_model, save_model
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify, simplify_exact
 from made_models import assert_same
 
 
 @pytest.fixture(scope="module")
 def energy_model(puma, pick_and_place) -> SimplifiedModel:
     exact = ExactDynamics.of(puma, pick_and_place, drives=True)
-    how = How(ENERGY, refit=True, thorough=False)
+    how = SearchOptions(ENERGY, refit=True, thorough=False)
     return simplify_exact(exact, Budget(), how, provenance={"command": "test"})
 
 
@@ -42,9 +47,9 @@ def test_round_trip_is_exact(energy_model, term_model, pick_and_place, swing, tm
 def test_a_loaded_model_keeps_its_promise(energy_model, pick_and_place, tmp_path):
     model = load_model(written(energy_model, tmp_path))
     found = evaluate(model, pick_and_place)
-    np.testing.assert_array_equal(found.errors.largest, model.promise.errors.largest)
+    np.testing.assert_array_equal(found.errors.largest, model.accuracy.errors.largest)
     assert model.refitted
-    assert found.within(model.promise.allowed).all()
+    assert found.within(model.accuracy.allowed).all()
 
 
 # Each fits the schema's types, or nearly; the digest is set right again, so that the content is judged.

@@ -15,11 +15,11 @@ from hypothesis import strategies as st
 from gd_analyze.cache import VARIABLE, without_cache
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.terms import Factor, Rate, TorqueTerm
-from gd_analyze.levels import ExactForm
-from gd_analyze.levels.effort import COUNTING, ROUGH, THOROUGH, Effort
-from gd_analyze.levels.kept_programs import kept_programs
-from gd_analyze.levels.torque_program import torque_program, torque_programs
-from gd_analyze.robots import load_arm
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH, Effort
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.kept_programs import kept_programs
+from gd_analyze.simplification.torque_program import torque_program, torque_programs
 from strategies import examples, random_states
 
 # Ratios of coefficients count as equal within 1e-12, and a term passes through a few of them; given weights
@@ -178,9 +178,9 @@ def test_steps_end_before_the_first_that_takes_too_many_operations():
 
 
 PRINT = """
-from gd_analyze.levels import ExactForm
-from gd_analyze.levels.effort import THOROUGH
-from gd_analyze.levels.torque_program import torque_program, torque_programs
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.effort import THOROUGH
+from gd_analyze.simplification.torque_program import torque_program, torque_programs
 from gd_analyze.robots import load_arm
 
 form = ExactForm(load_arm("two_link"))

@@ -9,8 +9,10 @@ from typing import Any
 import pytest
 
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.logs import Logged, Reading, read_log
-from gd_analyze.robots import RobotArm
+from gd_analyze.motions.logged import Logged
+from gd_analyze.motions.read import read_log
+from gd_analyze.motions.reading import Reading
+from gd_analyze.robots.arm import RobotArm
 
 
 @pytest.fixture

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gd_analyze.robots import Joint, Link, RobotArm
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Joint, Link
 
 UR = (
     "shoulder_pan_joint",

@@ -12,7 +12,8 @@ import pytest
 from log_arms import arm_of
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.logs import Reading, read_log
+from gd_analyze.motions.read import read_log
+from gd_analyze.motions.reading import Reading
 
 pytest.importorskip("rosbags", reason="bags need the extra `logs`")
 

@@ -9,7 +9,7 @@ import pytest
 from log_arms import UR, arm_of
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.logs import Logged
+from gd_analyze.motions.logged import Logged
 
 Read = Callable[..., Logged]
 
@@ -301,7 +301,7 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
 
 @pytest.mark.parametrize("case", BROKEN)
 def test_broken_tables(case: str, log) -> None:
-    from gd_analyze.trajectories import read_trajectory
+    from gd_analyze.motions.csv_file import read_trajectory
 
     content, says = BROKEN[case]
     path = log(content)

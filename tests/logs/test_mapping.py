@@ -12,7 +12,9 @@ import pytest
 from log_arms import arm_of
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.logs import Logged, Reading, read_log
+from gd_analyze.motions.logged import Logged
+from gd_analyze.motions.read import read_log
+from gd_analyze.motions.reading import Reading
 
 TWO = arm_of("hip", "knee")
 Read = Callable[..., Logged]

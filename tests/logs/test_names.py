@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from log_arms import UR
 
-from gd_analyze.logs.roles import known_joints, meaning_of
+from gd_analyze.motions.roles import known_joints, meaning_of
 
 KNOWN = known_joints(UR)
 

@@ -9,7 +9,7 @@ import pytest
 from log_arms import arm_of
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.logs import read_log
+from gd_analyze.motions.read import read_log
 
 pa = pytest.importorskip("pyarrow", reason="Parquet needs the extra `logs`")
 parquet = pytest.importorskip("pyarrow.parquet", reason="Parquet needs the extra `logs`")

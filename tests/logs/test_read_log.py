@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from gd_analyze.logs import read_log
-from gd_analyze.trajectories import read_trajectory
+from gd_analyze.motions.csv_file import read_trajectory
+from gd_analyze.motions.read import read_log
 
 LOG = "time,q_0,q_1\n" + "".join(f"{k / 10},{k / 100},0\n" for k in range(20))
 

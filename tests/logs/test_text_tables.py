@@ -10,7 +10,10 @@ import pytest
 from log_arms import UR, arm_of
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.logs import Logged, Reading, read_log, text_table
+from gd_analyze.motions import text_table
+from gd_analyze.motions.logged import Logged
+from gd_analyze.motions.read import read_log
+from gd_analyze.motions.reading import Reading
 
 Read = Callable[..., Logged]
 

@@ -9,7 +9,7 @@ import pytest
 from log_arms import arm_of
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.logs import Logged
+from gd_analyze.motions.logged import Logged
 
 Read = Callable[..., Logged]
 ONE = arm_of("hip")

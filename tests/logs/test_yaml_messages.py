@@ -9,7 +9,8 @@ import pytest
 from log_arms import arm_of
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.logs import Logged, yaml_messages
+from gd_analyze.motions import yaml_messages
+from gd_analyze.motions.logged import Logged
 
 Read = Callable[..., Logged]
 TWO = arm_of("hip", "knee")

@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import butter, sosfiltfilt
 
-from gd_analyze.decomposition import torque_of
-from gd_analyze.measured_torque import compare_torque
-from gd_analyze.robots import RobotArm
-from gd_analyze.states import states_of
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.dynamics.decomposition import torque_of
+from gd_analyze.dynamics.measured_torque import compare_torque
+from gd_analyze.motions.states import states_of
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
 from recorded_logs import CUTOFF, friction_of, recorded, swinging, with_torques
 from strategies import examples
 

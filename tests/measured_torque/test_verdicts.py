@@ -9,8 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.decomposition import torque_of
-from gd_analyze.measured_torque import VERDICTS, compare_torque
+from gd_analyze.dynamics.decomposition import torque_of
+from gd_analyze.dynamics.measured_torque import compare_torque
+from gd_analyze.dynamics.torque_verdict import VERDICTS
+from gd_analyze.motions.states import states_of
 from gd_analyze.results.torque_table import measured_torque_table
 from gd_analyze.results.torque_words import (
     is_described,
@@ -19,8 +21,7 @@ from gd_analyze.results.torque_words import (
     torque_warning,
     verdict_told,
 )
-from gd_analyze.robots import RobotArm
-from gd_analyze.states import states_of
+from gd_analyze.robots.arm import RobotArm
 from recorded_logs import friction_of, recorded, swinging, with_torques
 from strategies import examples
 

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
-from gd_analyze.operations import Program, Trace
+from gd_analyze.operations.program import Program
+from gd_analyze.operations.trace import Trace
 
 INPUTS = 3
 

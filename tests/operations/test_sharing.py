@@ -9,12 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.operations import Program, Trace
 from gd_analyze.operations.extraction import extract
 from gd_analyze.operations.monomials import Magnitudes, multiplications, over, split, times
+from gd_analyze.operations.program import Program
 from gd_analyze.operations.rearrangement import rearrange
 from gd_analyze.operations.sharing import shared_sums
 from gd_analyze.operations.sums import Sums
+from gd_analyze.operations.trace import Trace
 from strategies import examples
 
 # C and S lie on a circle, so that rearranging may write either square with the other.

@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from random_programs import INPUTS, program_of, trees
 
-from gd_analyze.operations import Expression, Program, Trace
+from gd_analyze.operations.program import Program
 from gd_analyze.operations.tape import Tape
-from gd_analyze.operations.trace import reached
+from gd_analyze.operations.trace import Expression, Trace, reached
 from strategies import examples
 
 _EPS = float(np.finfo(float).eps)

@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from random_programs import evaluated, program_of, trees
 
-from gd_analyze.operations import Expression, OperationCount, Program, Trace
-from gd_analyze.operations.trace import reached
-from gd_analyze.states import States
+from gd_analyze.motions.states import States
+from gd_analyze.operations.program import OperationCount, Program
+from gd_analyze.operations.trace import Expression, Trace, reached
 from gd_analyze.vectors import cross, dot
 from strategies import examples
 
@@ -139,9 +139,9 @@ def test_chunks_of_a_run_leave_no_seam(trace, count, rng):
 
 def test_traced_formulation_computes_the_torque(puma, rng):
     """The whole formulation, run on expressions, against the same code run on numbers."""
-    from gd_analyze.decomposition import decompose_states
-    from gd_analyze.levels.parts import parts_of, trace_parts
-    from gd_analyze.pinocchio_check import round_off_bounds
+    from gd_analyze.dynamics.decomposition import decompose_states
+    from gd_analyze.dynamics.pinocchio_check import round_off_bounds
+    from gd_analyze.simplification.parts import parts_of, trace_parts
 
     traced = trace_parts(puma)
     program = Program.of(traced.trace, list(traced.torque(parts_of(6), None)))

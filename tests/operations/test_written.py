@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.operations import Program, Trace
+from gd_analyze.operations.program import Program
+from gd_analyze.operations.trace import Trace
 from gd_analyze.operations.written import read_back, written
 from strategies import examples
 

@@ -10,11 +10,15 @@ from page_reader import Page
 from report_arms import ONE_JOINT, SLIDING
 
 from few_tries import few_tries
-from gd_analyze.main_job import Origin, Settings, find
+from gd_analyze.motions.csv_file import read_trajectory
+from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.html import render_html
-from gd_analyze.results import Findings
-from gd_analyze.robots import RobotArm, load_arm, read_arm
-from gd_analyze.trajectories import Trajectory, read_trajectory
+from gd_analyze.results.findings import Findings
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.arm_file import read_arm
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.studies.find import find
+from gd_analyze.studies.settings_main import Origin, Settings
 
 
 @pytest.fixture(scope="session")

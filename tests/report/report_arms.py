@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.robots import RobotArm
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
 
 ONE_JOINT = """
 format = "gd-analyze arm 1"

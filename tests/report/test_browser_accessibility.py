@@ -9,11 +9,11 @@ from typing import Any
 import pytest
 from browser import NARROW, WIDE, Tab, opened
 
-from gd_analyze.comparison import compare
-from gd_analyze.main_job import find
-from gd_analyze.report.comparison_files import render_comparison_html
 from gd_analyze.report.html import render_html
-from gd_analyze.robots import load_arm
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.studies.compare import compare
+from gd_analyze.studies.comparison_files import render_comparison_html
+from gd_analyze.studies.find import find
 from several_motions import swung
 
 RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]

@@ -11,7 +11,7 @@ from browser import NARROW, Tab, opened
 
 import gd_analyze as gd
 from gd_analyze.report.html import render_html
-from gd_analyze.results import Findings
+from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import budget_rows
 
 WIDTHS = "[...document.querySelectorAll('.log .fill')].map((bar) => bar.clientWidth)"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from browser import NARROW, WIDE, Tab, opened
 
-from gd_analyze.results import Findings
+from gd_analyze.results.findings import Findings
 
 WITHIN = "(name) => [...document.querySelectorAll(`.plot.small[data-figure='${name}'] "
 CURVES = WITHIN + ".curve`)].map((curve) => curve.classList[1])"

@@ -34,7 +34,7 @@ def test_the_trade_off_is_in_the_terms_of_the_budget(puma_findings, in_torque):
         drawn = _trade_off(findings)
         assert drawn["shares_of"] == told
         # Values on the page have four digits.
-        own = 100 * findings.model.promise.shares.max()
+        own = 100 * findings.model.accuracy.shares.max()
         assert drawn["model"]["x"] == pytest.approx(own, rel=1e-3)
         assert document(findings)["trade_off"]["shares_of"] == told
         assert (
@@ -46,13 +46,13 @@ def test_the_trade_off_is_in_the_terms_of_the_budget(puma_findings, in_torque):
 def test_the_errors_to_drag_are_shares_of_the_same(in_torque):
     page = render_html(in_torque)
     assert '"shares_of":"allowed error"' in page.replace('": ', '":')
-    assert json.dumps(in_torque.model.promise.allowed.tolist()[0]) in page
+    assert json.dumps(in_torque.model.accuracy.allowed.tolist()[0]) in page
     assert "largest error,<br>of allowed error" in page
 
 
 def test_page_and_paper_never_show_a_bound_smaller_than_it_is_and_show_the_same(puma_findings, in_torque):
     for findings in (puma_findings, in_torque):
-        page, whole = render_html(findings), findings.model.promise.whole
+        page, whole = render_html(findings), findings.model.accuracy.whole
         bounds = findings.tables["tube"].tube_certified.values
         for bound, row, of in zip(bounds, document(findings)["joints"], whole, strict=True):
             assert f"<b>{row['bound']}</b>" in page
@@ -65,5 +65,5 @@ def test_shares_on_paper_are_of_what_the_budget_is_told_in(puma_findings, in_tor
     for findings, told in ((puma_findings, "peak torque"), (in_torque, "allowed error")):
         shown = document(findings)
         assert shown["shares_of"] == told
-        shares = [percent_cell(float(share)) for share in findings.model.promise.shares]
+        shares = [percent_cell(float(share)) for share in findings.model.accuracy.shares]
         assert [row["sampled_share"] for row in shown["joints"]] == shares

@@ -8,19 +8,20 @@ from pathlib import Path
 from pdf_reader import read
 from report_cases import made_findings
 
-from gd_analyze.dominance import text_verdicts
+from gd_analyze.dynamics.dominance import text_verdicts
 from gd_analyze.formulas.parts import part_symbol
 from gd_analyze.formulas.typst import Typst
 from gd_analyze.formulas.writing import term_formula
-from gd_analyze.levels import Budget
-from gd_analyze.levels.parts import parts_of
-from gd_analyze.main_job import Settings, find
+from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.document import document
 from gd_analyze.report.pdf import prepare_pdf
-from gd_analyze.results import Findings
-from gd_analyze.robots import RobotArm
+from gd_analyze.results.findings import Findings
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import JointKind
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.parts import parts_of
+from gd_analyze.studies.find import find
+from gd_analyze.studies.settings_main import Settings
 
 EIGHT: list[JointKind] = [*("prismatic",) * 5, *("revolute",) * 3]
 
@@ -74,7 +75,7 @@ def test_element_level_has_no_harmonic_equations(by_level: dict[str, Findings]) 
 
 def test_trade_off_marks_the_budget_asked_for(puma_findings: Findings) -> None:
     data = document(puma_findings)["trade_off"]
-    assert [row["budget"] for row in data["rows"] if row["asked"]] == [puma_findings.model.promise.budget]
+    assert [row["budget"] for row in data["rows"] if row["asked"]] == [puma_findings.model.accuracy.budget]
     assert data["operations"] == puma_findings.model.operations.total
     for row in data["rows"]:
         assert len(row["operations"]) == len(row["errors"]) == len(data["kinds"])
@@ -99,7 +100,7 @@ def test_single_terms_come_as_ranked(puma_findings: Findings) -> None:
 def test_beyond_says_what_is_proven_and_what_is_not(puma_findings: Findings) -> None:
     shown, certified = document(puma_findings), puma_findings.tables["beyond"].certified.values
     data = shown["beyond"]
-    assert data["within"] == (certified <= puma_findings.model.promise.allowed).sum()
+    assert data["within"] == (certified <= puma_findings.model.accuracy.allowed).sum()
     for row, bound in zip(shown["joints"], certified, strict=True):
         # Never less than the bound, and by less than one in the last of three digits more.
         factor = 1e-3 if row["effort_unit"] == "mN m" else 1.0

@@ -20,9 +20,9 @@ from gd_analyze.report.figure_trade_off import trade_off_figure
 from gd_analyze.report.figures import motion_figure, torque_figure
 from gd_analyze.report.panel import MOST_POINTS, Panel, Scale, tick_label, ticks, value_range
 from gd_analyze.report.views import upright_frame
-from gd_analyze.results import Findings
+from gd_analyze.results.findings import Findings
 from gd_analyze.results.words import kind_name
-from gd_analyze.robots import RobotArm
+from gd_analyze.robots.arm import RobotArm
 
 coriolis_figure = partial(vector_figure, quantity="coriolis_centrifugal")
 gravity_figure = partial(vector_figure, quantity="gravity_loading")

@@ -11,12 +11,14 @@ from page_reader import Page
 from report_arms import swing
 
 from few_tries import few_tries
-from gd_analyze.main_job import Settings, find
 from gd_analyze.report.budget_equations import budget_equations
 from gd_analyze.report.budget_path import DECADES, BudgetPath, budget_words
 from gd_analyze.report.html import render_html
-from gd_analyze.results import Findings
-from gd_analyze.robots import RobotArm, load_arm
+from gd_analyze.results.findings import Findings
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.studies.find import find
+from gd_analyze.studies.settings_main import Settings
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +52,7 @@ def test_at_the_budget_asked_for_it_is_the_model(
     model, shown = puma_findings.model, page.data["budgets"]
     assert shown["operations"][path.asked] == model.operations.total
     assert shown["kept"][path.asked] == len(model.torques)
-    np.testing.assert_allclose(shown["largest_error"][path.asked], model.promise.errors.largest, rtol=1e-3)
+    np.testing.assert_allclose(shown["largest_error"][path.asked], model.accuracy.errors.largest, rtol=1e-3)
     for term in page.of_class("span", "term"):
         assert ("hidden" in term) == (term["data-kept"][path.asked] == "0")
 
@@ -119,7 +121,7 @@ def test_errors_stand_on_one_axis_with_the_budget(
 ) -> None:
     shown = page.data["budgets"]
     low, high = DECADES
-    allowed = puma_findings.model.promise.allowed
+    allowed = puma_findings.model.accuracy.allowed
     for row, places, limit in zip(path.rows, shown["place"], shown["limit"], strict=True):
         assert limit == pytest.approx(100 * (np.log10(row["factor"]) - low) / (high - low), abs=0.01)
         for error, one, place in zip(row["largest_error"], allowed, places, strict=True):

@@ -11,14 +11,17 @@ from page_reader import Page
 from report_arms import swing
 
 from few_tries import few_tries
-from gd_analyze.main_job import Settings, find
+from gd_analyze.motions.csv_file import read_trajectory
 from gd_analyze.report.colours import COLOURS, TEMPLATES
 from gd_analyze.report.html import SHORT_TITLES, render_html
 from gd_analyze.report.interactive import page_data
 from gd_analyze.report.numbering import numbering
-from gd_analyze.results import Findings, summary
-from gd_analyze.robots import RobotArm, load_arm
-from gd_analyze.trajectories import read_trajectory
+from gd_analyze.results import summary
+from gd_analyze.results.findings import Findings
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.studies.find import find
+from gd_analyze.studies.settings_main import Settings
 
 HOSTILE = '</script><script>alert(1)</script><b title="'
 

@@ -11,11 +11,11 @@ from gd_analyze.formulas.formula import Product, Symbol
 from gd_analyze.formulas.mathml import PageMathML
 from gd_analyze.formulas.parts import parts_formulas
 from gd_analyze.formulas.writing import term_formula
-from gd_analyze.levels.parts import kept_effects, parts_of
 from gd_analyze.report.html import TERMS_SHOWN, render_html
 from gd_analyze.report.terms import exact_elements, tallies
-from gd_analyze.results import Findings
+from gd_analyze.results.findings import Findings
 from gd_analyze.results.words import SYMBOLS
+from gd_analyze.simplification.parts import kept_effects, parts_of
 
 MATHS = PageMathML()
 

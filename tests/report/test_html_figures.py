@@ -11,18 +11,21 @@ import pytest
 from page_reader import Page
 from report_arms import swing
 
-from gd_analyze.elements import elements
-from gd_analyze.main_job import Settings, find
+from gd_analyze.dynamics.elements import elements
+from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.beyond_chart import beyond_chart
 from gd_analyze.report.document import document
 from gd_analyze.report.figures import motion_figure
 from gd_analyze.report.html import render_html
 from gd_analyze.report.interactive import DIGITS, MOST_FRAMES, MOST_POINTS, NEAR, page_data
-from gd_analyze.results import Findings, rows_of
 from gd_analyze.results.contributions import Contributions
+from gd_analyze.results.findings import Findings
+from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import dropped_parts, joint_rows
-from gd_analyze.robots import RobotArm, load_arm
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.studies.find import find
+from gd_analyze.studies.settings_main import Settings
 
 MOTION = ("q", "qd", "qdd")
 

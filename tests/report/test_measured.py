@@ -12,16 +12,18 @@ from pdf_reader import read
 from report_arms import SLIDING
 
 from gd_analyze.errors import UsageError
-from gd_analyze.main_job import Settings, find
 from gd_analyze.report.document import document
 from gd_analyze.report.figures import measured_figure
 from gd_analyze.report.html import render_html
 from gd_analyze.report.numbering import numbering
 from gd_analyze.report.pdf import prepare_pdf, report_figures
-from gd_analyze.results import Findings
+from gd_analyze.results.findings import Findings
 from gd_analyze.results.torque_curves import torque_curves
 from gd_analyze.results.torque_words import torque_sentence
-from gd_analyze.robots import RobotArm, read_arm
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.arm_file import read_arm
+from gd_analyze.studies.find import find
+from gd_analyze.studies.settings_main import Settings
 from recorded_logs import recorded, with_torques
 
 

@@ -11,19 +11,16 @@ from pdf_reader import read
 from report_cases import HOSTILE, made_findings, resting_findings
 
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.formatting import (
-    amount,
-    pretty,
-    rounded_up,
-)
+from gd_analyze.formatting import amount, pretty, rounded_up
 from gd_analyze.report.colours import TEMPLATES
 from gd_analyze.report.document import document
 from gd_analyze.report.numbering import numbering
 from gd_analyze.report.pdf import prepare_pdf, report_figures, typeset
-from gd_analyze.results import Findings, summary
+from gd_analyze.results import summary
 from gd_analyze.results.contributions import Contributions
+from gd_analyze.results.findings import Findings
 from gd_analyze.results.words import CONTRIBUTIONS
-from gd_analyze.robots import RobotArm
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import JointKind
 
 EIGHT: list[JointKind] = [*("prismatic",) * 5, *("revolute",) * 3]
@@ -46,7 +43,7 @@ def test_first_page_answers_the_question(puma_pdf: bytes, puma_findings: Finding
     for warning in puma_findings.warnings:
         assert warning in words
     bounds = puma_findings.tables["tube"].tube_certified.values
-    errors = puma_findings.model.promise.errors.largest
+    errors = puma_findings.model.accuracy.errors.largest
     for joint, error, bound in zip(puma_findings.arm.joints, errors, bounds, strict=True):
         assert joint.name in words
         assert pretty(amount(error, "N m")) in words

@@ -11,19 +11,21 @@ from page_reader import Page
 from pdf_reader import read
 
 from gd_analyze.errors import StoreError
-from gd_analyze.logs import ColumnUse, Logged
-from gd_analyze.main_job import find
+from gd_analyze.motions.logged import ColumnUse, Logged
+from gd_analyze.motions.measured import motion_of
+from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.document import document
 from gd_analyze.report.figures import motion_figure, recording_figure
 from gd_analyze.report.html import render_html
 from gd_analyze.report.interactive import page_data
 from gd_analyze.report.pdf import prepare_pdf
 from gd_analyze.report.reading_curves import ReadingCurves
-from gd_analyze.results import Findings, load_findings, save_results
+from gd_analyze.results.findings import Findings
 from gd_analyze.results.fit import require_tables_fit
 from gd_analyze.results.recording_words import noise_rows, recording_told
-from gd_analyze.robots import RobotArm
-from gd_analyze.trajectories import Trajectory, motion_of
+from gd_analyze.results.store import load_findings, save_results
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.studies.find import find
 from recordings import Motion
 
 DEVIATION = 1e-3

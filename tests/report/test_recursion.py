@@ -12,15 +12,16 @@ from pdf_reader import read
 from changed_recursions import summands_dropped
 from few_tries import few_tries
 from gd_analyze.formulas.mathml import PageMathML
-from gd_analyze.levels import RECURSIVE
-from gd_analyze.main_job import Origin, Settings, find
+from gd_analyze.motions.csv_file import read_trajectory
 from gd_analyze.report.html import render_html
 from gd_analyze.report.numbering import numbering
 from gd_analyze.report.pdf import prepare_pdf
 from gd_analyze.report.recursion_document import recursion_data, recursion_shown
-from gd_analyze.results import Findings
-from gd_analyze.robots import load_arm
-from gd_analyze.trajectories import read_trajectory
+from gd_analyze.results.findings import Findings
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.simplification.recursive import RECURSIVE
+from gd_analyze.studies.find import find
+from gd_analyze.studies.settings_main import Origin, Settings
 
 MATHS = PageMathML()
 
@@ -32,7 +33,7 @@ def findings() -> Findings:
     motion, origin = read_trajectory("wrist-move", arm), Origin("gd-analyze puma560 wrist-move")
     with pytest.MonkeyPatch.context() as patch:
         # This is about what is told of a model, not how it is found.
-        patch.setattr("gd_analyze.search.pruned.prune", summands_dropped)
+        patch.setattr("gd_analyze.simplification.pruned.prune", summands_dropped)
         return find(arm, motion, Settings(level="recursive"), origin=origin)
 
 

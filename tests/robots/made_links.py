@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.robots import (
-    Link,
-)
+from gd_analyze.robots.parts import Link
 
 
 def link(**changes) -> Link:

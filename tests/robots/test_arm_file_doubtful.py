@@ -8,7 +8,8 @@ import pytest
 from arm_files import ARM
 
 from gd_analyze.errors import ArmError, GdAnalyzeWarning
-from gd_analyze.robots import fingerprint, read_arm
+from gd_analyze.robots.arm_file import read_arm
+from gd_analyze.robots.description import fingerprint
 
 SLIGHTLY_OFF = ARM.replace("zz = 0.01 }", "zz = 0.042 }")  # 0.042 > 0.02 + 0.02 by 5 %
 

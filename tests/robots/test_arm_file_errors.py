@@ -6,7 +6,8 @@ import pytest
 from arm_files import ARM, line_of
 
 from gd_analyze.errors import ArmError
-from gd_analyze.robots import load_arm, read_arm
+from gd_analyze.robots.arm_file import read_arm
+from gd_analyze.robots.catalogue import load_arm
 
 
 def test_the_example_is_fine(file):

@@ -12,23 +12,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.decomposition import torque_of
+from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.errors import ArmError, GdAnalyzeWarning
-from gd_analyze.robots import (
-    Drive,
-    Joint,
-    Link,
-    LinkUncertainty,
-    Placement,
-    RobotArm,
-    builtin_arms,
-    describe_in_full,
-    fingerprint,
-    load_arm,
-    read_arm,
-    toml_of,
-    with_payload,
-)
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.arm_file import read_arm
+from gd_analyze.robots.arm_toml import toml_of
+from gd_analyze.robots.catalogue import builtin_arms, load_arm
+from gd_analyze.robots.description import describe_in_full, fingerprint
+from gd_analyze.robots.link_uncertainty import LinkUncertainty
+from gd_analyze.robots.parts import Drive, Joint, Link, Placement
+from gd_analyze.robots.payload import with_payload
 from strategies import arms, examples, random_states
 
 

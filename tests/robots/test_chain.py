@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from gd_analyze.errors import ArmError, UsageError
-from gd_analyze.robots import RobotArm, load_arm
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
 from robot_files import fingers, joint, link, two_joints, urdf
 
 

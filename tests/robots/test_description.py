@@ -10,16 +10,11 @@ from hypothesis import given
 from made_links import link
 
 from gd_analyze.errors import ArmError
-from gd_analyze.robots import (
-    Drive,
-    Joint,
-    LinkUncertainty,
-    RobotArm,
-    arm_from_description,
-    describe,
-    fingerprint,
-    with_payload,
-)
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.description import arm_from_description, describe, fingerprint
+from gd_analyze.robots.link_uncertainty import LinkUncertainty
+from gd_analyze.robots.parts import Drive, Joint
+from gd_analyze.robots.payload import with_payload
 from strategies import arms, examples
 
 

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from gd_analyze.errors import ArmError, UsageError
-from gd_analyze.robots import load_arm
+from gd_analyze.robots.catalogue import load_arm
 from robot_files import two_joints
 
 MOVEIT = """

@@ -9,9 +9,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics
 from gd_analyze.errors import ArmError, GdAnalyzeWarning
-from gd_analyze.pinocchio_check import pinocchio_dynamics
-from gd_analyze.robots import load_arm
+from gd_analyze.robots.catalogue import load_arm
 from robot_files import assert_same_torque
 from strategies import random_states
 

@@ -9,19 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gd_analyze.dynamics.methods import METHODS
+from gd_analyze.dynamics.pinocchio_check import pinocchio_model, round_off_bounds
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, UsageError
-from gd_analyze.formulations.methods import METHODS
-from gd_analyze.pinocchio_check import pinocchio_model, round_off_bounds
-from gd_analyze.robots import (
-    Joint,
-    Link,
-    Payload,
-    RobotArm,
-    fingerprint,
-    parse_payload,
-    slips_of,
-    with_payload,
-)
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.description import fingerprint
+from gd_analyze.robots.parts import Joint, Link
+from gd_analyze.robots.payload import Payload, parse_payload, with_payload
+from gd_analyze.robots.slips import implausible
 from gd_analyze.vectors import FloatArray
 from strategies import arms_with_states, examples, random_inertia
 
@@ -201,7 +196,7 @@ def test_a_payload_that_no_body_can_be_is_told_once(puma, moments, said):
     with pytest.warns(GdAnalyzeWarning, match=f"payload: the inertia of link payload .*{said}") as told:
         loaded = with_payload(puma, 1.0, [0.0, 0.0, 0.1], moments)
     assert len(told) == 1
-    assert slips_of(loaded) == ()
+    assert implausible(loaded) == ()
 
 
 def test_shapes_that_do_not_fit(puma):

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from arm_files import line_of
 
+from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.errors import ArmError
-from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
-from gd_analyze.robots import fingerprint, read_arm
+from gd_analyze.robots.arm_file import read_arm
+from gd_analyze.robots.description import fingerprint
 
 ARM = """\
 format = "gd-analyze arm 1"
@@ -66,7 +67,7 @@ def test_an_angle_of_ninety_degrees_is_as_exact_as_a_matrix(file):
 
 
 def test_pinocchio_agrees(file):
-    from gd_analyze.decomposition import torque_of
+    from gd_analyze.dynamics.decomposition import torque_of
     from strategies import random_states
 
     arm, states = read_arm(file(ARM)), random_states(2, 5, seed=3)

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
-from gd_analyze.levels.exact_form import ExactForm
-from gd_analyze.robots import load_arm
+from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.right_angles import RIGHT, Straightened, straight
+from gd_analyze.simplification.exact_form import ExactForm
 from robot_files import assert_same_torque, joint, link, urdf
 from strategies import examples, random_rotation, random_states
 

@@ -15,17 +15,11 @@ from hypothesis import strategies as st
 
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location
 from gd_analyze.given_numbers import LARGEST
-from gd_analyze.robots import (
-    DHRow,
-    Joint,
-    Link,
-    Placement,
-    RobotArm,
-    builtin_arms,
-    load_arm,
-    slips_of,
-    with_payload,
-)
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import builtin_arms, load_arm
+from gd_analyze.robots.parts import DHRow, Joint, Link, Placement
+from gd_analyze.robots.payload import with_payload
+from gd_analyze.robots.slips import implausible
 from strategies import examples, random_rotation
 
 PUMA = builtin_arms()["puma560"].read_text(encoding="utf-8")
@@ -64,7 +58,7 @@ def test_a_slip_is_named_with_its_line(slip: str, tmp_path: Path) -> None:
     assert any(said in text for text in texts), texts
     assert all("own.toml, line " in text or text.startswith("arm puma560: gravity") for text in texts)
     assert len(texts) == len(set(texts))
-    assert set(slips_of(arm)) <= set(texts)
+    assert set(implausible(arm)) <= set(texts)
 
 
 def scaled(arm: RobotArm, mass: float = 1.0, inertia: float = 1.0, length: float = 1.0) -> RobotArm:
@@ -93,9 +87,9 @@ MASS_SLIPS = {
 def test_masses_and_inertias_of_the_shipped_arms() -> None:
     for name in builtin_arms():
         arm = load_arm(name)
-        assert slips_of(arm) == ()
+        assert implausible(arm) == ()
         for mass, inertia, said in MASS_SLIPS.values():
-            assert any(said in slip for slip in slips_of(scaled(arm, mass, inertia)))
+            assert any(said in slip for slip in implausible(scaled(arm, mass, inertia)))
 
 
 @st.composite
@@ -130,10 +124,10 @@ def plausible_arms(draw: st.DrawFn, lightest: float = 27.0) -> RobotArm:
 @given(arm=plausible_arms())
 @examples(150)
 def test_plausible_arms_are_not_suspected(arm: RobotArm) -> None:
-    assert slips_of(arm) == ()
+    assert implausible(arm) == ()
     bare = replace(arm, links=tuple(replace(link, inertia_com=np.zeros((3, 3))) for link in arm.links))
     heaviest = max(link.mass for link in arm.links)
-    assert slips_of(bare) == () or heaviest > 300  # an arm of point masses is drawn on paper
+    assert implausible(bare) == () or heaviest > 300  # an arm of point masses is drawn on paper
 
 
 @given(arm=plausible_arms(lightest=270.0))
@@ -144,13 +138,13 @@ def test_masses_and_lengths_of_any_arm_in_other_units(arm: RobotArm) -> None:
             with pytest.raises(ArmError, match="too large for any arm"):  # a crane's, in g mm^2
                 scaled(arm, mass, inertia)
         else:
-            assert any(said in slip for slip in slips_of(scaled(arm, mass, inertia)))
-    assert any("if the number is in mm" in slip for slip in slips_of(scaled(arm, length=1e3)))
+            assert any(said in slip for slip in implausible(scaled(arm, mass, inertia)))
+    assert any("if the number is in mm" in slip for slip in implausible(scaled(arm, length=1e3)))
 
 
 @pytest.mark.parametrize("end", [45.0, 90.0, 110.0, 160.0, 170.0, 266.0, 355.0, 360.0, 112.5])
 def test_ranges_in_degrees(end: float) -> None:
-    told = slips_of(one_joint(Joint("1", lower=-end, upper=end)))
+    told = implausible(one_joint(Joint("1", lower=-end, upper=end)))
     assert len(told) == 1
     assert told[0].startswith(f"joint 1: the range goes to {end:g} rad")
 
@@ -158,8 +152,8 @@ def test_ranges_in_degrees(end: float) -> None:
 @pytest.mark.parametrize("turns", [0.5, 1.0, 1.25, 2.0, 3.0, 96.0])
 def test_ranges_of_turns(turns: float) -> None:
     end = 2 * np.pi * turns
-    assert slips_of(one_joint(Joint("1", lower=-end, upper=end))) == ()
-    assert slips_of(one_joint(Joint("1", lower=-round(end, 4), upper=round(end, 4)))) == ()
+    assert implausible(one_joint(Joint("1", lower=-end, upper=end))) == ()
+    assert implausible(one_joint(Joint("1", lower=-round(end, 4), upper=round(end, 4)))) == ()
 
 
 def one_joint(joint: Joint, **others: object) -> RobotArm:
@@ -168,16 +162,16 @@ def one_joint(joint: Joint, **others: object) -> RobotArm:
 
 
 def test_slides_in_millimetres() -> None:
-    assert slips_of(one_joint(Joint("1", lower=-np.inf, upper=np.inf))) == ()
-    assert slips_of(one_joint(Joint("1", "prismatic", lower=0.0, upper=30.0))) == ()
-    told = slips_of(one_joint(Joint("1", "prismatic", lower=0.0, upper=800.0)))
+    assert implausible(one_joint(Joint("1", lower=-np.inf, upper=np.inf))) == ()
+    assert implausible(one_joint(Joint("1", "prismatic", lower=0.0, upper=30.0))) == ()
+    told = implausible(one_joint(Joint("1", "prismatic", lower=0.0, upper=800.0)))
     assert told == ("joint 1: the range goes to 800 m; if that is in mm, write range_mm",)
 
 
 def test_point_masses_in_grams(two_link: RobotArm) -> None:
     points = replace(two_link, links=tuple(replace(k, inertia_com=np.zeros((3, 3))) for k in two_link.links))
-    assert slips_of(points) == ()
-    told = slips_of(scaled(points, mass=1e4))
+    assert implausible(points) == ()
+    told = implausible(scaled(points, mass=1e4))
     assert "a mass of 20000 kg is more than an arm that reaches 2 m has; is it in grams?" in told[0]
 
 
@@ -185,7 +179,7 @@ def test_one_link_without_inertia_is_told(puma: RobotArm) -> None:
     links = list(puma.links)
     for rest in (0.0, 1e-18):  # as it is stated, and as round-off leaves it when a frame is moved
         links[3] = replace(puma.links[3], inertia_com=rest * np.eye(3))
-        [told] = slips_of(replace(puma, links=tuple(links)))
+        [told] = implausible(replace(puma, links=tuple(links)))
         assert told.endswith(
             "link 4 has a mass of 0.82 kg and no inertia, as if it were a point; other links have one"
         )
@@ -198,18 +192,18 @@ def test_a_link_heavier_than_what_holds_it_is_told(puma: RobotArm, index, mass, 
     links = [*puma.links]
     links[index] = heavy
     before = sum(link.mass for link in puma.links[:index])
-    told = [slip for slip in slips_of(replace(puma, links=tuple(links))) if "towards the hand" in slip]
+    told = [slip for slip in implausible(replace(puma, links=tuple(links))) if "towards the hand" in slip]
     assert len(told) == 1
     assert f"link {heavy.name} has a mass of {mass:g} kg, {than} all links before it together" in told[0]
     assert f"({before:.1f} kg)" in told[0]
     # What the hand carries is nobody's slip.
-    assert slips_of(with_payload(puma, 15.0, [0.0, 0.0, 0.1], [0.1, 0.1, 0.1])) == ()
+    assert implausible(with_payload(puma, 15.0, [0.0, 0.0, 0.1], [0.1, 0.1, 0.1])) == ()
 
 
 def test_a_centre_of_mass_outside_of_its_link_is_told(puma: RobotArm) -> None:
     links = [*puma.links]
     links[3] = replace(puma.links[3], com=np.array([0.8, 0.0, 0.0]))
-    [told] = slips_of(replace(puma, links=tuple(links)))
+    [told] = implausible(replace(puma, links=tuple(links)))
     assert "the centre of mass of link 4 is 0.8" in told
     assert "from both joints of the link, of an arm that reaches 0.966 m" in told
     assert told.endswith("is it given in another frame?")
@@ -222,21 +216,21 @@ def test_a_limit_that_stands_for_none(file: str, told: bool) -> None:
     turning = Joint("1", rate_limit=1000.0, source=source)
     sliding = Joint("1", "prismatic", lower=-1000.0, upper=1000.0, source=source)
     for joint in (turning, sliding):
-        assert bool(slips_of(one_joint(joint))) == told
-    [said] = slips_of(one_joint(replace(turning, rate_limit=180.0)))
+        assert bool(implausible(one_joint(joint))) == told
+    [said] = implausible(one_joint(replace(turning, rate_limit=180.0)))
     assert said.endswith("write rate_limit_deg" if told else "give rad/s")
 
 
 def test_a_table_of_turns_is_fine() -> None:
     row = DHRow(theta=2 * np.pi, d=-15.0, a=15.0, alpha=-np.pi)
-    assert slips_of(one_joint(Joint("1"), dh_table=(row,))) == ()
+    assert implausible(one_joint(Joint("1"), dh_table=(row,))) == ()
 
 
 def test_a_payload_in_grams(puma: RobotArm) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for mass in (0.1, 1.0, 5.0, 10.0):
-            assert slips_of(with_payload(puma, mass, [0.0, 0.0, 0.1])) == ()
+            assert implausible(with_payload(puma, mass, [0.0, 0.0, 0.1])) == ()
     with pytest.warns(GdAnalyzeWarning, match="a payload of 2500 kg is more than an arm that reaches"):
         with_payload(puma, 2500.0, [0.0, 0.0, 0.1])
 

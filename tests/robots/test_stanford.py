@@ -8,12 +8,13 @@ import warnings
 import numpy as np
 import pytest
 
-from gd_analyze.decomposition import decompose_states
+from gd_analyze.dynamics.decomposition import decompose_states
+from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.kinematics import solve_kinematics
-from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
-from gd_analyze.robots import RobotArm, builtin_arms, load_arm
-from gd_analyze.states import States
+from gd_analyze.motions.states import States
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import builtin_arms, load_arm
 
 
 @pytest.fixture(scope="module")
@@ -140,7 +141,7 @@ def test_pinocchio_agrees(stanford):
     q = rng.uniform(stanford.limits("lower"), stanford.limits("upper"), (300, 6))
     qd = rng.uniform(-1, 1, (300, 6)) * stanford.limits("rate_limit")
     qdd = rng.uniform(-1, 1, (300, 6)) * stanford.limits("acceleration_limit")
-    ours = decompose_states(stanford, States(q, qd, qdd), coupling=False, drives=False)
+    ours = decompose_states(stanford, States(q, qd, qdd), christoffel=False, drives=False)
     theirs = pinocchio_dynamics(stanford, q, qd, qdd)
     bounds = round_off_bounds(stanford, q, qd, qdd)
     for name, bound in bounds.items():

@@ -11,11 +11,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from gd_analyze.decomposition import decompose_states
-from gd_analyze.kinematics import solve_kinematics
-from gd_analyze.robots import DHRow, Joint, Link, RobotArm
+from gd_analyze.dynamics.decomposition import decompose_states
+from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.motions.states import States
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.denavit_hartenberg import standard_placements
-from gd_analyze.states import States
+from gd_analyze.robots.parts import DHRow, Joint, Link
 
 # d, a, alpha in right angles; mass, centre of mass, moments; motor inertia, gear ratio.
 TOOLBOX = (

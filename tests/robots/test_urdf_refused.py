@@ -7,7 +7,7 @@ import time
 import pytest
 
 from gd_analyze.errors import ArmError, GdAnalyzeWarning
-from gd_analyze.robots import load_arm
+from gd_analyze.robots.catalogue import load_arm
 from robot_files import joint, link, two_joints, urdf
 
 

@@ -12,7 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.robots import RobotArm, load_arm
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
 from robot_files import assert_same_torque, fingers, joint, link, two_joints, urdf
 from strategies import examples, random_inertia, random_states
 

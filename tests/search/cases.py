@@ -7,9 +7,10 @@ import itertools
 import numpy as np
 from hypothesis import strategies as st
 
-from gd_analyze.levels import TERM, ExactForm
-from gd_analyze.levels.level import Costs
-from gd_analyze.search.candidates import Candidates
+from gd_analyze.simplification.candidates import Candidates
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.level import Costs
+from gd_analyze.simplification.term import TERM
 from gd_analyze.vectors import FloatArray
 from strategies import two_link_of
 

@@ -10,9 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from few_tries import few_tries
-from gd_analyze.levels import RECURSIVE, Budget, ExactDynamics, SimplifiedModel
-from gd_analyze.search import How, simplify_exact
-from gd_analyze.search.budget_path import FACTORS, budget_path
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.budget_path import FACTORS, budget_path
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.recursive import RECURSIVE
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
 from strategies import examples, motions
 
 ONE_PERCENT = Budget()
@@ -34,12 +38,12 @@ def require_sound(exact: ExactDynamics, given: SimplifiedModel, path: Path) -> N
     for factor, model in zip(FACTORS, path, strict=True):
         error = np.abs(model.torque(*exact.states.arrays) - exact.torque).max(axis=0)
         # What is only round-off is stated as no error.
-        np.testing.assert_allclose(model.promise.errors.largest, error, rtol=1e-9, atol=exact.round_off)
-        np.testing.assert_allclose(model.promise.allowed, factor * given.promise.allowed, rtol=1e-12)
-        assert (model.promise.errors.largest <= model.promise.allowed).all()
+        np.testing.assert_allclose(model.accuracy.errors.largest, error, rtol=1e-9, atol=exact.round_off)
+        np.testing.assert_allclose(model.accuracy.allowed, factor * given.accuracy.allowed, rtol=1e-12)
+        assert (model.accuracy.errors.largest <= model.accuracy.allowed).all()
         assert model.operations == model.program.count
         assert model.operations.total <= exact.form.operations.total
-        assert model.saves or model.promise.errors.largest.max() == 0.0
+        assert model.saves or model.accuracy.errors.largest.max() == 0.0
     for smaller, larger in itertools.pairwise(path):
         if given.level is not RECURSIVE:
             assert larger.terms.keys() <= smaller.terms.keys()
@@ -52,7 +56,7 @@ def require_sound(exact: ExactDynamics, given: SimplifiedModel, path: Path) -> N
 @pytest.mark.parametrize(("level", "refit"), KINDS)
 def test_the_path_leads_through_the_model(two_link, swing, level, refit):
     exact = ExactDynamics.of(two_link, swing)
-    model = simplify_exact(exact, ONE_PERCENT, How(level, refit))
+    model = simplify_exact(exact, ONE_PERCENT, SearchOptions(level, refit))
     require_sound(exact, model, budget_path(exact, ONE_PERCENT, model))
 
 
@@ -63,7 +67,7 @@ def moving(puma, pick_and_place) -> ExactDynamics:
 
 @pytest.mark.parametrize(("level", "refit"), [("term", False), ("term", True), ("element", False)])
 def test_along_a_motion_of_the_puma(moving, level, refit):
-    how = How(level, refit, thorough=False)
+    how = SearchOptions(level, refit, thorough=False)
     model = simplify_exact(moving, ONE_PERCENT, how)
     path = budget_path(moving, ONE_PERCENT, model)
     require_sound(moving, model, path)
@@ -77,7 +81,7 @@ def test_along_a_motion_of_the_puma(moving, level, refit):
 def test_where_nothing_can_be_dropped_the_path_begins_beyond(puma, pick_and_place):
     """Without drives level energy gives the exact model at 1 %, and saves something at ten times that."""
     exact = ExactDynamics.of(puma, pick_and_place, drives=False)
-    model = simplify_exact(exact, ONE_PERCENT, How("energy", thorough=False))
+    model = simplify_exact(exact, ONE_PERCENT, SearchOptions("energy", thorough=False))
     assert not model.saves
     path = budget_path(exact, ONE_PERCENT, model)
     require_sound(exact, model, path)
@@ -90,5 +94,5 @@ def test_where_nothing_can_be_dropped_the_path_begins_beyond(puma, pick_and_plac
 @few_tries()
 def test_of_any_arm_and_motion(moved, kind, share):
     exact, budget = ExactDynamics.of(*moved), Budget.parse(f"{100 * share:g}%")
-    model = simplify_exact(exact, budget, How(*kind, thorough=False))
+    model = simplify_exact(exact, budget, SearchOptions(*kind, thorough=False))
     require_sound(exact, model, budget_path(exact, budget, model))

@@ -10,12 +10,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.errors import UsageError
-from gd_analyze.levels import ELEMENT, ENERGY, RECURSIVE, TERM, ExactDynamics
-from gd_analyze.levels.effort import ROUGH
-from gd_analyze.robots import Drive
-from gd_analyze.search import How, simplify
-from gd_analyze.search.candidates import candidates_of
-from gd_analyze.states import states_in_box
+from gd_analyze.motions.states import states_in_box
+from gd_analyze.robots.parts import Drive
+from gd_analyze.simplification.candidates import candidates_of
+from gd_analyze.simplification.effort import ROUGH
+from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.energy import ENERGY
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.recursive import RECURSIVE
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify
+from gd_analyze.simplification.term import TERM
 from strategies import arms_with_states, examples
 
 
@@ -86,7 +91,7 @@ def test_no_such_level(two_link, swing):
     with pytest.raises(UsageError, match="so few operations"):
         simplify(two_link, swing, operations=-1)
     with pytest.raises(UsageError, match="no such level"):
-        How("atom")
+        SearchOptions("atom")
 
 
 @pytest.mark.parametrize("level", [ELEMENT, TERM, ENERGY], ids=str)

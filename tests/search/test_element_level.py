@@ -11,30 +11,27 @@ from hypothesis import strategies as st
 
 from budgets import of_shares, of_torque
 from few_tries import few_tries
-from gd_analyze.decomposition import decompose
+from gd_analyze.dynamics.decomposition import decompose
+from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.errors import GdAnalyzeError, UsageError
-from gd_analyze.levels import (
-    ELEMENT,
-    Budget,
-    ExactDynamics,
-    ExactForm,
-    Part,
-    Yardsticks,
-    evaluate,
-    losses,
-    parts_of,
-)
-from gd_analyze.levels.effort import ROUGH
-from gd_analyze.levels.part_costs import blocks
-from gd_analyze.levels.parts import torque_by_part, trace_parts
-from gd_analyze.operations import Trace
-from gd_analyze.operations.trace import is_constant
-from gd_analyze.pinocchio_check import round_off_bounds
-from gd_analyze.robots import Drive, load_arm
+from gd_analyze.motions.csv_file import read_trajectory
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.operations.trace import Trace, is_constant
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.robots.parts import Drive
 from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude
-from gd_analyze.search import simplify
-from gd_analyze.search.selection import select
-from gd_analyze.trajectories import Trajectory, read_trajectory
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.effort import ROUGH
+from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.evaluation import evaluate
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.losses import losses
+from gd_analyze.simplification.part_costs import blocks
+from gd_analyze.simplification.parts import Part, parts_of, torque_by_part, trace_parts
+from gd_analyze.simplification.reference_torques import ReferenceTorques
+from gd_analyze.simplification.selection import select
+from gd_analyze.simplification.simplify import simplify
 from made_models import by_elements
 from strategies import arms_with_states, examples, motions, random_states, two_link_of
 
@@ -60,17 +57,17 @@ def test_the_promise_holds_and_is_the_torque_of_what_was_dropped(case, budget):
     # A joint's budget never falls below round-off, where "no error" has no meaning.
     least = ROUND_OFF_SHARE * peak.max()
     assert (
-        model.promise.errors.largest
-        <= np.maximum(budget.allowed(Yardsticks(arm, peak_magnitude(dataset.torque.values))), least)
+        model.accuracy.errors.largest
+        <= np.maximum(budget.allowed(ReferenceTorques(arm, peak_magnitude(dataset.torque.values))), least)
     ).all()
-    assert (model.promise.errors.largest <= model.promise.allowed).all()
+    assert (model.accuracy.errors.largest <= model.accuracy.allowed).all()
     parts = dropped_by(model)
     lost = torque_by_part(dataset, dataset.qdd.values, parts).sum(axis=0).T
     error = dataset.torque.values - model.torque(motion.q, motion.qd, motion.qdd)
     # The model's arithmetic is folded, the dataset's is not: two correct programs.
     bound = round_off_bounds(arm, motion.q, motion.qd, motion.qdd)["torque"]
     assert np.abs(error - lost).max() <= bound
-    assert np.abs(model.promise.errors.largest - np.abs(lost).max(axis=0)).max() <= bound + least
+    assert np.abs(model.accuracy.errors.largest - np.abs(lost).max(axis=0)).max() <= bound + least
     assert set(model.terms.values()) <= {1.0}
     assert model.terms.keys() | {*parts} == {*parts_of(arm.n_joints)}
 
@@ -107,7 +104,7 @@ def cheapest_by_trying_all(arm, dataset, allowed, drives=False) -> int:
 def test_no_cheaper_model_of_the_two_link_arm_exists(two_link, swing_dataset, budget):
     model = by_elements(two_link, swing_dataset, Budget.parse(budget))
     assert cost_of(two_link, model.terms) == cheapest_by_trying_all(
-        two_link, swing_dataset, model.promise.allowed
+        two_link, swing_dataset, model.accuracy.allowed
     )
     assert model.operations.total + model.operations.sines_cosines == cost_of(two_link, model.terms)
 
@@ -125,13 +122,13 @@ def test_no_cheaper_model_of_any_two_joint_arm_exists(case, share, drives):
     dataset = decompose(arm, motion, drives=drives)
     model = by_elements(arm, dataset, of_shares(share), drives)
     assert cost_of(arm, model.terms, drives) == cheapest_by_trying_all(
-        arm, dataset, model.promise.allowed, drives
+        arm, dataset, model.accuracy.allowed, drives
     )
 
 
 def test_budget_zero_drops_what_is_zero_only(puma, pick_and_place_dataset):
     model = by_elements(puma, pick_and_place_dataset, of_shares(0.0))
-    assert not model.promise.errors.largest.any()
+    assert not model.accuracy.errors.largest.any()
     gone = dropped_by(model)
     lost = np.abs(torque_by_part(pick_and_place_dataset, pick_and_place_dataset.qdd.values, gone)).max()
     assert lost <= ROUND_OFF_SHARE * np.abs(pick_and_place_dataset.torque.values).max()
@@ -146,14 +143,14 @@ def test_a_huge_budget_drops_everything(puma, pick_and_place, pick_and_place_dat
     assert model.operations.total == 0
     assert not model.torque(pick_and_place.q, pick_and_place.qd, pick_and_place.qdd).any()
     np.testing.assert_array_equal(
-        model.promise.errors.largest, np.abs(pick_and_place_dataset.torque.values).max(axis=0)
+        model.accuracy.errors.largest, np.abs(pick_and_place_dataset.torque.values).max(axis=0)
     )
 
 
 def test_budget_of_each_joint(puma, pick_and_place_dataset):
     strict = Budget.parse("0.1%,0.1%,0.1%,50%,50%,50%")
     model = by_elements(puma, pick_and_place_dataset, strict)
-    shares = model.promise.errors.largest_share
+    shares = model.accuracy.errors.largest_share
     assert (shares <= [0.001, 0.001, 0.001, 0.5, 0.5, 0.5]).all()
     assert shares[3:].max() > 0.001  # the loose joints use what they got
     with pytest.raises(UsageError, match="wrong number of entries"):
@@ -179,7 +176,7 @@ def test_long_trajectories_hold_every_set_point(two_link):
         error = np.abs(model.torque(motion.q, motion.qd, motion.qdd) - dataset.torque.values).max(axis=0)
         assert (error <= share * np.abs(dataset.torque.values).max(axis=0)).all()
         assert cost_of(two_link, model.terms) == cheapest_by_trying_all(
-            two_link, dataset, model.promise.allowed
+            two_link, dataset, model.accuracy.allowed
         )
 
 
@@ -198,8 +195,8 @@ def test_an_arm_without_any_torque():
     dataset = decompose(weightless, Trajectory(np.arange(4.0), still + 0.4, still, still))
     model = by_elements(weightless, dataset, Budget.parse("1%"))
     assert model.terms == {}
-    assert not model.promise.errors.largest.any()
-    assert not model.promise.errors.largest_share.any()
+    assert not model.accuracy.errors.largest.any()
+    assert not model.accuracy.errors.largest_share.any()
 
 
 def test_a_joint_without_torque_among_others():
@@ -210,7 +207,7 @@ def test_a_joint_without_torque_among_others():
     dataset = decompose(flat, Trajectory(np.zeros(1), *states))
     assert abs(dataset.torque.values[0, 0]) <= 1e-13
     model = by_elements(flat, dataset, Budget.parse("1%"))
-    assert (model.promise.errors.largest <= model.promise.allowed).all()
+    assert (model.accuracy.errors.largest <= model.accuracy.allowed).all()
 
 
 def test_a_model_that_misses_its_budget_is_not_given_out(two_link, swing_dataset, monkeypatch):
@@ -244,7 +241,7 @@ def test_a_model_on_another_trajectory_may_break_its_budget_and_says_so(puma, pi
     there = evaluate(model, read_trajectory("large-slew", puma))
     allowed = 0.01 * there.errors.peak_torque
     assert there.within(allowed).tolist() == (there.errors.largest <= allowed).tolist()
-    assert there.errors.largest.max() > model.promise.errors.largest.max()
+    assert there.errors.largest.max() > model.accuracy.errors.largest.max()
 
 
 def test_blocks_by_hand():
@@ -280,12 +277,12 @@ def test_shipped_arms_are_simplified_within_one_percent():
     for name in ("large-slew", "pick-and-place", "wrist-move"):
         dataset = decompose(arm, read_trajectory(name, arm))
         model = by_elements(arm, dataset, Budget.parse("1%"))
-        assert (model.promise.errors.largest_share <= 0.01).all()
-        assert model.promise.solved
+        assert (model.accuracy.errors.largest_share <= 0.01).all()
+        assert model.accuracy.solved
         given = simplify(arm, dataset, Budget.parse("1%"), level="element")
         assert given.operations.total <= given.operations_full.total < model.operations.total
         assert not given.saves
-        assert not given.promise.errors.largest.any()
+        assert not given.accuracy.errors.largest.any()
         assert set(given.terms) == set(parts_of(6))
 
 

@@ -7,7 +7,7 @@ from cases import candidate_sets, candidates_with, largest_error
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.search.elimination import eliminate
+from gd_analyze.simplification.elimination import eliminate
 from strategies import examples
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gd_analyze.levels import ExactDynamics
-from gd_analyze.levels.kept_programs import inputs_of
+from gd_analyze.motions.states import states_in_box
 from gd_analyze.operations.tape import Tape
-from gd_analyze.robots import load_arm
-from gd_analyze.search.fitting import Aim, Columns, fitted, norm, unfitted
-from gd_analyze.states import states_in_box
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.fitting import Aim, Columns, fitted, norm, unfitted
+from gd_analyze.simplification.kept_programs import inputs_of
 
 
 @pytest.fixture(scope="module")

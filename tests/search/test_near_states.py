@@ -7,11 +7,14 @@ from dataclasses import replace
 import numpy as np
 
 import gd_analyze as gd
-from gd_analyze.certification import Margin
-from gd_analyze.levels import RECURSIVE, ExactDynamics
-from gd_analyze.search import How, near_states, simplify_exact
-from gd_analyze.search.near_states import joined_by_near_states
-from gd_analyze.states import States, states_in_box
+from gd_analyze.certification.margin import Margin
+from gd_analyze.motions.states import States, states_in_box
+from gd_analyze.simplification import near_states
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.near_states import joined_by_near_states
+from gd_analyze.simplification.recursive import RECURSIVE
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
 
 
 def test_as_near_as_what_is_proven_by_default():
@@ -44,7 +47,7 @@ def test_the_budget_nearly_holds_near_the_motion():
     start = np.array([0.1, -0.5, 0.4, 0.3, -0.6, 0.2])
     motion = gd.plan(arm, start, start + 0.3, schedule=gd.Schedule(2.0, "4-3-4", 15)).trajectory
     exact = ExactDynamics.of(arm, motion)
-    model = simplify_exact(exact, "1%", How(RECURSIVE, thorough=False))
+    model = simplify_exact(exact, "1%", SearchOptions(RECURSIVE, thorough=False))
     assert model.saves
     random = np.random.default_rng(7)
     q, qd, qdd = (np.repeat(x, 50, axis=0) for x in exact.states.arrays)
@@ -52,4 +55,4 @@ def test_the_budget_nearly_holds_near_the_motion():
     near = States(q + margin * random.uniform(-1.0, 1.0, q.shape), qd, qdd)
     off = np.abs(model.torque(*near.arrays) - exact.at(near).torque).max(axis=0)
     # Fitted to the set points alone it errs by more.
-    assert (off <= 1.5 * model.promise.allowed).all()
+    assert (off <= 1.5 * model.accuracy.allowed).all()

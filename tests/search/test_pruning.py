@@ -9,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.harmonics.expansion import expanded
-from gd_analyze.levels import ExactDynamics
-from gd_analyze.levels.kept_programs import inputs_of
-from gd_analyze.levels.recursion import Changes
-from gd_analyze.robots import RobotArm
-from gd_analyze.search.pruning import prune
-from gd_analyze.states import states_in_box
+from gd_analyze.motions.states import states_in_box
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.kept_programs import inputs_of
+from gd_analyze.simplification.pruning import prune
+from gd_analyze.simplification.recursion import Changes
 from gd_analyze.vectors import FloatArray
 from parallel_axes import scara
 from psdm_arms import kr6

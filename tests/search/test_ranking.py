@@ -9,12 +9,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.levels import ENERGY, TERM, ExactDynamics
-from gd_analyze.levels.effort import ROUGH
-from gd_analyze.robots import Drive, LinkUncertainty, with_payload
-from gd_analyze.search import rank_terms
-from gd_analyze.search.candidates import candidates_of
-from gd_analyze.search.elimination import eliminate
+from gd_analyze.robots.link_uncertainty import LinkUncertainty
+from gd_analyze.robots.parts import Drive
+from gd_analyze.robots.payload import with_payload
+from gd_analyze.simplification.candidates import candidates_of
+from gd_analyze.simplification.effort import ROUGH
+from gd_analyze.simplification.elimination import eliminate
+from gd_analyze.simplification.energy import ENERGY
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.ranking import rank_terms
+from gd_analyze.simplification.term import TERM
 from strategies import arms_with_states, examples, two_link_of
 
 

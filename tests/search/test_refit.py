@@ -7,8 +7,8 @@ from cases import candidate_sets, candidates_with, largest_error
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.search.refit import Refit
-from gd_analyze.search.work import Work
+from gd_analyze.simplification.refit import Refit
+from gd_analyze.simplification.work import Work
 from strategies import examples
 
 

@@ -9,15 +9,20 @@ from hypothesis import given
 
 from budgets import of_shares
 from few_tries import few_tries
-from gd_analyze.comparison.generic_chain import generic_chain
 from gd_analyze.errors import UsageError
-from gd_analyze.levels import ENERGY, TERM, Budget, ExactDynamics, ExactForm
-from gd_analyze.robots import RobotArm
-from gd_analyze.search import How, simplify_exact
-from gd_analyze.search.candidates import TooManyTermsError
-from gd_analyze.search.search import search
-from gd_analyze.search.work import USUAL, Work
-from gd_analyze.states import States, states_in_box
+from gd_analyze.motions.states import States, states_in_box
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.candidates import TooManyTermsError
+from gd_analyze.simplification.energy import ENERGY
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.search import search
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.term import TERM
+from gd_analyze.simplification.work import USUAL, Work
+from gd_analyze.studies.generic_chain import generic_chain
 from strategies import examples, two_link_of
 
 
@@ -69,8 +74,8 @@ def in_box(puma) -> ExactDynamics:
 @pytest.mark.parametrize("level", [TERM, ENERGY], ids=str)
 def test_beyond_greedy_and_refit_gain_on_the_puma(along, level):
     """What each step gains is told with the model, in the order the steps are made."""
-    model = simplify_exact(along, Budget(), How(level, refit=True))
-    names, counts = zip(*model.promise.steps, strict=True)
+    model = simplify_exact(along, Budget(), SearchOptions(level, refit=True))
+    names, counts = zip(*model.accuracy.steps, strict=True)
     assert names[:2] == ("elimination", "integer program")
     assert names[-2:] == ("refit", "shared coefficients")
     # Along 31 set points the integer program saves an elimination's fifth (term) or tenth (energy), and a
@@ -79,8 +84,8 @@ def test_beyond_greedy_and_refit_gain_on_the_puma(along, level):
     assert counts[-1] < 0.9 * counts[1]
     assert model.operations.total <= counts[-1]
     assert model.refitted
-    told = ", ".join(f"{step.words} {step.operations}" for step in model.promise.steps)
-    assert model.promise.search == told + ", solved to the end" * model.promise.solved
+    told = ", ".join(f"{step.words} {step.operations}" for step in model.accuracy.steps)
+    assert model.accuracy.search == told + ", solved to the end" * model.accuracy.solved
 
 
 @pytest.mark.parametrize("thorough", [True, False])
@@ -93,26 +98,28 @@ def test_the_same_search_finds_the_same(puma, swing, two_link, thorough):
             if thorough
             else ExactDynamics.of(puma, states_in_box(puma, 50), drives=True)
         )
-        models.append(simplify_exact(exact, Budget.parse("10%"), How(refit=True, thorough=thorough)))
+        models.append(
+            simplify_exact(exact, Budget.parse("10%"), SearchOptions(refit=True, thorough=thorough))
+        )
     assert models[0].terms == models[1].terms
     assert repr(models[0].program.outputs) == repr(models[1].program.outputs)
 
 
 @pytest.mark.parametrize("asked", [0, 40, 100, 10_000])
 def test_as_many_operations_as_asked_for(in_box, asked):
-    model = simplify_exact(in_box, Budget(), How(ENERGY, operations=asked, thorough=asked == 40))
+    model = simplify_exact(in_box, Budget(), SearchOptions(ENERGY, operations=asked, thorough=asked == 40))
     assert model.operations.total <= asked
     if asked == 40:
         # The budget found cannot be much smaller: four fifths of it take more.
-        share = model.promise.allowed[0] / in_box.peak_torque[0]
-        tighter = simplify_exact(in_box, of_shares(0.7 * share), How(ENERGY))
+        share = model.accuracy.allowed[0] / in_box.peak_torque[0]
+        tighter = simplify_exact(in_box, of_shares(0.7 * share), SearchOptions(ENERGY))
         assert tighter.operations.total > asked
 
 
 def test_a_scaled_budget_is_scaled_for_every_joint(in_box):
     budget = Budget.parse("1%,2%,1%,0.5,1%,1%")
-    model = simplify_exact(in_box, budget, How(ENERGY, operations=60, thorough=False))
-    ratio = model.promise.allowed / in_box.allowed(budget)
+    model = simplify_exact(in_box, budget, SearchOptions(ENERGY, operations=60, thorough=False))
+    ratio = model.accuracy.allowed / in_box.allowed(budget)
     # Products in double precision.
     assert np.ptp(ratio) <= 1e-14 * ratio[0]
 
@@ -125,11 +132,11 @@ def test_a_long_trajectory_is_held_at_every_state(puma, rng):
     states = States(q, qd, qdd, {"box": "drawn", "states": count, "seed": 0})
     exact = ExactDynamics.of(puma, states, drives=True)
     assert len(exact.thinned().states) < 5100
-    model = simplify_exact(exact, Budget.parse("2%"), How(ENERGY, thorough=False))
+    model = simplify_exact(exact, Budget.parse("2%"), SearchOptions(ENERGY, thorough=False))
     error = np.abs(model.torque(*states.arrays) - exact.torque).max(axis=0)
     assert (error <= 0.02 * exact.peak_torque).all()
-    np.testing.assert_allclose(model.promise.errors.largest, error, rtol=1e-9)
-    assert model.promise.made_for == states.described
+    np.testing.assert_allclose(model.accuracy.errors.largest, error, rtol=1e-9)
+    assert model.accuracy.fitted_on == states.described
 
 
 @pytest.mark.parametrize(
@@ -138,11 +145,11 @@ def test_a_long_trajectory_is_held_at_every_state(puma, rng):
 def test_a_search_ends_at_its_effort(puma, refit, effort):
     """The work done is what was granted and the step begun last, and what is given keeps the budget."""
     exact = ExactDynamics.of(puma, states_in_box(puma, 200), drives=False)
-    how = How(ENERGY, refit, effort=effort, dearer=True)
+    how = SearchOptions(ENERGY, refit, effort=effort, dearer=True)
     model = simplify_exact(exact, Budget.parse("1%"), how)
-    assert model.promise.cut_short
-    assert (model.promise.errors.largest <= model.promise.allowed).all()
-    assert "effort was used up" in model.promise.search
+    assert model.accuracy.cut_short
+    assert (model.accuracy.errors.largest <= model.accuracy.allowed).all()
+    assert "effort was used up" in model.accuracy.search
 
 
 def test_work_is_counted_not_timed():
@@ -156,7 +163,7 @@ def test_work_is_counted_not_timed():
 
 def test_no_effort_is_no_search():
     with pytest.raises(UsageError, match="effort"):
-        How(effort=0.0)
+        SearchOptions(effort=0.0)
 
 
 @few_tries()
@@ -165,7 +172,7 @@ def test_a_planar_arm_of_nine_joints_comes_back(rng):
     rod = two_link_of(1.0, 1.0, 1.0)
     arm = RobotArm("nine", rod.joints[:1] * 9, rod.links[:1] * 9, gravity=np.array([0.0, -9.81, 0.0]))
     exact = ExactDynamics.of(arm, States(*rng.uniform(-2.0, 2.0, (3, 100, 9))))
-    model = simplify_exact(exact, Budget.parse("1%"), How(ENERGY, refit=True, effort=0.05))
+    model = simplify_exact(exact, Budget.parse("1%"), SearchOptions(ENERGY, refit=True, effort=0.05))
     assert model.operations.total <= model.operations_full.total
     assert model.operations_full.total < 300
 
@@ -173,5 +180,5 @@ def test_a_planar_arm_of_nine_joints_comes_back(rng):
 def test_of_terms_too_many_to_weigh_the_next_step_is_the_recursion(rng):
     exact = ExactDynamics(ExactForm(generic_chain(6)), States(*rng.normal(size=(3, 40, 6))))
     with pytest.raises(TooManyTermsError, match="too many of the 12064 terms") as caught:
-        simplify_exact(exact, Budget.parse("0.1%"), How(TERM))
+        simplify_exact(exact, Budget.parse("0.1%"), SearchOptions(TERM))
     assert "--level recursive" in caught.value.details["next"]

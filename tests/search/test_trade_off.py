@@ -7,9 +7,15 @@ from dataclasses import replace
 import pytest
 
 from budgets import of_shares
-from gd_analyze.levels import ELEMENT, ENERGY, LEVELS, RECURSIVE, TERM, ExactDynamics
-from gd_analyze.search import How, curves, simplify_exact, trade_off
-from gd_analyze.search.trade_off import FACTORS, KINDS, kinds_for
+from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.energy import ENERGY
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.recursive import RECURSIVE
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.term import TERM
+from gd_analyze.simplification.trade_off import FACTORS, KINDS, curves, kinds_for, trade_off
 
 
 @pytest.fixture(scope="module")
@@ -36,9 +42,9 @@ def test_every_point_is_within_its_budget(swinging, thorough):
 
 def test_a_thorough_point_is_the_model_that_simplify_makes(swinging):
     [point] = trade_off(swinging, factors=(5.0,), kinds=((TERM, False),))
-    model = simplify_exact(swinging, of_shares(0.05), How(TERM))
+    model = simplify_exact(swinging, of_shares(0.05), SearchOptions(TERM))
     assert point.operations == model.operations
-    assert point.error_share == model.promise.errors.largest_share.max()
+    assert point.error_share == model.accuracy.errors.largest_share.max()
 
 
 def test_quick_points_of_the_puma(puma, pick_and_place):
@@ -59,23 +65,23 @@ def test_every_level_has_its_curves():
 
 def test_levels_of_many_terms_are_left_out(swinging, monkeypatch):
     assert kinds_for(swinging.form) == KINDS
-    monkeypatch.setattr("gd_analyze.levels.many_terms.MOST_TERMS", 3)
+    monkeypatch.setattr("gd_analyze.simplification.many_terms.MOST_TERMS", 3)
     assert kinds_for(swinging.form) == ((ELEMENT, False), (RECURSIVE, False))
     points = trade_off(swinging, thorough=False, factors=(1.0, 5.0))
     assert {point.level for point in points} == {ELEMENT, RECURSIVE}
 
 
 def test_where_too_many_terms_matter_the_exact_torque_is_every_point(swinging, monkeypatch):
-    monkeypatch.setattr("gd_analyze.search.candidates._MOST", 3)
+    monkeypatch.setattr("gd_analyze.simplification.candidates._MOST", 3)
     for point in trade_off(swinging, thorough=False, factors=(1.0, 5.0), kinds=((TERM, False), (TERM, True))):
         assert (point.operations, point.error_share) == (swinging.form.operations, 0.0)
 
 
 def test_fitted_numbers_count_for_the_budget_they_were_fitted_to(two_link, swing):
     exact = ExactDynamics.of(two_link, swing)
-    model = simplify_exact(exact, "2%", How(RECURSIVE, thorough=False))
-    none = simplify_exact(exact, "1%", How(RECURSIVE, operations=10**6)).promise.errors
-    lucky = replace(model, promise=replace(model.promise, errors=none))
+    model = simplify_exact(exact, "2%", SearchOptions(RECURSIVE, thorough=False))
+    none = simplify_exact(exact, "1%", SearchOptions(RECURSIVE, operations=10**6)).accuracy.errors
+    lucky = replace(model, accuracy=replace(model.accuracy, errors=none))
     kind = RECURSIVE, False
     half, whole = trade_off(exact, "2%", factors=[0.5, 1.0], kinds=[kind], through={kind: [lucky]})
     assert half.operations == model.operations_full

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.robots import Joint, Link, Placement, RobotArm
-from gd_analyze.simulation import Drivetrain, Integration, Simulation, simulate
-from gd_analyze.simulation.drivetrain import NO_DRIVES
+from gd_analyze.dynamics.drivetrain import NO_DRIVES, Drivetrain
+from gd_analyze.dynamics.integration import Integration
+from gd_analyze.dynamics.simulate import Simulation, simulate
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Joint, Link, Placement
 
 DRIVEN = Drivetrain(inertia=True)
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 
+from gd_analyze.dynamics.energy import kinetic_energy, potential_energy
+from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.errors import ArmError, UsageError
-from gd_analyze.pinocchio_check import pinocchio_dynamics, round_off_bounds
-from gd_analyze.simulation import kinetic_energy, potential_energy
 from strategies import arms_with_states, examples, random_states
 from transforms import potential_energy as by_transforms
 

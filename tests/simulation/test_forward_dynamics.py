@@ -9,12 +9,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.drives import drive_contributions
+from gd_analyze.dynamics.accelerations import joint_accelerations
+from gd_analyze.dynamics.drives import drive_contributions
+from gd_analyze.dynamics.drivetrain import Drivetrain
+from gd_analyze.dynamics.methods import METHODS
+from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, pinocchio_model, round_off_bounds
 from gd_analyze.errors import ArmError, GdAnalyzeError, UsageError
-from gd_analyze.formulations.methods import METHODS
-from gd_analyze.pinocchio_check import pinocchio_dynamics, pinocchio_model, round_off_bounds
-from gd_analyze.robots import Joint, Link, RobotArm, load_arm
-from gd_analyze.simulation import Drivetrain, joint_accelerations
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.robots.parts import Joint, Link
 from gd_analyze.vectors import FloatArray
 from strategies import States, arms_with_states, examples, random_states
 

@@ -13,13 +13,15 @@ from scipy.special import ellipk
 from simulated import DRIVEN, GRAVITY, LENGTH, limp, pendulum, undriven
 from tolerances import energy_bound, per_step
 
-from gd_analyze.decomposition import decompose, decompose_states
-from gd_analyze.formulations.methods import METHODS
-from gd_analyze.robots import RobotArm, load_arm
-from gd_analyze.simulation import Drivetrain, Integration, simulate
-from gd_analyze.simulation.drivetrain import NO_DRIVES
-from gd_analyze.states import States
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.dynamics.decomposition import decompose, decompose_states
+from gd_analyze.dynamics.drivetrain import NO_DRIVES, Drivetrain
+from gd_analyze.dynamics.integration import Integration
+from gd_analyze.dynamics.methods import METHODS
+from gd_analyze.dynamics.simulate import simulate
+from gd_analyze.motions.states import States
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
 from strategies import arms_with_states, examples
 
 RUBBING = Drivetrain(inertia=True, friction=True)
@@ -184,14 +186,14 @@ def test_a_torque_history_reproduces_the_planned_trajectory(name):
     arm, (plan, drives) = load_arm(name), PLANS[name]
     time = np.linspace(0, plan.duration, 201)
     motion = Trajectory(time, *plan(time), "plan")
-    torque = decompose(arm, motion, coupling=False, drives=drives).torque.values
+    torque = decompose(arm, motion, christoffel=False, drives=drives).torque.values
     begin = np.concatenate([plan.start, 0 * plan.start])
     found = simulate(
         arm, (time, torque), plan.start, 0 * plan.start, plan.duration, Drivetrain(drives), Integration(101)
     )
     q, qd, qdd = plan(found.time)
     fine = np.linspace(0, plan.duration, 4001)
-    exact = decompose_states(arm, States(*plan(fine)), coupling=False, drives=drives)
+    exact = decompose_states(arm, States(*plan(fine)), christoffel=False, drives=drives)
     off = CubicSpline(time, torque)(fine) - exact["torque"]
     inertia = exact["inertia"].sum(axis=1) + (np.diag(arm.drive_inertia) if drives else 0.0)
     pushed = np.abs(np.linalg.solve(inertia, off[..., None])).max(axis=(1, 2)).mean() * plan.duration

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from simulated import DRIVEN, LENGTH, limp, pendulum, undriven
 
+from gd_analyze.dynamics.drivetrain import Drivetrain
+from gd_analyze.dynamics.integration import Integration
+from gd_analyze.dynamics.simulate import simulate
 from gd_analyze.errors import ArmError, GdAnalyzeError, UsageError
-from gd_analyze.simulation import Drivetrain, Integration, simulate
 
 TIME, VALUES = [0.0, 0.5, 1.0], np.zeros((3, 2))
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.decomposition import decompose_states
-from gd_analyze.robots import RobotArm
-from gd_analyze.simulation import Simulation
-from gd_analyze.states import States
+from gd_analyze.dynamics.decomposition import decompose_states
+from gd_analyze.dynamics.simulate import Simulation
+from gd_analyze.motions.states import States
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.vectors import FloatArray
 
 
@@ -35,7 +35,7 @@ def energy_bound(arm: RobotArm, simulation: Simulation, *, drives: bool = False)
     momentum = np.einsum("Neij,Nj->Ni", found["inertia"], qd)
     if drives:
         momentum = momentum + arm.drive_inertia * qd
-    of_q = np.einsum("Nj,Nejki,Nk->Ni", qd, found["coupling"], qd) + found["gravity_loading"]
+    of_q = np.einsum("Nj,Nejki,Nk->Ni", qd, found["christoffel"], qd) + found["gravity_loading"]
     slopes = np.abs(np.concatenate([of_q, momentum], axis=1))
     local = per_step(simulation)
     how = simulation.integration

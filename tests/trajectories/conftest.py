@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.robots import Joint, Link, RobotArm, load_arm
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.robots.parts import Joint, Link
 
 
 @pytest.fixture(scope="session")

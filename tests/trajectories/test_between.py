@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.trajectories import Trajectory
-from gd_analyze.trajectories.between import Between
+from gd_analyze.motions.between import Between
+from gd_analyze.motions.trajectory import Trajectory
 from strategies import examples
 
 EXACTLY = np.zeros((2, 3))

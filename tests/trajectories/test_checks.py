@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
-from gd_analyze.robots import RobotArm
-from gd_analyze.trajectories import Trajectory, check_against_arm, limit_report, read_trajectory
+from gd_analyze.motions.checks import check_against_arm
+from gd_analyze.motions.csv_file import read_trajectory
+from gd_analyze.motions.limits import limit_report
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
 
 CsvFile = Callable[[str | bytes], Path]
 Warned = Callable[[], object]

@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.robots import RobotArm
-from gd_analyze.trajectories import csv_file as csv_file_module
-from gd_analyze.trajectories import read_trajectory
+from gd_analyze.motions import csv_file as csv_file_module
+from gd_analyze.motions.csv_file import read_trajectory
+from gd_analyze.robots.arm import RobotArm
 
 CsvFile = Callable[[str | bytes], Path]
 

@@ -17,15 +17,12 @@ from hypothesis.extra.numpy import arrays
 
 from gd_analyze.errors import OutputError
 from gd_analyze.given_numbers import LARGEST
-from gd_analyze.robots import Joint, Link, RobotArm, load_arm
-from gd_analyze.trajectories import (
-    Trajectory,
-    read_trajectory,
-    recorded_command,
-    shipped_trajectories,
-    trajectory_csv,
-    write_trajectory,
-)
+from gd_analyze.motions.csv_file import read_trajectory, shipped_trajectories
+from gd_analyze.motions.csv_writing import recorded_command, trajectory_csv, write_trajectory
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.robots.parts import Joint, Link
 
 # Slides only, and no limits: any number is a possible position, so no warning gets in the way.
 RAILS = RobotArm(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.trajectories.csv_lines import Lines
+from gd_analyze.motions.csv_lines import Lines
 from strategies import examples
 
 texts = st.lists(st.sampled_from(["", "a", "1,2", "é,3", "# gap", "\n", "\r", "\r\n", "\u2028", "\x0b"])).map(

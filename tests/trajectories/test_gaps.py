@@ -7,9 +7,10 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.trajectories import Trajectory, trajectory_csv
-from gd_analyze.trajectories.derived_rates import complete_rates
-from gd_analyze.trajectories.rate_slips import rate_slips
+from gd_analyze.motions.csv_writing import trajectory_csv
+from gd_analyze.motions.derived_rates import complete_rates
+from gd_analyze.motions.rate_slips import rate_slips
+from gd_analyze.motions.trajectory import Trajectory
 from recordings import Motion
 
 TIME = np.concatenate([np.arange(40), np.arange(40) + 60]) / 40

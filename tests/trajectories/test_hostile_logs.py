@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
-from gd_analyze.logs import Logged
-from gd_analyze.trajectories import Treatment, motion_of
+from gd_analyze.motions.logged import Logged
+from gd_analyze.motions.measured import motion_of
+from gd_analyze.motions.treatment import Treatment
 
 
 def drawn(seed: int) -> tuple[Logged, Treatment | None]:

@@ -11,8 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError, UsageError
-from gd_analyze.trajectories import Treatment, motion_of
-from gd_analyze.trajectories.derived_rates import complete_rates
+from gd_analyze.motions.derived_rates import complete_rates
+from gd_analyze.motions.measured import motion_of
+from gd_analyze.motions.treatment import Treatment
 from recordings import Motion, instants, readings, rms
 
 SECONDS = 15.0

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gd_analyze.trajectories.noise import Noise, best_cutoff
-from gd_analyze.trajectories.smoothing import smoothed
-from gd_analyze.trajectories.spectrum import Spectrum
+from gd_analyze.motions.noise import Noise, best_cutoff
+from gd_analyze.motions.smoothing import smoothed
+from gd_analyze.motions.spectrum import Spectrum
 from recordings import Motion, instants, rms
 
 SECONDS = 20.0

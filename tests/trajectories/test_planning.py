@@ -10,9 +10,11 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
-from gd_analyze.robots import Joint, Link, RobotArm
-from gd_analyze.trajectories import PROFILES, Schedule, limit_report, plan
-from gd_analyze.trajectories.planning import round_up
+from gd_analyze.motions.limits import limit_report
+from gd_analyze.motions.planning import Schedule, plan, round_up
+from gd_analyze.motions.profiles import PROFILES
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Joint, Link
 
 FREE = RobotArm(
     "free",

@@ -10,8 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.trajectories import Trajectory, pool, read_trajectory, taken_apart, trajectory_of
-from gd_analyze.trajectories.recording import Recording
+from gd_analyze.motions.csv_file import read_trajectory
+from gd_analyze.motions.pool import pool, taken_apart, trajectory_of
+from gd_analyze.motions.recording import Recording
+from gd_analyze.motions.trajectory import Trajectory
 from several_motions import swung
 
 
@@ -135,7 +137,7 @@ def test_nothing_to_put_together(given_, said):
 
 
 def test_files_names_and_values_together(two_link, swing, tmp_path):
-    from gd_analyze.trajectories import write_trajectory
+    from gd_analyze.motions.csv_writing import write_trajectory
 
     write_trajectory(swung(4.0, "quick"), tmp_path / "quick.csv")
     whole = trajectory_of(["two-link-swing", tmp_path / "quick.csv", swung(5.0, "made")], two_link)

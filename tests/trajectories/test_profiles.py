@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.interpolate import PPoly
 
-from gd_analyze.trajectories.extremes import extremes
-from gd_analyze.trajectories.profiles import PROFILES
+from gd_analyze.motions.extremes import extremes
+from gd_analyze.motions.profiles import PROFILES
 
 NAMES = tuple(PROFILES)
 EPS = np.finfo(float).eps

@@ -11,9 +11,13 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.robots import Joint, Link, RobotArm
-from gd_analyze.trajectories import PROFILES, Schedule, Trajectory, plan, read_trajectory
-from gd_analyze.trajectories.rate_slips import rate_slips
+from gd_analyze.motions.csv_file import read_trajectory
+from gd_analyze.motions.planning import Schedule, plan
+from gd_analyze.motions.profiles import PROFILES
+from gd_analyze.motions.rate_slips import rate_slips
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Joint, Link
 from strategies import examples
 
 ARM = RobotArm(

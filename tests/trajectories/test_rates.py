@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from gd_analyze.trajectories.derived_rates import FEWEST_SET_POINTS, complete_rates
+from gd_analyze.motions.derived_rates import FEWEST_SET_POINTS, complete_rates
 
 EPS = np.finfo(float).eps
 

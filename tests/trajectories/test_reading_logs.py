@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.logs import Reading
-from gd_analyze.robots import RobotArm
-from gd_analyze.trajectories import read_trajectory, shipped_trajectories
-from gd_analyze.trajectories.log_file import keeps_contract
+from gd_analyze.motions.csv_file import read_trajectory, shipped_trajectories
+from gd_analyze.motions.log_file import keeps_contract
+from gd_analyze.motions.reading import Reading
+from gd_analyze.robots.arm import RobotArm
 
 CsvFile = Callable[[str | bytes], Path]
 TIME = np.arange(200) * 0.01

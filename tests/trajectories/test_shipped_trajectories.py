@@ -8,18 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gd_analyze.kinematics import solve_kinematics
-from gd_analyze.robots import load_arm
-from gd_analyze.trajectories import (
-    Plan,
-    Schedule,
-    Trajectory,
-    limit_report,
-    plan,
-    read_trajectory,
-    recorded_command,
-    shipped_trajectories,
-)
+from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.motions.csv_file import read_trajectory, shipped_trajectories
+from gd_analyze.motions.csv_writing import recorded_command
+from gd_analyze.motions.limits import limit_report
+from gd_analyze.motions.planning import Plan, Schedule, plan
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.catalogue import load_arm
 
 SHIPPED = shipped_trajectories()
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gd_analyze.trajectories.smoothing import noise_of, passed, smoothed
+from gd_analyze.motions.smoothing import noise_of, passed, smoothed
 
 
 @pytest.mark.parametrize("share", [0.3, 0.7, 1.0, 1.6])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.trajectories.stamps import Stamps
+from gd_analyze.motions.stamps import Stamps
 
 
 def stamps(time, readable=None, gap=None, fewest=16):

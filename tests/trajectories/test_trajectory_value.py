@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.motions.trajectory import Trajectory
 
 TIME = np.arange(3.0)
 Q = np.arange(6.0).reshape(3, 2)

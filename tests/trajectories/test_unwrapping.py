@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gd_analyze.trajectories.unwrapping import unwrapped
+from gd_analyze.motions.unwrapping import unwrapped
 
 WHOLE = [slice(0, 200)]
 

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.certification import Box
-from gd_analyze.robots import load_arm
-from gd_analyze.trajectories import Trajectory
-from gd_analyze.validation import box_exits
+from gd_analyze.certification.box import Box
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.studies import box_exits
 
 TWO_LINK = load_arm("two_link")
 BOX = Box(np.array([-1.0, -2.0]), np.array([1.0, 2.0]), np.array([3.0, 4.0]), np.array([5.0, 6.0]))

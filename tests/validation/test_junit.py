@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.levels import ExactForm, SimplifiedModel
-from gd_analyze.validation import Validation, junit_xml, validate
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.studies.junit import junit_xml
+from gd_analyze.studies.validate import Validation, validate
 from several_motions import swung
 
 

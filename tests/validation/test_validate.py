@@ -6,13 +6,17 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.certification import Box
+from gd_analyze.certification.box import Box
+from gd_analyze.dynamics.drivetrain import Drivetrain
+from gd_analyze.dynamics.integration import Integration
+from gd_analyze.dynamics.simulate import simulate
 from gd_analyze.errors import TrajectoryError, UsageError
-from gd_analyze.levels import Budget, SimplifiedModel
-from gd_analyze.robots import RobotArm
-from gd_analyze.simulation import Drivetrain, Integration, simulate
-from gd_analyze.trajectories import Trajectory, pool, taken_apart
-from gd_analyze.validation import validate
+from gd_analyze.motions.pool import pool, taken_apart
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.studies.validate import validate
 from made_models import ROUND_OFF, exact_model
 from recorded_logs import recorded, with_torques
 from several_motions import swung
@@ -38,8 +42,8 @@ def test_a_model_keeps_its_promise_where_it_was_made(rough):
     found = validate(rough, swung(6.0, "slow"), fail_over="promise")
     (one,) = found.motions
     # The same program at the same states, so the same bits.
-    np.testing.assert_array_equal(one.evaluation.errors.largest, rough.promise.errors.largest)
-    np.testing.assert_array_equal(one.most, rough.promise.allowed)
+    np.testing.assert_array_equal(one.evaluation.errors.largest, rough.accuracy.errors.largest)
+    np.testing.assert_array_equal(one.most, rough.accuracy.allowed)
     assert found.passed
     assert one.keeps_promise.all()
 
@@ -48,7 +52,7 @@ def test_a_model_beyond_its_promise_fails(rough):
     fast = swung(1.0, "fast")
     judged, told = (validate(rough, fast, fail_over=asked) for asked in ("promise", None))
     (one,) = told.motions
-    expected = gd.evaluate(rough, fast).errors.largest > rough.promise.allowed
+    expected = gd.evaluate(rough, fast).errors.largest > rough.accuracy.allowed
     assert expected.any()
     assert one.keeps_promise.tolist() == (~expected).tolist()
     assert judged.motions[0].fails.tolist() == expected.tolist()
@@ -107,7 +111,7 @@ def test_the_promise_along_one_of_several_motions(two_link):
     model = gd.simplify(two_link, motions, "5%")
     found = validate(model, motions, fail_over="promise")
     assert found.passed
-    for one, promised in zip(found.motions, model.promise.motions, strict=True):
+    for one, promised in zip(found.motions, model.accuracy.motions, strict=True):
         np.testing.assert_array_equal(one.most, promised.allowed)
         np.testing.assert_array_equal(one.evaluation.errors.largest, promised.errors.largest)
 
@@ -117,7 +121,7 @@ def test_a_promise_of_the_norm_is_kept_by_all_joints_or_none(two_link):
     model = gd.simplify(two_link, slow, "5% norm at 95%")
     kept, broken = validate(model, [slow, fast]).motions
     assert (kept.keeps_promise.tolist(), kept.allowed) == ([True, True], None)
-    asked = model.promise.asked.norm
+    asked = model.accuracy.asked.norm
     assert broken.keeps_promise.tolist() == [broken.evaluation.keeps(asked)] * 2
     assert not broken.keeps_promise.any()
     with pytest.raises(UsageError, match="promises no joint an error of its own") as caught:

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from gd_analyze.errors import UsageError
 from gd_analyze.given_numbers import array_of
-from gd_analyze.robots import RobotArm, box_limits
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.box_limits import box_limits
 from gd_analyze.vectors import FloatArray
 
 

@@ -29,12 +29,13 @@ from gd_analyze.certification.harmonics_slack import harmonics_slack
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
 from gd_analyze.formatting import number, rounded_up
-from gd_analyze.harmonics import Harmonics, Waves, harmonics_of
 from gd_analyze.harmonics.expansion import Expansion, expanded
 from gd_analyze.harmonics.torque_rows import exact_row
-from gd_analyze.levels import SimplifiedModel
-from gd_analyze.robots import RobotArm
+from gd_analyze.harmonics.transform import Harmonics, harmonics_of
+from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.shown import html_of
+from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.vectors import FloatArray
 from gd_analyze.visible import in_python
 
@@ -275,7 +276,9 @@ def _expected(field: ErrorField, box: Box) -> Reached:
     return Reached(*found)
 
 
-def _over_grid(field: ErrorField, waves: Waves, grid: Grid, told: _Told) -> tuple[float, NDArray[np.int64]]:
+def _over_grid(
+    field: ErrorField, waves: TrigonometricPolynomial, grid: Grid, told: _Told
+) -> tuple[float, NDArray[np.int64]]:
     """Largest value over a grid, and the numbers of the best positions of a few of its pieces."""
     largest, before = 0.0, 0
     tops: list[tuple[float, int]] = []

@@ -17,11 +17,15 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import Certificate, certify
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
-from gd_analyze.levels import Budget, ExactDynamics, Level, SimplifiedModel
-from gd_analyze.levels.effort import THOROUGH
-from gd_analyze.levels.promise import CERTIFIED, LevelTried, SearchStep
-from gd_analyze.search import How, simplify_exact
-from gd_analyze.search.exact_model import exactly, no_dearer
+from gd_analyze.simplification.accuracy import CERTIFIED, LevelTried, SearchStep
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.effort import THOROUGH
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_model import exactly, no_dearer
+from gd_analyze.simplification.level import Level
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.vectors import FloatArray
 
 # Rounds at most; of the first the budget shrinks to no less than this share, later by what the bound asks.
@@ -74,15 +78,15 @@ def simplify_certified(
     exact = exact.under(budget)
     allowed, stated = exact.allowed(budget), f"{budget}{CERTIFIED}"
     share = np.ones(len(allowed))
-    known, how = exact, How(level, write=False, effort=effort * _EFFORT, dearer=True)
+    known, how = exact, SearchOptions(level, write=False, effort=effort * _EFFORT, dearer=True)
     for turn in range(_ROUNDS):
         within = Budget.of_torques(share * allowed)
         model = simplify_exact(known, within, how, provenance=provenance)
         if turn == 0:
             # The level that was the cheapest remains the one.
-            level, levels = model.level, model.promise.levels
+            level, levels = model.level, model.accuracy.levels
             how = replace(how, level=level)
-        model = replace(model, promise=replace(model.promise, levels=levels))
+        model = replace(model, accuracy=replace(model.accuracy, levels=levels))
         certificate = certify(model, region, harmonics=exact.form.harmonics)
         if progress is not None:
             progress(1)
@@ -123,13 +127,13 @@ def _finished(
     if model.terms:
         written = replace(model, program=model.level.write(model.form, model.terms, THOROUGH))
     operations = written.program.count.total
-    steps, levels = written.promise.steps, written.promise.levels
+    steps, levels = written.accuracy.steps, written.accuracy.levels
     if steps and operations < steps[-1].operations:
         steps = (*steps, SearchStep("rewriting", operations))
     levels = tuple(_certified(one, model.level, operations) for one in levels)
-    promise = replace(written.promise, allowed=allowed, budget=stated, steps=steps, levels=levels)
-    promise = exact.held(promise, written.torque(*exact.states.arrays))
-    return no_dearer(exact, replace(written, promise=promise))
+    accuracy = replace(written.accuracy, allowed=allowed, budget=stated, steps=steps, levels=levels)
+    accuracy = exact.held(accuracy, written.torque(*exact.states.arrays))
+    return no_dearer(exact, replace(written, accuracy=accuracy))
 
 
 def _certified(tried: LevelTried, level: Level, operations: int) -> LevelTried:

@@ -10,8 +10,8 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.local_maximum import local_maximum
 from gd_analyze.certification.motion import Motion
 from gd_analyze.certification.worst_state import highest_position
-from gd_analyze.harmonics import Waves
 from gd_analyze.harmonics.torque_rows import RateFactor, rate_factors
+from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.vectors import FloatArray
 
 _EPS = float(np.finfo(float).eps)
@@ -38,13 +38,19 @@ class ErrorField:
         Largest value of what is not in it: what should cancel, and the rounding of all coefficients.
     """
 
-    waves: Waves
+    waves: TrigonometricPolynomial
     motion: Motion
     round_off: float
     rest: float
 
     @classmethod
-    def of(cls, exact: tuple[Waves, list[int]], model: Waves, roundings: float, box: Box) -> ErrorField:
+    def of(
+        cls,
+        exact: tuple[TrigonometricPolynomial, list[int]],
+        model: TrigonometricPolynomial,
+        roundings: float,
+        box: Box,
+    ) -> ErrorField:
         """Prepare a joint's row of the error.
 
         Parameters
@@ -59,7 +65,7 @@ class ErrorField:
         parts, places = exact
         factors = rate_factors(box.n_joints)
         largest = np.array([_largest(factor, box) for factor in factors])
-        waves = largest * Waves.summed([parts.added(places, len(factors)), -1.0 * model])
+        waves = largest * TrigonometricPolynomial.summed([parts.added(places, len(factors)), -1.0 * model])
         # Every coefficient is the sum of three slopes of sums over links and a drive, and a difference.
         size = float(largest[places] @ parts.sizes(box.farthest).sum(axis=1))
         rest = (box.n_joints + 8) * _EPS * size + roundings
@@ -67,7 +73,7 @@ class ErrorField:
         cancelled = sizes <= _CANCELLED * size
         kept = np.where(cancelled, 0.0, waves.coefficients)
         there = (kept != 0.0).any(axis=1)
-        waves = Waves(waves.sliding, waves.multiples, kept)[there].above(0.0)
+        waves = TrigonometricPolynomial(waves.sliding, waves.multiples, kept)[there].above(0.0)
         motion = Motion(box.n_joints, tuple(f for f, used in zip(factors, there, strict=True) if used))
         return cls(waves, motion, round_off_of(waves, box), rest + float(sizes[cancelled].sum()))
 
@@ -86,7 +92,7 @@ class ErrorField:
         return error, q, rates * box.rate, pushes * box.acceleration
 
 
-def round_off_of(waves: Waves, box: Box) -> float:
+def round_off_of(waves: TrigonometricPolynomial, box: Box) -> float:
     """What the value of a sum of waves can be off by.
 
     Every value is a sum of products in which no more than `count` roundings follow one another: one per wave

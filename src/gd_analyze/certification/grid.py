@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.spectrum import Spectra, Spectrum
-from gd_analyze.harmonics import Waves
+from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.vectors import FloatArray
 
 # Gaps per unit of a joint's order, beyond which 1 / (2 gaps^2) of the maximum has nothing left to give.
@@ -80,11 +80,11 @@ class Grid:
         places = np.unravel_index(index, self.counts)
         return np.stack([node[place] for node, place in zip(self.nodes, places, strict=True)])
 
-    def between(self, waves: Waves, box: Box) -> FloatArray:
+    def between(self, waves: TrigonometricPolynomial, box: Box) -> FloatArray:
         """What every polynomial can gain between the nodes by its amplitudes, shape (P,)."""
         return np.asarray(waves.curvatures(box.farthest).sum(axis=1) @ (self.reaches**2 / 2))
 
-    def over_box(self, waves: Waves, box: Box, largest: float) -> float:
+    def over_box(self, waves: TrigonometricPolynomial, box: Box, largest: float) -> float:
         """Bound the largest value over the box, given that over the grid."""
         spectrum = Spectra.of(waves, box)(np.ones(len(waves), dtype=bool))
         return spectrum.bound(self.reaches, self.degrees or (0,) * len(self.nodes), largest)
@@ -104,7 +104,9 @@ class Reached:
     around: float
 
 
-def grid_of(waves: Waves, box: Box, effort: int, reached: Reached | None = None) -> Grid | None:
+def grid_of(
+    waves: TrigonometricPolynomial, box: Box, effort: int, reached: Reached | None = None
+) -> Grid | None:
     """Spread at most `effort` positions over a box; None where two ends per joint are more than that.
 
     Without a word on what is reached amplitudes bound all curvatures, as those of `Grid.between`.
@@ -187,7 +189,7 @@ class _Axes:
         return gaps if positions(gaps) <= effort else None
 
 
-def _axes(waves: Waves, box: Box, reached: Reached | None, total: float) -> list[_Axes]:
+def _axes(waves: TrigonometricPolynomial, box: Box, reached: Reached | None, total: float) -> list[_Axes]:
     """Ways to go over the box: within it, and around the circle where that is farther."""
     half, turning = (box.upper - box.lower) / 2, ~np.array(waves.sliding)
     circle = turning & (half >= np.pi)
@@ -221,8 +223,8 @@ def _promised(
 
 
 def shared_out(
-    waves: Waves, box: Box, effort: int, groups: int, reached: Reached | None = None
-) -> tuple[list[tuple[Waves, Grid]], Waves]:
+    waves: TrigonometricPolynomial, box: Box, effort: int, groups: int, reached: Reached | None = None
+) -> tuple[list[tuple[TrigonometricPolynomial, Grid]], TrigonometricPolynomial]:
     """Part waves into groups of few joints with a grid each, and a rest that is bounded by its amplitudes.
 
     A grid over many joints would be too coarse. So the joints are chosen that promise the smallest bound when
@@ -239,7 +241,7 @@ def shared_out(
     reached
         What all waves together are expected to reach, for grids whose bound follows from that, too.
     """
-    shares: list[tuple[Waves, Grid]] = []
+    shares: list[tuple[TrigonometricPolynomial, Grid]] = []
     while len(shares) < groups and waves.multiples.size:
         chosen, expected = _promising(waves, box, effort, reached)
         part = waves if chosen.all() else waves.only(chosen)
@@ -255,7 +257,7 @@ def shared_out(
 
 
 def _promising(
-    waves: Waves, box: Box, effort: int, reached: Reached | None
+    waves: TrigonometricPolynomial, box: Box, effort: int, reached: Reached | None
 ) -> tuple[NDArray[np.bool_], Reached | None]:
     """Waves for the next grid, and what they reach; none where amplitudes promise no less."""
     spectra = Spectra.of(waves, box)

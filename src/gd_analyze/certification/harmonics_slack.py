@@ -21,8 +21,8 @@ import math
 import numpy as np
 
 from gd_analyze.certification.box import Box
-from gd_analyze.harmonics import Harmonics
-from gd_analyze.harmonics.waves import DEGREE
+from gd_analyze.harmonics.transform import Harmonics
+from gd_analyze.harmonics.trigonometric_polynomial import DEGREE
 from gd_analyze.vectors import FloatArray
 
 _EFFECTS = 2

@@ -9,9 +9,10 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import box_of
 from gd_analyze.certification.error_field import ErrorField
 from gd_analyze.certification.tube import Tube
-from gd_analyze.harmonics import Harmonics, Waves, harmonics_of
 from gd_analyze.harmonics.torque_rows import exact_row, rate_factors
-from gd_analyze.levels import SimplifiedModel
+from gd_analyze.harmonics.transform import Harmonics, harmonics_of
+from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
+from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.vectors import FloatArray
 
 # Positions looked at, and the best of them from which the search climbs.
@@ -39,7 +40,9 @@ def largest_torque(
     box = box_of(region.enclosing if isinstance(region, Tube) else region, arm)
     harmonics = harmonics or harmonics_of(arm)
     inertia = harmonics.whole_inertia(arm.drive_inertia if model.drives else None)
-    nothing = Waves.constant(harmonics.potential.sliding, 0.0)[[0] * len(rate_factors(arm.n_joints))]
+    nothing = TrigonometricPolynomial.constant(harmonics.potential.sliding, 0.0)[
+        [0] * len(rate_factors(arm.n_joints))
+    ]
     drawn = np.random.default_rng(0).uniform(box.lower, box.upper, (_DRAWN, arm.n_joints)).T
     out = np.zeros(arm.n_joints)
     for i in range(arm.n_joints):

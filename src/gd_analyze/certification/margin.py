@@ -10,8 +10,8 @@ import numpy as np
 
 from gd_analyze.errors import UsageError
 from gd_analyze.given_numbers import LARGEST, UNSIGNED
-from gd_analyze.robots import RobotArm
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.vectors import FloatArray
 
 # What is read: which margin an entry is, and what its unit is worth.
@@ -115,7 +115,7 @@ class Margin:
 
         Examples
         --------
-        >>> from gd_analyze.robots import load_arm
+        >>> from gd_analyze.robots.catalogue import load_arm
         >>> Margin().in_words(load_arm("puma560"))
         '1 degree, 2 % of peak rate and 5 % of peak acceleration'
         """

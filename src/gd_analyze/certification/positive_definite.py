@@ -22,8 +22,8 @@ from gd_analyze.certification.error_field import round_off_of
 from gd_analyze.certification.grid import Grid, shared_out
 from gd_analyze.certification.local_maximum import local_maximum
 from gd_analyze.errors import ModelError
-from gd_analyze.harmonics import Waves
-from gd_analyze.levels import SimplifiedModel
+from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
+from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.vectors import FloatArray
 
 # Positions: about 9 per angle for an arm like the PUMA 560, whose D knows four of its angles.
@@ -125,8 +125,8 @@ class _GriddedInertia:
     """D over a box: the waves that a grid bounds, the grid, and what the others can add to each element."""
 
     box: Box
-    every: Waves
-    gridded: Waves
+    every: TrigonometricPolynomial
+    gridded: TrigonometricPolynomial
     grid: Grid
     left_out: FloatArray
 
@@ -135,7 +135,7 @@ class _GriddedInertia:
         n = model.arm.n_joints
         # Of every row what the accelerations are multiplied by.
         runs = expansion_of(model)
-        every = Waves.stacked([row[1 : n + 1] for row in runs.rows])
+        every = TrigonometricPolynomial.stacked([row[1 : n + 1] for row in runs.rows])
         # The constant part is the same everywhere and says nothing about where to look.
         constant = (every.multiples == 0).all(axis=1)
         shares, rest = shared_out(every.only(~constant), box, effort, groups=1)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.certification.box import Box
-from gd_analyze.harmonics import Waves
+from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.vectors import FloatArray
 
 
@@ -26,7 +26,7 @@ class Spectra:
     multiples: NDArray[np.int64]
 
     @classmethod
-    def of(cls, waves: Waves, box: Box) -> Spectra:
+    def of(cls, waves: TrigonometricPolynomial, box: Box) -> Spectra:
         """Those of waves that slide as far as they can in a box."""
         every = waves.magnitudes()
         sizes, curvatures = every.sizes(box.farthest), every.curvatures(box.farthest)

@@ -13,9 +13,9 @@ from gd_analyze.certification.margin import Margin
 from gd_analyze.errors import TrajectoryError, UsageError
 from gd_analyze.formatting import named_joints
 from gd_analyze.given_numbers import LARGEST
-from gd_analyze.robots import RobotArm
-from gd_analyze.trajectories import Trajectory
-from gd_analyze.trajectories.between import Between
+from gd_analyze.motions.between import Between
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.vectors import FloatArray, chunks
 
 # Boxes at most, a second's work: a long recording has its set points in common boxes.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.motion import Motion
-from gd_analyze.harmonics import Waves
+from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.vectors import Array, FloatArray
 
 # Times that rates are chosen at most, lest a long ridge be followed for ever.
@@ -23,7 +23,9 @@ _PLACES, _STEPS = 33, 3
 _GAIN = 3e-4
 
 
-def highest_position(waves: Waves, motion: Motion, box: Box, starts: FloatArray) -> FloatArray:
+def highest_position(
+    waves: TrigonometricPolynomial, motion: Motion, box: Box, starts: FloatArray
+) -> FloatArray:
     """Climb from every start (n, S) and return the position of the largest error reached, shape (n,)."""
     q = np.clip(starts, box.lower[:, None], box.upper[:, None])
     values = waves(q)
@@ -49,7 +51,9 @@ def highest_position(waves: Waves, motion: Motion, box: Box, starts: FloatArray)
 class _Ridge:
     """S polynomials, each at its own position: coefficients (W, S), positions q (n, S)."""
 
-    def __init__(self, waves: Waves, coefficients: NDArray[np.complex128], q: FloatArray) -> None:
+    def __init__(
+        self, waves: TrigonometricPolynomial, coefficients: NDArray[np.complex128], q: FloatArray
+    ) -> None:
         self.waves, self.q = waves, q.copy()
         self.turning = ~np.array(waves.sliding)
         self.turned = coefficients * np.exp(1j * (waves.multiples[:, self.turning] @ q[self.turning]))

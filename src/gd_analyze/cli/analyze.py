@@ -60,7 +60,7 @@ class MainJob(click.Command):
     help="Say which friction explains measured torques beside the model.",
 )
 @click.option(
-    "--no-coupling", is_flag=True, help="Leave h_ijk out of analysis.h5: 2 n^3 numbers per set point."
+    "--no-christoffel", is_flag=True, help="Leave h_ijk out of analysis.h5: 2 n^3 numbers per set point."
 )
 @click.option("--by-link", is_flag=True, help="Also store what each link contributes.")
 @click.option("--terms", is_flag=True, help="Also store the terms T1..T4, R1, R2 that h consists of.")
@@ -74,7 +74,7 @@ def analyze(
     formats: tuple[str, ...],
     budget: str,
     payload: str | None,
-    no_coupling: bool,
+    no_christoffel: bool,
     top: int,
     output: Output,
     **settings: Any,
@@ -84,11 +84,11 @@ def analyze(
 
     with output.working() as stage:
         stage("reading")
-        from gd_analyze.main_job import Origin
-        from gd_analyze.main_job.find import source_of
-        from gd_analyze.main_job.folder import FILES, default_folder, require_folder, write_findings
+        from gd_analyze.studies.find import source_of
+        from gd_analyze.studies.folder import FILES, default_folder, require_folder, write_findings
+        from gd_analyze.studies.settings_main import Origin
 
-        how = gd.Settings(budget=gd.Budget.parse(budget), coupling=not no_coupling, **settings)
+        how = gd.Settings(budget=gd.Budget.parse(budget), christoffel=not no_christoffel, **settings)
         arm = load_arm_carrying(robot, payload)
         motion = read_motions(trajectories, arm)
         folder = default_folder(arm, motion, how) if out is None else out

@@ -10,7 +10,7 @@ import numpy as np
 import gd_analyze as gd
 from gd_analyze.cli.terminal import WIDTH, line, sentence, table
 from gd_analyze.formatting import number
-from gd_analyze.robots import Placement
+from gd_analyze.robots.parts import Placement
 from gd_analyze.robots.turns import angles_of
 from gd_analyze.vectors import FloatArray
 

@@ -55,8 +55,8 @@ def arms(robot: GivenRobot | None, form: str | None, output: Output) -> None:
 
 
 def _toml(robot: GivenRobot) -> str:
-    from gd_analyze.robots import toml_of
     from gd_analyze.robots.arm_file import text_of_arm_file
+    from gd_analyze.robots.arm_toml import toml_of
     from gd_analyze.robots.robot_file import is_xml
 
     arm, path = robot.load(), Path(gd.builtin_arms().get(robot.name, robot.name))
@@ -76,13 +76,13 @@ def _summary(arm: gd.RobotArm) -> dict[str, Any]:
 
 
 def _document(arm: gd.RobotArm, suspicious: list[str]) -> dict[str, Any]:
-    from gd_analyze.robots import describe_in_full, fingerprint
+    from gd_analyze.robots.description import describe_in_full, fingerprint
 
     return {"suspicious": suspicious, **describe_in_full(arm), "fingerprint": fingerprint(arm)}
 
 
 def _list(catalogue: list[gd.RobotArm]) -> None:
-    from gd_analyze.trajectories import shipped_trajectories
+    from gd_analyze.motions.csv_file import shipped_trajectories
 
     rows = [[a.name, a.title, str(a.n_joints), "yes" if a.drives else "no"] for a in catalogue]
     table("Built-in arms", ["name", "title", "joints", "drives"], rows, "llrl")

@@ -17,9 +17,9 @@ from gd_analyze.cli.outputs import require_outputs
 from gd_analyze.cli.terminal import lines, sentence, table, width
 
 if TYPE_CHECKING:
+    from gd_analyze.dynamics.base_parameters import BaseParameter
     from gd_analyze.formulas.printer import Printer
-    from gd_analyze.formulations.base_parameters import BaseParameter
-    from gd_analyze.robots import Placement
+    from gd_analyze.robots.parts import Placement
 
 # Columns of the combinations, at least.
 _LEAST = 24

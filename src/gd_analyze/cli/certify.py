@@ -17,9 +17,10 @@ from gd_analyze.cli.terminal import line, sentence
 from gd_analyze.formatting import number, rounded_up
 
 if TYPE_CHECKING:
-    from gd_analyze.certification import Certificate, Definiteness
+    from gd_analyze.certification.certificate import Certificate
+    from gd_analyze.certification.positive_definite import Definiteness
     from gd_analyze.cli.joint_table import Column
-    from gd_analyze.levels import Promise
+    from gd_analyze.simplification.accuracy import Accuracy
     from gd_analyze.vectors import FloatArray
 
 
@@ -82,14 +83,14 @@ def certify(model: Path, along: str | None, margin: str | None, effort: int, out
         raise click.UsageError("--margin goes with --along")
     with output.working() as stage:
         stage("reading")
-        from gd_analyze.levels.statements import measured_at
+        from gd_analyze.simplification.statements import measured_at
 
         around = gd.Margin.of(margin)
         loaded = gd.load_model(model)
         motion = None if along is None else read_motion(along, loaded.arm)
         if motion:
-            loaded = replace(loaded, promise=loaded.promise.along(motion.fingerprint))
-        if motion and loaded.promise.made_for.get("trajectory_fingerprint") == motion.fingerprint:
+            loaded = replace(loaded, accuracy=loaded.accuracy.along(motion.fingerprint))
+        if motion and loaded.accuracy.fitted_on.get("trajectory_fingerprint") == motion.fingerprint:
             loaded = measured_at(loaded, gd.states_of(motion))
         stage("certifying", 100 * loaded.arm.n_joints * (1 if motion is None else 2))
         shown = _certified(loaded, motion, around, effort, stage.advance)
@@ -104,7 +105,8 @@ def _certified(
     progress: Callable[[int], None],
 ) -> _Shown:
     from gd_analyze.certification import certificate as bounds
-    from gd_analyze.certification import largest_torque, positive_definite
+    from gd_analyze.certification import positive_definite
+    from gd_analyze.certification.largest_torque import largest_torque
 
     harmonics = gd.harmonics_of(model.arm)
     extremes, region = (
@@ -120,27 +122,27 @@ def _certified(
         of_inertia = max(1, effort * positive_definite.EFFORT // bounds.EFFORT)
         definiteness = gd.certify_positive_definite(model, certificate.box, effort=of_inertia)
     largest = largest_torque(model, region, harmonics=harmonics)
-    elsewhere = motion is not None and motion.name != model.promise.made_for.get("trajectory")
+    elsewhere = motion is not None and motion.name != model.accuracy.fitted_on.get("trajectory")
     return _Shown(model, certificate, extremes, definiteness, largest, elsewhere)
 
 
 def _document(shown: _Shown) -> dict[str, object]:
     from gd_analyze.cli.joint_table import joint_rows
-    from gd_analyze.levels.promise import share_of
+    from gd_analyze.simplification.accuracy import share_of
 
     model, certificate, definiteness = shown.model, shown.certificate, shown.definiteness
-    promise, box = model.promise, (shown.extremes or certificate).box
-    allowed = promise.allowed if promise.asked.norm is None else None
+    accuracy, box = model.accuracy, (shown.extremes or certificate).box
+    allowed = accuracy.allowed if accuracy.asked.norm is None else None
     states = zip(*(values.tolist() for values in certificate.worst_states), strict=True)
     columns: dict[str, object] = {
         "allowed_error": allowed,
-        "largest_error": promise.errors.largest,
+        "largest_error": accuracy.errors.largest,
         "worst_found": certificate.worst_found,
         "worst_state": [dict(zip(("q", "qd", "qdd"), state, strict=True)) for state in states],
         "certified": certificate.certified,
         "largest_torque_found": shown.largest,
         "certified_share_of_largest_found": share_of(certificate.certified, shown.largest),
-        "certified_share_of_peak_made_for": share_of(certificate.certified, promise.errors.peak_torque),
+        "certified_share_of_peak_made_for": share_of(certificate.certified, accuracy.errors.peak_torque),
         "certified_of_allowed": None if allowed is None else share_of(certificate.certified, allowed),
         "within_allowed": None if allowed is None else certificate.within(allowed),
         "ratio": certificate.ratio,
@@ -150,8 +152,8 @@ def _document(shown: _Shown) -> dict[str, object]:
     return {
         "arm": model.arm.name,
         "level": model.level.name,
-        "budget": promise.budget,
-        "allowed_and_largest_error": "measured" if promise.measured else "stated by the file",
+        "budget": accuracy.budget,
+        "allowed_and_largest_error": "measured" if accuracy.measured else "stated by the file",
         "from": certificate.region.where,
         "box": {name: getattr(box, name).tolist() for name in ("lower", "upper", "rate", "acceleration")},
         "joints": joint_rows(model.arm, columns),
@@ -183,14 +185,14 @@ def _tube(certificate: Certificate) -> dict[str, object] | None:
 
 def _show(shown: _Shown) -> None:
     from gd_analyze.cli.joint_table import arm_in_words, joint_table, numbers
-    from gd_analyze.levels.promise import share_of
     from gd_analyze.results.summary import measure_told, worst_error
+    from gd_analyze.simplification.accuracy import share_of
 
     model, certificate = shown.model, shown.certificate
-    arm, promise = model.arm, model.promise
+    arm, accuracy = model.arm, model.accuracy
     worst = worst_error(model, certificate.certified)
     told = worst.size
-    if not promise.measured:
+    if not accuracy.measured:
         # What the file states is no measure.
         bound = rounded_up(float(certificate.certified[worst.joint - 1]))
         told = f"{number(bound)} {arm.joints[worst.joint - 1].effort_unit}"
@@ -202,24 +204,25 @@ def _show(shown: _Shown) -> None:
         f"{told} (joint {worst.joint}).",
         bold=True,
     )
-    within = certificate.within(promise.allowed)
+    within = certificate.within(accuracy.allowed)
     # Both at once would be wider than a terminal; how far what was found lies below is said in words.
     extremes = [("extremes", _rounded_up(shown.extremes))] if shown.extremes else []
     sampled = "promised" if shown.elsewhere else "sampled"
     beside: list[Column] = [
-        ("allowed", promise.allowed),
-        ("× allowed", numbers(map(rounded_up, share_of(certificate.certified, promise.allowed)))),
+        ("allowed", accuracy.allowed),
+        ("× allowed", numbers(map(rounded_up, share_of(certificate.certified, accuracy.allowed)))),
         ("within", ["proven" if x else "no" for x in within]),
     ]
     joint_table(
-        "Torque error, {units}" + ("" if promise.measured else f"; {sampled} and allowed as the file states"),
+        "Torque error, {units}"
+        + ("" if accuracy.measured else f"; {sampled} and allowed as the file states"),
         arm,
         [
-            (sampled, promise.errors.largest),
+            (sampled, accuracy.errors.largest),
             *([] if extremes else [("found", certificate.worst_found)]),
             ("certified", _rounded_up(certificate)),
             *extremes,
-            *([] if promise.asked.norm else beside),
+            *([] if accuracy.asked.norm else beside),
         ],
     )
     line()
@@ -234,23 +237,27 @@ def _show(shown: _Shown) -> None:
             if extremes
             else ""
         )
-        + _verdict(int(within.sum()), len(within), promise, there)
+        + _verdict(int(within.sum()), len(within), accuracy, there)
     )
     if certificate.note:
         sentence(certificate.note)
-    if not promise.measured:
-        sentence(_stated(promise))
+    if not accuracy.measured:
+        sentence(_stated(accuracy))
     if shown.definiteness is not None:
         sentence(_definite(shown.definiteness, all(arm.is_revolute), certificate.along is not None))
 
 
-def _stated(promise: Promise) -> str:
-    from gd_analyze.states import in_words
+def _stated(accuracy: Accuracy) -> str:
+    from gd_analyze.motions.states import in_words
 
-    where = in_words(promise.made_for) if promise.made_for else "states without a name"
+    where = in_words(accuracy.fitted_on) if accuracy.fitted_on else "states without a name"
     return (
         f"The allowed and the sampled errors are stated by the file, for {where}, which are not at hand"
-        + (": --along with that trajectory measures them again." if "trajectory" in promise.made_for else ".")
+        + (
+            ": --along with that trajectory measures them again."
+            if "trajectory" in accuracy.fitted_on
+            else "."
+        )
     )
 
 
@@ -264,10 +271,10 @@ def _there(certificate: Certificate) -> str:
     return "of the box" if certificate.along is None else "within the margins of the motion"
 
 
-def _verdict(proven: int, joints: int, promise: Promise, there: str) -> str:
-    if promise.asked.norm is not None:
-        return f"The budget, {promise.budget}, is of the states the model was made for; it cannot be proven."
-    budget = f"{'' if promise.measured else 'stated '}budget of {promise.budget}"
+def _verdict(proven: int, joints: int, accuracy: Accuracy, there: str) -> str:
+    if accuracy.asked.norm is not None:
+        return f"The budget, {accuracy.budget}, is of the states the model was made for; it cannot be proven."
+    budget = f"{'' if accuracy.measured else 'stated '}budget of {accuracy.budget}"
     if proven == joints:
         return f"Every joint stays within the {budget} at every state {there}."
     return f"{proven} of {joints} joints are proven to stay within the {budget} at every state {there}."

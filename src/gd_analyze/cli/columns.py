@@ -15,7 +15,7 @@ from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.terminal import line, sentence, table
 
 if TYPE_CHECKING:
-    from gd_analyze.logs import Logged
+    from gd_analyze.motions.logged import Logged
 
 
 @click.command(short_help="Show how the columns of a log are understood.")
@@ -54,7 +54,7 @@ def _document(logged: Logged, arm: gd.RobotArm) -> dict[str, Any]:
 
 def _show(logged: Logged, arm: gd.RobotArm) -> None:
     from gd_analyze.formatting import number
-    from gd_analyze.logs.told import reasons_told, unused_told
+    from gd_analyze.motions.told import reasons_told, unused_told
 
     kind = "readings" if logged.measured else "a plan"
     sentence(

@@ -21,7 +21,7 @@ from gd_analyze.cli.outputs import require_outputs
 from gd_analyze.cli.terminal import line, print_json, sentence, table
 
 if TYPE_CHECKING:
-    from gd_analyze.comparison.symbolic import ClosedForms
+    from gd_analyze.studies.symbolic import ClosedForms
 
 FORMATS = ("html", "pdf", "json")
 
@@ -65,15 +65,11 @@ def compare(
         return
     with output.working() as stage:
         stage("reading")
-        from gd_analyze.comparison import compare as compare_formulations
-        from gd_analyze.comparison.compare import STEPS, names_of
-        from gd_analyze.report.comparison_document import comparison_document
-        from gd_analyze.report.comparison_files import (
-            FILES,
-            default_folder,
-            write_comparison,
-        )
-        from gd_analyze.report.study_files import require_folder
+        from gd_analyze.studies.compare import STEPS, names_of
+        from gd_analyze.studies.compare import compare as compare_formulations
+        from gd_analyze.studies.comparison_document import comparison_document
+        from gd_analyze.studies.comparison_files import FILES, default_folder, write_comparison
+        from gd_analyze.studies.study_files import require_folder
 
         arm = load_arm_carrying(robot, payload)
         motion = None if trajectory is None else read_motion(trajectory, arm)
@@ -146,9 +142,9 @@ def _show(told: dict[str, Any], files: list[Path]) -> None:
 
 def _symbolic(robot: str, as_json: bool) -> None:
     """Print D, h and c of the two-link arm by every formulation, and whether they are the founding text's."""
-    from gd_analyze.comparison.symbolic import same, text_closed_forms, two_link_closed_forms
+    from gd_analyze.dynamics.methods import METHODS
     from gd_analyze.errors import UsageError
-    from gd_analyze.formulations.methods import METHODS
+    from gd_analyze.studies.symbolic import same, text_closed_forms, two_link_closed_forms
 
     if robot != "two_link":
         raise UsageError(

@@ -164,11 +164,11 @@ def control(
     """
     with output.working() as stage:
         stage("reading")
-        from gd_analyze.closed_loop.control import names_of
-        from gd_analyze.report.control_document import control_document
-        from gd_analyze.report.control_files import FILES, write_control
-        from gd_analyze.report.study_files import require_folder
-        from gd_analyze.robots import parse_payload
+        from gd_analyze.robots.payload import parse_payload
+        from gd_analyze.studies.control import names_of
+        from gd_analyze.studies.control_document import control_document
+        from gd_analyze.studies.control_files import FILES, write_control
+        from gd_analyze.studies.study_files import require_folder
 
         settings = gd.ControlSettings(
             bandwidth=bandwidth,

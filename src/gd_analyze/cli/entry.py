@@ -87,7 +87,9 @@ def _explain(error: Exception, words: Sequence[str]) -> int:
         return FAILED if isinstance(error, StorageError) else BAD_INPUT
     if isinstance(error, MemoryError):
         is_main_job = next((word for word in words if not word.startswith("-")), "") not in app.commands
-        fewer = "try --no-coupling, or fewer set points" if is_main_job else "try fewer set points or states"
+        fewer = (
+            "try --no-christoffel, or fewer set points" if is_main_job else "try fewer set points or states"
+        )
         tell("error", str(GdAnalyzeError("out of memory", found=str(error), next_step=fewer)))
     elif isinstance(error, OSError):
         where = None if error.filename is None else str(error.filename)

@@ -16,8 +16,8 @@ from gd_analyze.cli.outputs import require_outputs
 from gd_analyze.cli.terminal import lines, table
 
 if TYPE_CHECKING:
-    from gd_analyze.harmonics import Harmonics
     from gd_analyze.harmonics.equations import Equation, Term
+    from gd_analyze.harmonics.transform import Harmonics
 
 # Characters of equations up to which no temporary file is used.
 _IN_MEMORY = 2**26

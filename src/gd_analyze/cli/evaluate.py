@@ -19,8 +19,10 @@ from gd_analyze.cli.recursion_view import losses_of_changes
 from gd_analyze.cli.terminal import line, sentence
 
 if TYPE_CHECKING:
-    from gd_analyze.levels import Evaluation, Loss, PayloadEffect
-    from gd_analyze.robots import Payload
+    from gd_analyze.robots.payload import Payload
+    from gd_analyze.simplification.evaluation import Evaluation
+    from gd_analyze.simplification.losses import Loss
+    from gd_analyze.simplification.payload_effect import PayloadEffect
 
 # Shares of peak torque below this are printed as "< 0.01 %".
 _WORTH_A_LINE = 1e-4
@@ -31,12 +33,12 @@ class _Trial:
     """A model, what the arm carried, and what came of it.
 
     The model's promise is that along the motion, where it is one of several that the model was made for;
-    `made_for` is all of them.
+    `fitted_on` is all of them.
     `without_payload` is the evaluation for the arm without the payload, None where there is none.
     """
 
     model: gd.SimplifiedModel
-    made_for: Mapping[str, str | int]
+    fitted_on: Mapping[str, str | int]
     payload: Payload | None
     evaluation: Evaluation
     without_payload: Evaluation | None
@@ -80,17 +82,18 @@ def evaluate(
     with output.working() as stage:
         stage("reading")
         from gd_analyze.files import write_text
-        from gd_analyze.levels import losses, torque_csv
-        from gd_analyze.robots import parse_payload
+        from gd_analyze.robots.payload import parse_payload
+        from gd_analyze.simplification.evaluation import torque_csv
+        from gd_analyze.simplification.losses import losses
 
         body = None if payload is None else parse_payload(payload)
         loaded = gd.load_model(model)
         held = loaded.arm if body is None else carrying(loaded.arm, body)
         motion = None if trajectory is None else read_motion(trajectory, loaded.arm)
         given = gd.states_in_box(loaded.arm, states, seed) if motion is None else gd.states_of(motion)
-        made_for = loaded.promise.made_for
+        fitted_on = loaded.accuracy.fitted_on
         if motion is not None:
-            loaded = replace(loaded, promise=loaded.promise.along(motion.fingerprint))
+            loaded = replace(loaded, accuracy=loaded.accuracy.along(motion.fingerprint))
         stage("evaluating")
         evaluation = gd.evaluate(loaded, given, held)
         # At the other levels what is dropped is single terms, and with a payload it is not what the error
@@ -105,7 +108,7 @@ def evaluate(
             stage(f"writing {out.name}")
             write_text(out, torque_csv(motion, evaluation))
         without = None if body is None else gd.evaluate(loaded, given)
-        trial = _Trial(loaded, made_for, body, evaluation, without, gd.payload_effect(loaded, given), lost)
+        trial = _Trial(loaded, fitted_on, body, evaluation, without, gd.payload_effect(loaded, given), lost)
     output.give(lambda: _document(trial) | output.about(out), lambda: _show(trial), out)
 
 
@@ -113,12 +116,12 @@ def _document(trial: _Trial) -> dict[str, Any]:
     from dataclasses import asdict
 
     from gd_analyze.cli.joint_table import error_values, joint_rows, norm_rows
-    from gd_analyze.levels.promise import share_of
+    from gd_analyze.simplification.accuracy import share_of
 
     model, effect, body = trial.model, trial.effect, trial.payload
-    errors, promised, bare = trial.evaluation.errors, model.promise.errors, trial.without_payload
+    errors, promised, bare = trial.evaluation.errors, model.accuracy.errors, trial.without_payload
     exact, where = trial.evaluation.dynamics, trial.evaluation.dynamics.states.described
-    allowed = model.promise.allowed if model.promise.asked.norm is None else None
+    allowed = model.accuracy.allowed if model.accuracy.asked.norm is None else None
     columns = {
         **error_values(errors, allowed),
         "peak_torque_made_for": promised.peak_torque,
@@ -132,9 +135,9 @@ def _document(trial: _Trial) -> dict[str, Any]:
     return {
         "arm": model.arm.name,
         "level": model.level.name,
-        "made_for": dict(trial.made_for),
-        "budget": model.promise.budget,
-        "promised": "measured" if model.promise.measured else "stated by the file",
+        "fitted_on": dict(trial.fitted_on),
+        "budget": model.accuracy.budget,
+        "promised": "measured" if model.accuracy.measured else "stated by the file",
         "held_against": {
             "arm": exact.arm.name,
             "drives": model.drives,
@@ -144,7 +147,7 @@ def _document(trial: _Trial) -> dict[str, Any]:
         **{key: where.get(key) for key in ("trajectory", "set_points", "box", "states", "seed")},
         "joints": joint_rows(model.arm, columns),
         "norms": norm_rows(trial.evaluation.norms),
-        "promised_norms": norm_rows(model.promise.norms),
+        "promised_norms": norm_rows(model.accuracy.norms),
         "mass_within_budget": effect.largest_mass,
         "limiting_joint": effect.limiting_joint,
         "largest_losses": [asdict(loss) for loss in trial.lost],
@@ -153,30 +156,30 @@ def _document(trial: _Trial) -> dict[str, Any]:
 
 def _show(trial: _Trial) -> None:
     from gd_analyze.cli.joint_table import arm_in_words, joint_table, times
+    from gd_analyze.motions.states import in_words
     from gd_analyze.results.error_words import norms_told
     from gd_analyze.results.summary import measure_told
-    from gd_analyze.states import in_words
 
     model, exact = trial.model, trial.evaluation.dynamics
-    errors, allowed = trial.evaluation.errors, model.promise.allowed
-    made_for = str(model.promise.made_for.get("trajectory", "the arm's box"))
+    errors, allowed = trial.evaluation.errors, model.accuracy.allowed
+    fitted_on = str(model.accuracy.fitted_on.get("trajectory", "the arm's box"))
     where = exact.states.described
     over = f"over {exact.states.in_words}"
     if "trajectory" in where:
         over = f"along {where['trajectory']}, {where['set_points']} set points"
     sentence(f"{arm_in_words(exact.arm, model.drives)}, {over}", bold=True)
     unaware = "without this payload, " if trial.payload is not None else ""
-    several = trial.made_for != model.promise.made_for
-    whole = f", one of {in_words(trial.made_for).partition(' of ')[2]}," if several else ""
-    sentence(f"by a model made {unaware}for {made_for}{whole} with a budget of {model.promise.budget}.")
-    if model.promise.asked.norm is not None:
+    several = trial.fitted_on != model.accuracy.fitted_on
+    whole = f", one of {in_words(trial.fitted_on).partition(' of ')[2]}," if several else ""
+    sentence(f"by a model made {unaware}for {fitted_on}{whole} with a budget of {model.accuracy.budget}.")
+    if model.accuracy.asked.norm is not None:
         _show_by_norm(trial)
         return
     if trial.without_payload is not None:
         beside, heading = trial.without_payload.errors, "unloaded"
     else:
         # Not measured again: the file's word.
-        beside, heading = model.promise.errors, "promised" if model.promise.measured else "stated"
+        beside, heading = model.accuracy.errors, "promised" if model.accuracy.measured else "stated"
     joint_table(
         f"Torque error, {{units}}, and as a multiple of the allowed one: here, and {heading}",
         exact.arm,
@@ -190,11 +193,11 @@ def _show(trial: _Trial) -> None:
         ],
     )
     line()
-    measure = "" if where == model.promise.made_for else measure_told(model)
+    measure = "" if where == model.accuracy.fitted_on else measure_told(model)
     meant = f"; the {measure} is meant, not that here" if measure else ""
-    sentence(f"Allowed: {model.promise.budget}{meant}.")
+    sentence(f"Allowed: {model.accuracy.budget}{meant}.")
     sentence(f"{norms_told(trial.evaluation.norms, exact.arm)}.")
-    _compare(trial, made_for)
+    _compare(trial, fitted_on)
     _say_what_may_be_carried(trial)
 
 
@@ -203,8 +206,8 @@ def _show_by_norm(trial: _Trial) -> None:
     from gd_analyze.cli.joint_table import joint_table, percents
     from gd_analyze.results.error_words import norms_in_words, norms_told
 
-    model, evaluation, asked = trial.model, trial.evaluation, trial.model.promise.asked.norm
-    errors, bare, promised = trial.evaluation.errors, trial.without_payload, model.promise.norms
+    model, evaluation, asked = trial.model, trial.evaluation, trial.model.accuracy.asked.norm
+    errors, bare, promised = trial.evaluation.errors, trial.without_payload, model.accuracy.norms
     joint_table(
         "Torque error here, {units}, and its share of the peak torque here",
         evaluation.dynamics.arm,
@@ -218,20 +221,20 @@ def _show_by_norm(trial: _Trial) -> None:
     )
     line()
     kept = "kept" if asked and evaluation.keeps(asked) else "not kept"
-    sentence(f"Allowed: {model.promise.budget}, which is {kept} here.")
+    sentence(f"Allowed: {model.accuracy.budget}, which is {kept} here.")
     sentence(f"{norms_told(evaluation.norms, model.arm)}.")
     if bare is not None:
         sentence(f"Without the payload: {norms_in_words(bare.norms)}.")
-    stated = "" if model.promise.measured else ", as its file states"
+    stated = "" if model.accuracy.measured else ", as its file states"
     sentence(f"Where the model was made{stated}: {norms_in_words(promised)}.")
 
 
-def _compare(trial: _Trial, made_for: str) -> None:
+def _compare(trial: _Trial, fitted_on: str) -> None:
     """Say how the error here compares to the one promised, or to the one without the payload."""
     from gd_analyze.formatting import number
-    from gd_analyze.levels.promise import share_of
+    from gd_analyze.simplification.accuracy import share_of
 
-    model, here, allowed = trial.model, trial.evaluation.errors.largest, trial.model.promise.allowed
+    model, here, allowed = trial.model, trial.evaluation.errors.largest, trial.model.accuracy.allowed
 
     def torque(value: float, joint: int) -> str:
         return f"{number(value)} {model.arm.joints[joint].effort_unit}"
@@ -244,9 +247,9 @@ def _compare(trial: _Trial, made_for: str) -> None:
             f"and by {torque(unloaded[most], most)} without."
         )
         return
-    promised = model.promise.errors.largest
+    promised = model.accuracy.errors.largest
     worst = int(share_of(here, allowed).argmax())
-    there = f"{'on' if 'trajectory' in model.promise.made_for else 'over'} {made_for}"
+    there = f"{'on' if 'trajectory' in model.accuracy.fitted_on else 'over'} {fitted_on}"
     if (share_of(here, allowed) <= share_of(promised, allowed).max()).all():
         sentence(f"The model errs no more here than {there}.")
         return
@@ -269,7 +272,7 @@ def _say_what_may_be_carried(trial: _Trial) -> None:
     from gd_analyze.formatting import named_joints, number
 
     effect = trial.effect
-    within = (trial.without_payload or trial.evaluation).within(trial.model.promise.allowed)
+    within = (trial.without_payload or trial.evaluation).within(trial.model.accuracy.allowed)
     beyond = [i for i, holds in enumerate(within, start=1) if not holds]
     if beyond:
         sentence(f"Beyond the budget here, even without any payload: {named_joints(beyond, len(within))}.")

@@ -20,9 +20,10 @@ from gd_analyze.cli.terminal import line, sentence, table
 from gd_analyze.errors import GdAnalyzeWarning, ModelError, OutputError
 
 if TYPE_CHECKING:
-    from gd_analyze.exporting import Exported, Subject
+    from gd_analyze.exporting.export import Exported
+    from gd_analyze.exporting.export_input import ExportInput
 
-# As `gd_analyze.exporting.LANGUAGES`, which takes long to load; a test compares them.
+# As `gd_analyze.exporting.languages.LANGUAGES`, which takes long to load; a test compares them.
 LANGUAGES = ("c", "cpp", "python", "matlab", "casadi", "jax", "latex")
 
 
@@ -83,7 +84,7 @@ def export(
         raise click.UsageError("--float goes with --to c alone")
     with output.working() as stage:
         stage("reading")
-        from gd_analyze.exporting import printed
+        from gd_analyze.exporting.export import printed
 
         subject = _subject(robot, what, name, drives)
         _require_free(_paths(subject, languages, out), overwrite)
@@ -96,10 +97,10 @@ def export(
     output.give(lambda: _document(exported, out, output), lambda: _show(exported, out))
 
 
-def _subject(robot: GivenRobot, what: str, name: str | None, drives: bool | None) -> Subject:
+def _subject(robot: GivenRobot, what: str, name: str | None, drives: bool | None) -> ExportInput:
     """What is exported: a model where a JSON file is named, an arm otherwise."""
-    from gd_analyze.exporting.subject import subject_of_decomposition, subject_of_form, subject_of_model
-    from gd_analyze.levels import ExactForm
+    from gd_analyze.exporting.export_input import subject_of_decomposition, subject_of_form, subject_of_model
+    from gd_analyze.simplification.exact_form import ExactForm
 
     if Path(robot.name).suffix.lower() == ".json":
         if drives is not None or robot != GivenRobot(robot.name):
@@ -117,9 +118,9 @@ def _subject(robot: GivenRobot, what: str, name: str | None, drives: bool | None
     return subject_of_decomposition(arm, name)
 
 
-def _paths(subject: Subject, languages: tuple[str, ...], out: Path) -> list[Path]:
+def _paths(subject: ExportInput, languages: tuple[str, ...], out: Path) -> list[Path]:
     """Files that will be written."""
-    from gd_analyze.exporting import LANGUAGES as PRINTERS
+    from gd_analyze.exporting.languages import LANGUAGES as PRINTERS
 
     return [out / name for language in languages for name in PRINTERS[language].names(subject.name)]
 
@@ -135,7 +136,7 @@ def _require_free(paths: list[Path], overwrite: bool) -> None:
         )
 
 
-def _bounded(subject: Subject, progress: Callable[[int], None]) -> Subject:
+def _bounded(subject: ExportInput, progress: Callable[[int], None]) -> ExportInput:
     """The same with what can be proven of the model's error within the arm's limits."""
     assert subject.model is not None
     try:

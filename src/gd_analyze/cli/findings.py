@@ -12,14 +12,14 @@ from gd_analyze.cli.recursion_view import recursion_document
 from gd_analyze.cli.terminal import line, sentence, table
 
 if TYPE_CHECKING:
-    from gd_analyze.results import Findings
+    from gd_analyze.results.findings import Findings
 
 
 def print_findings(
     findings: Findings, folder: Path, formats: tuple[str, ...], output: Output, top: int
 ) -> None:
     """Print what was found and which files hold it; `top` rows of the ranking for people."""
-    from gd_analyze.main_job.folder import FILES
+    from gd_analyze.studies.folder import FILES
 
     files = [folder / FILES[name] for name in formats]
     output.give(lambda: _document(findings, files, output.warnings), lambda: _show(findings, files, top))
@@ -29,10 +29,11 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
     from dataclasses import asdict
 
     from gd_analyze.formulas.plain import Plain
-    from gd_analyze.levels import RECURSIVE
-    from gd_analyze.results import rows_of, summary
+    from gd_analyze.motions.states import states_of
+    from gd_analyze.results import summary
+    from gd_analyze.results.frames import rows_of
     from gd_analyze.results.rows import budget_rows, element_rows, joint_rows
-    from gd_analyze.states import states_of
+    from gd_analyze.simplification.recursive import RECURSIVE
 
     model, tables = findings.model, findings.tables
     parts = rows_of(tables["parts"], "part")
@@ -41,14 +42,14 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
         "trajectory": findings.trajectory.name,
         "set_points": findings.trajectory.n_set_points,
         "headline": summary.headline(findings),
-        "budget": model.promise.budget,
+        "budget": model.accuracy.budget,
         "drives": model.drives,
         "saves": model.saves,
         "notice": model.notice,
         "level": model.level.name,
         "refitted": model.refitted,
-        "levels": [one._asdict() for one in model.promise.levels],
-        "search": [step._asdict() for step in model.promise.steps],
+        "levels": [one._asdict() for one in model.accuracy.levels],
+        "search": [step._asdict() for step in model.accuracy.steps],
         "joints": joint_rows(findings, "simplified_model"),
         "operations": asdict(model.operations),
         "operations_full": asdict(model.operations_full),
@@ -89,7 +90,8 @@ def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[
 
 def _recording(findings: Findings) -> dict[str, Any] | None:
     """Of a measured motion: what was done with the readings, and what their noise does."""
-    from gd_analyze.results import rows_of, summary
+    from gd_analyze.results import summary
+    from gd_analyze.results.frames import rows_of
     from gd_analyze.results.recording_words import noise_rows
 
     if "recording" not in findings.tables:
@@ -123,8 +125,8 @@ def _measured_torque(findings: Findings) -> dict[str, Any] | None:
 
 def _show(findings: Findings, files: list[Path], top: int) -> None:
     from gd_analyze.formatting import number
-    from gd_analyze.levels import ELEMENT
     from gd_analyze.results import summary
+    from gd_analyze.simplification.element import ELEMENT
 
     sentence(f"{summary.title(findings)} {summary.subtitle(findings)}", bold=True)
     sentence(summary.headline(findings))
@@ -168,19 +170,19 @@ def _show_errors(findings: Findings) -> None:
 
     from gd_analyze.cli.joint_table import joint_table, percents
     from gd_analyze.formatting import rounded_up, share_up
-    from gd_analyze.levels.promise import share_of
+    from gd_analyze.simplification.accuracy import share_of
 
     model = findings.model
-    promise, by_peak = model.promise, model.promise.asked.wholes == {"peak"}
-    whole = promise.errors.peak_torque if by_peak else promise.allowed
-    columns: list[Any] = [("peak torque", promise.errors.peak_torque), ("allowed", promise.allowed)]
+    accuracy, by_peak = model.accuracy, model.accuracy.asked.wholes == {"peak"}
+    whole = accuracy.errors.peak_torque if by_peak else accuracy.allowed
+    columns: list[Any] = [("peak torque", accuracy.errors.peak_torque), ("allowed", accuracy.allowed)]
     if not model.saves:
-        title = f"Peak torque, and the error that the budget ({promise.budget}) allows, {{units}}"
+        title = f"Peak torque, and the error that the budget ({accuracy.budget}) allows, {{units}}"
         joint_table(title, findings.arm, columns)
         return
     columns += [
-        ("sampled", promise.errors.largest),
-        ("share", percents(share_of(promise.errors.largest, whole))),
+        ("sampled", accuracy.errors.largest),
+        ("share", percents(share_of(accuracy.errors.largest, whole))),
     ]
     bound = findings.tables["tube"].tube_certified.values
     if np.isfinite(bound).all():
@@ -188,7 +190,7 @@ def _show_errors(findings: Findings) -> None:
         columns.append(("proven", np.array([rounded_up(float(x)) for x in bound])))
         columns.append(("share", percents(share_up(float(x)) for x in share_of(bound, whole))))
     joint_table(
-        f"Largest torque error (budget {promise.budget}), {{units}}, and its share of "
+        f"Largest torque error (budget {accuracy.budget}), {{units}}, and its share of "
         + ("peak torque" if by_peak else "the allowed error"),
         findings.arm,
         columns,

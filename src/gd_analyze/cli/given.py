@@ -22,7 +22,7 @@ from gd_analyze.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from gd_analyze.robots import Payload
+    from gd_analyze.robots.payload import Payload
 
 _WITHOUT = "Without one: states drawn from the arm's limits."
 trajectory_or_states = trajectory_argument(_WITHOUT)
@@ -120,7 +120,7 @@ class Given:
 
     def exact_along(self) -> tuple[gd.ExactDynamics, gd.Trajectory | None]:
         """Read or draw them, and the motion they are of, if any."""
-        from gd_analyze.levels import warn_without_torque
+        from gd_analyze.simplification.exact import warn_without_torque
 
         arm = load_arm_carrying(self.robot, self.payload)
         motion = read_motions(self.trajectories, arm) if self.trajectories else None
@@ -144,7 +144,7 @@ def given_dynamics(function: Callable[..., None]) -> Callable[..., None]:
 
 def load_arm_carrying(robot: GivenRobot, payload: str | None) -> gd.RobotArm:
     """Load an arm and put the payload, if any, into its hand; its name and title say so."""
-    from gd_analyze.robots import parse_payload
+    from gd_analyze.robots.payload import parse_payload
 
     arm = robot.load()
     return arm if payload is None else carrying(arm, parse_payload(payload))
@@ -152,7 +152,7 @@ def load_arm_carrying(robot: GivenRobot, payload: str | None) -> gd.RobotArm:
 
 def carrying(arm: gd.RobotArm, body: Payload) -> gd.RobotArm:
     """Put a payload into an arm's hand; its name and title say so, the name with all that is not zero."""
-    from gd_analyze.robots import with_payload
+    from gd_analyze.robots.payload import with_payload
 
     rest = [f",{x:g}" for x in (*body.position, *body.inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]])]
     while rest and rest[-1] == ",0":

@@ -11,14 +11,14 @@ import numpy as np
 from gd_analyze.cli.terminal import table, width
 from gd_analyze.formatting import fitting, number, percent
 from gd_analyze.labels import joint_name, shortened
-from gd_analyze.levels.promise import share_of
 from gd_analyze.results.words import drives_told
+from gd_analyze.simplification.accuracy import share_of
 
 if TYPE_CHECKING:
-    from gd_analyze.levels import ErrorTable, Promise
-    from gd_analyze.levels.norm_share import NormShare
-    from gd_analyze.operations import OperationCount
-    from gd_analyze.robots import RobotArm
+    from gd_analyze.operations.program import OperationCount
+    from gd_analyze.robots.arm import RobotArm
+    from gd_analyze.simplification.accuracy import Accuracy, ErrorTable
+    from gd_analyze.simplification.norm_share import NormShare
     from gd_analyze.vectors import FloatArray
 
 # Characters that a joint's number and name take at least, however narrow the terminal.
@@ -115,26 +115,26 @@ def counts(operations: OperationCount) -> dict[str, int]:
     return {**asdict(operations), "total": operations.total}
 
 
-def promise_table(promise: Promise, arm: RobotArm, about: str = "") -> None:
+def promise_table(accuracy: Accuracy, arm: RobotArm, about: str = "") -> None:
     """Print the errors a model states beside the allowed ones; shares are of what the budget is one of."""
-    errors = promise.errors
+    errors = accuracy.errors
     joint_table(
-        f"Torque error{about}, {{units}}, and its share of the {promise.asked.shares_of}",
+        f"Torque error{about}, {{units}}, and its share of the {accuracy.asked.shares_of}",
         arm,
         [
             ("peak torque", errors.peak_torque),
-            *([("allowed", promise.allowed)] if promise.asked.norm is None else []),
+            *([("allowed", accuracy.allowed)] if accuracy.asked.norm is None else []),
             ("largest", errors.largest),
-            ("share", percents(promise.shares)),
+            ("share", percents(accuracy.shares)),
             ("RMS", errors.rms),
-            ("share", percents(promise.shares_of(errors.rms))),
+            ("share", percents(accuracy.shares_of(errors.rms))),
         ],
     )
 
 
-def promise_values(promise: Promise) -> dict[str, FloatArray | None]:
+def promise_values(accuracy: Accuracy) -> dict[str, FloatArray | None]:
     """What a model states of its errors, by the names of the schema."""
-    errors, allowed = promise.errors, promise.allowed if promise.asked.norm is None else None
+    errors, allowed = accuracy.errors, accuracy.allowed if accuracy.asked.norm is None else None
     return {
         "peak_torque": errors.peak_torque,
         "allowed_error": allowed,
@@ -143,7 +143,7 @@ def promise_values(promise: Promise) -> dict[str, FloatArray | None]:
         "largest_of_allowed": None if allowed is None else share_of(errors.largest, allowed),
         "rms_error": errors.rms,
         "rms_share": errors.rms_share,
-        "uncertainty": promise.uncertainty,
+        "uncertainty": accuracy.uncertainty,
     }
 
 

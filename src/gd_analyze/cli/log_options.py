@@ -13,9 +13,9 @@ from gd_analyze.cli.options import FILE, Output, PositiveNumber, together
 
 if TYPE_CHECKING:
     import gd_analyze as gd
-    from gd_analyze.logs import Reading
-    from gd_analyze.logs.table import Progress
-    from gd_analyze.trajectories import Treatment
+    from gd_analyze.motions.reading import Reading
+    from gd_analyze.motions.table import Progress
+    from gd_analyze.motions.treatment import Treatment
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -127,7 +127,7 @@ def reading_asked() -> Reading | None:
     words = {name: word for name, word in _words().items() if name not in _TREATED}
     if not words:
         return None
-    from gd_analyze.logs import Reading
+    from gd_analyze.motions.reading import Reading
 
     return Reading.of(**words)
 
@@ -137,7 +137,7 @@ def treatment_asked() -> Treatment | None:
     words = {name: word for name, word in _words().items() if name in _TREATED}
     if not words:
         return None
-    from gd_analyze.trajectories import Treatment
+    from gd_analyze.motions.treatment import Treatment
 
     return Treatment(**words)
 
@@ -154,14 +154,14 @@ def read_motions(words: tuple[str, ...], arm: gd.RobotArm) -> gd.Trajectory:
 
     Several motions are one trajectory.
     """
-    from gd_analyze.trajectories import trajectory_of
+    from gd_analyze.motions.pool import trajectory_of
 
     return trajectory_of(words, arm, read_motion)
 
 
 def read_each(words: tuple[str, ...], arm: gd.RobotArm) -> list[gd.Trajectory]:
     """Read the same as `read_motions`, each motion by itself."""
-    from gd_analyze.trajectories import motions_of
+    from gd_analyze.motions.pool import motions_of
 
     return motions_of(words, arm, read_motion)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from gd_analyze.cli.terminal import line, sentence, table
 
 if TYPE_CHECKING:
-    from gd_analyze.results import Findings
+    from gd_analyze.results.findings import Findings
     from gd_analyze.results.rows import Row
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from gd_analyze.cli.terminal import line, sentence, table
 
 if TYPE_CHECKING:
-    from gd_analyze.results import Findings
+    from gd_analyze.results.findings import Findings
 
 # Motions that have a column of verdicts each: as many as 80 columns hold.
 _MOST_COLUMNS = 12

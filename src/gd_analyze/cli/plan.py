@@ -10,23 +10,17 @@ import click
 
 import gd_analyze as gd
 from gd_analyze.cli.given import GivenRobot, robot_given
-from gd_analyze.cli.options import (
-    PositiveNumber,
-    command_line,
-    number_option,
-    number_read,
-    out_option,
-)
+from gd_analyze.cli.options import PositiveNumber, command_line, number_option, number_read, out_option
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.outputs import require_outputs
 from gd_analyze.cli.terminal import line, lines, sentence, table
 from gd_analyze.errors import TrajectoryError, UsageError
 
 if TYPE_CHECKING:
-    from gd_analyze.trajectories import Plan
+    from gd_analyze.motions.planning import Plan
 
 
-# As in `gd_analyze.trajectories.PROFILES`, which loads NumPy.
+# As in `gd_analyze.motions.profiles.PROFILES`, which loads NumPy.
 PROFILE_NAMES = ("4-3-4", "3-5-3", "quintic", "cubic", "trapezoidal")
 
 # Extremes below that, in SI, are none.
@@ -83,7 +77,7 @@ def plan(
     require_outputs(out)
     with output.working() as stage:
         stage("planning")
-        from gd_analyze.trajectories import trajectory_csv
+        from gd_analyze.motions.csv_writing import trajectory_csv
 
         arm = robot.load()
         try:

@@ -14,7 +14,7 @@ from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.terminal import line, sentence, table
 
 if TYPE_CHECKING:
-    from gd_analyze.search import TermRanking
+    from gd_analyze.simplification.ranking import TermRanking
 
 
 @click.command(short_help="Rank every term of D, h and c by the torque it makes.")

@@ -17,7 +17,7 @@ from gd_analyze.cli.recursion_view import recursion_document, show_recursion
 from gd_analyze.cli.terminal import WIDTH, line, lines, sentence
 
 if TYPE_CHECKING:
-    from gd_analyze.certification import Certificate
+    from gd_analyze.certification.certificate import Certificate
 
 
 @click.command(short_help="Find a model of few terms within a torque budget.")
@@ -78,10 +78,11 @@ def simplify(
     with output.working() as stage:
         import time
 
-        from gd_analyze.provenance import provenance
-        from gd_analyze.search import How, simplify_exact
+        from gd_analyze.results.provenance import provenance
+        from gd_analyze.simplification.search_options import SearchOptions
+        from gd_analyze.simplification.simplify import simplify_exact
 
-        how = How(None if level is None else gd.LEVELS[level], refit, operations, effort=effort)
+        how = SearchOptions(None if level is None else gd.LEVELS[level], refit, operations, effort=effort)
         if certified and (refit or operations is not None):
             raise click.UsageError("--certified goes without --refit and --operations")
         if margin is not None and not (certified and given.trajectories):
@@ -128,26 +129,26 @@ def _document(
     from gd_analyze.cli.joint_table import counts, joint_rows, norm_rows, promise_values
     from gd_analyze.formulas.plain import Plain
 
-    promise = model.promise
-    columns = promise_values(promise) | {"certified": None if certificate is None else certificate.certified}
+    accuracy = model.accuracy
+    columns = promise_values(accuracy) | {"certified": None if certificate is None else certificate.certified}
     where = {} if certificate is None else {"certified_within": certificate.region.where}
     document: dict[str, Any] = {
         "arm": model.arm.name,
         "level": model.level.name,
         "refitted": model.refitted,
         "drives": model.drives,
-        "budget": promise.budget,
-        "made_for": dict(promise.made_for),
+        "budget": accuracy.budget,
+        "fitted_on": dict(accuracy.fitted_on),
         "operations": counts(model.operations),
         "operations_full": counts(model.operations_full),
-        "levels": [one._asdict() for one in promise.levels],
-        "search": [step._asdict() for step in promise.steps],
-        "solved": promise.solved,
-        "cut_short": promise.cut_short,
+        "levels": [one._asdict() for one in accuracy.levels],
+        "search": [step._asdict() for step in accuracy.steps],
+        "solved": accuracy.solved,
+        "cut_short": accuracy.cut_short,
         "saves": model.saves,
         "notice": model.notice,
         "joints": joint_rows(model.arm, columns),
-        "norms": norm_rows(promise.norms),
+        "norms": norm_rows(accuracy.norms),
     } | where
     if model.level is gd.LEVELS["element"]:
         return document | {"kept": _labels(model), "dropped": _labels(model, dropped=True)}
@@ -164,7 +165,7 @@ def _document(
 
 
 def _labels(model: gd.SimplifiedModel, dropped: bool = False) -> list[str]:
-    from gd_analyze.levels import parts_of
+    from gd_analyze.simplification.parts import parts_of
 
     return [p.label for p in parts_of(model.arm.n_joints) if (p in model.terms) != dropped]
 
@@ -179,11 +180,11 @@ def _show(
     from gd_analyze.cli.joint_table import arm_in_words, promise_table
     from gd_analyze.formatting import amount, rounded_up
     from gd_analyze.formulas.plain import Plain
+    from gd_analyze.motions.states import in_words
     from gd_analyze.results.error_words import errs_by, norms_told
     from gd_analyze.results.summary import nothing_gained, worst_error
-    from gd_analyze.states import in_words
 
-    promise, arm = model.promise, model.arm
+    accuracy, arm = model.accuracy, model.arm
     full, left = model.operations_full, model.operations
     if model.saves:
         proven = certificate and worst_error(model, certificate.certified)
@@ -198,15 +199,15 @@ def _show(
         line(f"         -> {left}")
     refitted = ", refitted" if model.refitted else ""
     sentence(
-        f"{model.level.told(model.terms)}{refitted}, budget {promise.budget}, for "
-        f"{in_words(promise.made_for)}; in {seconds:.2g} s"
+        f"{model.level.told(model.terms)}{refitted}, budget {accuracy.budget}, for "
+        f"{in_words(accuracy.fitted_on)}; in {seconds:.2g} s"
     )
-    if promise.levels:
-        sentence(f"{promise.by_level}.")
-    sentence(f"Operations after each step of the search: {promise.search}.")
-    promise_table(promise, arm)
+    if accuracy.levels:
+        sentence(f"{accuracy.by_level}.")
+    sentence(f"Operations after each step of the search: {accuracy.search}.")
+    promise_table(accuracy, arm)
     line()
-    sentence(f"{norms_told(promise.norms, arm)}.")
+    sentence(f"{norms_told(accuracy.norms, arm)}.")
     line()
     if model.notice:
         sentence(model.notice)

@@ -13,7 +13,7 @@ from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.terminal import sentence, table
 
 if TYPE_CHECKING:
-    from gd_analyze.search import TradeOffPoint
+    from gd_analyze.simplification.trade_off import TradeOffPoint
 
 
 @click.command("trade-off", short_help="Operations against torque error, for all levels.")
@@ -41,7 +41,7 @@ def trade_off(given: Given, budget: str, quick: bool, output: Output) -> None:
     from gd_analyze.cli.joint_table import counts
 
     with output.working() as stage:
-        from gd_analyze.search.trade_off import FACTORS, KINDS, kinds_for
+        from gd_analyze.simplification.trade_off import FACTORS, KINDS, kinds_for
 
         stage("reading")
         allowed = gd.Budget.parse(budget)
@@ -78,9 +78,9 @@ def trade_off(given: Given, budget: str, quick: bool, output: Output) -> None:
 
 def _show(exact: gd.ExactDynamics, points: tuple[TradeOffPoint, ...], absent: list[str]) -> None:
     from gd_analyze.cli.joint_table import arm_in_words
-    from gd_analyze.levels.many_terms import many_terms_told
     from gd_analyze.results.words import kind_name
-    from gd_analyze.search import curves
+    from gd_analyze.simplification.many_terms import many_terms_told
+    from gd_analyze.simplification.trade_off import curves
 
     arm = arm_in_words(exact.arm, exact.form.drives)
     sentence(f"{arm}, over {exact.states.in_words}", bold=True)

@@ -60,7 +60,7 @@ def validate(
         import gd_analyze as gd
         from gd_analyze.cli.validation_view import document, show
         from gd_analyze.files import write_text
-        from gd_analyze.validation import junit_xml
+        from gd_analyze.studies.junit import junit_xml
 
         loaded = gd.load_model(model)
         motions = read_each(trajectories, loaded.arm)

@@ -18,16 +18,18 @@ from gd_analyze.cli.measured_torque import show_friction
 from gd_analyze.cli.terminal import line, sentence, table
 from gd_analyze.formatting import number, percent
 from gd_analyze.labels import joint_name, shortened
-from gd_analyze.levels.promise import share_of
+from gd_analyze.motions.states import in_words
 from gd_analyze.results.torque_table import measured_torque_table
 from gd_analyze.results.torque_words import rows_told, torque_sentence
-from gd_analyze.states import in_words
+from gd_analyze.simplification.accuracy import share_of
 
 if TYPE_CHECKING:
     from gd_analyze.cli.joint_table import Column
-    from gd_analyze.measured_torque import TorqueComparison
+    from gd_analyze.dynamics.measured_torque import TorqueComparison
     from gd_analyze.results.rows import Row
-    from gd_analyze.validation import BoxExit, ValidatedMotion, Validation
+    from gd_analyze.studies.along import ValidatedMotion
+    from gd_analyze.studies.box_exits import BoxExit
+    from gd_analyze.studies.validate import Validation
 
 # Characters of names of motions and joints in tables that hold much else.
 _NAME, _MOTION = 12, 24
@@ -40,8 +42,8 @@ def document(found: Validation, fit_friction: bool) -> dict[str, Any]:
         "arm": model.arm.name,
         "drives": model.drives,
         "level": model.level.name,
-        "made_for": dict(model.promise.made_for),
-        "budget": model.promise.budget,
+        "fitted_on": dict(model.accuracy.fitted_on),
+        "budget": model.accuracy.budget,
         "fail_over": None if found.fail_over is None else str(found.fail_over),
         "passed": None if found.fail_over is None else found.passed,
         "box": {
@@ -102,11 +104,11 @@ def _compared(one: ValidatedMotion, comparison: TorqueComparison, fit_friction: 
 def show(found: Validation, fit_friction: bool) -> None:
     """Print the verdict, then each motion."""
     model, count = found.model, len(found.motions)
-    made_for = in_words(model.promise.made_for) if model.promise.made_for else "states without a name"
+    fitted_on = in_words(model.accuracy.fitted_on) if model.accuracy.fitted_on else "states without a name"
     sentence(_verdict(found), bold=True)
     sentence(
-        f"{arm_in_words(model.arm, model.drives)}: a model made for {made_for}, with a budget of "
-        f"{model.promise.budget}, along {count} motion{'s' * (count > 1)}."
+        f"{arm_in_words(model.arm, model.drives)}: a model made for {fitted_on}, with a budget of "
+        f"{model.accuracy.budget}, along {count} motion{'s' * (count > 1)}."
     )
     if count > 1:
         _show_all(found)
@@ -178,11 +180,11 @@ def _show_errors(one: ValidatedMotion, found: Validation) -> None:
         columns.append(("promise", ["kept" if x else "broken" for x in one.keeps_promise]))
     points = f"{one.trajectory.n_set_points} set points"
     joint_table(f"{one.name}, {points}: torque error, {{units}}", found.model.arm, columns)
-    asked = one.promise.asked.norm
+    asked = one.accuracy.asked.norm
     if asked is not None:
         kept = "kept" if one.keeps_promise.all() else "not kept"
         line()
-        sentence(f"Promised: {one.promise.budget}, which is {kept} along this motion.")
+        sentence(f"Promised: {one.accuracy.budget}, which is {kept} along this motion.")
 
 
 def _show_exits(one: ValidatedMotion, found: Validation) -> None:

@@ -20,9 +20,9 @@ from gd_analyze.formulas.writing import element_formula
 from gd_analyze.visible import visible
 
 if TYPE_CHECKING:
-    from gd_analyze.harmonics import Harmonics
     from gd_analyze.harmonics.equations import Equation
     from gd_analyze.harmonics.terms import Factor
+    from gd_analyze.harmonics.transform import Harmonics
 
 # Characters printed at once.
 _AT_ONCE = 2**22

@@ -8,13 +8,13 @@ from functools import partial
 import numpy as np
 
 from gd_analyze.errors import UsageError
+from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.exporting.functions import Function
 from gd_analyze.exporting.inputs import kind_of
 from gd_analyze.exporting.rounding import float_errors_told
 from gd_analyze.exporting.sine_cosine import DOUBLE, FLOAT
 from gd_analyze.exporting.statements import Body, Notation, body, digits
 from gd_analyze.exporting.strides import Strides, in_strides
-from gd_analyze.exporting.subject import Subject
 from gd_analyze.exporting.templating import filled
 from gd_analyze.exporting.told import told
 
@@ -22,7 +22,7 @@ from gd_analyze.exporting.told import told
 _LANES = 8
 
 
-def c_texts(subject: Subject, scalar: str) -> tuple[str, ...]:
+def c_texts(subject: ExportInput, scalar: str) -> tuple[str, ...]:
     """Print a header and a source.
 
     Parameters

@@ -6,14 +6,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from gd_analyze.certification import Certificate
+from gd_analyze.certification.certificate import Certificate
 from gd_analyze.errors import UsageError
+from gd_analyze.exporting.export_input import (
+    ExportInput,
+    subject_of_decomposition,
+    subject_of_form,
+    subject_of_model,
+)
 from gd_analyze.exporting.languages import LANGUAGES
-from gd_analyze.exporting.subject import Subject, subject_of_decomposition, subject_of_form, subject_of_model
 from gd_analyze.files import replacing_together
-from gd_analyze.levels import ExactForm, SimplifiedModel
-from gd_analyze.robots import RobotArm, arm_of
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.shown import html_of
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.model import SimplifiedModel
 
 SCALARS = ("double", "float")
 
@@ -32,7 +39,7 @@ class Exported:
         Texts by the names of their files.
     """
 
-    subject: Subject
+    subject: ExportInput
     languages: tuple[str, ...]
     files: Mapping[str, str]
 
@@ -120,7 +127,7 @@ def export_decomposition(
     return printed(subject_of_decomposition(arm_of(arm), name), languages, scalar)
 
 
-def printed(subject: Subject, languages: str | Sequence[str], scalar: str = "double") -> Exported:
+def printed(subject: ExportInput, languages: str | Sequence[str], scalar: str = "double") -> Exported:
     """Print a subject, see `export`."""
     chosen = (languages,) if isinstance(languages, str) else tuple(languages)
     files: dict[str, str] = {}

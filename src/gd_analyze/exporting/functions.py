@@ -8,15 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.formulations import composite_moments
-from gd_analyze.kinematics import solve_kinematics
-from gd_analyze.levels.derived_programs import (
+from gd_analyze.dynamics import composite_moments
+from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.operations.program import OperationCount, Program
+from gd_analyze.operations.trace import Trace
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.derived_programs import (
     coriolis_centrifugal_program,
     gravity_loading_program,
     inertia_program,
 )
-from gd_analyze.operations import OperationCount, Program, Trace
-from gd_analyze.robots import RobotArm
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 from gd_analyze.exporting.c import c_texts
 from gd_analyze.exporting.cpp import cpp_texts
+from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.exporting.latex import latex_texts
 from gd_analyze.exporting.matlab import matlab_texts
 from gd_analyze.exporting.python import casadi_texts, jax_texts, python_texts
-from gd_analyze.exporting.subject import Subject
 
 
 class Language(NamedTuple):
@@ -25,7 +25,7 @@ class Language(NamedTuple):
     """
 
     suffixes: tuple[str, ...]
-    texts: Callable[[Subject, str], tuple[str, ...]]
+    texts: Callable[[ExportInput, str], tuple[str, ...]]
 
     def names(self, subject: str) -> tuple[str, ...]:
         """Names of the files of a subject."""

@@ -5,23 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from gd_analyze.errors import UsageError
+from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.exporting.foreign import tex
-from gd_analyze.exporting.subject import Subject
 from gd_analyze.exporting.templating import filled
 from gd_analyze.exporting.told import proven_rows, told
 from gd_analyze.formatting import number
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.latex import Latex
 from gd_analyze.formulas.plain import Plain
-from gd_analyze.levels import RECURSIVE, ExactForm
-from gd_analyze.levels.recursion_reading import MEANINGS
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.recursion_reading import MEANINGS
+from gd_analyze.simplification.recursive import RECURSIVE
 
 # Significant digits of coefficients, and signs of plain text that fill a line of a page.
 _DIGITS = 6
 _WIDTH = 68
 
 
-def latex_texts(subject: Subject, scalar: str) -> tuple[str, ...]:
+def latex_texts(subject: ExportInput, scalar: str) -> tuple[str, ...]:
     """Print a document.
 
     Raises
@@ -59,7 +60,7 @@ def latex_texts(subject: Subject, scalar: str) -> tuple[str, ...]:
     return (text,)
 
 
-def _equations(subject: Subject) -> tuple[list[tuple[str, tuple[Formula, ...]]], Legend]:
+def _equations(subject: ExportInput) -> tuple[list[tuple[str, tuple[Formula, ...]]], Legend]:
     """Headings and formulas, and what names in them mean; of exact dynamics those of the recursion."""
     model = subject.model
     if model is not None and model.level is not RECURSIVE:
@@ -81,14 +82,14 @@ def _broken(formula: Formula) -> Iterator[str]:
     yield line if width else f"{line} 0"
 
 
-def _errors(subject: Subject) -> list[list[str]]:
+def _errors(subject: ExportInput) -> list[list[str]]:
     if subject.model is None:
         return []
-    errors, allowed = subject.model.promise.errors, subject.model.promise.allowed
+    errors, allowed = subject.model.accuracy.errors, subject.model.accuracy.allowed
     columns = (errors.peak_torque, allowed, errors.largest, errors.rms)
     return [[number(float(x)) for x in row] for row in zip(*columns, strict=True)]
 
 
-def _bounds(subject: Subject) -> list[list[str]]:
+def _bounds(subject: ExportInput) -> list[list[str]]:
     rows = [] if subject.certificate is None else proven_rows(subject.certificate)
     return [[f"{x:.6g}" for x in row] for row in rows]

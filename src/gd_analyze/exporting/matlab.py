@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.exporting.statements import Notation, body
-from gd_analyze.exporting.subject import Subject
 from gd_analyze.exporting.templating import filled
 from gd_analyze.exporting.told import told
 
 
-def matlab_texts(subject: Subject, scalar: str) -> tuple[str, ...]:
+def matlab_texts(subject: ExportInput, scalar: str) -> tuple[str, ...]:
     """Print a function file; states are columns, and there may be many."""
     text = filled(
         "model.m.jinja",

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.exporting.subject import Subject
+from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.formatting import number, rounded_up
+from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.operations.program import UFUNCS, Program
-from gd_analyze.states import States, states_in_box
 from gd_analyze.vectors import FloatArray
 
 _STATES = 1000
@@ -15,7 +15,7 @@ _STATES = 1000
 _OTHERS = 2.0
 
 
-def float_errors_told(subject: Subject) -> list[str]:
+def float_errors_told(subject: ExportInput) -> list[str]:
     """Say how far single precision is from double, joint by joint."""
     if subject.torque is None:
         return []

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gd_analyze.certification import Certificate
+from gd_analyze.certification.certificate import Certificate
 from gd_analyze.formatting import rounded_up
-from gd_analyze.levels import SimplifiedModel
+from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.vectors import FloatArray
 
 
@@ -58,7 +58,7 @@ def stated(model: SimplifiedModel | None, certificate: Certificate | None) -> Ma
 
     if model is not None:
         meaning = "largest torque error at the states that the model was made for"
-        state("sampled_error", meaning, model.promise.errors.largest, math.inf)
+        state("sampled_error", meaning, model.accuracy.errors.largest, math.inf)
     if certificate is not None:
         box = certificate.box
         bounds = np.array([up(float(x)) for x in certificate.certified])

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from gd_analyze.exporting.functions import Function, Result
-from gd_analyze.operations import Program, Trace
-from gd_analyze.operations.trace import Expression, Operation, reached
+from gd_analyze.operations.program import Program
+from gd_analyze.operations.trace import Expression, Operation, Trace, reached
 
 
 @dataclass(frozen=True)

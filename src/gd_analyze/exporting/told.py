@@ -5,29 +5,29 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Sequence
 
-from gd_analyze.certification import Certificate
+from gd_analyze.certification.certificate import Certificate
+from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.exporting.foreign import comment
 from gd_analyze.exporting.stated import up
-from gd_analyze.exporting.subject import Subject
 from gd_analyze.formatting import number
-from gd_analyze.levels.model_file import model_text
-from gd_analyze.robots import fingerprint
+from gd_analyze.robots.description import fingerprint
+from gd_analyze.simplification.model_file import model_text
 from gd_analyze.version import __version__
 
 
-def told(subject: Subject, more: Sequence[str] = ()) -> list[str]:
+def told(subject: ExportInput, more: Sequence[str] = ()) -> list[str]:
     """Say what it is, of which arm, in which units, how exact, and what foreign names became."""
     return [line.rstrip() for line in (*_what(subject), "", *_joints(subject), "", *_errors(subject), *more)]
 
 
-def _what(subject: Subject) -> Iterator[str]:
+def _what(subject: ExportInput) -> Iterator[str]:
     arm, model = subject.arm, subject.model
     kind = "Exact dynamics" if model is None else "Simplified torque model"
     yield f"{kind} of {comment(arm.title or arm.name)}, by gd-analyze {__version__}."
     yield ""
     if model is not None:
         kept = model.level.told(model.terms)
-        yield f"Level {model.level.name}: {kept}; budget {comment(model.promise.budget)}."
+        yield f"Level {model.level.name}: {kept}; budget {comment(model.accuracy.budget)}."
     for function in subject.functions:
         yield f"{function.name}: {function.meaning};"
         yield f"  {function.count}."
@@ -43,7 +43,7 @@ def _what(subject: Subject) -> Iterator[str]:
         yield f"  {hashlib.sha256(model_text(model).encode()).hexdigest()}"
 
 
-def _joints(subject: Subject) -> Iterator[str]:
+def _joints(subject: ExportInput) -> Iterator[str]:
     yield "Joints in their order, and what their names became:"
     for i, (joint, word) in enumerate(zip(subject.arm.joints, subject.joints, strict=True), start=1):
         kind = "turns" if joint.kind == "revolute" else "slides"
@@ -54,15 +54,15 @@ def _joints(subject: Subject) -> Iterator[str]:
     yield f"Links: {', '.join(map(comment, links))}"
 
 
-def _errors(subject: Subject) -> Iterator[str]:
+def _errors(subject: ExportInput) -> Iterator[str]:
     if subject.model is None:
         yield "Exact: no error but rounding."
         return
-    promise, certificate = subject.model.promise, subject.certificate
-    made_for = ", ".join(f"{key} {comment(str(value))}" for key, value in promise.made_for.items())
+    accuracy, certificate = subject.model.accuracy, subject.certificate
+    fitted_on = ", ".join(f"{key} {comment(str(value))}" for key, value in accuracy.fitted_on.items())
     yield "Errors of the torque, sampled where the model was made:"
-    yield f"  {made_for}"
-    columns = [promise.errors.peak_torque, promise.allowed, promise.errors.largest, promise.errors.rms]
+    yield f"  {fitted_on}"
+    columns = [accuracy.errors.peak_torque, accuracy.allowed, accuracy.errors.largest, accuracy.errors.rms]
     yield from _table(
         ["joint", "peak torque", "allowed", "largest", "RMS"],
         [[number(float(x)) for x in row] for row in zip(*columns, strict=True)],

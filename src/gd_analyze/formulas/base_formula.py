@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from gd_analyze.dynamics.base_parameters import BaseParameter, Share
 from gd_analyze.formulas.formula import Formula, Piece, Power, Product, Symbol
-from gd_analyze.formulations.base_parameters import BaseParameter, Share
 
 # Masses in a row that count the same are one piece; what differs by less than this share differs by rounding.
 _SAME = 1e-12

@@ -5,16 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from itertools import groupby
 
-from gd_analyze.formulas.formula import (
-    NOTHING,
-    Formula,
-    Function,
-    Piece,
-    Power,
-    Product,
-    Symbol,
-    bracketed,
-)
+from gd_analyze.formulas.formula import NOTHING, Formula, Function, Piece, Power, Product, Symbol, bracketed
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.equations import Equation
 from gd_analyze.harmonics.terms import (

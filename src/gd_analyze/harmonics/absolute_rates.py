@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gd_analyze.robots import RobotArm
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.vectors import FloatArray
 
 

@@ -12,7 +12,7 @@ from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.product_table import ProductTable
 from gd_analyze.harmonics.products import with_products
 from gd_analyze.harmonics.terms import Factor, Monomial
-from gd_analyze.harmonics.waves import Waves, numbers
+from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial, numbers
 from gd_analyze.round_off import falling
 from gd_analyze.vectors import Array, FloatArray
 
@@ -21,7 +21,7 @@ _EXPONENTIALS = {"cos": (0.5, 0.5), "sin": (-0.5j, 0.5j), "power": (1.0, 0.0)}
 
 
 def to_terms(
-    waves: Waves, rates: AbsoluteRates, noise: float = 0.0, deciding: int = 1
+    waves: TrigonometricPolynomial, rates: AbsoluteRates, noise: float = 0.0, deciding: int = 1
 ) -> dict[Monomial, FloatArray]:
     """Write polynomials in products of sines and cosines; exact, and the same for all of them.
 
@@ -40,7 +40,9 @@ def to_terms(
     return dict(sorted(joined, key=lambda item: (falling(item[1][0]), item[0])))
 
 
-def to_products(waves: Waves, rates: AbsoluteRates, noise: float = 0.0, deciding: int = 1) -> ProductTable:
+def to_products(
+    waves: TrigonometricPolynomial, rates: AbsoluteRates, noise: float = 0.0, deciding: int = 1
+) -> ProductTable:
     """Write polynomials in products of sines and cosines; exact, and the same for all of them.
 
     Parameters
@@ -64,7 +66,7 @@ def to_products(waves: Waves, rates: AbsoluteRates, noise: float = 0.0, deciding
     return table
 
 
-def _split(waves: Waves, rates: AbsoluteRates) -> tuple[NDArray[np.int64], FloatArray]:
+def _split(waves: TrigonometricPolynomial, rates: AbsoluteRates) -> tuple[NDArray[np.int64], FloatArray]:
     """Waves as products of one cosine or sine, or power, per run.
 
     A wave is Re(C prod_r exp(i s_r a_r)), a_r the angle of run r with the sign s_r taken out that makes its
@@ -124,7 +126,9 @@ def _factors(key: list[int], run: tuple[int, ...], sliding: tuple[bool, ...]) ->
     return (Factor("sin" if sine else "cos", tuple(part.get(j, 0) for j in joints)),) if any(own) else ()
 
 
-def to_waves(polynomials: Sequence[Mapping[Monomial, float]], sliding: Sequence[bool]) -> Waves:
+def to_waves(
+    polynomials: Sequence[Mapping[Monomial, float]], sliding: Sequence[bool]
+) -> TrigonometricPolynomial:
     """Multiply products of sines and cosines out.
 
     Parameters
@@ -155,4 +159,4 @@ def to_waves(polynomials: Sequence[Mapping[Monomial, float]], sliding: Sequence[
     _, first, column = np.unique(numbers(multiples), return_index=True, return_inverse=True)
     out = np.zeros((len(polynomials), len(first)), dtype=complex)
     np.add.at(out, (rows[source], column), weights)
-    return Waves(tuple(sliding), multiples[first], out)
+    return TrigonometricPolynomial(tuple(sliding), multiples[first], out)

@@ -11,15 +11,16 @@ from pathlib import Path
 
 import numpy as np
 
+from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.errors import UsageError
-from gd_analyze.formulations.generalized_dalembert import EFFECTS
 from gd_analyze.harmonics.conversion import to_products
 from gd_analyze.harmonics.product_table import ProductTable
 from gd_analyze.harmonics.terms import Monomial
 from gd_analyze.harmonics.transform import Harmonics, christoffel, harmonics_behind
-from gd_analyze.harmonics.waves import DEGREE, Waves
+from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial
 from gd_analyze.labels import joined, parted
-from gd_analyze.robots import RobotArm, arm_of
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.round_off import falling
 from gd_analyze.schema import unit_of
 from gd_analyze.vectors import FloatArray
@@ -30,7 +31,7 @@ Indices = tuple[int, ...]
 _ROUND_OFF = 1e-12
 
 # Of which kind the unit of an element is, by its letter.
-_QUANTITIES = {"D": "inertia", "h": "coupling", "c": "effort"}
+_QUANTITIES = {"D": "inertia", "h": "christoffel", "c": "effort"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,14 +208,14 @@ def _equation(harmonics: Harmonics, kind: str, indices: Indices, min_share: floa
         effects = harmonics.inertia[indices[0], indices[1]]
         noise = harmonics.noise[0]
     elif kind == "h":
-        effects = harmonics.coupling(*indices)
+        effects = harmonics.christoffel(*indices)
         noise = DEGREE * harmonics.noise[0]
     else:
         effects = harmonics.gravity_loading[indices[0]].added([0], 2)
         noise = harmonics.noise[1]
     links = tuple(range(max(indices), arm.n_joints))
     by_link = [_of_link(harmonics, kind, indices, s) for s in links]
-    waves = Waves.stacked([effects.total(), effects, *by_link])
+    waves = TrigonometricPolynomial.stacked([effects.total(), effects, *by_link])
     table = to_products(waves, harmonics.rates, noise, deciding=3)
     table = _large(arm, table.only(np.abs(table.weights[:, 0]) > noise), min_share)
     written = [
@@ -251,7 +252,7 @@ def _largest_value(arm: RobotArm, factors: Monomial) -> float:
     return math.prod(max(abs(joint.lower or 0.0), abs(joint.upper or 0.0)) or 1.0 for joint in slides)
 
 
-def _of_link(harmonics: Harmonics, kind: str, indices: Indices, s: int) -> Waves:
+def _of_link(harmonics: Harmonics, kind: str, indices: Indices, s: int) -> TrigonometricPolynomial:
     """What link s adds to an element."""
     if kind == "c":
         return harmonics.potential_by_link[[s]].derivative(*indices)

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from gd_analyze.given_numbers import LARGEST_COEFFICIENT
 from gd_analyze.harmonics.torque_algebra import TorqueAlgebra, no_torque
-from gd_analyze.harmonics.waves import Waves
-from gd_analyze.operations import Program
+from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
+from gd_analyze.operations.program import Program
 from gd_analyze.vectors import FloatArray
 
 _EPS = float(np.finfo(float).eps)
@@ -43,7 +43,7 @@ class Expansion:
     """
 
     program: Program
-    rows: tuple[Waves, ...]
+    rows: tuple[TrigonometricPolynomial, ...]
     roundings: NDArray[np.int64]
     degrees: NDArray[np.int64]
 

@@ -26,7 +26,7 @@ from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.conversion import to_terms
 from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, Rate, Torques, TorqueTerm
 from gd_analyze.harmonics.transform import Harmonics
-from gd_analyze.harmonics.waves import Waves
+from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.vectors import FloatArray
 
 # Sums of a few products: what is left of their sizes when they cancel.
@@ -55,7 +55,7 @@ def energy_terms(harmonics: Harmonics, drive_inertia: FloatArray | None = None) 
             for k in np.flatnonzero(a[:, i]).tolist()
             for m in np.flatnonzero(a[:, j]).tolist()
         ]
-        elements.append((i, j, Waves.summed(parts), len(parts) * harmonics.noise[0]))
+        elements.append((i, j, TrigonometricPolynomial.summed(parts), len(parts) * harmonics.noise[0]))
     # A constant potential makes no torque.
     potential = harmonics.potential.only((harmonics.potential.multiples != 0).any(axis=1))
     elements.append((-1, -1, potential, harmonics.noise[1]))

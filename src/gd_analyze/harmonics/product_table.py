@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.harmonics.terms import Monomial
-from gd_analyze.harmonics.waves import numbers
+from gd_analyze.harmonics.trigonometric_polynomial import numbers
 from gd_analyze.vectors import FloatArray
 
 

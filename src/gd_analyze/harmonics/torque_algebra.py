@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.torque_rows import RateFactor, rate_factors
-from gd_analyze.harmonics.waves import DEGREE, Waves, numbers
+from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial, numbers
 from gd_analyze.vectors import Array
 
 # Largest multiple of an angle, or power, in any step. What a torque has is `DEGREE`; a product of an inertia
@@ -113,7 +113,7 @@ class TorqueAlgebra:
         multiples = (a + sign * b for a, b in zip(first.multiples, second.multiples, strict=True))
         return _Angle(tuple(multiples), first.constant + sign * second.constant)
 
-    def waves(self, one: Sum) -> Waves:
+    def waves(self, one: Sum) -> TrigonometricPolynomial:
         """Write a sum as waves, a polynomial for each of `rate_factors`."""
         angles, moving = np.divmod(one.keys, len(self.products))
         if (moving >= len(self.factors)).any():
@@ -126,7 +126,7 @@ class TorqueAlgebra:
         _, first, column = np.unique(numbers(multiples[kept]), return_index=True, return_inverse=True)
         out = np.zeros((len(self.factors), len(first)), dtype=complex)
         out[moving[kept], column] = values
-        return Waves(self.sliding, multiples[kept][first], out)
+        return TrigonometricPolynomial(self.sliding, multiples[kept][first], out)
 
     def _multiples(self, angles: NDArray[np.int64]) -> NDArray[np.int64]:
         out = np.empty((len(angles), self.n), dtype=np.int64)

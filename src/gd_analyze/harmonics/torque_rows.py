@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Mapping
 
 from gd_analyze.harmonics.transform import Harmonics, slopes_of
-from gd_analyze.harmonics.waves import Waves
+from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 
 # "1", an acceleration "qdd" (joint,) or a product of rates "qd" (joint, joint): the factor of a polynomial.
 RateFactor = tuple[str, tuple[int, ...]]
@@ -19,8 +19,8 @@ def rate_factors(n: int) -> tuple[RateFactor, ...]:
 
 
 def exact_row(
-    harmonics: Harmonics, inertia: Mapping[tuple[int, int], Waves], i: int
-) -> tuple[Waves, list[int]]:
+    harmonics: Harmonics, inertia: Mapping[tuple[int, int], TrigonometricPolynomial], i: int
+) -> tuple[TrigonometricPolynomial, list[int]]:
     """What adds up to the exact torque of joint i, D being `inertia`, and for each which of `rate_factors`.
 
     The factor of qd_j qd_k, j < k, is 2 h_ijk, that of qd_j^2 is h_ijj.
@@ -31,4 +31,4 @@ def exact_row(
     for place, (_, (j, k)) in enumerate(rate_factors(n)[n + 1 :], start=n + 1):
         parts += [(1.0 if j == k else 2.0) * slope for slope in slopes_of(inertia, i, j, k)]
         places += [place] * 3
-    return Waves.stacked(parts), places
+    return TrigonometricPolynomial.stacked(parts), places

@@ -20,13 +20,14 @@ from pathlib import Path
 
 import numpy as np
 
+from gd_analyze.dynamics import composite_moments as composite
+from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import ArmError
-from gd_analyze.formulations import composite_moments as composite
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
-from gd_analyze.harmonics.waves import DEGREE, Waves
-from gd_analyze.kinematics import solve_kinematics
+from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial
 from gd_analyze.labels import joined
-from gd_analyze.robots import RobotArm, arm_of
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.vectors import Array, FloatArray, chunks
 
 # Largest table of D on a grid. Ten general turning joints take 3.1 GB and 100 s, eleven 19 GB.
@@ -53,8 +54,8 @@ class Harmonics:
 
     arm: RobotArm
     rates: AbsoluteRates
-    inertia_by_link: dict[tuple[int, int, int], Waves]
-    potential_by_link: Waves
+    inertia_by_link: dict[tuple[int, int, int], TrigonometricPolynomial]
+    potential_by_link: TrigonometricPolynomial
     cut: tuple[float, float]
     left_out: float
 
@@ -83,45 +84,53 @@ class Harmonics:
         return smallest / self.left_out if self.left_out > 0.0 else np.inf
 
     @cached_property
-    def inertia(self) -> dict[tuple[int, int], Waves]:
+    def inertia(self) -> dict[tuple[int, int], TrigonometricPolynomial]:
         """D_ij for i <= j, joints from 0; two polynomials: translation, rotation."""
         n = self.arm.n_joints
         # Links may cancel; what is left of two equal coefficients is round-off.
         return {
-            (i, j): Waves.summed([self.inertia_by_link[s, i, j] for s in range(j, n)]).above(self.cut[0])
+            (i, j): TrigonometricPolynomial.summed(
+                [self.inertia_by_link[s, i, j] for s in range(j, n)]
+            ).above(self.cut[0])
             for i in range(n)
             for j in range(i, n)
             if (j, i, j) in self.inertia_by_link
         }
 
-    def whole_inertia(self, drive_inertia: FloatArray | None = None) -> dict[tuple[int, int], Waves]:
+    def whole_inertia(
+        self, drive_inertia: FloatArray | None = None
+    ) -> dict[tuple[int, int], TrigonometricPolynomial]:
         """D_ij, i <= j, both effects together; with drives, whose inertia (n,) is added to the diagonal."""
         whole = {key: parts.total() for key, parts in self.inertia.items()}
         for i, added in enumerate(() if drive_inertia is None else drive_inertia):
-            whole[i, i] += Waves.constant(whole[i, i].sliding, added)
+            whole[i, i] += TrigonometricPolynomial.constant(whole[i, i].sliding, added)
         return whole
 
     @cached_property
-    def potential(self) -> Waves:
+    def potential(self) -> TrigonometricPolynomial:
         """Potential energy, J, up to a constant; c_i is its derivative by q_i."""
         return self.potential_by_link.total().above(self.cut[1])
 
     @cached_property
-    def gravity_loading(self) -> tuple[Waves, ...]:
+    def gravity_loading(self) -> tuple[TrigonometricPolynomial, ...]:
         """c_i, N m."""
         return tuple(self.potential.derivative(i) for i in range(self.arm.n_joints))
 
-    def coupling(self, i: int, j: int, k: int) -> Waves:
+    def christoffel(self, i: int, j: int, k: int) -> TrigonometricPolynomial:
         """h_ijk, symmetric in j and k, by exact differentiation of D; two polynomials by effect."""
         return christoffel(self.inertia, i, j, k).above(DEGREE * self.cut[0])
 
 
-def christoffel(inertia: Mapping[tuple[int, int], Waves], i: int, j: int, k: int) -> Waves:
+def christoffel(
+    inertia: Mapping[tuple[int, int], TrigonometricPolynomial], i: int, j: int, k: int
+) -> TrigonometricPolynomial:
     """Christoffel symbol (dD_ij/dq_k + dD_ik/dq_j - dD_jk/dq_i) / 2 of D_ij, i <= j."""
-    return Waves.summed(slopes_of(inertia, i, j, k))
+    return TrigonometricPolynomial.summed(slopes_of(inertia, i, j, k))
 
 
-def slopes_of(inertia: Mapping[tuple[int, int], Waves], i: int, j: int, k: int) -> list[Waves]:
+def slopes_of(
+    inertia: Mapping[tuple[int, int], TrigonometricPolynomial], i: int, j: int, k: int
+) -> list[TrigonometricPolynomial]:
     """What adds up to a Christoffel symbol."""
     slopes = ((0.5, i, j, k), (0.5, i, k, j), (-0.5, j, k, i))
     return [sign * inertia[min(a, b), max(a, b)].derivative(by) for sign, a, b, by in slopes]
@@ -147,7 +156,7 @@ def harmonics_of(arm: RobotArm | str | Path) -> Harmonics:
 
     Examples
     --------
-    >>> from gd_analyze.robots import load_arm
+    >>> from gd_analyze.robots.catalogue import load_arm
     >>> len(harmonics_of(load_arm("two_link")).inertia[0, 0])
     2
     """
@@ -166,7 +175,7 @@ def harmonics_behind(arm: RobotArm, first: int) -> Harmonics:
     """
     _require_affordable(arm, first)
     cut = _cut(arm)
-    inertia: dict[tuple[int, int, int], Waves] = {}
+    inertia: dict[tuple[int, int, int], TrigonometricPolynomial] = {}
     left_out = 0.0
     for s in range(first, arm.n_joints):
         for i, values in _inertia_on_grid(_only_link(arm, s), first):
@@ -278,7 +287,7 @@ def _potential_on_grid(arm: RobotArm) -> FloatArray:
 
 def _waves_of(
     arm: RobotArm, values: FloatArray, joints: range, degree: int, cut: float
-) -> tuple[Waves, float]:
+) -> tuple[TrigonometricPolynomial, float]:
     """Waves of more than `cut` from P functions' values on the grid of `joints`; largest other over `cut`."""
     turning = [a for a, joint in enumerate(joints, start=1) if arm.is_revolute[joint]]
     table: Array = values
@@ -306,4 +315,4 @@ def _waves_of(
     for joint, digit, place in zip(joints, digits, np.unravel_index(found, shape), strict=False):
         multiples[:, joint] = digit[place]
     sliding = tuple(not turns for turns in arm.is_revolute)
-    return Waves(sliding, multiples, table[:, found].astype(complex)).above(cut), left_out
+    return TrigonometricPolynomial(sliding, multiples, table[:, found].astype(complex)).above(cut), left_out

@@ -30,7 +30,8 @@ def derivative(
 
     Examples
     --------
-    >>> from gd_analyze.operations import Program, Trace
+    >>> from gd_analyze.operations.program import Program
+    >>> from gd_analyze.operations.trace import Trace
     >>> trace = Trace()
     >>> x, y = trace.inputs("x", 2)[:, 0]
     >>> derivative(Program.of(trace, [x * y]), {"x1": 1.0}).outputs

@@ -17,7 +17,7 @@ from random import Random
 from typing import NamedTuple
 
 from gd_analyze.operations.monomials import Monomial, over, times, without
-from gd_analyze.operations.sums import Pair, Sums, Terms, Two
+from gd_analyze.operations.sums import Pair, PairProduct, Sums, Terms
 
 
 class _Place(NamedTuple):
@@ -49,11 +49,11 @@ class _Factor(NamedTuple):
 class _Product(NamedTuple):
     """A product of two, and what it saves to evaluate it once."""
 
-    two: Two
+    two: PairProduct
     gain: int
 
 
-_Candidate = Pair | Two | _Factor
+_Candidate = Pair | PairProduct | _Factor
 _Step = _Divisor | _Product
 
 
@@ -99,7 +99,7 @@ def _update(sums: Sums, steps: dict[_Candidate, _Step]) -> None:
     for changed in sums.touched:
         if isinstance(changed, Pair):
             _note(steps, changed, _pair(sums, changed))
-        elif isinstance(changed, Two):
+        elif isinstance(changed, PairProduct):
             _note(steps, changed, _Product(changed, len(sums.products[changed]) - 1))
         else:
             for candidate in [c for c in steps if isinstance(c, _Factor) and c.v == changed]:
@@ -212,7 +212,7 @@ def _shared(sums: Sums, one: _Place, other: _Place) -> Terms:
     return shared
 
 
-def _name_product(sums: Sums, two: Two) -> None:
+def _name_product(sums: Sums, two: PairProduct) -> None:
     """Define a product of two, and use it wherever it occurs."""
     coefficient, variables = two
     occurrences = list(sums.products[two])

@@ -28,7 +28,7 @@ class Pair(NamedTuple):
     ratio: float
 
 
-class Two(NamedTuple):
+class PairProduct(NamedTuple):
     """Product of two variables, or of a coefficient's magnitude and one."""
 
     coefficient: float
@@ -40,11 +40,11 @@ _new = tuple.__new__
 
 
 @lru_cache(maxsize=1 << 16)
-def _products(monomial: Monomial, coefficient: float) -> tuple[Two, ...]:
+def _products(monomial: Monomial, coefficient: float) -> tuple[PairProduct, ...]:
     """Products of two in a term: of its variables, and of its coefficient and one of them."""
-    found = {Two(1.0, (x, y)) for k, y in enumerate(monomial) for x in monomial[:k]}
+    found = {PairProduct(1.0, (x, y)) for k, y in enumerate(monomial) for x in monomial[:k]}
     if coefficient != 1.0:
-        found |= {Two(coefficient, (y,)) for y in monomial}
+        found |= {PairProduct(coefficient, (y,)) for y in monomial}
     return tuple(sorted(found))
 
 
@@ -66,10 +66,10 @@ class Sums:
         self.pairs: defaultdict[Pair, dict[tuple[int, Monomial, Monomial], tuple[Monomial, float]]] = (
             defaultdict(dict)
         )
-        self.products: defaultdict[Two, dict[tuple[int, Monomial], None]] = defaultdict(dict)
+        self.products: defaultdict[PairProduct, dict[tuple[int, Monomial], None]] = defaultdict(dict)
         self.operations = 0
         # Dictionaries as ordered sets: the same order in every run.
-        self.touched: dict[Pair | Two | int, None] = {}
+        self.touched: dict[Pair | PairProduct | int, None] = {}
         self.changed: dict[int, None] = {}
         self.magnitude = Magnitudes(_ROUND_OFF)
         self._next = first

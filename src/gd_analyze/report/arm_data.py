@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.formatting import given
-from gd_analyze.robots import RobotArm
+from gd_analyze.robots.arm import RobotArm
 
 
 def arm_data(arm: RobotArm) -> dict[str, Any]:

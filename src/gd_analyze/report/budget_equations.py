@@ -12,7 +12,7 @@ from gd_analyze.formulas.mathml import PageMathML
 from gd_analyze.formulas.writing import carried, grouped, powers, rate_powers, torque_symbol
 from gd_analyze.harmonics.terms import Torques, TorqueTerm, quantity_of
 from gd_analyze.report.budget_path import BudgetPath
-from gd_analyze.results import Findings
+from gd_analyze.results.findings import Findings
 
 _MATHS = PageMathML()
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from gd_analyze.formatting import pretty
 from gd_analyze.report.beyond_chart import place
-from gd_analyze.results import Findings, summary
+from gd_analyze.results import summary
+from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import Row, budget_rows
 
 # Decades of the axis that errors over the budget stand on.
@@ -52,7 +53,7 @@ class BudgetPath:
 
     def data(self, findings: Findings) -> dict[str, Any]:
         """Values for the page's script; places are percent of the axis from its left."""
-        model, allowed = findings.model, findings.model.promise.allowed
+        model, allowed = findings.model, findings.model.accuracy.allowed
         errors = np.array([row["largest_error"] for row in self.rows])
         ratio = np.divide(errors, allowed, out=np.zeros_like(errors), where=allowed > 0.0)
         return {
@@ -66,8 +67,8 @@ class BudgetPath:
             "place": [[place(share, *DECADES) for share in row] for row in ratio],
             "limit": [place(row["factor"], *DECADES) for row in self.rows],
             "allowed": allowed.tolist(),
-            "whole": model.promise.whole.tolist(),
-            "shares_of": model.promise.asked.shares_of,
+            "whole": model.accuracy.whole.tolist(),
+            "shares_of": model.accuracy.asked.shares_of,
             "unit": [joint.effort_unit for joint in findings.arm.joints],
         }
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from gd_analyze.formatting import aligned, figures, fitting, percent_cell, pretty
-from gd_analyze.results import Findings
+from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import Row
 
 Write = Callable[[Row], str]
@@ -55,7 +55,7 @@ def torque(name: str, noise: float = 0.0) -> Write:
 
 def share(name: str, findings: Findings, joint: str = "joint") -> Write:
     """Write percent of a joint's peak torque; a dash where nothing is known or that torque is round-off."""
-    peaks = findings.model.promise.errors.peak_torque
+    peaks = findings.model.accuracy.errors.peak_torque
 
     def write(row: Row) -> str:
         share = row[name]

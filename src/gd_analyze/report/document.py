@@ -16,9 +16,11 @@ from gd_analyze.report.panel import MOST_POINTS
 from gd_analyze.report.ranking_document import elements_ranked, founding_text, terms_ranked
 from gd_analyze.report.recording_document import recording_document
 from gd_analyze.report.recursion_document import recursion_data
-from gd_analyze.results import Findings, rows_of, summary
+from gd_analyze.results import summary
 from gd_analyze.results.contributions import Contributions
 from gd_analyze.results.error_words import norms_told
+from gd_analyze.results.findings import Findings
+from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import element_rows
 from gd_analyze.results.words import CONTRIBUTIONS, LETTERS, SYMBOLS, VERDICTS, told
 
@@ -36,17 +38,17 @@ def document(findings: Findings) -> dict[str, Any]:
         "thinned_to": MOST_POINTS if count > MOST_POINTS else 0,
         "all_turning": all(arm.is_revolute),
         "warnings": list(findings.warnings),
-        "budget": model.promise.budget,
-        "shares_of": model.promise.asked.shares_of,
-        "in_torque": model.promise.asked.wholes == {"torque"},
+        "budget": model.accuracy.budget,
+        "shares_of": model.accuracy.asked.shares_of,
+        "in_torque": model.accuracy.asked.wholes == {"torque"},
         "is_mechanical": model.level.is_mechanical,
         "saves": model.saves,
-        "norms": norms_told(model.promise.norms, arm),
+        "norms": norms_told(model.accuracy.norms, arm),
         "unsymmetric": summary.unsymmetric_told(findings),
         "refitted": model.refitted,
         "drives": model.drives,
         "contributions": [[name, CONTRIBUTIONS[name]] for name in Contributions.of(findings).parts],
-        "search": model.promise.search,
+        "search": model.accuracy.search,
         "operations": operations(model.operations_full, model.operations),
         "joints": rows,
         "longest_bar": longest_bar(rows),

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.elements import Element
-from gd_analyze.formulations.generalized_dalembert import EFFECTS
-from gd_analyze.results import Findings
+from gd_analyze.dynamics.elements import Element
+from gd_analyze.dynamics.generalized_dalembert import EFFECTS
+from gd_analyze.results.findings import Findings
 from gd_analyze.vectors import FloatArray
 
 

@@ -10,7 +10,7 @@ from gd_analyze.report.motion import skeleton
 from gd_analyze.report.panel import MOST_POINTS, WIDTH, Panel, add_frame, ticks
 from gd_analyze.report.thinning import breaks, broken, evenly, thinned
 from gd_analyze.report.views import View, oblique_view, plain_views, upright_frame
-from gd_analyze.results import Findings
+from gd_analyze.results.findings import Findings
 from gd_analyze.vectors import FloatArray
 
 POSES = 9

@@ -8,9 +8,10 @@ from gd_analyze.formatting import amount, pretty
 from gd_analyze.report.canvas import Canvas
 from gd_analyze.report.panel import MOST_POINTS, WIDTH, Panel, Scale, add_frame, ticks, whole_range
 from gd_analyze.report.thinning import breaks, broken, thinned
-from gd_analyze.results import Findings, summary
+from gd_analyze.results import summary
 from gd_analyze.results.contributions import Contributions
-from gd_analyze.robots import Joint
+from gd_analyze.results.findings import Findings
+from gd_analyze.robots.parts import Joint
 
 _HEAD, _FOOT, _LEFT, _GAP = 12.0, 20.0, 22.0, 12.0
 # A limit farther from zero than this many times the torque would leave no room to see what it is made of.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from gd_analyze.elements import Element, elements
+from gd_analyze.dynamics.elements import Element, elements
 from gd_analyze.formatting import figures
 from gd_analyze.report.canvas import Canvas
 from gd_analyze.report.colours import COLOURS
@@ -21,7 +21,7 @@ from gd_analyze.report.panel import (
     whole_range,
 )
 from gd_analyze.report.thinning import breaks
-from gd_analyze.results import Findings
+from gd_analyze.results.findings import Findings
 from gd_analyze.results.words import LETTERS
 
 # Dash and width tell curves apart in greyscale.

@@ -10,7 +10,7 @@ import numpy as np
 from gd_analyze.report.canvas import Canvas
 from gd_analyze.report.colours import OF_LEVEL
 from gd_analyze.report.panel import WIDTH, Panel, tick_label
-from gd_analyze.results import Findings
+from gd_analyze.results.findings import Findings
 from gd_analyze.results.words import kind_name
 
 HEIGHT = 180.0
@@ -60,14 +60,14 @@ def trade_off_figure(findings: Findings) -> Canvas:
     """Operations against largest error, one line per level and refit, and the report's own model."""
     model, table = findings.model, findings.tables["trade_off"]
     errors, operations = 100 * table.largest_share.values, table.operations.values.astype(float)
-    own = (100 * float(model.promise.shares.max(initial=0.0)), float(model.operations.total))
+    own = (100 * float(model.accuracy.shares.max(initial=0.0)), float(model.operations.total))
     exact = findings.model.operations_full.total
     across = _Axis.around([own[0], *errors.ravel()], _DECADES)
     upward = _Axis.around([own[1], *operations.ravel(), float(exact)])
     canvas = Canvas(WIDTH, HEIGHT)
     panel = Panel(34.0, 24.0, WIDTH - 34.0 - 96.0, HEIGHT - 24.0 - 16.0, (0.0, 1.0), (0.0, 1.0))
     _frame(canvas, panel, across, upward)
-    told = f"largest error along the trajectory, % of the {model.promise.asked.shares_of}"
+    told = f"largest error along the trajectory, % of the {model.accuracy.asked.shares_of}"
     canvas.text(panel.right, 4, told, 7.5, anchor="end")
     height = upward.place(exact)
     at = float(panel.upward(np.array(height)))

@@ -9,21 +9,12 @@ import numpy as np
 from gd_analyze.formatting import pretty
 from gd_analyze.report.canvas import Canvas
 from gd_analyze.report.motion import motion_curve, motion_unit
-from gd_analyze.report.panel import (
-    WIDTH,
-    Panel,
-    Scale,
-    add_curve,
-    add_frame,
-    ticks,
-    value_range,
-    whole_range,
-)
+from gd_analyze.report.panel import WIDTH, Panel, Scale, add_curve, add_frame, ticks, value_range, whole_range
 from gd_analyze.report.reading_curves import ReadingCurves
 from gd_analyze.report.thinning import breaks
-from gd_analyze.results import Findings
+from gd_analyze.results.findings import Findings
 from gd_analyze.results.torque_curves import measured_joints, torque_curves
-from gd_analyze.robots import RobotArm
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.vectors import FloatArray
 
 # Above, below and beside the rows of a figure.

@@ -11,8 +11,8 @@ from gd_analyze.formulas.legend import torque_legend
 from gd_analyze.formulas.typst import Typst
 from gd_analyze.formulas.writing import energy_formulas
 from gd_analyze.harmonics.terms import EnergyTerm, Rate, TorqueTerm
-from gd_analyze.levels import SimplifiedModel
 from gd_analyze.report.terms import tallies
+from gd_analyze.simplification.model import SimplifiedModel
 
 _TYPST = Typst()
 

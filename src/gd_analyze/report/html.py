@@ -8,7 +8,7 @@ from typing import Any
 from markupsafe import Markup
 
 from gd_analyze import formatting
-from gd_analyze.elements import elements
+from gd_analyze.dynamics.elements import elements
 from gd_analyze.formulas.formula import Legend
 from gd_analyze.formulas.mathml import PageMathML
 from gd_analyze.labels import inertia_label
@@ -23,15 +23,11 @@ from gd_analyze.report.page_environment import environment, style, template_text
 from gd_analyze.report.recording_document import recording_document
 from gd_analyze.report.recursion_document import recursion_shown
 from gd_analyze.report.stroboscope import stroboscope
-from gd_analyze.report.terms import (
-    exact_elements,
-    ranked_rows,
-    shared_accelerations,
-    tallies,
-    torque_names,
-)
-from gd_analyze.results import Findings, rows_of, summary
+from gd_analyze.report.terms import exact_elements, ranked_rows, shared_accelerations, tallies, torque_names
+from gd_analyze.results import summary
 from gd_analyze.results.error_words import norms_told
+from gd_analyze.results.findings import Findings
+from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import Row, dropped_parts, element_rows, joint_rows, trade_off_rows
 from gd_analyze.results.words import CONTRIBUTIONS, kind_name
 
@@ -125,7 +121,7 @@ def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
             kind_name(kind["level"], kind["refit"]).capitalize() for kind in rows_of(trade_off, "kind")
         ],
         "path": path,
-        "norms": norms_told(model.promise.norms, arm),
+        "norms": norms_told(model.accuracy.norms, arm),
         "tube": tables["tube"],
         "tube_sentence": summary.tube_sentence(findings),
         "unsymmetric": summary.unsymmetric_told(findings),
@@ -183,7 +179,7 @@ def _legend(legend: Legend) -> list[Markup]:
 
 def _limits(findings: Findings) -> dict[str, Any]:
     """Torque limits in words, where there are any, and whether one is so near a torque that it is drawn."""
-    peaks = findings.model.promise.errors.peak_torque
+    peaks = findings.model.accuracy.errors.peak_torque
     pairs = [
         (drive.torque_limit, peak, joint.effort_unit)
         for drive, peak, joint in zip(findings.arm.drives, peaks, findings.arm.joints, strict=False)

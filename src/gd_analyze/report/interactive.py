@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.elements import elements
+from gd_analyze.dynamics.elements import elements
 from gd_analyze.formatting import pretty
 from gd_analyze.report.colours import OF_LEVEL
 from gd_analyze.report.element_curves import element_curves, rank_of
@@ -19,8 +19,9 @@ from gd_analyze.report.motion import motion_curve, motion_unit, skeleton
 from gd_analyze.report.reading_curves import ReadingCurves
 from gd_analyze.report.thinning import breaks, evenly, thinned
 from gd_analyze.report.views import flat_normal, upright_frame
-from gd_analyze.results import Findings, summary
+from gd_analyze.results import summary
 from gd_analyze.results.contributions import Contributions
+from gd_analyze.results.findings import Findings
 from gd_analyze.results.recording_words import is_recorded
 from gd_analyze.results.torque_curves import measured_joints, torque_curves
 from gd_analyze.results.words import CONTRIBUTIONS, kind_name
@@ -180,14 +181,14 @@ def _trade_off(findings: Findings) -> dict[str, Any]:
                 "budget": table.budget.values.tolist(),
             }
         )
-    shares, whole = model.promise.shares, model.promise.whole
+    shares, whole = model.accuracy.shares, model.accuracy.whole
     path = findings.tables["budgets"]
     errors = path.largest_error.values
     errors = np.divide(errors, whole, out=np.zeros_like(errors), where=whole > 0)
     return {
         "kind": "trade-off",
         "unit": "operations",
-        "shares_of": model.promise.asked.shares_of,
+        "shares_of": model.accuracy.asked.shares_of,
         "traces": traces,
         "exact": model.operations_full.total,
         "path": {"x": _rounded(100 * errors.max(axis=1)), "y": path.operations.values.tolist()},
@@ -196,7 +197,7 @@ def _trade_off(findings: Findings) -> dict[str, Any]:
             # A joint that needs no torque at all has no peak to take a share of.
             "x": max(_rounded(100 * shares[np.isfinite(shares)]), default=0.0),
             "y": model.operations.total,
-            "budget": model.promise.budget,
+            "budget": model.accuracy.budget,
         },
     }
 

@@ -9,9 +9,10 @@ from typing import Any
 from gd_analyze.formatting import amount, mass, number, percent_cell, pretty, rounded_up, share_up
 from gd_analyze.report.cells import formatted, in_fitting_units, share, torque
 from gd_analyze.report.motion import motion_unit
-from gd_analyze.results import Findings, summary
+from gd_analyze.results import summary
+from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import Row, joint_rows
-from gd_analyze.robots import Joint
+from gd_analyze.robots.parts import Joint
 
 _TORQUES = (
     *("peak_torque", "allowed_error", "largest_error", "rms_error", "tube_certified", "tube_worst_found"),
@@ -39,7 +40,7 @@ def joints(findings: Findings) -> list[Row]:
         **{name: share(name, findings) for name in shares},
         mass_within_budget=lambda row: any_or(row["mass_within_budget"]),
     )
-    wholes = findings.model.promise.whole
+    wholes = findings.model.accuracy.whole
     for joint, row, exactly, shown in zip(findings.arm.joints, rows, raw, written, strict=True):
         whole = float(wholes[row["joint"] - 1])
         shown["sampled_share"] = _share_told(exactly["largest_error"], whole, noise)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from gd_analyze.formatting import amount, figures, pretty, with_error
-from gd_analyze.results import Findings
+from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import Row
 from gd_analyze.results.torque_words import (
     friction_cells,

@@ -8,10 +8,12 @@ from gd_analyze.formatting import percent, percent_cell, pretty
 from gd_analyze.formulas.parts import part_symbol
 from gd_analyze.formulas.typst import Typst
 from gd_analyze.labels import inertia_label, joined
-from gd_analyze.operations import OperationCount
+from gd_analyze.operations.program import OperationCount
 from gd_analyze.report.cells import formatted, in_fitting_units, share, torque
 from gd_analyze.report.harmonic_data import equation_data
-from gd_analyze.results import Findings, rows_of, summary
+from gd_analyze.results import summary
+from gd_analyze.results.findings import Findings
+from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import Row, dropped_parts, trade_off_rows
 from gd_analyze.results.words import kind_name
 
@@ -58,12 +60,12 @@ def founding_method(findings: Findings) -> dict[str, Any]:
         torque_share=share("torque_share", findings, "torque_joint"),
     )
     for row, shown in zip(dropped.costing, costing, strict=True):
-        within = row["torque_peak"] <= model.promise.allowed[row["torque_joint"] - 1]
+        within = row["torque_peak"] <= model.accuracy.allowed[row["torque_joint"] - 1]
         shown["math"] = _part(row)
         shown["why"] = "within the allowance by itself" if within else "cancels against other dropped parts"
     return {
         "equations": [equation_data(formula) for formula in model.formulas],
-        "budget": model.promise.budget,
+        "budget": model.accuracy.budget,
         "operations": operations(model.operations_full, model.operations),
         "saves": model.saves,
         "count": model.operations.total,
@@ -97,6 +99,6 @@ def trade_off(findings: Findings) -> dict[str, Any]:
         ],
         "operations": model.operations.total,
         "exact": model.operations_full.total,
-        "error": percent(float(model.promise.shares.max(initial=0.0))),
-        "shares_of": model.promise.asked.shares_of,
+        "error": percent(float(model.accuracy.shares.max(initial=0.0))),
+        "shares_of": model.accuracy.asked.shares_of,
     }

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from gd_analyze.formatting import amount, number, percent, pretty
-from gd_analyze.results import Findings, summary
+from gd_analyze.results import summary
+from gd_analyze.results.findings import Findings
 from gd_analyze.results.motion_words import Row, changing, mark_of, motion_rows
 from gd_analyze.results.words import VERDICTS
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from string import ascii_uppercase
 
-from gd_analyze.results import Findings, summary
+from gd_analyze.results import summary
+from gd_analyze.results.findings import Findings
 from gd_analyze.results.motion_words import changing
 from gd_analyze.results.recording_words import is_recorded
 from gd_analyze.results.rows import dropped_parts

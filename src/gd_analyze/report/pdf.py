@@ -18,7 +18,7 @@ from gd_analyze.report.figure_contributions import contributions_figure
 from gd_analyze.report.figure_elements import inertia_figure, vector_figure
 from gd_analyze.report.figure_trade_off import trade_off_figure
 from gd_analyze.report.figures import measured_figure, motion_figure, recording_figure, torque_figure
-from gd_analyze.results import Findings
+from gd_analyze.results.findings import Findings
 from gd_analyze.results.recording_words import is_recorded
 from gd_analyze.results.torque_curves import measured_joints
 

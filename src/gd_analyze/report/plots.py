@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from gd_analyze.report.canvas import Canvas
-    from gd_analyze.results import Findings
+    from gd_analyze.results.findings import Findings
 
 # Room for a legend, pt.
 _LEGEND = 26.0

@@ -9,7 +9,8 @@ from gd_analyze.formulas.typst import Typst
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.report.cells import formatted, in_fitting_units, share, torque
 from gd_analyze.report.terms import ranked_rows
-from gd_analyze.results import Findings, summary
+from gd_analyze.results import summary
+from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import Row
 from gd_analyze.results.words import SYMBOLS, told
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from gd_analyze.formatting import amount, figures, percent, pretty
-from gd_analyze.results import Findings
+from gd_analyze.results.findings import Findings
 from gd_analyze.results.recording_words import is_recorded, noise_rows, recording_told
 from gd_analyze.results.rows import Row
 

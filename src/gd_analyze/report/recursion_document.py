@@ -9,13 +9,14 @@ from typing import Any, NamedTuple
 from gd_analyze.formatting import percent
 from gd_analyze.formulas.formula import Formula, Symbol
 from gd_analyze.formulas.typst import Typst
-from gd_analyze.levels.left_out import Omission, omissions
-from gd_analyze.levels.link_parameters import LinkParameter, link_parameters
-from gd_analyze.levels.recursion_reading import MEANINGS
-from gd_analyze.levels.recursive import RECURSIVE
+from gd_analyze.motions.states import states_of
 from gd_analyze.report.harmonic_data import equation_data
-from gd_analyze.results import Findings, summary
-from gd_analyze.states import states_of
+from gd_analyze.results import summary
+from gd_analyze.results.findings import Findings
+from gd_analyze.simplification.left_out import Omission, omissions
+from gd_analyze.simplification.link_parameters import LinkParameter, link_parameters
+from gd_analyze.simplification.recursion_reading import MEANINGS
+from gd_analyze.simplification.recursive import RECURSIVE
 
 _TYPST = Typst()
 

@@ -12,7 +12,8 @@ from gd_analyze.formulas.writing import element_formula
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.equations import Term, equations
 from gd_analyze.harmonics.terms import Rate, TorqueTerm
-from gd_analyze.results import Findings, rows_of
+from gd_analyze.results.findings import Findings
+from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import Row
 
 # A page that writes out more exact terms than this would be for no one to read.

@@ -7,7 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
-from gd_analyze.robots import RobotArm
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.vectors import FloatArray
 
 

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.levels import ELEMENT, SimplifiedModel, parts_of
 from gd_analyze.schema import table
-from gd_analyze.search import TermRanking
+from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.parts import parts_of
+from gd_analyze.simplification.ranking import TermRanking
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,11 +28,11 @@ def budgets_table(
     """
     form, counts = path[0].form, [model.operations for model in path]
     values: dict[str, Any] = {
-        "budget": [model.promise.budget for model in path],
+        "budget": [model.accuracy.budget for model in path],
         "operations": [count.total for count in counts],
         "multiplications": [count.multiplications for count in counts],
         "additions": [count.additions for count in counts],
-        "largest_error": [model.promise.errors.largest for model in path],
+        "largest_error": [model.accuracy.errors.largest for model in path],
     }
     coords: dict[str, Any] = {
         "factor": ("factor", list(factors), {"long_name": "multiple of the budget"}),

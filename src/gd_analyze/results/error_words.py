@@ -7,11 +7,11 @@ from math import isinf
 from typing import NamedTuple
 
 from gd_analyze.formatting import amount, at_most, rounded_up, share_up
-from gd_analyze.levels import SimplifiedModel
-from gd_analyze.levels.norm_share import NormShare
+from gd_analyze.motions.states import in_words
 from gd_analyze.results.words import drives_told
-from gd_analyze.robots import RobotArm
-from gd_analyze.states import in_words
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.norm_share import NormShare
 from gd_analyze.vectors import FloatArray
 
 
@@ -52,12 +52,12 @@ def worst_error(model: SimplifiedModel, bound: FloatArray | None = None) -> Wors
         What its joints' errors do not exceed, N m, shape (n,), which is rounded up; by default the largest
         errors that the model states.
     """
-    promise, asked, arm = model.promise, model.promise.asked, model.arm
-    error = promise.errors.largest if bound is None else bound
+    accuracy, asked, arm = model.accuracy, model.accuracy.asked, model.arm
+    error = accuracy.errors.largest if bound is None else bound
     if asked.wholes == {"torque"} and len(set(asked.entries)) == 1 and len(set(arm.is_revolute)) == 1:
         joint = int(error.argmax())
         return WorstError(joint + 1, _torques(model, bound)[joint], "")
-    shares = promise.shares_of(error)
+    shares = accuracy.shares_of(error)
     joint = int(shares.argmax())
     share = float(shares[joint]) if bound is None else share_up(float(shares[joint]))
     return WorstError(joint + 1, at_most(share), asked.shares_of)
@@ -68,7 +68,7 @@ def off_by(model: SimplifiedModel, bound: FloatArray | None = None) -> str:
 
     Parameters are those of `worst_error`.
     """
-    worst, wholes, torques = worst_error(model, bound), model.promise.asked.wholes, _torques(model, bound)
+    worst, wholes, torques = worst_error(model, bound), model.accuracy.asked.wholes, _torques(model, bound)
     if wholes == {"torque"} and worst.of:
         return f"the torques of joints 1 to {len(torques)} are off by at most {', '.join(torques)}"
     at_most_so = f"no joint's torque is off by more than {worst.size}"
@@ -77,16 +77,16 @@ def off_by(model: SimplifiedModel, bound: FloatArray | None = None) -> str:
     if wholes in ({"peak"}, {"norm"}):
         return f"{at_most_so} of its peak"
     unit = model.arm.joints[worst.joint - 1].effort_unit
-    allowed = amount(float(model.promise.allowed[worst.joint - 1]), unit)
+    allowed = amount(float(model.accuracy.allowed[worst.joint - 1]), unit)
     return (
-        f"{at_most_so} of what a budget of {model.promise.budget} allows it (joint {worst.joint}: "
+        f"{at_most_so} of what a budget of {model.accuracy.budget} allows it (joint {worst.joint}: "
         f"{torques[worst.joint - 1]} of {allowed})"
     )
 
 
 def errs_by(model: SimplifiedModel) -> str:
     """Say in a few words how far the model is off, in the terms of its budget: "largest error 0.94 % ..."."""
-    asked = model.promise.asked_norm
+    asked = model.accuracy.asked_norm
     if asked is None:
         return f"largest error {worst_error(model).in_words}"
     return f"error within {at_most(asked.share)} of the torque's norm at {_these_states(asked)}"
@@ -119,8 +119,12 @@ def measure_told(model: SimplifiedModel) -> str:
     "" where it takes shares of neither.
     """
     told = {"peak": "peak torque", "uncertainty": "uncertainty"}
-    wholes = [words for name, words in told.items() if name in model.promise.asked.wholes]
-    over = in_words(model.promise.made_for) if model.promise.made_for else "the states the model was made for"
+    wholes = [words for name, words in told.items() if name in model.accuracy.asked.wholes]
+    over = (
+        in_words(model.accuracy.fitted_on)
+        if model.accuracy.fitted_on
+        else "the states the model was made for"
+    )
     return f"{' and '.join(wholes)} over {over}" if wholes else ""
 
 
@@ -134,7 +138,7 @@ def nothing_gained(model: SimplifiedModel, searched: str = "model found") -> str
     told = drives_told(model.arm, model.drives)
     told = f" ({told})" if told else ""
     return (
-        f"Nothing is saved within the budget of {model.promise.budget}: no {searched} takes fewer "
+        f"Nothing is saved within the budget of {model.accuracy.budget}: no {searched} takes fewer "
         f"operations than the {model.operations_full.total} of the exact torque{told}, which is given."
     )
 
@@ -142,7 +146,7 @@ def nothing_gained(model: SimplifiedModel, searched: str = "model found") -> str
 def _torques(model: SimplifiedModel, bound: FloatArray | None) -> list[str]:
     """The joints' errors, or their bounds, with units."""
     if bound is None:
-        sizes = [float(error) for error in model.promise.errors.largest]
+        sizes = [float(error) for error in model.accuracy.errors.largest]
     else:
         sizes = [rounded_up(float(error)) for error in bound]
     return [amount(s, joint.effort_unit) for s, joint in zip(sizes, model.arm.joints, strict=True)]

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from gd_analyze.formatting import amount, rounded_up
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.labels import joint_name
-from gd_analyze.levels import SimplifiedModel
+from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.drawn import drawn
 from gd_analyze.results.error_words import nothing_gained, off_by
-from gd_analyze.robots import RobotArm
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.shown import html_of
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
@@ -66,8 +66,8 @@ class Findings:
     def _repr_html_(self) -> str:
         """What the model promises, and what is proven around the motion, for a notebook."""
         model, tube = self.model, self.tables["tube"]
-        errors = model.promise.errors
-        columns = [errors.peak_torque, model.promise.allowed, errors.largest]
+        errors = model.accuracy.errors
+        columns = [errors.peak_torque, model.accuracy.allowed, errors.largest]
         headings = ["joint", "peak torque", "allowed error", "largest error"]
         proven = tube.tube_certified.values
         if np.isfinite(proven).all():

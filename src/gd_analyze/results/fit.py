@@ -7,12 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.elements import elements
+from gd_analyze.dynamics.elements import elements
 from gd_analyze.errors import StoreError
 from gd_analyze.harmonics.terms import Torques
-from gd_analyze.levels import ELEMENT, SimplifiedModel, level_named, parts_of
-from gd_analyze.robots import RobotArm, describe
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.description import describe
 from gd_analyze.schema import OPTIONAL
+from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.levels import level_named
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.parts import parts_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -139,7 +143,7 @@ def require_models_fit(
             raise StoreError("a model is of another arm than the tables")
     _require_equal("level of the model", model.level.name, tables["simplified_model"].attrs["level"])
     stated = tables["motions"].motion.values.tolist() if "motions" in tables else []
-    _require_equal("motions of the model", [one.name for one in model.promise.motions], stated)
+    _require_equal("motions of the model", [one.name for one in model.accuracy.motions], stated)
     _require_equal("level of the model by elements", element_model.level.name, ELEMENT.name)
 
 

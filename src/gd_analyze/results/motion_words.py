@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.formatting import amount, named_joints, number, percent
-from gd_analyze.levels import Yardsticks
-from gd_analyze.levels.promise import share_of
+from gd_analyze.motions.motions import in_words
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.words import LETTERS
-from gd_analyze.trajectories.motions import in_words
+from gd_analyze.simplification.accuracy import share_of
+from gd_analyze.simplification.reference_torques import ReferenceTorques
 from gd_analyze.vectors import FloatArray
 
 Row = dict[str, Any]
@@ -132,7 +132,7 @@ def strict_sentence(findings: Findings) -> str:
     allowed = table.allowed_error.values
     ratio = allowed.max(axis=0) / allowed.min(axis=0)
     strict = np.flatnonzero(ratio >= _STRICT)
-    if not strict.size or not findings.model.promise.asked.wholes & {"peak", "uncertainty"}:
+    if not strict.size or not findings.model.accuracy.asked.wholes & {"peak", "uncertainty"}:
         return ""
     joint = int(ratio.argmax())
     least, most = int(allowed[:, joint].argmin()), int(allowed[:, joint].argmax())
@@ -161,7 +161,7 @@ def _settled(findings: Findings) -> str:
     """How to allow more there; "" where the notice on friction and uncertainty says so."""
     if findings.model.notice:
         return ""
-    asked = findings.model.promise.asked
+    asked = findings.model.accuracy.asked
     if len(asked.entries) == 1 and _has_friction(findings):
         return f'; --budget "{asked} or 10% friction" sets a floor'
     return "; an amount in N m in --budget, or a share of friction, sets a floor"
@@ -169,7 +169,7 @@ def _settled(findings: Findings) -> str:
 
 def _has_friction(findings: Findings) -> bool:
     nothing = np.zeros(findings.arm.n_joints)
-    return bool(np.isfinite(Yardsticks(findings.arm, nothing).all("friction")).all())
+    return bool(np.isfinite(ReferenceTorques(findings.arm, nothing).all("friction")).all())
 
 
 def _used(findings: Findings) -> FloatArray:

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.dominance import rank
-from gd_analyze.levels import Promise
-from gd_analyze.pinocchio_check import round_off_bounds
-from gd_analyze.robots import RobotArm
+from gd_analyze.dynamics.dominance import rank
+from gd_analyze.dynamics.pinocchio_check import round_off_bounds
+from gd_analyze.motions.motions import Motion
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.round_off import round_off_of
 from gd_analyze.schema import table
-from gd_analyze.trajectories import Motion, Trajectory
+from gd_analyze.simplification.accuracy import Accuracy
 from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ def motions_table(
     trajectory: Trajectory,
     dominance: xr.Dataset,
     ranked: Sequence[xr.Dataset],
-    promise: Promise,
+    accuracy: Accuracy,
 ) -> xr.Dataset:
     """Tabulate what is found along each motion by itself.
 
@@ -51,7 +52,7 @@ def motions_table(
     promise
         Of the model.
     """
-    along, labels = promise.motions, dominance.element.values
+    along, labels = accuracy.motions, dominance.element.values
     ranked = [one.sel(element=labels) for one in ranked]
     turning = arm.is_revolute
     columns: dict[str, Any] = {

@@ -41,7 +41,7 @@ def noise_rows(findings: Findings) -> list[Row]:
     """Cut-off and noise of every joint, and what the noise makes of torque beside the budget."""
     names = ["cutoff", "noise_q", "noise_qdd", "torque_noise"]
     rows = rows_of(findings.tables["recording"][names], "joint")
-    allowed = findings.model.promise.allowed.tolist()
+    allowed = findings.model.accuracy.allowed.tolist()
     return [
         row
         | {

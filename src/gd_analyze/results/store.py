@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gd_analyze.dynamics.long_decomposition import MOST_KEPT
 from gd_analyze.errors import Location, StoreError
 from gd_analyze.files import replacing
-from gd_analyze.levels import TERM, ExactForm
-from gd_analyze.levels.model_schema import ModelDocument, checked_model, document_of
-from gd_analyze.long_decomposition import MOST_KEPT
+from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.fit import require_models_fit, require_tables_fit, require_terms_fit
 from gd_analyze.results.hdf5_reader import open_tables, read_attributes, read_table
@@ -24,10 +23,13 @@ from gd_analyze.results.recording_table import recording_in
 from gd_analyze.results.refusal import damage_named
 from gd_analyze.results.seal import require_sealed, seal
 from gd_analyze.results.tables import gaps_in
-from gd_analyze.robots import RobotArm, arm_from_description, describe_in_full
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.description import arm_from_description, describe_in_full
 from gd_analyze.run import warn_of_others
 from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS, SCHEMA_VERSION, table
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.model_schema import ModelDocument, checked_model, document_of
+from gd_analyze.simplification.term import TERM
 
 if TYPE_CHECKING:
     import h5py

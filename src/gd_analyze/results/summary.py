@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
-from gd_analyze.dominance import text_verdicts
+from gd_analyze.dynamics.dominance import text_verdicts
 from gd_analyze.formatting import number, percent
-from gd_analyze.levels import ELEMENT, SearchStep
 from gd_analyze.results.error_words import WorstError
 from gd_analyze.results.error_words import measure_told as measure_told
 from gd_analyze.results.error_words import nothing_gained as nothing_gained
@@ -29,7 +28,9 @@ from gd_analyze.results.recording_words import recording_told as recording_told
 from gd_analyze.results.rows import Row, dropped_parts, element_rows
 from gd_analyze.results.symmetry_words import unsymmetric_told as unsymmetric_told
 from gd_analyze.results.words import drives_told
-from gd_analyze.robots import fingerprint
+from gd_analyze.robots.description import fingerprint
+from gd_analyze.simplification.accuracy import SearchStep
+from gd_analyze.simplification.element import ELEMENT
 
 
 def title(findings: Findings) -> str:
@@ -63,7 +64,7 @@ def made_of(findings: Findings) -> str:
 def headline(findings: Findings) -> str:
     """Answer "what can I drop, what does it cost me and is that proven" in a sentence or two."""
     model = findings.model
-    if not model.promise.errors.peak_torque.any():
+    if not model.accuracy.errors.peak_torque.any():
         largest = number(float(abs(findings.exact_torque).max()))
         return (
             f"No joint needs torque along this trajectory beyond round-off ({largest} N m): there is nothing "
@@ -182,7 +183,7 @@ def search_steps(findings: Findings) -> list[SearchStep]:
     model = findings.model
     return [
         SearchStep("exact model", model.operations_full.total),
-        *(SearchStep(step.words, step.operations) for step in model.promise.steps),
+        *(SearchStep(step.words, step.operations) for step in model.accuracy.steps),
         SearchStep("final program", model.operations.total),
     ]
 

@@ -7,16 +7,24 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.certification import Certificate, Margin, Tube
+from gd_analyze.certification.certificate import Certificate
+from gd_analyze.certification.margin import Margin
+from gd_analyze.certification.tube import Tube
+from gd_analyze.dynamics.pinocchio_check import Residual
 from gd_analyze.formulas.plain import Plain
 from gd_analyze.formulas.writing import term_formula
-from gd_analyze.levels import ErrorTable, ExactDynamics, PayloadEffect, SimplifiedModel, losses, parts_of
-from gd_analyze.pinocchio_check import Residual
-from gd_analyze.robots import RobotArm
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.round_off import ROUND_OFF_SHARE
 from gd_analyze.schema import table
-from gd_analyze.search import TermRanking, TradeOffPoint, curves
-from gd_analyze.trajectories import Trajectory
+from gd_analyze.simplification.accuracy import ErrorTable
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.losses import losses
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.parts import parts_of
+from gd_analyze.simplification.payload_effect import PayloadEffect
+from gd_analyze.simplification.ranking import TermRanking
+from gd_analyze.simplification.trade_off import TradeOffPoint, curves
 from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
@@ -64,11 +72,11 @@ def cross_check_table(residuals: Sequence[Residual], arm: RobotArm) -> xr.Datase
 
 def model_table(model: SimplifiedModel, dataset: xr.Dataset, torque: FloatArray) -> xr.Dataset:
     """Tabulate budget and errors, and the model's torque along the trajectory, shape (N, n)."""
-    promise, errors = model.promise, model.promise.errors
+    accuracy, errors = model.accuracy, model.accuracy.errors
     return table(
         "simplified_model",
         {
-            "allowed_error": promise.allowed,
+            "allowed_error": accuracy.allowed,
             "peak_torque": errors.peak_torque,
             "largest_error": errors.largest,
             "rms_error": errors.rms,
@@ -86,9 +94,9 @@ def model_table(model: SimplifiedModel, dataset: xr.Dataset, torque: FloatArray)
             "level": model.level.name,
             "refitted": int(model.refitted),
             "drives": int(model.drives),
-            "budget": promise.budget,
+            "budget": accuracy.budget,
             "errors_are": "sampled at the set points",
-            "search": promise.search,
+            "search": accuracy.search,
             **_counts(model),
         },
     )
@@ -127,7 +135,7 @@ def parts_table(model: SimplifiedModel, exact: ExactDynamics, dominance: xr.Data
             "unit": ("part", of_elements.unit.values),
             "torque_unit": ("part", _efforts(model.arm, joints)),
         },
-        {"budget": model.promise.budget, **_counts(model)},
+        {"budget": model.accuracy.budget, **_counts(model)},
     )
 
 
@@ -259,7 +267,7 @@ def tube_table(
 
 def _of_peak(error: FloatArray, model: SimplifiedModel) -> FloatArray:
     """Share of peak torque; not a number where no torque acts."""
-    peak = model.promise.errors.peak_torque
+    peak = model.accuracy.errors.peak_torque
     return np.divide(error, peak, out=np.full_like(error, np.nan), where=peak > 0.0)
 
 

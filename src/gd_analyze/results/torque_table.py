@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.measured_torque import TERMS, TorqueComparison
+from gd_analyze.dynamics.friction import TERMS
+from gd_analyze.dynamics.measured_torque import TorqueComparison
+from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.schema import table
-from gd_analyze.trajectories import Trajectory
 
 if TYPE_CHECKING:
     import xarray as xr

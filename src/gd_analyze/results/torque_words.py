@@ -7,12 +7,12 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from gd_analyze.declared_values import UNITS
+from gd_analyze.dynamics.torque_verdict import CONTRADICTING
 from gd_analyze.formatting import named_joints, number, percent, prefixed, with_error
-from gd_analyze.measured_torque.verdict import CONTRADICTING
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import Row
-from gd_analyze.robots import RobotArm
+from gd_analyze.robots.arm import RobotArm
 
 if TYPE_CHECKING:
     import xarray as xr

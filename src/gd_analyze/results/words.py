@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from gd_analyze.robots import RobotArm
+from gd_analyze.robots.arm import RobotArm
 
 # Of quantities, in formulas.
 SYMBOLS = {

@@ -32,7 +32,7 @@ from gd_analyze.robots.denavit_hartenberg import CONVENTIONS, placements_of
 from gd_analyze.robots.names import require_name, require_sentences
 from gd_analyze.robots.parts import Drive, Joint, Link, Placement
 from gd_analyze.robots.placement_schema import PlacedJointTable, PlacedLinkTable, PlacementFile
-from gd_analyze.robots.slips import warn_of_slips
+from gd_analyze.robots.slips import warn_of_implausible
 from gd_analyze.robots.toml_lines import TableLines
 from gd_analyze.vectors import FloatArray
 from gd_analyze.visible import in_python
@@ -87,7 +87,7 @@ def read_arm(path: str | Path) -> RobotArm:
             "the arm file nests tables or lists beyond any arm", where=Location(path), next_step=_EXAMPLE
         ) from None
     arm = _build(parsed, lines)
-    warn_of_slips(arm, stacklevel=3)
+    warn_of_implausible(arm, stacklevel=3)
     return arm
 
 

@@ -45,7 +45,7 @@ def toml_of(arm: RobotArm) -> str:
 
     Examples
     --------
-    >>> from gd_analyze.robots import load_arm
+    >>> from gd_analyze.robots.catalogue import load_arm
     >>> print(toml_of(load_arm("two_link")).splitlines()[1])
     format = "gd-analyze arm 1"
     """

@@ -18,7 +18,7 @@ from gd_analyze.robots.joint_values import locks_of
 from gd_analyze.robots.limits_given import Given, with_limits
 from gd_analyze.robots.reduced import arm_of_tree
 from gd_analyze.robots.robot_file import is_pinocchio_model, is_xml, read_tree, tree_of_model
-from gd_analyze.robots.slips import warn_of_slips
+from gd_analyze.robots.slips import warn_of_implausible
 from gd_analyze.visible import in_python
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ def load_arm(
 def _checked(arm: RobotArm, limits: Given) -> RobotArm:
     """Add limits to an arm that was read, and warn of what looks like a slip in it."""
     limited = with_limits(arm, limits)
-    warn_of_slips(limited, stacklevel=3)
+    warn_of_implausible(limited, stacklevel=3)
     return limited
 
 

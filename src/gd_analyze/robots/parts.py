@@ -180,7 +180,8 @@ class Link:
     Notes
     -----
     No body has principal moments that are negative, or one that is more than the other two together; yet
-    dynamics can be computed with them, and `gd_analyze.robots.slips_of` says of how far off they are.
+    dynamics can be computed with them, and `gd_analyze.robots.slips.implausible` says of how far off they
+    are.
     """
 
     name: str

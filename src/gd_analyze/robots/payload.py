@@ -84,7 +84,7 @@ def with_payload(
 
     Examples
     --------
-    >>> from gd_analyze.robots import load_arm
+    >>> from gd_analyze.robots.catalogue import load_arm
     >>> with_payload(load_arm("puma560"), 1.5, [0.0, 0.0, 0.1]).mass[-1].item()
     1.59
     """

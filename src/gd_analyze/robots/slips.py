@@ -49,14 +49,14 @@ LEAST_FAR = 0.1
 _LEAST_FAR_BEHIND = 1.0
 
 
-def slips_of(arm: RobotArm) -> tuple[str, ...]:
+def implausible(arm: RobotArm) -> tuple[str, ...]:
     """Say what is suspicious of an arm, such as a slip of the unit, a sentence for each."""
     return tuple(dict.fromkeys(_sentences(arm)))
 
 
-def warn_of_slips(arm: RobotArm, stacklevel: int) -> None:
+def warn_of_implausible(arm: RobotArm, stacklevel: int) -> None:
     """Warn of each slip, with a GdAnalyzeWarning that points as far up the calls as `stacklevel` says."""
-    for slip in slips_of(arm):
+    for slip in implausible(arm):
         warnings.warn(slip, GdAnalyzeWarning, stacklevel=stacklevel + 1)
 
 

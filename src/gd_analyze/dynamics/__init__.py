@@ -1,0 +1,1 @@
+"""Mechanics: kinematics, formulations, the decomposition by effect, simulation, measured torques."""

@@ -1,0 +1,297 @@
+"""Base parameters: the least numbers that an arm's torque is linear in, and what each consists of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.dynamics.regressor import PARAMETERS
+from gd_analyze.dynamics.regrouped_links import RegroupedArm, regrouped
+from gd_analyze.dynamics.regrouping import KINDS, Regrouping, carried, moments_of, regroupings
+from gd_analyze.labels import joined
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.robots.inertia import second_moment
+from gd_analyze.robots.parts import Placement
+from gd_analyze.shown import html_of
+from gd_analyze.vectors import FloatArray
+
+# Of what is added up, some dozen numbers along the arm, rounding leaves less than this share.
+_ROUND_OFF = 1e-13
+
+
+class Share(NamedTuple):
+    """A link's parameter in a combination.
+
+    Parameters
+    ----------
+    coefficient
+        In the power of m that the kinds differ by.
+    kind
+        "m" is the link's mass, "mx", "my" and "mz" its first moments, and "Pxx", "Pxy", ... "Pzz" its second
+        ones, the sums of mass times x x, x y and so on, all in its frame on the joint's axis; its inertia
+        about the origin of that is Ixx = Pyy + Pzz, Ixy = -Pxy. "J" is the inertia of its drive.
+    link
+        From 1.
+    """
+
+    coefficient: float
+    kind: str
+    link: int
+
+
+@dataclass(frozen=True)
+class BaseParameter:
+    """One number that torque is linear in.
+
+    Parameters
+    ----------
+    symbol
+        PXX4, of link 4: capitals of its first share's kind.
+    link, kind
+        Of that share.
+    unit
+        kg, kg m or kg m^2.
+    number
+        Its value.
+    translation, rotation, drive
+        What that is the sum of: what masses at their centres make, inertias about these, and drives.
+    combination
+        All its shares: the one it is called by, then link by link.
+    """
+
+    symbol: str
+    link: int
+    kind: str
+    unit: str
+    number: float
+    translation: float
+    rotation: float
+    drive: float
+    combination: tuple[Share, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class BaseParameters:
+    """An arm's base parameters.
+
+    Parameters
+    ----------
+    arm, drives
+        Whose, and whether drives count.
+    parameters
+        From base to tip.
+    frames
+        Where the frame of every link stands in that link's own frame: z is the axis of a joint that turns.
+    matrix
+        Base parameters per unit of what `parameters_of` gives, all in the links' own frames: shape (base
+        parameters, n, 10). Drives are apart.
+    """
+
+    arm: RobotArm
+    drives: bool
+    parameters: tuple[BaseParameter, ...]
+    frames: tuple[Placement, ...]
+    matrix: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.parameters)
+
+    def __iter__(self) -> Iterator[BaseParameter]:
+        return iter(self.parameters)
+
+    def __getitem__(self, symbol: str) -> BaseParameter:
+        return {one.symbol: one for one in self.parameters}[symbol]
+
+    def __repr__(self) -> str:
+        return f"BaseParameters({self.arm.name!r}, {len(self)} of {len(self.original)})"
+
+    def _repr_html_(self) -> str:
+        """One row each, for a notebook."""
+        rows = [
+            [one.symbol, *(f"{x:.3g}" for x in (one.number, one.translation, one.rotation)), one.unit]
+            for one in self.parameters
+        ]
+        return html_of(
+            f"Base parameters of {self.arm.title or self.arm.name}",
+            ["symbol", "number", "translation", "rotation", "unit"],
+            rows,
+            repr(self),
+        )
+
+    @property
+    def original(self) -> tuple[tuple[str, int], ...]:
+        """Kind and link of all parameters there are, ten of a link and its drive's inertia if that counts."""
+        kinds = KINDS if self.drives else KINDS[:-1]
+        return tuple((kind, link) for link in range(1, self.arm.n_joints + 1) for kind in kinds)
+
+    @cached_property
+    def never_acting(self) -> tuple[tuple[str, int], ...]:
+        """Of those, the ones that no torque depends on."""
+        acting = {(share.kind, share.link) for one in self.parameters for share in one.combination}
+        return tuple(one for one in self.original if one not in acting)
+
+    @cached_property
+    def acting_alone(self) -> tuple[tuple[str, int], ...]:
+        """Of those, the ones that are a base parameter by themselves; the rest acts in combination only."""
+        alone = [one.combination[0] for one in self.parameters if len(one.combination) == 1]
+        shared = [share[1:] for one in self.parameters for share in one.combination]
+        return tuple(share[1:] for share in alone if shared.count(share[1:]) == 1)
+
+
+def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> BaseParameters:
+    """Regroup the ten parameters of every link into the least that torque is linear in.
+
+    The frames are those of the recursion written for the arm (`regrouped_links`). Which combinations act is a
+    matter of geometry, gravity's direction and the kinds of the joints alone; see `regrouping`. Values that
+    the arm has zero count as well: their base parameter is there, and may be zero.
+
+    Parameters
+    ----------
+    arm
+        The arm; or a shipped name, or the path of a file.
+    drives
+        Whether the drives' inertia counts, by default where the arm describes drives.
+
+    Raises
+    ------
+    ArmError
+        If drives are asked for and the arm describes none.
+
+    Examples
+    --------
+    >>> import gd_analyze as gd
+    >>> base = gd.base_parameters("two_link")
+    >>> base
+    BaseParameters('two_link', 6 of 20)
+    >>> base["PXX2"].combination
+    (Share(coefficient=1.0, kind='Pxx', link=2), Share(coefficient=1.0, kind='Pyy', link=2))
+    """
+    arm = arm_of(arm)
+    drives = arm.counts_drives(drives)
+    rewritten = regrouped(arm)
+    frames = _frames(arm, rewritten)
+    kept, matrix = _combined(rewritten, regroupings(rewritten))
+    effects = _by_effect(arm, frames, drives)
+    found: list[BaseParameter] = []
+    for (link, kind), row in zip(kept, matrix, strict=True):
+        if KINDS[kind] == "J" and not drives:
+            continue
+        translation, rotation, drive = (_added(row * effect) for effect in effects)
+        found.append(
+            BaseParameter(
+                symbol=f"{KINDS[kind].upper()}{joined((link,))}",
+                link=link + 1,
+                kind=KINDS[kind],
+                unit=_unit(KINDS[kind], arm.is_revolute[link]),
+                number=_added(row * effects),
+                translation=translation,
+                rotation=rotation,
+                drive=drive,
+                combination=_shares(row, link, kind, drives),
+            )
+        )
+    rows = [row for (_, kind), row in zip(kept, matrix, strict=True) if drives or KINDS[kind] != "J"]
+    into = np.array(
+        [np.linalg.solve(carried(frame.rotation, frame.translation), _FROM_INERTIA) for frame in frames]
+    )
+    in_links = np.einsum(
+        "ksp,spo->kso", np.array(rows).reshape(-1, arm.n_joints, len(KINDS))[:, :, :10], into
+    )
+    return BaseParameters(arm, drives, tuple(found), frames, in_links)
+
+
+def _of_inertias() -> FloatArray:
+    """Moments per unit of each of the regressor's parameters, about one origin, (10, 10)."""
+    out = np.zeros((10, 10))
+    out[:4, :4] = np.eye(4)
+    for column, entry in enumerate(PARAMETERS[4:], 4):
+        a, b = ("xyz".index(axis) for axis in entry[1:])
+        inertia = np.zeros((3, 3))
+        inertia[a, b] = inertia[b, a] = 1.0
+        out[:, column] = moments_of(np.pad(second_moment(inertia), (0, 1)))
+    return out
+
+
+_FROM_INERTIA = _of_inertias()
+
+
+def _frames(arm: RobotArm, rewritten: RegroupedArm) -> tuple[Placement, ...]:
+    """The recursion's frame of every link, in the link's own frame."""
+    kinematics = solve_kinematics(arm, np.zeros((arm.n_joints, 1)))
+    rotation, origin = rewritten.rotation, rewritten.origin
+    out = []
+    for i, link in enumerate(rewritten.links):
+        origin = origin + rotation @ link.translation
+        rotation = rotation @ link.turned(0.0)
+        own = kinematics.link_rotations[i, :, :, 0].T
+        seen = Placement(
+            _rounded(own @ rotation), _rounded(own @ (origin - kinematics.link_origins[i, :, 0]), arm.reach)
+        )
+        out.append(seen)
+    return tuple(out)
+
+
+def _combined(arm: RegroupedArm, passed: tuple[Regrouping, ...]) -> tuple[list[tuple[int, int]], FloatArray]:
+    """Link and kind of every base parameter, and its share of every link's parameters, (k, n, 11)."""
+    n = len(arm.links)
+    kept: list[tuple[int, int]] = []
+    rows: list[FloatArray] = []
+    arriving = np.zeros((len(KINDS), n, len(KINDS)))
+    for i in reversed(range(n)):
+        own, link = passed[i], arm.links[i]
+        arriving[:, i] += np.eye(len(KINDS))
+        kept = [(i, kind) for kind in own.kept] + kept
+        gone = arriving[list(own.gone)]
+        rows = [arriving[kind] - np.tensordot(own.instead[:, kind], gone, 1) for kind in own.kept] + rows
+        body = np.tensordot(own.instead[:, :10].T, gone, 1)
+        arriving = np.zeros_like(arriving)
+        arriving[:10] = np.tensordot(carried(link.turned(0.0), link.translation), body, 1)
+    matrix = np.array(rows).reshape(-1, n, len(KINDS))
+    # None, one and minus one are most of them, and meant to be.
+    whole, sizes = np.rint(matrix), np.abs(matrix).max(axis=(1, 2), keepdims=True, initial=0.0)
+    return kept, np.where(np.abs(matrix - whole) <= _ROUND_OFF * sizes, whole + 0.0, matrix)
+
+
+def _by_effect(arm: RobotArm, frames: tuple[Placement, ...], drives: bool) -> FloatArray:
+    """Parameters of links in these frames by what makes them, (3, n, 11): masses, inertias, drives."""
+    out = np.zeros((3, arm.n_joints, len(KINDS)))
+    for i, frame in enumerate(frames):
+        turned = frame.rotation.T
+        com = _rounded(turned @ (arm.com[i] - frame.translation), arm.reach + np.abs(arm.com[i]).max())
+        mass, inertia = arm.mass[i], turned @ arm.inertia_com[i] @ frame.rotation
+        seen = np.append(com, 1.0)
+        out[0, i, :10] = moments_of(mass * np.outer(seen, seen))
+        out[1, i, :10] = moments_of(np.pad(second_moment(inertia), (0, 1)))
+    if drives:
+        out[2, :, 10] = arm.drive_inertia
+    return out
+
+
+def _shares(row: FloatArray, link: int, first: int, drives: bool) -> tuple[Share, ...]:
+    """What of a row is not zero: what it is called by, then link by link."""
+    kinds = range(len(KINDS) if drives else len(KINDS) - 1)
+    order = sorted(
+        ((s, kind) for s in range(len(row)) for kind in kinds), key=lambda at: (at != (link, first), at)
+    )
+    return tuple(Share(float(row[at]), KINDS[at[1]], at[0] + 1) for at in order if row[at])
+
+
+def _added(values: FloatArray) -> float:
+    """Sum of what may cancel: zero where it does but for round-off."""
+    total = float(values.sum())
+    return total if abs(total) > _ROUND_OFF * float(np.abs(values).sum()) else 0.0
+
+
+def _rounded(values: FloatArray, size: float = 1.0) -> FloatArray:
+    return np.where(np.abs(values) <= _ROUND_OFF * size, 0.0, values)
+
+
+def _unit(kind: str, turns: bool) -> str:
+    return "kg" if kind == "m" or (kind == "J" and not turns) else "kg m" if kind[0] == "m" else "kg m^2"

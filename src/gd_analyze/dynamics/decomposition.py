@@ -1,0 +1,258 @@
+"""Arm and trajectory in, Dataset out: every element of the dynamics by effect at every set point."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gd_analyze.dynamics import composite_moments as composite
+from gd_analyze.dynamics import generalized_dalembert as dalembert
+from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.dynamics.pinocchio_check import round_off_bounds
+from gd_analyze.motions.checks import require_joints
+from gd_analyze.motions.pool import GivenMotions, trajectory_of
+from gd_analyze.motions.states import States, states_of
+from gd_analyze.motions.states import require_joints as require_states_fit
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.robots.description import fingerprint
+from gd_analyze.round_off import round_off_of
+from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
+from gd_analyze.vectors import Array, FloatArray, chunks
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+EFFECTS = dalembert.EFFECTS
+
+
+def decompose(
+    arm: RobotArm | str | Path,
+    trajectory: GivenMotions,
+    *,
+    christoffel: bool = True,
+    by_link: bool = False,
+    terms: bool = False,
+    drives: bool | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> xr.Dataset:
+    """Evaluate D, h, h_ijk and c by effect at every set point.
+
+    Parameters
+    ----------
+    arm, trajectory
+        The arm and its motion, or several motions; or a shipped name, or the path of a file.
+    christoffel
+        Keep h_ijk: 2 n^3 numbers per set point.
+    by_link
+        Also give what each link adds to D, h and c (slower).
+    terms
+        Also give FGL87's terms of h apart (slower).
+    drives
+        Add the torque that accelerates the drives, as `drive_torque` and within `torque`; D, h and c remain
+        the links' own. By default where the arm describes drives.
+    progress
+        Called with the number of set points done since the last call.
+
+    Returns
+    -------
+    xarray.Dataset
+        The variables declared in `gd_analyze.schema.GROUPS`; the parts along `effect` sum to
+        the whole.
+
+    Raises
+    ------
+    TrajectoryError
+        If the trajectory is of another number of joints.
+    ArmError
+        If drives are asked for and the arm describes none.
+
+    Examples
+    --------
+    >>> import gd_analyze as gd
+    >>> arm = gd.load_arm("two_link")
+    >>> dataset = gd.decompose(arm, gd.read_trajectory("two-link-swing", arm))
+    >>> dataset.inertia.dims
+    ('time', 'effect', 'joint', 'joint_j')
+    """
+    arm = arm_of(arm)
+    trajectory = trajectory_of(trajectory, arm)
+    require_joints(trajectory, arm)
+    arrays = decompose_states(
+        arm,
+        states_of(trajectory),
+        christoffel=christoffel,
+        by_link=by_link,
+        terms=terms,
+        drives=drives,
+        progress=progress,
+    )
+    return labelled(arm, trajectory, arrays)
+
+
+def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -> xr.Dataset:
+    """Make the table of arrays by the names of `gd_analyze.schema.GROUPS`, time first."""
+    coords: dict[str, Any] = {
+        "time": ("time", trajectory.time, {"units": "s"}),
+        "effect": list(EFFECTS),
+        "joint_name": ("joint", [joint.name for joint in arm.joints]),
+        "joint_kind": ("joint", [joint.kind for joint in arm.joints]),
+    }
+    if "inertia_by_link" in arrays:
+        coords["link"] = np.arange(1, arm.n_joints + 1)
+    if "coriolis_centrifugal_terms" in arrays:
+        coords["term"] = [term.name for term in dalembert.terms_of(arm)]
+        coords["term_effect"] = ("term", [term.effect for term in dalembert.terms_of(arm)])
+    attrs = {
+        "schema": SCHEMA_VERSION,
+        "arm": arm.name,
+        "arm_title": arm.title or arm.name,
+        "arm_fingerprint": fingerprint(arm),
+        "trajectory": trajectory.name,
+        "trajectory_origin": trajectory.origin,
+        "trajectory_rates": trajectory.rates_from,
+        "trajectory_fingerprint": trajectory.fingerprint,
+        "drives": int("drive_torque" in arrays),
+        "torque_round_off": round_off_of(
+            np.asarray(arrays["torque"]),
+            round_off_bounds(arm, trajectory.q, trajectory.qd, trajectory.qdd)["torque"],
+        ),
+    }
+    if trajectory.motions:
+        attrs |= {
+            "motions": [motion.name for motion in trajectory.motions],
+            "motion_ends": [motion.end for motion in trajectory.motions],
+            "motion_fingerprints": [motion.fingerprint for motion in trajectory.motions],
+        }
+    return table("decomposition", arrays, arm.is_revolute, coords, attrs)
+
+
+def decompose_states(
+    arm: RobotArm,
+    states: States,
+    *,
+    christoffel: bool = True,
+    by_link: bool = False,
+    terms: bool = False,
+    drives: bool | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> dict[str, FloatArray]:
+    """Do `decompose` for states of any leading shape: arrays in, arrays out, no labels.
+
+    Parameters
+    ----------
+    arm
+        The arm.
+    states
+        Joint variables, rates and accelerations, shape (..., n).
+    christoffel, by_link, terms, drives, progress
+        As for `decompose`.
+
+    Returns
+    -------
+    dict
+        Arrays by the names of `gd_analyze.schema.GROUPS`, of shape (..., effect, n, n) and so on;
+        in memory the set points are contiguous.
+
+    Raises
+    ------
+    TrajectoryError
+        If the states are of another number of joints.
+    ArmError
+        If drives are asked for and the arm describes none.
+    """
+    require_states_fit(arm, states)
+    leading, drives = states.q.shape[:-1], arm.counts_drives(drives)
+    q, qd, qdd = states.last
+    n, count = q.shape
+    names = ["inertia", "coriolis_centrifugal", "centrifugal", "coriolis", "gravity_loading", "torque"]
+    names += ["christoffel"] * christoffel + ["drive_torque"] * drives
+    names += ["inertia_by_link", "coriolis_centrifugal_by_link", "gravity_loading_by_link"] * by_link
+    names += ["coriolis_centrifugal_terms"] * terms
+    sizes = {"effect": 2, "term": len(dalembert.terms_of(arm))}
+    out = {
+        name: np.empty((*(sizes.get(dim, n) for dim in GROUPS["decomposition"][name].dims[1:]), count))
+        for name in names
+    }
+    _keep_freed_memory()
+    for chunk in chunks(count):
+        views = {name: array[..., chunk] for name, array in out.items()}
+        _fill(arm, q[:, chunk], qd[:, chunk], qdd[:, chunk], views)
+        if progress is not None:
+            progress(chunk.stop - chunk.start)
+    out = {"q": q, "qd": qd, "qdd": qdd} | out
+    return {name: _as_states(array, leading) for name, array in out.items()}
+
+
+def torque_of(
+    arm: RobotArm,
+    states: States,
+    *,
+    drives: bool | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> FloatArray:
+    """Torque at states (..., n), N m, of their shape, without keeping what it consists of.
+
+    Parameters and what is raised are those of `decompose_states`.
+    """
+    require_states_fit(arm, states)
+    leading = states.q.shape[:-1]
+    flat = states.in_a_row
+    out = np.empty((len(flat), arm.n_joints))
+    for chunk in chunks(len(flat)):
+        out[chunk] = decompose_states(arm, flat.at(chunk), christoffel=False, drives=drives)["torque"]
+        if progress is not None:
+            progress(chunk.stop - chunk.start)
+    return out.reshape(*leading, arm.n_joints)
+
+
+def _keep_freed_memory() -> None:
+    """Let the C library keep what a chunk frees for the next one.
+
+    glibc hands freed memory back to the system beyond a threshold, and every page that is taken again
+    costs a fault: as much time as the arithmetic. Freeing one block just below 32 MiB, untouched, raises
+    that threshold for good (see mallopt(3), M_MMAP_THRESHOLD); elsewhere it does nothing.
+    """
+    np.empty(2**25 - 2**16, dtype=np.uint8)
+
+
+def _as_states(array: Array, leading: tuple[int, ...]) -> Array:
+    """Set points first, without copying: the memory keeps them last."""
+    first = np.moveaxis(array, -1, 0)
+    return first if len(leading) == 1 else first.reshape(*leading, *array.shape[:-1])
+
+
+def _fill(arm: RobotArm, q: Array, qd: Array, qdd: Array, out: dict[str, Array]) -> None:
+    """Evaluate one chunk of set points into views of the results."""
+    kinematics = solve_kinematics(arm, q)
+    moments = composite.composite_moments(arm, kinematics)
+    inertia = composite.inertia(moments, out["inertia"])
+    pairs = composite.brackets(moments)
+    if "christoffel" in out:
+        composite.christoffel(moments, pairs, out["christoffel"])
+    h, centrifugal = composite.coriolis_centrifugal(moments, pairs, qd)
+    out["coriolis_centrifugal"][:], out["centrifugal"][:] = h, centrifugal
+    np.subtract(h, centrifugal, out=out["coriolis"])
+    out["gravity_loading"][:] = composite.gravity_loading(arm, moments)
+    torque = out["torque"]
+    np.einsum("eijn,jn->in", inertia, qdd, out=torque)
+    torque += h.sum(axis=0) + out["gravity_loading"]
+    if "drive_torque" in out:
+        np.multiply(arm.drive_inertia[:, None], qdd, out=out["drive_torque"])
+        torque += out["drive_torque"]
+    if "inertia_by_link" in out:
+        out["inertia_by_link"][:] = dalembert.inertia_by_link(arm, kinematics)
+        out["gravity_loading_by_link"][:] = dalembert.gravity_loading_by_link(arm, kinematics)
+    if "coriolis_centrifugal_terms" in out or "coriolis_centrifugal_by_link" in out:
+        itemised = dalembert.coriolis_centrifugal_by_link(arm, kinematics, qd)
+        if "coriolis_centrifugal_terms" in out:
+            out["coriolis_centrifugal_terms"][:] = itemised.sum(axis=1)
+        if "coriolis_centrifugal_by_link" in out:
+            effects = [term.effect for term in dalembert.terms_of(arm)]
+            for e, effect in enumerate(EFFECTS):
+                rows = [t for t, name in enumerate(effects) if name == effect]
+                out["coriolis_centrifugal_by_link"][e] = itemised[rows].sum(axis=0)

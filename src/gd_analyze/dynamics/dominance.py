@@ -1,0 +1,242 @@
+"""Which part of which element dominates, ranked by what it does to torque.
+
+For every element of D, h and c: how large each part gets along the trajectory, whether one part alone
+represents the element, and how much torque the element moves. An element that is dominated by one effect
+and tiny matters less than one that is mixed and large, so the ranking is by torque.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gd_analyze.dynamics.elements import Element, elements
+from gd_analyze.errors import UsageError
+from gd_analyze.given_numbers import array_of
+from gd_analyze.resources import data_folder
+from gd_analyze.round_off import peak_magnitude, round_off_of
+from gd_analyze.schema import GROUPS, table, unit_of
+from gd_analyze.vectors import FloatArray, chunks
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DOMINANCE_THRESHOLD = 0.10
+DEFAULT_BUDGET = 0.01
+
+
+def rank(
+    dataset: xr.Dataset,
+    *,
+    threshold: float = DOMINANCE_THRESHOLD,
+    budget: float | FloatArray = DEFAULT_BUDGET,
+) -> xr.Dataset:
+    """Rank the elements of D, h and c by the torque they move.
+
+    What an element moves is the links' own torque; shares are of the dataset's peak torque, with drives where
+    they are part of it.
+
+    Parameters
+    ----------
+    dataset
+        What `decompose` gave.
+    threshold
+        A part dominates when leaving the other out changes the element by at most this share of the
+        element's peak magnitude.
+    budget
+        Torque error budget: a share of each joint's peak torque, or N m per joint, shape (n,). Joint i's
+        row has n elements of D, one of h and one of c; an element is negligible when every torque it
+        makes stays below budget / (n + 2), so that all negligible elements may go at once.
+
+    Returns
+    -------
+    xarray.Dataset
+        One entry per element along `element`, largest torque share first. `peak`, `rms` of the whole
+        element and, along `effect`, `part_peak`, `part_rms` and `part_share` (the part's RMS among both
+        parts'), `change_without` (how far leaving the part out changes the element, as a share of its
+        peak), `torque_peak` (N m at joint `torque_joint`), `torque_share` (of that joint's peak torque),
+        `dominant` ("translation", "rotation", "both"; "neither" for an element
+        that is zero) and `verdict` (the same, or "negligible").
+
+    Raises
+    ------
+    UsageError
+        If the budget is neither a share nor one torque per joint.
+    """
+    n = dataset.sizes["joint"]
+    torque = dataset.torque.values
+    # Datasets of before this was stored: of theirs only the share of the largest torque tells.
+    explained = float(dataset.attrs.get("torque_round_off", 0.0))
+    peak_torque, round_off = peak_magnitude(torque, explained), round_off_of(torque, explained)
+    given = array_of(budget, "budget", UsageError)
+    if given.shape not in ((), (n,)) or not (given >= 0.0).all():
+        raise UsageError(
+            "this is no budget",
+            where="budget",
+            expected=f"a share of 0 or more, or {n} torques",
+            found=str(given.tolist()),
+            next_step="budgets in words, such as 1%, are for `simplify` and `analyze`",
+        )
+    allowed = given * peak_torque if given.ndim == 0 else given
+    floor = allowed / (n + 2)
+    count = dataset.sizes["time"]
+    extremes, largest = _extremes(dataset)
+    # Round-off must not make an element that is zero look like one of both effects. An element is a sum of
+    # some tens of terms as large as the quantity's largest element.
+    noise = {name: 64 * np.finfo(float).eps * most for name, most in largest.items()}
+    rows = [
+        _row(one, count, noise[one.element.quantity], (peak_torque, round_off), floor, threshold)
+        for one in extremes
+    ]
+    columns = {key: np.array([row[key] for row in rows]) for key in rows[0]}
+    shares = columns["torque_share"]
+    # An infinite share, torque at a joint where all torques cancel, ranks like the whole of a joint's torque.
+    most = shares[np.isfinite(shares)].max(initial=1.0)
+    order = np.argsort(-np.minimum(shares, most), kind="stable")
+    columns = {key: values[order] for key, values in columns.items()}
+    turning = (dataset.joint_kind.values == "revolute").tolist()
+    return table(
+        "dominance",
+        {name: columns[name] for name in GROUPS["dominance"]},
+        turning,
+        {
+            "element": columns["label"],
+            "effect": dataset.effect.values,
+            "unit": (
+                "element",
+                [_unit(i, j, turning) for i, j in zip(columns["i"], columns["j"], strict=True)],
+            ),
+            "torque_unit": ("element", [unit_of("effort", turning[k - 1]) for k in columns["torque_joint"]]),
+        },
+        {
+            "threshold": float(threshold),
+            "floor": floor.tolist(),
+            "ranked_by": "torque_share",
+            "arm": dataset.attrs["arm"],
+            "trajectory": dataset.attrs["trajectory"],
+        },
+    )
+
+
+def _unit(i: int, j: int, turning: list[bool]) -> str:
+    """Unit of D_ij, or of h_i and c_i where j is 0."""
+    return unit_of("inertia", turning[i - 1], turning[j - 1]) if j else unit_of("effort", turning[i - 1])
+
+
+class _Extremes:
+    """Of one element: its translational part, its rotational part and their sum, in this order."""
+
+    def __init__(self, element: Element) -> None:
+        self.element = element
+        self.peak, self.squares = np.zeros(3), np.zeros(3)
+        self.torque: dict[int, FloatArray] = {}
+
+    def add(self, block: Mapping[Any, Any], qdd: FloatArray) -> None:
+        """Take some set points into account."""
+        parts = self.element.parts(block)
+        curves = np.vstack([parts, parts.sum(axis=0)])
+        self.peak = np.maximum(self.peak, np.abs(curves).max(axis=1))
+        self.squares += (curves**2).sum(axis=1)
+        for joint, factor in self.element.torque_factors(qdd).items():
+            torque = np.abs(curves * factor).max(axis=1)
+            self.torque[joint] = np.maximum(self.torque.get(joint, 0.0), torque)
+
+
+def _extremes(dataset: xr.Dataset) -> tuple[list[_Extremes], dict[str, float]]:
+    """Extremes of every element, and the largest magnitude of each quantity, read block by block."""
+    found = [_Extremes(element) for element in elements(dataset.sizes["joint"])]
+    largest = dict.fromkeys((one.element.quantity for one in found), 0.0)
+    for chunk in chunks(dataset.sizes["time"]):
+        part = dataset.isel(time=chunk)
+        block = {name: part[name].values for name in largest}
+        for name, values in block.items():
+            largest[name] = max(largest[name], float(np.abs(values).max()))
+        for one in found:
+            one.add(block, part.qdd.values)
+    return found, largest
+
+
+def _row(
+    extremes: _Extremes,
+    count: int,
+    noise: float,
+    torque: tuple[FloatArray, float],
+    floor: FloatArray,
+    threshold: float,
+) -> dict[str, Any]:
+    """Judge one element; of torque are given each joint's peak and what is only round-off."""
+    element, (peak_torque, round_off) = extremes.element, torque
+    is_there = extremes.peak[:2] > noise
+    part_peak = np.where(is_there, extremes.peak[:2], 0.0)
+    part_rms = np.where(is_there, np.sqrt(extremes.squares[:2] / count), 0.0)
+    # The whole is the sum where both parts are there, else the one that is.
+    whole = 2 if is_there.all() else int(is_there.argmax())
+    peak = float(extremes.peak[whole]) if is_there.any() else 0.0
+    rms = float(np.sqrt(extremes.squares[whole] / count)) if is_there.any() else 0.0
+    torques = {k: float(made[whole]) if is_there.any() else 0.0 for k, made in extremes.torque.items()}
+    if not peak_torque.any():
+        torques = {joint: value if value > round_off else 0.0 for joint, value in torques.items()}
+    shares = {joint: _ratio(torque, float(peak_torque[joint])) for joint, torque in torques.items()}
+    joint = max(shares, key=lambda k: shares[k])
+    change_without = np.array([_ratio(float(p), peak) for p in part_peak])
+    if peak == 0.0:
+        dominant = "neither"
+    elif change_without[1] <= threshold:
+        dominant = "translation"
+    elif change_without[0] <= threshold:
+        dominant = "rotation"
+    else:
+        dominant = "both"
+    negligible = all(torque <= floor[k] for k, torque in torques.items())
+    return {
+        "label": element.label,
+        "quantity": element.quantity,
+        "i": element.i + 1,
+        "j": 0 if element.j is None else element.j + 1,
+        "peak": peak,
+        "rms": rms,
+        "part_peak": part_peak,
+        "part_rms": part_rms,
+        "part_share": part_rms / part_rms.sum() if part_rms.any() else part_rms,
+        "change_without": change_without,
+        "torque_peak": torques[joint],
+        "torque_joint": joint + 1,
+        "torque_share": shares[joint],
+        "dominant": dominant,
+        "verdict": "negligible" if negligible else dominant,
+    }
+
+
+def _ratio(value: float, whole: float) -> float:
+    if value == 0.0:
+        return 0.0
+    return value / whole if whole > 0.0 else np.inf
+
+
+@dataclass(frozen=True)
+class TextVerdicts:
+    """What a publication says of an arm's elements."""
+
+    source: str
+    verdicts: dict[str, str]
+    remarks: dict[str, str]
+
+
+@cache
+def text_verdicts(arm_name: str) -> TextVerdicts | None:
+    """Verdicts read from Figs 3.10 and 3.11 of the founding text, or None for an arm it does not show."""
+    reference = tomllib.loads((data_folder("references") / "fgl87_figures.toml").read_text(encoding="utf-8"))
+    if arm_name != reference["arm"]:
+        return None
+    named = {label: effect for effect, labels in reference["verdicts"].items() for label in labels}
+    labels = [e.label for e in elements(6) if e.quantity != "gravity_loading"]
+    return TextVerdicts(
+        reference["source"],
+        {label: named.get(label, reference["default"]) for label in labels},
+        reference["remarks"],
+    )

@@ -1,0 +1,184 @@
+"""Coulomb and viscous friction and an offset, fitted to what a measured torque has beyond the model's."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gd_analyze.dynamics.effective_samples import correlation_time
+from gd_analyze.dynamics.triangle import independent, reduced, spread, triangle
+from gd_analyze.vectors import Array, FloatArray, chunks
+
+TERMS = ("coulomb", "viscous", "offset")
+# Columns of the fits: an offset, the direction, the rate, the model's torque, the measured one.
+_OFFSET, _DIRECTION, _RATE, _MODEL, _MEASURED = range(5)
+_OF_TERM = (_DIRECTION, _RATE, _OFFSET)
+
+
+@dataclass(frozen=True, eq=False)
+class Friction:
+    """Friction of every joint beside the model's torque, at the joint, by ordinary least squares.
+
+    measured - model = coulomb sign(qd) + viscous qd + offset. What is not known is nan: of a joint without a
+    measurement, and where a motion does not tell one term from the others, as of a joint that only moves one
+    way or always as fast.
+
+    Parameters
+    ----------
+    terms
+        By joint and the names of `TERMS`: N m, N m s and N m (N, N s/m and N where it slides), shape (n, 3).
+        Friction that would drive a joint is held at 0.
+    errors
+        Their standard errors; nan of what is held at 0. Readings whose residuals resemble their neighbours'
+        count as fewer. They tell of noise, not of what is wrong with the model.
+    rms, correlation, explained
+        Of the measurement beside model and friction: RMS of the difference, correlation, and share of the
+        measured variance explained, shape (n,).
+    """
+
+    terms: FloatArray
+    errors: FloatArray
+    rms: FloatArray
+    correlation: FloatArray
+    explained: FloatArray
+
+    @classmethod
+    def of(cls, fits: Sequence[JointFit | None]) -> Friction:
+        """Collect what was fitted to each joint; None of one without a measurement."""
+        unknown = np.full(3, np.nan)
+        return cls(
+            np.array([unknown if fit is None else fit.terms for fit in fits]),
+            np.array([unknown if fit is None else fit.errors for fit in fits]),
+            *(
+                np.array([np.nan if fit is None else getattr(fit, name) for fit in fits])
+                for name in ("rms", "correlation", "explained")
+            ),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class JointFit:
+    """One joint's measured torque by friction beside the model: as the model is, and times a slope.
+
+    Parameters
+    ----------
+    terms, errors
+        Of `TERMS`, with the model as it is, shape (3,).
+    rms, correlation, explained
+        As of `Friction`.
+    slope, slope_error
+        What the model has to be multiplied by, friction fitted beside it, and its standard error.
+    partial
+        Correlation of measured and model once friction is taken out of both.
+    own, left, like_friction
+        RMS of the model's torque that is not like friction, of the measured torque that is not, and of that
+        which is.
+    """
+
+    terms: FloatArray
+    errors: FloatArray
+    rms: float
+    correlation: float
+    explained: float
+    slope: float
+    slope_error: float
+    partial: float
+    own: float
+    left: float
+    like_friction: float
+
+
+def fit_joint(
+    model: FloatArray,
+    measured: FloatArray,
+    way: FloatArray,
+    rate: FloatArray,
+    used: Array,
+    stretches: Sequence[slice],
+) -> JointFit:
+    """Fit friction to one joint at the set points that are used; all of shape (N,)."""
+
+    def columns(at: slice) -> FloatArray:
+        return np.column_stack([np.ones(at.stop - at.start), way[at], rate[at], model[at], measured[at]])
+
+    r = triangle((columns(at)[used[at]] for at in chunks(len(model))), 5)
+    count = int(used.sum())
+    terms = independent(r, (_OFFSET, _DIRECTION, _RATE))
+
+    def times(weights: FloatArray) -> float:
+        return correlation_time(lambda at: columns(at) @ weights, used, stretches)
+
+    weights, free = _friction_of(r, terms)
+    deviation = _deviations(r, weights, free, times(weights), count)
+    least = float(np.linalg.norm(r @ weights))
+    fitted = -weights
+    fitted[_MEASURED] = 0.0
+    known = [term in terms for term in _OF_TERM]
+    return JointFit(
+        terms=np.where(known, fitted[[*_OF_TERM]] + 0.0, np.nan),
+        errors=np.where(known, deviation[[*_OF_TERM]], np.nan),
+        rms=least / np.sqrt(count),
+        correlation=_correlation(r @ fitted, r[:, _MEASURED]),
+        explained=1.0 - float(least / spread(r[:, _MEASURED])) ** 2,
+        **_slope(r, terms, times, count),
+    )
+
+
+def _friction_of(r: FloatArray, terms: list[int]) -> tuple[FloatArray, list[int]]:
+    """What the fit leaves, as weights of the columns, and which terms of friction are not held at 0."""
+    from scipy.optimize import lsq_linear
+
+    sizes = np.linalg.norm(r[:, terms], axis=0)
+    least = np.where(np.array(terms) == _OFFSET, -np.inf, 0.0)
+    wanted = r[:, _MEASURED] - r[:, _MODEL]
+    # The method finds which bounds are met in finitely many steps, and then solves without them.
+    found = lsq_linear(r[:, terms] / sizes, wanted, (least, np.inf), method="bvls")
+    weights = np.zeros(5)
+    weights[terms] = -found.x / sizes
+    weights[[_MODEL, _MEASURED]] = -1.0, 1.0
+    return weights, [term for term, held in zip(terms, found.active_mask, strict=True) if not held]
+
+
+def _slope(
+    r: FloatArray, terms: list[int], times: Callable[[FloatArray], float], count: int
+) -> dict[str, float]:
+    """How measured and model go together beside friction, whatever they are multiplied by."""
+    mixed = reduced(r[:, [*terms, _MODEL, _MEASURED]])
+    own, along = mixed[-2, -2:]
+    left = float(np.hypot(along, mixed[-1, -1]))
+    # The first row is that of the offset, the last two are what friction leaves.
+    sizes = {"left": left, "like_friction": float(np.linalg.norm(mixed[1:-2, -1]))}
+    sizes = {name: size / np.sqrt(count) for name, size in sizes.items()}
+    if independent(r, [*terms, _MODEL])[-1] != _MODEL:
+        unknown = dict.fromkeys(("slope", "slope_error", "partial"), np.nan)
+        return unknown | {"own": 0.0} | sizes
+    free = [*terms, _MODEL]
+    weights = np.zeros(5)
+    weights[free] = -np.linalg.solve(mixed[:-1, :-1], mixed[:-1, -1])
+    weights[_MEASURED] = 1.0
+    deviation = _deviations(r, weights, free, times(weights), count)
+    return {
+        "slope": float(along / own),
+        "slope_error": float(deviation[_MODEL]),
+        "partial": float(along * np.sign(own) / left) if left else np.nan,
+        "own": float(abs(own)) / np.sqrt(count),
+        **sizes,
+    }
+
+
+def _deviations(r: FloatArray, weights: FloatArray, free: list[int], time: float, count: int) -> FloatArray:
+    """Standard errors of the free weights, nan of others, where so many readings are worth one."""
+    out = np.full(5, np.nan)
+    # Fewer independent readings than there are weights leave no measure of noise: as if there were one more.
+    spare = max(count / time - len(free), 1.0)
+    square = float(np.linalg.norm(r @ weights)) ** 2 / spare
+    sizes = np.linalg.norm(r[:, free], axis=0)
+    inverse = np.linalg.inv(reduced(r[:, free] / sizes))
+    out[free] = np.sqrt(square * (inverse**2).sum(axis=1)) / sizes
+    return out
+
+
+def _correlation(a: FloatArray, b: FloatArray) -> float:
+    return float(a[1:] @ b[1:] / (spread(a) * spread(b)))

@@ -1,0 +1,167 @@
+"""The Lagrange-Euler formulation with 4x4 homogeneous matrices and pseudo-inertia.
+
+[FGL87] section 3.2, for rotary and prismatic joints. In FGL87 joint i moves about or along z_{i-1}, so
+dA_i/dq_i = Q_i A_i with a constant Q_i. Here A_j leads from joint frame j-1 (where joint j's axis stands
+still) to joint frame j, which for a Denavit-Hartenberg table are FGL87's link frames; Q_j is the generator
+of the joint's own axis.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.inertia import second_moment_about_origin
+from gd_analyze.robots.parts import Placement
+from gd_analyze.vectors import Array, product, skew, times_constant, turn_about
+
+
+@dataclass(frozen=True)
+class LagrangeEuler:
+    """What the formulation gives, set points last.
+
+    Parameters
+    ----------
+    inertia
+        D_ik, shape (n, n, N). Eq. (3.2-31).
+    christoffel
+        h_ikm, shape (n, n, n, N). Eq. (3.2-32).
+    gravity_loading
+        c_i, shape (n, N). Eq. (3.2-34).
+    """
+
+    inertia: Array
+    christoffel: Array
+    gravity_loading: Array
+
+    def coriolis_centrifugal(self, qd: Array) -> Array:
+        """h_i = sum_k sum_m h_ikm qd_k qd_m, shape (n, N). Eq. (3.2-33)."""
+        return np.einsum("ikmn,kn,mn->in", self.christoffel, qd, qd)
+
+
+def solve(arm: RobotArm, q: Array) -> LagrangeEuler:
+    """Evaluate D, h_ikm and c.
+
+    Parameters
+    ----------
+    arm
+        The arm.
+    q
+        Joint variables, set points last, shape (n, N).
+    """
+    n, count = q.shape
+    dtype = np.result_type(q, float)
+    steps = _steps(arm, q, np.cos(q), np.sin(q))
+    generators = [_generator(arm, i) for i in range(n)]
+    first, second = _derivatives(*steps, generators)
+    masses = [_pseudo_inertia(arm, i) for i in range(n)]
+    inertia = np.zeros((n, n, count), dtype)
+    christoffel = np.zeros((n, n, n, count), dtype)
+    gravity_loading = np.zeros((n, count), dtype)
+    gravity = np.array([*arm.gravity, 0.0])
+    for j in range(n):
+        com = np.array([*arm.com[j], 1.0])
+        weighted = [np.einsum("ab,cbn->acn", masses[j], first[i, j]) for i in range(j + 1)]
+        for i in range(j + 1):
+            lever = np.einsum("abn,b->an", first[i, j], com)
+            gravity_loading[i] += -arm.mass[j] * np.einsum("a,an->n", gravity, lever)
+            for k in range(j + 1):
+                inertia[i, k] += _trace_of_product(first[k, j], weighted[i])
+                for m in range(j + 1):
+                    christoffel[i, k, m] += _trace_of_product(second[min(k, m), max(k, m), j], weighted[i])
+    return LagrangeEuler(inertia, christoffel, gravity_loading)
+
+
+def _pseudo_inertia(arm: RobotArm, link: int) -> Array:
+    """J_i about the origin of link frame i, shape (4, 4). Eq. (3.2-18).
+
+    Its 3x3 block is the second moment of the link's matter about that origin.
+    """
+    first = arm.mass[link] * arm.com[link]
+    out = np.empty((4, 4), first.dtype)
+    out[:3, :3] = second_moment_about_origin(arm.mass[link], arm.com[link], arm.inertia_com[link])
+    out[:3, 3] = out[3, :3] = first
+    out[3, 3] = arm.mass[link]
+    return out
+
+
+def _derivatives(
+    base: list[Array], step: list[Array], to_link: dict[tuple[int, int], Array], generators: list[Array]
+) -> tuple[dict[tuple[int, int], Array], dict[tuple[int, int, int], Array]]:
+    """U_ij and U_ijk by (j, i) and (j, k, i), j <= k <= i. Eqs. (3.2-11), (3.2-13)."""
+    n = len(base)
+    first: dict[tuple[int, int], Array] = {}
+    second: dict[tuple[int, int, int], Array] = {}
+    for j in range(n):
+        moved = times_constant(base[j], generators[j])
+        relative = None
+        for k in range(j, n):
+            # moved @ relative leads to joint frame k-1; turning by Q_k there gives the second derivative.
+            at_k = moved if relative is None else product(moved, relative)
+            twice = times_constant(at_k, generators[k])
+            for i in range(k, n):
+                if k == j:
+                    first[j, i] = product(moved, to_link[j, i])
+                second[j, k, i] = product(twice, to_link[k, i])
+            relative = step[k] if relative is None else product(relative, step[k])
+    return first, second
+
+
+def _steps(
+    arm: RobotArm, q: Array, cos_q: Array, sin_q: Array
+) -> tuple[list[Array], list[Array], dict[tuple[int, int], Array]]:
+    """Joint frames in the base, steps from joint frame to joint frame, and on to every link frame."""
+    n = arm.n_joints
+    before = [_homogeneous(joint.placement) for joint in arm.joints]
+    moved = [
+        times_constant(_motion(arm, i, q[i], cos_q[i], sin_q[i]), _homogeneous(arm.links[i].frame))
+        for i in range(n)
+    ]
+    step = [times_constant(moved[i], before[i + 1]) if i + 1 < n else moved[i] for i in range(n)]
+    count = q.shape[-1]
+    base = [np.broadcast_to(before[0][:, :, None], (4, 4, count)).astype(step[0].dtype)]
+    for i in range(n - 1):
+        base.append(product(base[i], step[i]))
+    to_link: dict[tuple[int, int], Array] = {}
+    for j in range(n):
+        relative = None
+        for i in range(j, n):
+            to_link[j, i] = moved[i] if relative is None else product(relative, moved[i])
+            relative = step[i] if relative is None else product(relative, step[i])
+    return base, step, to_link
+
+
+def _motion(arm: RobotArm, i: int, q: Array, cos_q: Array, sin_q: Array) -> Array:
+    """exp(Q_i q_i): the joint's own displacement in joint frame i-1, shape (4, 4, N)."""
+    axis = arm.joints[i].axis
+    out = np.zeros((4, 4, len(q)), np.result_type(q, float))
+    for a in range(4):
+        out[a, a] = out[a, a] + 1.0
+    if arm.is_revolute[i]:
+        out[:3, :3] = turn_about(axis, cos_q, sin_q)
+    else:
+        out[:3, 3] = axis[:, None] * q
+    return out
+
+
+def _generator(arm: RobotArm, i: int) -> Array:
+    """Q_i with dA_i/dq_i = Q_i A_i. Eqs. (3.2-8), (3.2-9)."""
+    out = np.zeros((4, 4))
+    if arm.is_revolute[i]:
+        out[:3, :3] = skew(arm.joints[i].axis)
+    else:
+        out[:3, 3] = arm.joints[i].axis
+    return out
+
+
+def _homogeneous(placement: Placement) -> Array:
+    out = np.eye(4, dtype=placement.translation.dtype)
+    out[:3, :3], out[:3, 3] = placement.rotation, placement.translation
+    return out
+
+
+def _trace_of_product(a: Array, b: Array) -> Array:
+    """Tr(A B^T-like): sum over rows and columns of A and the transposed second factor."""
+    return np.einsum("abn,ban->n", a, b)

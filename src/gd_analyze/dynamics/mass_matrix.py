@@ -1,0 +1,155 @@
+"""Whether an arm's D, with its drives where they count, is positive definite at the states asked for.
+
+Of bodies that exist it is, but for motions that move nothing. Inertias that no body has can make it
+indefinite: then some motion has negative energy, and a share of a torque says nothing.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gd_analyze.dynamics import composite_moments, generalized_dalembert
+from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.errors import ArmError
+from gd_analyze.motions.states import States
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Link, moments_told
+from gd_analyze.vectors import FloatArray, chunks, set_points_last
+
+
+def require_positive_definite(arm: RobotArm, states: States, drives: bool) -> None:
+    """Raise an ArmError unless D is positive definite at every one of some states.
+
+    D is evaluated at some thousand states at a time, and nothing of it is kept. It counts as singular where
+    it is not positive definite any more less a diagonal of what round-off explains.
+
+    Parameters
+    ----------
+    arm, states
+        The arm, and where; shape (N, n).
+    drives
+        Whether the inertia of the drives adds to the diagonal.
+
+    Raises
+    ------
+    ArmError
+        If an eigenvalue is negative or zero.
+    """
+    added = arm.drive_inertia if drives else np.zeros(arm.n_joints)
+    floor = _round_off(arm, np.maximum(states.q.max(axis=0), -states.q.min(axis=0)))
+    for chunk in chunks(len(states)):
+        inertia = _inertia(arm, states.q[chunk]) + np.diag(added)
+        try:
+            np.linalg.cholesky(inertia - np.diag(floor))
+        except np.linalg.LinAlgError:
+            row = int(np.linalg.eigvalsh(inertia)[:, 0].argmin())
+            where = f"set point {chunk.start + row + 1} of {states.in_words}"
+            raise refusal(arm, states.q[chunk][row], inertia[row], floor, where) from None
+
+
+def _round_off(arm: RobotArm, farthest: FloatArray) -> FloatArray:
+    """What a diagonal must be so that it outweighs the roundings of D, shape (n,).
+
+    D_ij sums m_s v_i . v_j and the inertias of the links s that both joints move; v_i is not longer than the
+    way L_i from joint i to the centres of mass beyond (1 where it slides), and both it and I_s pass some 10
+    roundings per joint, as in `round_off_bounds`. Positions are rounded at their size R from the base, which
+    is more where joints slide far. Hence D_ij is off by 20 n eps sum_s m_s (L_i L_j + R (L_i + L_j)) + |I_s|
+    at most, and by Gershgorin's circles a diagonal of the sums of its rows outweighs that.
+
+    Parameters
+    ----------
+    arm
+        The arm.
+    farthest
+        Largest magnitude of every joint variable, shape (n,).
+    """
+    slides = np.where(arm.is_revolute, 0.0, farthest)
+    lengths = [
+        float(np.linalg.norm(joint.placement.translation) + np.linalg.norm(link.frame.translation))
+        for joint, link in zip(arm.joints, arm.links, strict=True)
+    ]
+    steps, com = np.array(lengths) + slides, float(np.linalg.norm(arm.com, axis=1).max())
+    whole = float(steps.sum()) + com
+    # Of joint i: its own slide and frame, and all steps behind it.
+    beyond = np.cumsum(steps[::-1])[::-1] + com
+    size = np.where(arm.is_revolute, beyond, 1.0)
+    pairs = np.outer(size, size) + whole * np.add.outer(size, size)
+    behind = np.maximum.outer(np.arange(arm.n_joints), np.arange(arm.n_joints))
+    mass = np.cumsum(arm.mass[::-1])[::-1][behind]
+    inertia = np.cumsum(np.abs(arm.inertia_com).sum(axis=(1, 2))[::-1])[::-1][behind]
+    unit = 20 * arm.n_joints * np.finfo(float).eps
+    out: FloatArray = unit * (mass * pairs + inertia).sum(axis=1)
+    return out
+
+
+def refusal(arm: RobotArm, q: FloatArray, inertia: FloatArray, floor: FloatArray, where: str) -> ArmError:
+    """Say that D is not positive definite at q, with its smallest eigenvalue and the joint or link to blame.
+
+    Parameters
+    ----------
+    arm, q, inertia
+        The arm, its position (n,) and D there, with the drives where they count, (n, n).
+    floor
+        What round-off explains of D's diagonal, shape (n,).
+    where
+        Which state it is, for the message.
+    """
+    values, vectors = np.linalg.eigh(inertia)
+    place = ", ".join(f"{x:.4g}" for x in q)
+    found = f"smallest eigenvalue {values[0]:.3g} at {where}, q = ({place})"
+    if np.linalg.eigvalsh(inertia + np.diag(floor))[0] < 0.0:
+        link = arm.links[_to_blame(arm, q, vectors[:, 0])]
+        return ArmError(
+            f"the mass matrix D is not positive definite, by the inertia of link {link.name}",
+            where=_place(arm, link),
+            expected="positive eigenvalues: no motion of an arm has negative energy",
+            found=[found, f"principal moments of link {link.name} {moments_told(link.principal_moments)}"],
+            next_step="mend that inertia: the signs of its products, its units, the point it is about; or "
+            "count the drives' inertia",
+        )
+    index = _without_inertia(inertia, floor)
+    joint, link = arm.joints[index], arm.links[index]
+    moves = (
+        "moves no mass"
+        if inertia[index, index] <= floor[index]
+        else "has no inertia with those before it free"
+    )
+    return ArmError(
+        f"the mass matrix D is singular: joint {index + 1} ({joint.name}) {moves}",
+        where=_place(arm, link),
+        expected=f"eigenvalues above {floor[index]:.1e}, which round-off can explain",
+        found=found,
+        next_step=f"give link {link.name} or those behind it mass, or inertia about the axis of that joint; "
+        f"count the drives' inertia; or hold that joint, of URDF and MJCF by --lock {joint.name}=0",
+    )
+
+
+def _inertia(arm: RobotArm, q: FloatArray) -> FloatArray:
+    """D of the links at positions (N, n), shape (N, n, n)."""
+    moments = composite_moments.composite_moments(arm, solve_kinematics(arm, set_points_last(q)))
+    return np.ascontiguousarray(np.moveaxis(composite_moments.inertia(moments).sum(axis=0), -1, 0))
+
+
+def _to_blame(arm: RobotArm, q: FloatArray, rates: FloatArray) -> int:
+    """Index of the link whose energy in a motion is the most negative."""
+    by_link = generalized_dalembert.inertia_by_link(arm, solve_kinematics(arm, q[:, None])).sum(axis=0)
+    return int(np.einsum("i,lijn,j->l", rates, by_link, rates).argmin())
+
+
+def _without_inertia(inertia: FloatArray, floor: FloatArray) -> int:
+    """Index of the first joint that has no inertia above its `floor` with those before it free.
+
+    Elimination from the first joint on: a pivot is what a joint's force feels while the joints before it give
+    way. The joint of the smallest pivot where all are larger.
+    """
+    left, pivots = inertia.copy(), np.empty(len(inertia))
+    for i in range(len(left)):
+        pivots[i] = left[i, i]
+        if not pivots[i] > floor[i]:
+            return i
+        left[i:, i:] -= np.outer(left[i:, i], left[i:, i]) / pivots[i]
+    return int(pivots.argmin())
+
+
+def _place(arm: RobotArm, link: Link) -> str:
+    return str(link.source or f"arm {arm.name}, link {link.name}")

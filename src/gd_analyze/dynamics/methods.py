@@ -1,0 +1,177 @@
+"""The table of formulations: what each is, what it gives, and how to call it."""
+
+from __future__ import annotations
+
+import difflib
+from functools import partial
+
+import numpy as np
+
+from gd_analyze.dynamics import (
+    composite_moments,
+    generalized_dalembert,
+    lagrange_euler,
+    newton_euler_base,
+    newton_euler_link,
+    newton_euler_regrouped,
+    probing,
+    recursive_lagrangian,
+)
+from gd_analyze.dynamics.interface import Dynamics, DynamicsOf, Method, TorqueOf
+from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.errors import UsageError
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.vectors import Array
+
+
+def _lagrange_euler_dynamics(arm: RobotArm, q: Array, qd: Array) -> Dynamics:
+    solved = lagrange_euler.solve(arm, q)
+    return Dynamics(solved.inertia, solved.coriolis_centrifugal(qd), solved.gravity_loading)
+
+
+def _dalembert_dynamics(arm: RobotArm, q: Array, qd: Array) -> Dynamics:
+    kinematics = solve_kinematics(arm, q)
+    return Dynamics(
+        generalized_dalembert.inertia_by_link(arm, kinematics).sum(axis=(0, 1)),
+        generalized_dalembert.coriolis_centrifugal_by_link(arm, kinematics, qd).sum(axis=(0, 1)),
+        generalized_dalembert.gravity_loading_by_link(arm, kinematics).sum(axis=0),
+    )
+
+
+def _moments_dynamics(arm: RobotArm, q: Array, qd: Array) -> Dynamics:
+    moments = composite_moments.composite_moments(arm, solve_kinematics(arm, q))
+    pairs = composite_moments.brackets(moments)
+    return Dynamics(
+        composite_moments.inertia(moments).sum(axis=0),
+        composite_moments.coriolis_centrifugal(moments, pairs, qd)[0].sum(axis=0),
+        composite_moments.gravity_loading(arm, moments),
+    )
+
+
+def _summed(dynamics: DynamicsOf) -> TorqueOf:
+    """Torque of a method that gives D, h and c."""
+
+    def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = True) -> Array:
+        given = dynamics(arm, q, qd)
+        sum_ = np.einsum("ijn,jn->in", given.inertia, qdd) + given.coriolis_centrifugal
+        return sum_ + given.gravity_loading if gravity else sum_
+
+    return torque
+
+
+def _probed(torque: TorqueOf) -> DynamicsOf:
+    """D, h and c of a method that gives torque only."""
+
+    def dynamics(arm: RobotArm, q: Array, qd: Array) -> Dynamics:
+        n, count = q.shape
+        ask = partial(torque, arm, q)
+        return Dynamics(
+            probing.inertia(ask, n, count),
+            probing.coriolis_centrifugal(ask, qd),
+            probing.gravity_loading(ask, n, count),
+        )
+
+    return dynamics
+
+
+METHODS: dict[str, Method] = {
+    method.name: method
+    for method in (
+        Method(
+            "lagrange_euler",
+            "Lagrange-Euler",
+            "L-E",
+            "[FGL87] section 3.2",
+            "4x4 homogeneous matrices",
+            "closed form",
+            "n^4",
+            _summed(_lagrange_euler_dynamics),
+            _lagrange_euler_dynamics,
+        ),
+        Method(
+            "recursive_lagrangian",
+            "Recursive Lagrangian",
+            "recursive L.",
+            "Hollerbach 1980",
+            "3x3 rotation matrices, position vectors",
+            "recursive",
+            "n",
+            recursive_lagrangian.torque,
+            _probed(recursive_lagrangian.torque),
+        ),
+        Method(
+            "newton_euler_base",
+            "Newton-Euler in the base frame",
+            "N-E base",
+            "[FGL87] Table 3.2",
+            "rotation matrices, vectors in the base frame",
+            "recursive",
+            "n",
+            newton_euler_base.torque,
+            _probed(newton_euler_base.torque),
+        ),
+        Method(
+            "newton_euler_link",
+            "Newton-Euler in link frames",
+            "N-E link",
+            "[FGL87] Table 3.3; Luh, Walker, Paul 1980",
+            "rotation matrices, vectors in link frames",
+            "recursive",
+            "n",
+            newton_euler_link.torque,
+            _probed(newton_euler_link.torque),
+        ),
+        Method(
+            "newton_euler_regrouped",
+            "Newton-Euler with regrouped parameters",
+            "N-E regrouped",
+            "Khalil, Kleinfinger 1987",
+            "rotation matrices, vectors in axis frames",
+            "recursive",
+            "n",
+            newton_euler_regrouped.torque,
+            _probed(newton_euler_regrouped.torque),
+        ),
+        Method(
+            "generalized_dalembert",
+            "Generalized d'Alembert as written",
+            "G-D",
+            "[FGL87] section 3.4",
+            "rotation matrices, vectors in the base frame",
+            "closed form",
+            "n^3",
+            _summed(_dalembert_dynamics),
+            _dalembert_dynamics,
+        ),
+        Method(
+            "composite_moments",
+            "Generalized d'Alembert by composite moments",
+            "G-D composite",
+            "docs/decisions/0001",
+            "rotation matrices, vectors in the base frame",
+            "closed form",
+            "n^2",
+            _summed(_moments_dynamics),
+            _moments_dynamics,
+        ),
+    )
+}
+
+
+def known_method(name: str) -> Method:
+    """Look a formulation up by its name.
+
+    Raises
+    ------
+    UsageError
+        If there is none of this name.
+    """
+    if name not in METHODS:
+        near = difflib.get_close_matches(str(name), METHODS, n=1)
+        raise UsageError(
+            f"there is no formulation {name!r}",
+            where="method",
+            expected=", ".join(METHODS),
+            next_step=f"did you mean {near[0]!r}?" if near else None,
+        )
+    return METHODS[name]

@@ -1,0 +1,140 @@
+"""The Newton-Euler recursion with every vector in its own link's frame.
+
+[FGL87] section 3.3, Table 3.3 (Luh, Walker and Paul). In link frame i the joint's axis, the link's vectors
+and its inertia tensor are constants; only the step from link frame to link frame depends on q_i.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.vectors import Array, FloatArray, cross, rigid_acceleration, turn_parts
+
+
+def torque(
+    arm: RobotArm,
+    q: Array,
+    qd: Array,
+    qdd: Array,
+    *,
+    gravity: bool = True,
+    damping: FloatArray | None = None,
+    hand: FloatArray | None = None,
+) -> Array:
+    """Generalized torque by Newton-Euler, shape (n, N). [FGL87] Table 3.3.
+
+    Parameters
+    ----------
+    arm
+        The arm.
+    q, qd, qdd
+        Joint variables, rates and accelerations, set points last, shape (n, N).
+    gravity
+        Whether gravity acts.
+    damping
+        Viscous damping b_i at the joints, N m s (N s/m where the joint slides), shape (n,).
+    hand
+        f_{n+1} and n_{n+1}, what the last link exerts on the world at its frame's origin, in the base frame,
+        N and N m, shape (2, 3).
+    """
+    n, count = qd.shape
+    cos_q, sin_q = np.cos(q), np.sin(q)
+    steps = [_step(arm, i, q[i], cos_q[i], sin_q[i]) for i in range(n)]
+    omega = omega_dot = np.zeros((3, count))
+    acceleration = np.broadcast_to(-int(gravity) * arm.gravity[:, None], (3, count))
+    motions = []
+    for i, step in enumerate(steps):
+        # Up to the joint's origin with the link before, then into link frame i.
+        if step.to_joint is not None:
+            acceleration = acceleration + rigid_acceleration(omega, omega_dot, step.to_joint)
+        acceleration = step.into(acceleration)
+        omega_dot = step.into(omega_dot)
+        omega = step.into(omega)
+        if arm.is_revolute[i]:
+            omega_dot = omega_dot + step.axis * qdd[i] + cross(omega, step.axis * qd[i])
+            omega = omega + step.axis * qd[i]
+        else:
+            acceleration = acceleration + step.axis * qdd[i] + 2.0 * cross(omega, step.axis * qd[i])
+        acceleration = acceleration + rigid_acceleration(omega, omega_dot, step.link_vector)
+        com_acceleration = acceleration + rigid_acceleration(omega, omega_dot, arm.com[i][:, None])
+        inertial_force = arm.mass[i] * com_acceleration
+        tensor = arm.inertia_com[i]
+        couple = _times(tensor, omega_dot) + cross(omega, _times(tensor, omega))
+        motions.append((inertial_force, couple))
+    out = np.empty((n, count), np.result_type(q, float))
+    force, moment = np.zeros((2, 3, 1)) if hand is None else (_from_base(steps, vector) for vector in hand)
+    for i in reversed(range(n)):
+        step = steps[i]
+        inertial, couple = motions[i]
+        # From here force and moment act about link frame i's origin; the link adds its own.
+        moment = moment + cross(arm.com[i][:, None], inertial) + couple
+        force = force + inertial
+        # About the joint's origin, one link vector below.
+        moment = moment + cross(step.link_vector, force)
+        effort = moment if arm.is_revolute[i] else force
+        out[i] = np.einsum("an,an->n", np.broadcast_to(step.axis, effort.shape), effort)
+        if damping is not None:
+            out[i] = out[i] + damping[i] * qd[i]
+        moment = step.out_of(moment)
+        force = step.out_of(force)
+        if step.to_joint is not None:
+            moment = moment + cross(step.to_joint, force)
+    return out
+
+
+@dataclass(frozen=True)
+class _Step:
+    """From link frame i-1 to link frame i.
+
+    `rotation` takes vectors of frame i into frame i-1; `to_joint` (joint origin in frame i-1; None where it
+    is the frame's own, as in every standard Denavit-Hartenberg arm) and `axis` (z_{i-1} in frame i) are
+    constants, and so is `link_vector` (from the joint's origin to link frame i, in frame i) of a revolute
+    joint.
+    """
+
+    rotation: Array
+    to_joint: Array | None
+    axis: Array
+    link_vector: Array
+
+    def into(self, vector: Array) -> Array:
+        """Express a vector of link frame i-1 in link frame i."""
+        return np.einsum("ban,bn->an", self.rotation, vector)
+
+    def out_of(self, vector: Array) -> Array:
+        """Express a vector of link frame i in link frame i-1."""
+        return np.einsum("abn,bn->an", self.rotation, vector)
+
+
+def _step(arm: RobotArm, i: int, q: Array, cos_q: Array, sin_q: Array) -> _Step:
+    joint, frame = arm.joints[i], arm.links[i].frame
+    before, behind = joint.placement.rotation, frame.rotation
+    axis = behind.T @ joint.axis
+    link_vector: Array = (behind.T @ frame.translation)[:, None]
+    if arm.is_revolute[i]:
+        fixed, by_sin, by_cos = ((before @ part @ behind)[:, :, None] for part in turn_parts(joint.axis))
+        rotation = fixed + by_cos * cos_q + by_sin * sin_q
+    else:
+        rotation = np.broadcast_to((before @ behind)[:, :, None], (3, 3, len(q)))
+        link_vector = link_vector + axis[:, None] * q
+    to_joint = joint.placement.translation[:, None] if joint.placement.translation.any() else None
+    return _Step(rotation, to_joint, axis[:, None], link_vector)
+
+
+def _from_base(steps: list[_Step], vector: Array) -> Array:
+    """Carry a constant base-frame vector out to the last link's frame."""
+    out: Array = np.broadcast_to(vector[:, None], (3, steps[0].rotation.shape[-1]))
+    for step in steps:
+        out = step.into(out)
+    return out
+
+
+def _times(tensor: Array, vector: Array) -> Array:
+    """Multiply by a constant tensor; principal axes along the frame's leave three products."""
+    principal = np.diagonal(tensor)
+    if np.count_nonzero(tensor - np.diag(principal)) == 0:
+        return principal[:, None] * vector
+    return np.einsum("ab,bn->an", tensor, vector)

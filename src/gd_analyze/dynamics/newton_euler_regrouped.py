@@ -1,0 +1,235 @@
+"""The Newton-Euler recursion with regrouped link parameters: the fewest operations of the formulations.
+
+As in link frames, but frames stand on the joints' axes, and links have lost what acts as part of the link
+before, see `regrouped_links`: of a joint that turns neither mass nor first moment along the axis is left. All
+that motion does to matter is one matrix A, with the acceleration A r of a point r beside that of the origin,
+and all that this does to torque is the skew part of A P, P the second moment. Links of parallel axes take
+their angular velocity from the frame before the first of them, at the sum of their angles.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from gd_analyze.dynamics.regrouped_links import RegroupedArm, RegroupedLink, regrouped
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.vectors import Array, FloatArray, apply, cross, dot, times_constant
+
+# An offset is so many quarter turns where it is within round-off of that.
+_QUARTER, _ROUND_OFF = 0.5 * math.pi, 1e-14
+
+# Takes a link, from 0, and components (..., N) of its quantities by their names in docs/notation.md.
+Told = Callable[[int, Mapping[str, Array]], None]
+
+
+def torque(
+    arm: RobotArm,
+    q: Array,
+    qd: Array,
+    qdd: Array,
+    *,
+    gravity: bool = True,
+    told: Told = lambda link, quantities: None,
+) -> Array:
+    """Generalized torque by Newton-Euler, shape (n, N). Khalil and Kleinfinger 1987.
+
+    Parameters
+    ----------
+    arm
+        The arm.
+    q, qd, qdd
+        Joint variables, rates and accelerations, set points last, shape (n, N).
+    gravity
+        Whether gravity acts.
+    told
+        Told every quantity on the way.
+    """
+    rewritten = regrouped(arm)
+    start = np.broadcast_to(-int(gravity) * rewritten.gravity[:, None], (3, qd.shape[1]))
+    motions = list(_motions(rewritten, start, (q, qd, qdd), told))
+    out = np.empty((len(motions), qd.shape[1]), np.result_type(qd, motions[-1].acceleration))
+    force = moment = np.zeros((3, 1))
+    for i, link in reversed(list(enumerate(rewritten.links))):
+        turn, lever, acceleration, field = motions[i]
+        first = link.first[:, None]
+        moved = times_constant(field, link.second)
+        force = force + apply(field, first)
+        moment = moment + cross(first, acceleration)
+        moment = moment + np.stack([moved[b, a] - moved[a, b] for a, b in ((1, 2), (2, 0), (0, 1))])
+        if link.sliding is None:
+            out[i] = moment[2] if link.sign > 0 else -moment[2]
+        else:
+            force = force + link.mass * acceleration
+            out[i] = dot(np.broadcast_to(link.sliding[:, None], force.shape), force)
+        told(i, {"f": force, "n": moment})
+        force, moment = turn.turned_back(force), turn.turned_back(moment)
+        told(i, {"f'": force, "n'": moment})
+        force, moment = turn.back_across(force), turn.back_across(moment)
+        told(i, {"f''": force, "n''": moment})
+        moment = moment + cross(lever, force)
+    return out
+
+
+def _motions(arm: RegroupedArm, start: Array, state: tuple[Array, ...], told: Told) -> Iterator[_Motion]:
+    """How every link moves, from the acceleration of the base on."""
+    spin, run = _Spin(np.zeros_like(start), np.zeros_like(start)), None
+    acceleration, field = start, np.zeros((3, *start.shape))
+    for i, (link, q, qd, qdd) in enumerate(zip(arm.links, *state, strict=True)):
+        lever = link.translation[:, None]
+        if link.sliding is None:
+            own = _Run.starting(link, spin, q, qd, qdd)
+            run = run.joined(link, own) if run and link.is_parallel else own
+            turn, spin = own.turn(link), run.spin(link)
+            told(i, run.quantities)
+        else:
+            turn, lever = _Turn(link.rotation), lever + link.sliding[:, None] * q
+        acceleration = acceleration + apply(field, lever)
+        across = turn.across(acceleration)
+        told(i, {"r": lever, "a''": acceleration, "a'": across})
+        acceleration = turn.turned(across)
+        if link.sliding is not None:
+            axis = link.sliding[:, None]
+            acceleration = acceleration + axis * qdd + 2.0 * cross(spin.omega, axis * qd)
+        field = spin.field()
+        told(i, {"omega": spin.omega, "omegad": spin.omega_dot, "a": acceleration, "A": field})
+        yield _Motion(turn, lever, acceleration, field)
+
+
+class _Motion(NamedTuple):
+    """From the frame before, the way to its origin there, that origin's acceleration, and the matrix A."""
+
+    turn: _Turn
+    lever: Array
+    acceleration: Array
+    field: Array
+
+
+@dataclass(frozen=True)
+class _Turn:
+    """From frame i-1 to frame i: a constant rotation, then a turn about z if there is one."""
+
+    rotation: FloatArray
+    cos: Array | None = None
+    sin: Array | None = None
+
+    def across(self, vector: Array) -> Array:
+        """Express a vector of frame i-1 in frame i before it turns."""
+        rotated: Array = np.einsum("ba,bn->an", self.rotation, vector)
+        return rotated
+
+    def turned(self, vector: Array) -> Array:
+        """Express that in frame i."""
+        if self.cos is None or self.sin is None:
+            return vector
+        x, y, z = vector
+        return np.stack([self.cos * x + self.sin * y, self.cos * y - self.sin * x, z])
+
+    def turned_back(self, vector: Array) -> Array:
+        """Express a vector of frame i in that before it turns."""
+        if self.cos is None or self.sin is None:
+            return vector
+        x, y, z = vector
+        return np.stack([self.cos * x - self.sin * y, self.sin * x + self.cos * y, z + 0.0 * x])
+
+    def back_across(self, vector: Array) -> Array:
+        """Express that in frame i-1."""
+        rotated: Array = np.einsum("ab,bn->an", self.rotation, vector)
+        return rotated
+
+
+@dataclass(frozen=True)
+class _Spin:
+    """Angular velocity and acceleration of a link, in its frame, (3, N)."""
+
+    omega: Array
+    omega_dot: Array
+
+    def field(self) -> Array:
+        """Matrix A of the accelerations of its points, (3, 3, N): omega_dot x and omega x omega x."""
+        x, y, z = self.omega
+        x_dot, y_dot, z_dot = self.omega_dot
+        xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
+        return np.stack(
+            [
+                np.stack([-(yy + zz), xy - z_dot, xz + y_dot]),
+                np.stack([xy + z_dot, -(xx + zz), yz - x_dot]),
+                np.stack([xz - y_dot, yz + x_dot, -(xx + yy)]),
+            ]
+        )
+
+
+@dataclass(frozen=True)
+class _Run:
+    """Joints of parallel axes: how far they have turned together, from the frame before them.
+
+    Sliding joints among them turn nothing, and their frames stand as those before.
+
+    Parameters
+    ----------
+    before
+        How the link before them moves.
+    rotation
+        Of the first of them.
+    angle, offset, rate, rate_dot
+        Sums over those so far.
+    """
+
+    before: _Spin
+    rotation: FloatArray
+    angle: Array
+    offset: float
+    rate: Array
+    rate_dot: Array
+
+    @classmethod
+    def starting(cls, link: RegroupedLink, before: _Spin, *state: Array) -> _Run:
+        """Take one joint alone."""
+        q, qd, qdd = state if link.sign > 0 else (-x for x in state)
+        return cls(before, link.rotation, q, link.offset, qd, qdd)
+
+    def joined(self, link: RegroupedLink, own: _Run) -> _Run:
+        """Take one more joint."""
+        return _Run(
+            self.before,
+            self.rotation,
+            self.angle + own.angle,
+            self.offset + own.offset,
+            self.rate + own.rate,
+            self.rate_dot + own.rate_dot,
+        )
+
+    @property
+    def quantities(self) -> dict[str, Array]:
+        """The rates, and how the link before them moves in their frame before it turns."""
+        turn = _Turn(self.rotation)
+        return {
+            "p": np.array([self.rate, self.rate_dot]),
+            "omega'": turn.across(self.before.omega),
+            "omegad'": turn.across(self.before.omega_dot),
+        }
+
+    def turn(self, link: RegroupedLink) -> _Turn:
+        """From the frame before to that of the last of them; of a round link frames need not turn."""
+        if link.is_round:
+            return _Turn(self.rotation)
+        quarters = round(self.offset / _QUARTER)
+        if abs(self.offset - quarters * _QUARTER) > _ROUND_OFF:
+            angle = self.angle + self.offset
+            return _Turn(self.rotation, np.cos(angle), np.sin(angle))
+        cos, sin = np.cos(self.angle), np.sin(self.angle)
+        return _Turn(self.rotation, *((cos, sin), (-sin, cos), (-cos, -sin), (sin, -cos))[quarters % 4])
+
+    def spin(self, link: RegroupedLink) -> _Spin:
+        """How the last of them moves."""
+        turn = self.turn(link)
+        x, y, z = turn.turned(turn.across(self.before.omega))
+        x_dot, y_dot, z_dot = turn.turned(turn.across(self.before.omega_dot))
+        return _Spin(
+            np.stack([x, y, z + self.rate]),
+            np.stack([x_dot + y * self.rate, y_dot - x * self.rate, z_dot + self.rate_dot]),
+        )

@@ -1,0 +1,157 @@
+"""Every run is held against an independent authority: Pinocchio's algorithms on the same arm."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Placement
+from gd_analyze.schema import units_of
+from gd_analyze.vectors import FloatArray
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Enough to meet every region of a long trajectory, few enough to take milliseconds.
+MOST_SET_POINTS = 500
+
+QUANTITIES = ("inertia", "coriolis_centrifugal", "gravity_loading", "torque")
+
+
+@dataclass(frozen=True)
+class Residual:
+    """Largest difference from Pinocchio, beside what round-off can explain."""
+
+    quantity: str
+    largest: float
+    bound: float
+    unit: str
+
+
+def cross_check(arm: RobotArm, dataset: xr.Dataset) -> tuple[Residual, ...]:
+    """Compare D, h, c and torque with Pinocchio's crba, rnea and computeGeneralizedGravity.
+
+    A trajectory of more than `MOST_SET_POINTS` is compared at that many evenly spaced ones.
+
+    Returns
+    -------
+    tuple of Residual
+        One per quantity and, where joints of both kinds meet, per unit of its entries.
+
+    Raises
+    ------
+    GdAnalyzeError
+        If a difference exceeds what round-off explains: then one of the two programs is wrong.
+    """
+    count = dataset.sizes["time"]
+    chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_SET_POINTS)).round().astype(int))
+    part = dataset.isel(time=chosen)
+    states = [part[name].values for name in ("q", "qd", "qdd")]
+    ours = {
+        "inertia": part.inertia.sum("effect").values,
+        "coriolis_centrifugal": part.coriolis_centrifugal.sum("effect").values,
+        "gravity_loading": part.gravity_loading.values,
+        "torque": part.torque.values - (part.drive_torque.values if "drive_torque" in part else 0.0),
+    }
+    bounds = round_off_bounds(arm, *states)
+    residuals = tuple(
+        Residual(name, float(np.abs(ours[name] - theirs)[..., units == unit].max()), bounds[name], unit)
+        for name, theirs in pinocchio_dynamics(arm, *states).items()
+        for units in [units_of("inertia" if name == "inertia" else "effort", arm.is_revolute)]
+        for unit in dict.fromkeys(units.ravel().tolist())
+    )
+    for residual in residuals:
+        if not residual.largest <= residual.bound:
+            raise GdAnalyzeError(
+                f"{residual.quantity} disagrees with Pinocchio",
+                where=f"arm {arm.name}",
+                expected=f"a difference of at most {residual.bound:.1e} {residual.unit} (round-off)",
+                found=f"{residual.largest:.1e} {residual.unit}",
+                next_step="please report this with the arm file and the trajectory",
+            )
+    return residuals
+
+
+def largest_differences(ours: Mapping[str, FloatArray], theirs: Mapping[str, FloatArray]) -> dict[str, float]:
+    """Largest difference of each quantity, in the order of the second."""
+    return {name: float(np.abs(ours[name] - value).max()) for name, value in theirs.items()}
+
+
+def round_off_bounds(arm: RobotArm, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> dict[str, float]:
+    """How far two correct programs may differ in each quantity, over the given states.
+
+    A coordinate of link s passes some 10 roundings per joint on its way to the base, and a moment of the
+    composite is formed from products of two such coordinates: 2 * 10 n roundings, and two programs make
+    twice as many. With u = eps / 2 the difference is at most 40 n u = 20 n eps of the sum of the
+    magnitudes of what is added up, which is at most the arm stretched out: sum_s m_s L^2 + |I_s| for D,
+    the same times the squared sum of rates for h (two rates, and every h_i sums all j, k), sum_s m_s L |g|
+    for c. A sliding joint's rows have L once or not at all, hence max(L, 1).
+    """
+    slides = np.abs(np.where(arm.is_revolute, 0.0, q)).sum(axis=-1).max()
+    com_reach = max(float(np.linalg.norm(com)) for com in arm.com)
+    first = float(np.linalg.norm(arm.joints[0].placement.translation))
+    reach = max(arm.reach + com_reach + slides + first, 1.0)
+    inertia = float((arm.mass * reach**2 + np.abs(arm.inertia_com).sum(axis=(1, 2))).sum())
+    rates = float(np.abs(qd).sum(axis=-1).max())
+    accelerations = float(np.abs(qdd).sum(axis=-1).max())
+    gravity = float(arm.mass.sum() * reach * np.linalg.norm(arm.gravity))
+    unit = 20 * arm.n_joints * np.finfo(float).eps
+    # Newton-Euler gives h as a difference of torques that hold gravity, so gravity's round-off is in it.
+    h = inertia * rates**2 + gravity
+    return {
+        "inertia": unit * inertia,
+        "coriolis_centrifugal": unit * h,
+        "gravity_loading": unit * gravity,
+        "torque": unit * (inertia * accelerations + h),
+    }
+
+
+def pinocchio_dynamics(
+    arm: RobotArm, q: FloatArray, qd: FloatArray, qdd: FloatArray
+) -> dict[str, FloatArray]:
+    """D, h, c and torque of states (N, n) by Pinocchio, without any split by effect."""
+    import pinocchio as pin
+
+    model = pinocchio_model(arm)
+    data = model.createData()
+    found: dict[str, list[FloatArray]] = {name: [] for name in QUANTITIES}
+    for position, rate, acceleration in zip(*map(np.ascontiguousarray, (q, qd, qdd)), strict=True):
+        upper = np.triu(pin.crba(model, data, position))
+        gravity = pin.computeGeneralizedGravity(model, data, position).copy()
+        steady = pin.rnea(model, data, position, rate, np.zeros(arm.n_joints)).copy()
+        torque = pin.rnea(model, data, position, rate, acceleration).copy()
+        state = (upper + np.triu(upper, 1).T, steady - gravity, gravity, torque)
+        for name, value in zip(QUANTITIES, state, strict=True):
+            found[name].append(value)
+    return {name: np.array(values) for name, values in found.items()}
+
+
+def pinocchio_model(arm: RobotArm) -> Any:
+    """Build the arm as a `pinocchio.Model`, joint by joint."""
+    import pinocchio as pin
+
+    def placed(placement: Placement) -> Any:
+        return pin.SE3(np.array(placement.rotation), np.array(placement.translation))
+
+    model = pin.Model()
+    model.name = arm.name
+    model.gravity.linear = np.array(arm.gravity)
+    parent, behind = 0, pin.SE3.Identity()
+    for i, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True)):
+        unaligned = (
+            pin.JointModelRevoluteUnaligned if joint.kind == "revolute" else pin.JointModelPrismaticUnaligned
+        )
+        parent = model.addJoint(
+            parent, unaligned(np.array(joint.axis)), behind * placed(joint.placement), f"joint_{i + 1}"
+        )
+        behind = placed(link.frame)
+        # Given when it is made, an inertia that no body has would be refused.
+        body = pin.Inertia(link.mass, np.array(link.com), np.eye(3))
+        body.inertia = np.array(link.inertia_com)
+        model.appendBodyToJoint(parent, body, behind)
+    return model

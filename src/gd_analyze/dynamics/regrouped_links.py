@@ -1,0 +1,288 @@
+"""An arm written for recursion: frames on the joints' axes, and link parameters regrouped.
+
+W. Khalil, J.-F. Kleinfinger, Minimum operations and minimum parameters of the dynamic models of tree
+structure robots, IEEE Journal of Robotics and Automation RA-3 (1987). Frame i moves with link i; of a joint
+that turns, its z axis is the joint's. Three freedoms leave torques as they are and make constants vanish: how
+frames stand about their z axes, where on those their origins are, and to which link matter is counted that a
+joint does not move. What lies on the axis of a joint that turns, and the second moment of all that a sliding
+joint carries, act as parts of the link before.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.inertia import second_moment_about_origin
+from gd_analyze.vectors import Array, FloatArray
+
+# Some dozen products and sums of numbers of one magnitude round to less than this share of it.
+_ROUND_OFF = 1e-14
+# Axes closer to parallel than this have their common normal too far away to be an origin.
+_SKEW = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class RegroupedLink:
+    """One link in its own frame i.
+
+    Parameters
+    ----------
+    rotation, translation
+        Frame i in frame i-1, (3, 3) and, m, (3,), before it is turned or slid.
+    sliding
+        Unit vector along which the joint slides; None of a joint that turns, about z.
+    sign, offset
+        The frame turns by sign * q + offset, rad; the sign is -1 where axes are antiparallel.
+    is_parallel
+        Whether this joint turns, and the turning one before it about an axis that is parallel for every q.
+    is_round
+        Whether the link is the last and round about its axis, so that its angle does not matter.
+    mass, first, second
+        Regrouped m, kg, first moment, kg m, shape (3,), and second moment, kg m^2, shape (3, 3).
+    """
+
+    rotation: FloatArray
+    translation: Array
+    sliding: FloatArray | None
+    sign: int
+    offset: float
+    is_parallel: bool
+    is_round: bool
+    mass: Any
+    first: Array
+    second: Array
+
+    def turned(self, angle: float) -> FloatArray:
+        """Rotation of frame i in frame i-1, (3, 3), where the joint has turned by this."""
+        c, s = math.cos(self.offset + self.sign * angle), math.sin(self.offset + self.sign * angle)
+        return self.rotation @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+@dataclass(frozen=True, eq=False)
+class RegroupedArm:
+    """An arm's links.
+
+    Parameters
+    ----------
+    rotation, origin
+        The frame before the first link in the base frame, (3, 3) and, m, (3,).
+    gravity
+        In that frame, m/s^2, shape (3,).
+    links
+        One per joint.
+    """
+
+    rotation: FloatArray
+    origin: Array
+    gravity: FloatArray
+    links: tuple[RegroupedLink, ...]
+
+
+@lru_cache(maxsize=8)
+def regrouped(arm: RobotArm) -> RegroupedArm:
+    """Choose the frames of an arm, and regroup its parameters."""
+    n, turns = arm.n_joints, arm.is_revolute
+    axes, points, moments = _at_zero(arm)
+    signs, parallel = _aligned(turns, axes)
+    origins = _origins(turns, axes, points, moments)
+    frames = _frames(turns, axes, origins, arm.gravity)
+    rotations, offsets = zip(*(_step(frames[i], frames[i + 1], turns[i]) for i in range(n)), strict=True)
+    from_base = [_moved(moments[i], frames[i + 1].T, -frames[i + 1].T @ origins[i]) for i in range(n)]
+    steps = [frames[i].T @ (origins[i] - origins[max(i - 1, 0)]) for i in range(n)]
+    steps = [_without_round_off(step, np.array(origins)) for step in steps]
+    kept = _regrouped(turns, axes, from_base, [frames[i].T @ frames[i + 1] for i in range(n)], steps)
+    is_round = turns[-1] and not parallel[-1] and _is_round(kept[-1], moments)
+    if is_round:
+        kept[-1][1, 1] = kept[-1][0, 0]
+    links = tuple(
+        RegroupedLink(
+            rotation=rotations[i],
+            translation=steps[i],
+            sliding=None if turns[i] else frames[i + 1].T @ axes[i],
+            sign=signs[i],
+            offset=offsets[i],
+            is_parallel=parallel[i],
+            is_round=is_round and i == n - 1,
+            mass=kept[i][3, 3],
+            first=kept[i][:3, 3],
+            second=kept[i][:3, :3],
+        )
+        for i in range(n)
+    )
+    return RegroupedArm(frames[0], origins[0], _without_round_off(frames[0].T @ arm.gravity), links)
+
+
+def _at_zero(arm: RobotArm) -> tuple[list[FloatArray], list[Array], list[Array]]:
+    """Axes, points on them, and the links' moments in the base frame, with all joints at zero.
+
+    Moments are matrices [[second, first], [first, mass]] about the frame's origin, (4, 4).
+    """
+    rotation, origin = np.eye(3), np.zeros(3)
+    axes, points, moments = [], [], []
+    for i, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True)):
+        before = rotation @ joint.placement.rotation
+        axes.append(before @ joint.axis)
+        points.append(origin + rotation @ joint.placement.translation)
+        rotation, origin = before @ link.frame.rotation, points[-1] + before @ link.frame.translation
+        second = second_moment_about_origin(arm.mass[i], arm.com[i], arm.inertia_com[i])
+        first = arm.mass[i] * arm.com[i]
+        own = np.vstack([np.column_stack([second, first]), [*first, arm.mass[i]]])
+        moments.append(_moved(own, rotation, origin))
+    return axes, points, moments
+
+
+def _aligned(turns: Sequence[bool], axes: list[FloatArray]) -> tuple[list[int], list[bool]]:
+    """Make parallel axes one direction to the last bit; signs of the joints, and which turn so on."""
+    signs, parallel = [], []
+    before = None
+    for i, axis in enumerate(axes):
+        parallel.append(before is not None and turns[i] and _are_parallel(before, axis))
+        signs.append(1)
+        if before is not None and parallel[i]:
+            signs[i] = -1 if before @ axis < 0.0 else 1
+            axes[i] = before
+        before = axes[i] if turns[i] else before
+    return signs, parallel
+
+
+def _origins(
+    turns: Sequence[bool], axes: Sequence[FloatArray], points: Sequence[Array], moments: Sequence[Array]
+) -> list[Array]:
+    """Origins from which the next one lies straight across the axis; a sliding link takes the next one's."""
+    last = len(axes) - 1
+    origins: list[Array] = [points[last]]
+    mass = moments[last][3, 3]
+    if not turns[last]:
+        origins[0] = moments[last][:3, 3] / mass if isinstance(mass, float) and mass > 0.0 else points[last]
+    elif last and turns[last - 1]:
+        origins[0] = _foot(points[last], axes[last], points[last - 1], axes[last - 1])
+    for i in reversed(range(last)):
+        beyond = origins[0]
+        along = axes[i] * ((beyond - points[i]) @ axes[i])
+        origins.insert(0, points[i] + along if turns[i] else beyond)
+    return origins
+
+
+def _foot(point: Array, axis: FloatArray, other: Array, other_axis: FloatArray) -> Array:
+    """Point of a line nearest to another line; the one given where they are nearly parallel."""
+    normal = np.cross(axis, other_axis)
+    if np.linalg.norm(normal) < _SKEW:
+        return point
+    return point + axis * (np.cross(other - point, other_axis) @ normal / (normal @ normal))
+
+
+def _frames(
+    turns: Sequence[bool], axes: Sequence[FloatArray], origins: Sequence[Array], gravity: Array
+) -> list[FloatArray]:
+    """Base from every frame, that before the first link included; x across this axis and the next, if any."""
+    turning = [i for i, does in enumerate(turns) if does]
+    first = axes[turning[0]] if turning else np.array([0.0, 0.0, 1.0])
+    frames = [_with_z(first, gravity, np.eye(3)[0])]
+    for i, axis in enumerate(axes):
+        beyond = [axes[k] for k in turning if k > i]
+        if not turns[i]:
+            frames.append(frames[-1])
+        elif not beyond:
+            # Turned by nothing: the shortest way from the axis before.
+            frames.append(_with_z(axis, frames[-1][:, 0], frames[-1][:, 1]))
+        elif _are_parallel(axis, beyond[0]):
+            frames.append(_with_z(axis, origins[min(i + 1, len(axes) - 1)] - origins[i], frames[-1][:, 0]))
+        else:
+            frames.append(_with_z(axis, np.cross(axis, beyond[0]), frames[-1][:, 0]))
+    return frames
+
+
+def _with_z(axis: FloatArray, *towards: Array) -> FloatArray:
+    """Frame about an axis with x as near as can be to the first of some vectors that tells a direction."""
+    for vector in (*towards, *np.eye(3)):
+        if vector.dtype != object:
+            x = vector - axis * (axis @ vector)
+            size = np.linalg.norm(x)
+            if size > _SKEW * np.linalg.norm(vector):
+                x = x / size
+                return np.column_stack([x, np.cross(axis, x), axis])
+    raise AssertionError("one of three unit vectors is across any axis")
+
+
+def _step(before: FloatArray, frame: FloatArray, turns: bool) -> tuple[FloatArray, float]:
+    """Rotation from frame to frame, and what of it is a turn about the second's z axis, rad."""
+    rotation = _without_round_off(before.T @ frame)
+    x, y, z = rotation[:, 2]
+    if not turns or x != 0.0:
+        return rotation, 0.0
+    across = np.array([[1.0, 0.0, 0.0], [0.0, z, y], [0.0, -y, z]])
+    turned = _without_round_off(across.T @ rotation)
+    return across, math.atan2(turned[1, 0], turned[0, 0])
+
+
+def _regrouped(
+    turns: Sequence[bool],
+    axes: Sequence[FloatArray],
+    moments: Sequence[Array],
+    rotations: Sequence[FloatArray],
+    steps: Sequence[Array],
+) -> list[Array]:
+    """Moments of every link in its frame, what its joint does not move counted to the link before."""
+    kept, every = list(moments), np.array(moments)
+    blocks = (np.s_[:3, :3], np.s_[:3, 3], np.s_[3, :3], np.s_[3, 3])
+    for i in reversed(range(len(kept))):
+        fixed = np.zeros((4, 4), dtype=bool)
+        fixed[2:, 2:] = turns[i]
+        if not turns[i]:
+            fixed[:3, :3] = True
+            before = [axes[k] for k in range(i) if turns[k]]
+            # Where all so far turn about one direction, z, matter along it is not told from any other; and
+            # none is told that slides along it.
+            if all(_are_parallel(before[0], axis) for axis in before):
+                fixed[2, 3] = fixed[3, 2] = True
+                fixed[:3, 3] |= not before or _are_parallel(before[0], axes[i])
+                fixed[3, :3] = fixed[:3, 3]
+        gone = np.where(fixed, kept[i], 0.0)
+        kept[i] = np.where(fixed, 0.0, kept[i])
+        for block in blocks if kept[i].dtype != object else ():
+            kept[i][block] = _without_round_off(kept[i][block], every[:, *block])
+        if i:
+            kept[i - 1] = kept[i - 1] + _moved(gone, rotations[i], steps[i])
+    turning = [i for i, does in enumerate(turns) if does]
+    for i in turning:
+        if not _are_parallel(axes[turning[0]], axes[i]):
+            break
+        # So far all turn about one direction, and only the inertia about that counts.
+        about = kept[i][0, 0] + kept[i][1, 1]
+        kept[i][:3, :3] = 0.0
+        kept[i][0, 0] = about
+    return kept
+
+
+def _moved(moments: Array, rotation: Array, translation: Array) -> Array:
+    """Moments in the frame that the given one has this rotation and translation in."""
+    motion = np.vstack([np.column_stack([rotation, translation]), [0.0, 0.0, 0.0, 1.0]])
+    moved: Array = motion @ moments @ motion.T
+    return moved
+
+
+def _are_parallel(one: FloatArray, other: FloatArray) -> bool:
+    return float(np.abs(np.cross(one, other)).max()) <= _ROUND_OFF
+
+
+def _is_round(kept: Array, every: Sequence[Array]) -> bool:
+    """Whether moments are those of a body round about z with its centre there; `every` tells their size."""
+    if kept.dtype == object:
+        return False
+    uneven = kept[:3, :3] - kept[0, 0] * np.diag([1.0, 1.0, 0.0])
+    return not (_without_round_off(uneven, np.array(every)[:, :3, :3]).any() or kept[3, :3].any())
+
+
+def _without_round_off(values: Array, beside: Array | None = None) -> Array:
+    """Put zeros where there is only what rounding leaves beside numbers of a size; 1 if none are given."""
+    if values.dtype == object:
+        return values
+    size = 1.0 if beside is None else float(np.abs(beside).max())
+    return np.where(np.abs(values) <= _ROUND_OFF * size, 0.0, values)

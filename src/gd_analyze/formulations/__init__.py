@@ -1,1 +1,0 @@
-"""One file per formulation of the dynamics; array code only, and none imports another."""

@@ -1,0 +1,276 @@
+"""Polynomials in sines, cosines and sliding variables as sums of waves.
+
+The wave of multiples m is Re(C prod_k b_k) with b_k = exp(i m_k q_k) of a turning and q_k^m_k of a sliding
+joint. Waves are what a Fourier transform finds and what bounds and grids can handle: a wave's amplitude |C|
+is the largest it can get, a derivative multiplies C by i m_k or lowers a power. Of m and -m, which are one
+wave, the one that is lexically larger in the turning joints is kept.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.vectors import Array, FloatArray
+
+# Of D in every joint variable: each of its two velocities turns (or moves) with the joint once.
+DEGREE = 2
+# Positions evaluated at once: their values of some twenty polynomials fit the cache.
+_CHUNK = 8192
+# Coefficients, and the share of them that are not zero, up to which sums over all are as fast.
+_SPARSE = (1 << 16, 0.3)
+# Numbers of tables held at once on the way, 32 MB.
+_MOST = 1 << 22
+
+
+@dataclass(frozen=True, eq=False)
+class TrigonometricPolynomial:
+    """P polynomials over the same waves.
+
+    Parameters
+    ----------
+    sliding
+        Whether each joint slides.
+    multiples
+        m of every wave, shape (W, n), all distinct; of a sliding joint the power.
+    coefficients
+        C, shape (P, W).
+    """
+
+    sliding: tuple[bool, ...]
+    multiples: NDArray[np.int64]
+    coefficients: NDArray[np.complex128]
+
+    # An array times waves is for `__rmul__`.
+    __array_ufunc__ = None
+
+    @classmethod
+    def stacked(cls, parts: Sequence[TrigonometricPolynomial]) -> TrigonometricPolynomial:
+        """All polynomials of all parts, one after the other."""
+        multiples, places = _together(parts)
+        out = np.zeros((sum(len(part.coefficients) for part in parts), len(multiples)), dtype=complex)
+        row = 0
+        for part, place in zip(parts, places, strict=True):
+            out[row : row + len(part.coefficients), place] = part.coefficients
+            row += len(part.coefficients)
+        return cls(parts[0].sliding, multiples, out)
+
+    @classmethod
+    def summed(cls, parts: Sequence[TrigonometricPolynomial]) -> TrigonometricPolynomial:
+        """Sum of parts of P polynomials each."""
+        count = len(parts[0].coefficients)
+        return cls.stacked(parts).added([*range(count)] * len(parts), count)
+
+    @classmethod
+    def constant(cls, sliding: tuple[bool, ...], value: float) -> TrigonometricPolynomial:
+        """One polynomial that is the same everywhere."""
+        return cls(sliding, np.zeros((1, len(sliding)), dtype=np.int64), np.array([[value]], dtype=complex))
+
+    def __len__(self) -> int:
+        return len(self.multiples)
+
+    def __add__(self, other: TrigonometricPolynomial) -> TrigonometricPolynomial:
+        return TrigonometricPolynomial.summed([self, other])
+
+    def __mul__(self, factor: float | FloatArray) -> TrigonometricPolynomial:
+        """Multiply all polynomials, or each by its own factor, shape (P,)."""
+        return TrigonometricPolynomial(
+            self.sliding, self.multiples, self.coefficients * np.reshape(factor, (-1, 1))
+        )
+
+    __rmul__ = __mul__
+
+    def __getitem__(self, polynomials: slice | Sequence[int] | NDArray[Any]) -> TrigonometricPolynomial:
+        return TrigonometricPolynomial(self.sliding, self.multiples, self.coefficients[polynomials])
+
+    def added(self, places: Sequence[int], count: int) -> TrigonometricPolynomial:
+        """Sums of the polynomials, `count` of them: the p-th goes into the sum places[p]."""
+        out = np.zeros((count, len(self)), dtype=complex)
+        for place, row in zip(places, self.coefficients, strict=True):
+            out[place] += row
+        return TrigonometricPolynomial(self.sliding, self.multiples, out)
+
+    def total(self) -> TrigonometricPolynomial:
+        """Sum of the polynomials: of an element's effects, of a sum's links."""
+        return self.added([0] * len(self.coefficients), 1)
+
+    def only(self, chosen: NDArray[np.bool_]) -> TrigonometricPolynomial:
+        """Leave out the other waves."""
+        return TrigonometricPolynomial(self.sliding, self.multiples[chosen], self.coefficients[:, chosen])
+
+    def above(self, floor: float | FloatArray) -> TrigonometricPolynomial:
+        """Leave out coefficients of at most `floor`, and waves that are in no polynomial then."""
+        kept = np.where(np.abs(self.coefficients) > floor, self.coefficients, 0.0)
+        return TrigonometricPolynomial(self.sliding, self.multiples, kept).only((kept != 0.0).any(axis=0))
+
+    def derivative(self, joint: int) -> TrigonometricPolynomial:
+        """Derivative by q_joint (from 0); exact."""
+        there = self.only(self.multiples[:, joint] != 0)
+        m = there.multiples[:, joint]
+        if not self.sliding[joint]:
+            return TrigonometricPolynomial(self.sliding, there.multiples, there.coefficients * (1j * m))
+        lowered = there.multiples - np.eye(len(self.sliding), dtype=np.int64)[joint]
+        return TrigonometricPolynomial(self.sliding, lowered, there.coefficients * m)
+
+    @cached_property
+    def degrees(self) -> tuple[int, ...]:
+        """Largest multiple, or power, of every joint."""
+        return tuple(int(d) for d in np.abs(self.multiples).max(axis=0, initial=0))
+
+    def sizes(self, farthest: FloatArray) -> FloatArray:
+        """Largest magnitude of every wave in every polynomial, |q| being at most `farthest`, shape (P, W)."""
+        return np.asarray(np.abs(self.coefficients) * self._powers(farthest[:, None])[:, 0])
+
+    def curvatures(self, farthest: FloatArray) -> FloatArray:
+        """Largest second derivatives by every joint, |q| being at most `farthest`, shape (P, W, n)."""
+        sizes = self.sizes(farthest)
+        out = np.empty((*sizes.shape, len(self.sliding)))
+        for k, slides in enumerate(self.sliding):
+            m = self.multiples[:, k]
+            if not slides:
+                out[..., k] = sizes * m**2
+                continue
+            lowered = self.multiples.copy()
+            lowered[:, k] = np.maximum(m - 2, 0)
+            out[..., k] = TrigonometricPolynomial(self.sliding, lowered, self.coefficients).sizes(
+                farthest
+            ) * (m * (m - 1))
+        return out
+
+    def __call__(self, q: FloatArray) -> FloatArray:
+        """Values at positions (n, K), shape (P, K)."""
+        turning = ~np.array(self.sliding)
+        angles = self.multiples[:, turning].astype(float) @ q[turning]
+        powers = self._powers(q)
+        real, imaginary = self.parts
+        return np.asarray(real @ (powers * np.cos(angles)) - imaginary @ (powers * np.sin(angles)))
+
+    @cached_property
+    def parts(self) -> tuple[Any, Any]:
+        """Real and imaginary coefficients, sparse where there are many and most are zero, shape (P, W)."""
+        parts = self.coefficients.real.copy(), self.coefficients.imag.copy()
+        size = self.coefficients.size
+        if size <= _SPARSE[0] or np.count_nonzero(self.coefficients) > _SPARSE[1] * size:
+            return parts
+        from scipy.sparse import csr_array
+
+        return csr_array(parts[0]), csr_array(parts[1])
+
+    def magnitudes(self) -> TrigonometricPolynomial:
+        """Sum of all magnitudes as one polynomial: its sizes and curvatures are the sums of all."""
+        total = np.abs(self.coefficients).sum(axis=0, keepdims=True)
+        return TrigonometricPolynomial(self.sliding, self.multiples, total.astype(complex))
+
+    def on_grid(self, nodes: Sequence[FloatArray]) -> Iterator[FloatArray]:
+        """Values on the tensor grid of every joint's nodes, in pieces (P, K) of its row-major order.
+
+        Joint after joint the nodes' values of 1, cos, sin, .. are contracted with the coefficients, so that a
+        position costs a few multiplications instead of its own sines and cosines.
+        """
+        bases = [self._basis(k, node) for k, node in enumerate(nodes)]
+        table = self._table
+        yield from _on_grid(table.reshape(len(table), -1), bases)
+
+    def _powers(self, q: FloatArray) -> FloatArray:
+        """Product of the sliding joints' powers, shape (W, K)."""
+        out = np.ones((len(self.multiples), q.shape[1]))
+        for k in np.flatnonzero(self.sliding):
+            out *= q[k] ** self.multiples[:, [k]]
+        return out
+
+    def _basis(self, joint: int, nodes: FloatArray) -> FloatArray:
+        """1, cos, sin, cos 2, sin 2, .. or 1, q, q^2, .. at the nodes, shape (N, B)."""
+        degree = self.degrees[joint]
+        if self.sliding[joint]:
+            return np.asarray(nodes[:, None] ** np.arange(degree + 1))
+        out = np.ones((len(nodes), 2 * degree + 1))
+        angles = np.outer(nodes, np.arange(1, degree + 1))
+        out[:, 1::2], out[:, 2::2] = np.cos(angles), np.sin(angles)
+        return out
+
+    @cached_property
+    def _table(self) -> FloatArray:
+        """Coefficients of the products of the joints' basis functions, shape (P, B_1, .., B_n)."""
+        turning = ~np.array(self.sliding)
+        shape = tuple((1 + turning) * self.degrees + 1)
+        out = np.zeros((len(self.coefficients), *shape))
+        for p, row in enumerate(self.coefficients):
+            there = np.flatnonzero(row)
+            # Of single polynomials most know few joints.
+            multiples = self.multiples[there]
+            degrees = np.abs(multiples).max(axis=0, initial=0)
+            lowest = degrees * turning
+            table: Array = np.zeros((1, *(degrees + lowest + 1)), dtype=complex)
+            table[(0, *(multiples + lowest).T)] = row[there]
+            small = table.shape[1:]
+            turns = [
+                _euler(int(d)).T if turns else np.eye(d + 1)
+                for d, turns in zip(degrees, turning, strict=True)
+            ]
+            out[p][tuple(slice(size) for size in small)] = _contracted(table[..., None], turns).real.reshape(
+                small
+            )
+        return out
+
+
+def _on_grid(table: FloatArray, bases: Sequence[FloatArray]) -> Iterator[FloatArray]:
+    """Contract (P, B_1 .. B_m) with bases (N_k, B_k), in pieces of row-major order."""
+    counts, sizes = [len(basis) for basis in bases], [basis.shape[1] for basis in bases]
+    inner = len(counts)
+    while inner and np.prod(counts[inner - 1 :], dtype=float) <= _CHUNK:
+        inner -= 1
+    behind = math.prod(sizes[inner:])
+    if inner > 1 and len(table) * math.prod(counts[:inner]) * behind > _MOST:
+        # Too many positions of the outer joints for their tables to be held all at once.
+        by_first = table.reshape(len(table), sizes[0], -1)
+        for row in bases[0]:
+            yield from _on_grid(np.matmul(row, by_first), bases[1:])
+        return
+    # Outer joints once, all their nodes; shape (P, outer positions, B of the inner joints).
+    outer = _contracted(table.reshape(len(table), *sizes[:inner], behind), bases[:inner])
+    outer = outer.reshape(len(table), -1, behind)
+    step = max(1, int(_CHUNK // np.prod(counts[inner:], dtype=float)))
+    for start in range(0, outer.shape[1], step):
+        piece = outer[:, start : start + step]
+        values = _contracted(piece.reshape(-1, *sizes[inner:], 1), bases[inner:])
+        yield values.reshape(len(table), -1)
+
+
+def numbers(multiples: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Number rows (K, n) of small integers: of their sign, and in order, as the first places that differ."""
+    radix = 2 * np.abs(multiples).max(axis=0, initial=0) + 1
+    return np.asarray(multiples @ np.append(np.cumprod(radix[:0:-1])[::-1], 1))
+
+
+def _together(parts: Sequence[TrigonometricPolynomial]) -> tuple[NDArray[np.int64], list[NDArray[np.int64]]]:
+    """Multiples of all waves in any of the parts, and the places of each part's."""
+    multiples = np.concatenate([part.multiples for part in parts])
+    _, first, place = np.unique(numbers(multiples), return_index=True, return_inverse=True)
+    return multiples[first], np.split(place, np.cumsum([len(part) for part in parts])[:-1])
+
+
+def _euler(degree: int) -> Array:
+    """exp(i m q), m = -d..d, in 1, cos q, sin q, .., shape (2 d + 1, 2 d + 1)."""
+    out = np.zeros((2 * degree + 1, 2 * degree + 1), dtype=complex)
+    out[degree, 0] = 1.0
+    for m in range(1, degree + 1):
+        out[degree + m, [2 * m - 1, 2 * m]] = 1.0, 1.0j
+        out[degree - m, [2 * m - 1, 2 * m]] = 1.0, -1.0j
+    return out
+
+
+def _contracted(table: Array, bases: Sequence[Array]) -> Array:
+    """Contract (P, B_1, .., B_m, rest) with bases (N_k, B_k) to (P, N_1, .., N_m, rest), the last first."""
+    counts = [len(basis) for basis in bases]
+    behind = table.shape[-1]
+    for k in reversed(range(len(bases))):
+        # As products of many small matrices, which no two threads quarrel about.
+        table = np.matmul(bases[k], table.reshape(-1, bases[k].shape[1], behind))
+        behind *= counts[k]
+    return table

@@ -1,0 +1,1 @@
+"""Motions: plans and logs read, smoothed, planned, drawn; the states that models are held against."""

@@ -1,0 +1,129 @@
+r"""What a motion may do between two of its set points, which do not say.
+
+Three motions through q, qd and qdd of both ends are looked at, in powers of s = 0 ... 1:
+
+- the polynomial of fifth degree through all six numbers of a joint,
+- that of third degree through q and qd, whose acceleration may jump at a set point, as that of a trapezoidal
+  profile does,
+- the straight line, of q, qd and qdd each on its own.
+
+With D_v and D_q the rate and the position that an acceleration between qdd_0 and qdd_1 along a line does not
+explain,
+
+    D_v = qd_1 - qd_0 - T (qdd_0 + qdd_1) / 2,
+    D_q = q_1 - q_0 - T (qd_0 + qd_1) / 2 + T^2 (qdd_1 - qdd_0) / 12,
+
+all of them are the same motion but for D_v and D_q. Numbers in a file are rounded, and over a short T the
+accelerations that would explain the last digit are enormous. So D_v and D_q that are below what a caller
+takes for rounding are taken for zero.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.vectors import FloatArray
+
+_DEGREE = 5
+_POWERS = np.arange(_DEGREE + 1)
+# Instants of an interval at which the motions are compared, its ends among them.
+_COMPARED = np.linspace(0.0, 1.0, 9)
+
+
+@dataclass(frozen=True, eq=False)
+class Between:
+    """Motions between consecutive set points.
+
+    Parameters
+    ----------
+    coefficients
+        Of s^0 ... s^5, shape (intervals, 6, 3, 3, n): of the three motions q, qd and qdd of every joint.
+    """
+
+    coefficients: FloatArray
+
+    @classmethod
+    def of(cls, motion: Trajectory, rounding: FloatArray, chosen: slice | NDArray[np.intp]) -> Between:
+        """Take some intervals of a trajectory.
+
+        Parameters
+        ----------
+        motion
+            Of at least two set points.
+        rounding
+            Largest D_q and D_v that count as rounding, shape (2, n).
+        chosen
+            Numbers of the intervals, from 0.
+        """
+        width = np.diff(motion.time)[chosen, None]
+        (q0, q1), (v0, v1), (a0, a1) = (
+            (x[:-1][chosen], x[1:][chosen]) for x in (motion.q, motion.qd, motion.qdd)
+        )
+        off_rate = _beyond(v1 - v0 - width * (a0 + a1) / 2, rounding[1]) * width
+        off_position = _beyond(q1 - q0 - width * (v0 + v1) / 2 + width**2 * (a1 - a0) / 12, rounding[0])
+        # To begin with the acceleration goes along a line.
+        nothing = np.zeros_like(q0)
+        base = [q0, v0 * width, a0 * width**2 / 2, (a1 - a0) * width**2 / 6, nothing, nothing]
+        rise = off_position + off_rate / 2
+        quintic = _sum(
+            base, [3, 4, 5], 10 * rise - 4 * off_rate, 7 * off_rate - 15 * rise, 6 * rise - 3 * off_rate
+        )
+        moved = base[2] + base[3] + rise
+        turned = 2 * base[2] + 3 * base[3] + off_rate
+        cubic = [q0, v0 * width, 3 * moved - turned, turned - 2 * moved, nothing, nothing]
+        out = np.zeros((len(q0), _DEGREE + 1, 3, 3, q0.shape[1]))
+        for place, position in enumerate((quintic, cubic)):
+            rows = np.stack(position, axis=1)
+            for order in range(3):
+                out[:, : _DEGREE + 1 - order, place, order] = rows / width[:, None] ** order
+                rows = rows[:, 1:] * _POWERS[1 : rows.shape[1], None]
+        for order, (first, last) in enumerate(((q0, q1), (v0, v1), (a0, a1))):
+            out[:, 0, 2, order], out[:, 1, 2, order] = first, last - first
+        return cls(out)
+
+    def ranges(self, begin: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Limits that no motion exceeds in s = begin ... end of each interval, shape (intervals, 3, n).
+
+        A polynomial lies within the hull of its Bernstein coefficients.
+        """
+        values = self._combined(_bernstein(begin, end))
+        return values.min(axis=(1, 2)), values.max(axis=(1, 2))
+
+    @property
+    def differences(self) -> FloatArray:
+        """How far the motions are apart, at most, at some instants between, shape (intervals, 3, n)."""
+        values = self._combined(_COMPARED[:, None] ** _POWERS)
+        return np.asarray(np.ptp(values, axis=2).max(axis=1))
+
+    def _combined(self, weights: FloatArray) -> FloatArray:
+        """Sums of coefficients with weights (.., S, 6), shape (intervals, S, 3, 3, n)."""
+        count, powers, *rest = self.coefficients.shape
+        flat = weights @ self.coefficients.reshape(count, powers, -1)
+        return np.asarray(flat).reshape(count, -1, *rest)
+
+
+def _sum(base: list[FloatArray], powers: list[int], *added: FloatArray) -> list[FloatArray]:
+    out = list(base)
+    for power, more in zip(powers, added, strict=True):
+        out[power] = out[power] + more
+    return out
+
+
+def _beyond(off: FloatArray, rounding: FloatArray) -> FloatArray:
+    return np.where(np.abs(off) > rounding, off, 0.0)
+
+
+def _bernstein(begin: FloatArray, end: FloatArray) -> FloatArray:
+    """What makes Bernstein coefficients on begin ... end of coefficients of powers, shape (K, 6, 6)."""
+    binomial = np.array([[math.comb(j, i) for j in _POWERS] for i in _POWERS], dtype=float)
+    width = (end - begin)[:, None, None]
+    shift = np.maximum(_POWERS[None, :] - _POWERS[:, None], 0)
+    # s = begin + width u: the coefficient of u^i.
+    local = binomial * begin[:, None, None] ** shift * width ** _POWERS[:, None]
+    control = np.array([[math.comb(i, j) / math.comb(_DEGREE, j) for j in _POWERS] for i in _POWERS])
+    return np.asarray(control @ local)

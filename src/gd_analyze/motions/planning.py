@@ -1,0 +1,240 @@
+"""Plans the set points of a motion and holds them against the arm's limits."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
+from gd_analyze.given_numbers import LARGEST, array_of
+from gd_analyze.motions.knots import checked_knots, knot_times, wrong_argument
+from gd_analyze.motions.limits import ROUNDING, LimitReport, limit_report
+from gd_analyze.motions.profiles import PROFILES, Profile
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.vectors import FloatArray
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
+
+# A file of a million set points of six joints has 300 MB; more than that says nothing about a motion.
+MOST_SET_POINTS = 1_000_000
+
+
+# s. Nothing with a joint gets anywhere in less, and the powers of it stay within doubles.
+_SHORTEST = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Schedule:
+    """When and how smoothly a motion gets from start to goal.
+
+    Parameters
+    ----------
+    duration
+        Time from start to goal, s.
+    profile
+        One of `PROFILES`.
+    n_set_points
+        Number of set points, evenly spaced in time, both ends included.
+    via_times
+        Instants of the vias, s; by default each stretch takes a time in proportion to the square root of
+        what it asks of its slowest joint.
+
+    Raises
+    ------
+    TrajectoryError
+        If there is no such profile or a number is impossible.
+    """
+
+    duration: float
+    profile: str = "4-3-4"
+    n_set_points: int = 31
+    via_times: ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        if self.profile not in PROFILES:
+            near = difflib.get_close_matches(self.profile, PROFILES, n=1)
+            raise wrong_argument(
+                f"there is no profile {self.profile!r}",
+                "profile",
+                ", ".join(PROFILES),
+                repr(self.profile),
+                f"did you mean {near[0]!r}?" if near else "choose one of these",
+            )
+        duration = array_of(self.duration, "duration", TrajectoryError)
+        if duration.ndim or not _SHORTEST <= duration <= LARGEST:
+            raise wrong_argument(
+                "no motion has this duration",
+                "duration",
+                f"{_SHORTEST:g} s to {LARGEST:g} s",
+                f"shape {duration.shape}" if duration.ndim else f"{duration:g} s",
+            )
+        if not 2 <= self.n_set_points <= MOST_SET_POINTS:
+            raise wrong_argument(
+                "a motion is planned at its two ends and at some set points between",
+                "n_set_points",
+                f"2 to {MOST_SET_POINTS}",
+                str(self.n_set_points),
+            )
+
+    def profile_for(self, n_vias: int) -> Profile:
+        """The profile, if it can take so many vias."""
+        chosen = PROFILES[self.profile]
+        if chosen.via_counts is not None and n_vias not in chosen.via_counts:
+            raise wrong_argument(
+                f"profile {self.profile} cannot take this number of vias",
+                "via",
+                "none, or two: lift-off and set-down",
+                str(n_vias),
+                "choose the profile quintic, cubic or trapezoidal for other numbers of vias",
+            )
+        return chosen
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A planned motion.
+
+    Parameters
+    ----------
+    trajectory
+        Its set points.
+    limits
+        Extremes of the whole motion, between the set points too, beside the arm's limits.
+    knot_times
+        Instants of start, vias and goal, s.
+    shortest_duration
+        The duration at which this motion, stretched evenly, just meets its rate and acceleration limits,
+        s; None when the arm states none.
+    """
+
+    trajectory: Trajectory
+    limits: LimitReport
+    knot_times: FloatArray
+    shortest_duration: float | None
+
+
+def plan(
+    arm: RobotArm,
+    start: ArrayLike,
+    goal: ArrayLike,
+    via: Sequence[ArrayLike] = (),
+    *,
+    schedule: Schedule,
+    allow_violations: bool = False,
+    name: str | None = None,
+) -> Plan:
+    """Plan a motion from rest to rest and report what it asks of every joint.
+
+    Parameters
+    ----------
+    arm
+        The arm.
+    start, goal
+        Joint variables at the ends, rad (m), shape (n,).
+    via
+        Joint variables to pass in between, in order. For 4-3-4 and 3-5-3: none, or lift-off and set-down.
+    schedule
+        When and how smoothly.
+    allow_violations
+        Warn, rather than fail, when rates or accelerations exceed their limits.
+    name
+        Name of the trajectory; arm and profile by default.
+
+    Returns
+    -------
+    Plan
+        Set points with exact rates and accelerations of the profile, and the limits. Where an acceleration
+        jumps, the value is the one just after the jump, at the goal the one just before.
+
+    Raises
+    ------
+    TrajectoryError
+        If an argument is wrong, a position limit is exceeded, or (unless `allow_violations`) a rate or
+        acceleration limit; the message then gives the shortest duration that meets them.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        If rates or accelerations exceed their limits and `allow_violations` is set.
+
+    Examples
+    --------
+    >>> from gd_analyze.robots.catalogue import load_arm
+    >>> swing = plan(load_arm("two_link"), [0, 0], [1, -1], schedule=Schedule(2, "quintic"))
+    >>> swing.trajectory.n_set_points
+    31
+    """
+    chosen = schedule.profile_for(len(via))
+    duration, count = float(schedule.duration), schedule.n_set_points
+    knots = checked_knots(arm, start, via, goal)
+    times = knot_times(arm, knots, duration, schedule.via_times)
+    path = chosen.path(times, knots)
+    report = limit_report(arm, path)
+    stretch = report.least_stretch
+    shortest = None if stretch is None else stretch * duration
+    _judge(arm, report, f"profile {chosen.name} over {duration:g} s", shortest, allow_violations)
+    trajectory = Trajectory(
+        *_sample(path, chosen, knots, count),
+        name=name or f"{arm.name}-{chosen.name}",
+        origin=f"planned: profile {chosen.name}, {duration:g} s, {count} set points, {len(via)} vias",
+    )
+    return Plan(trajectory, report, times, shortest)
+
+
+def _judge(
+    arm: RobotArm, report: LimitReport, where: str, shortest: float | None, allow_violations: bool
+) -> None:
+    overshoots = [v for v in report.violations if v.quantity == "position"]
+    if overshoots:
+        raise TrajectoryError(
+            "the motion leaves the range of the joints between its knots",
+            where=where,
+            expected="every joint within its range all the time",
+            found=[f"{v}, at {v.time:.3g} s" for v in overshoots],
+            next_step="move or add a via there, or choose the profile trapezoidal, which never overshoots",
+        )
+    if not report.violations or shortest is None:
+        return
+    enough = f"a duration of {round_up(shortest)} s meets all limits"
+    if not allow_violations:
+        raise TrajectoryError(
+            f"the motion is too fast for {arm.name}",
+            where=where,
+            expected="rates and accelerations within the limits of every joint",
+            found=[str(violation) for violation in report.violations],
+            next_step=f"{enough}; allow_violations=True plans it all the same",
+        )
+    found = "; ".join(str(violation) for violation in report.violations)
+    warnings.warn(f"the motion is too fast for {arm.name}: {found}; {enough}", GdAnalyzeWarning, stacklevel=3)
+
+
+def round_up(value: float) -> str:
+    """Two significant digits, rounded up, so that what is enough stays enough."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return f"{math.ceil(value / step - ROUNDING) * step:.10g}"
+
+
+def _sample(
+    path: PPoly[np.float64], profile: Profile, knots: FloatArray, n_set_points: int
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Set points evenly in time: time, q, qd, qdd."""
+    time = np.linspace(path.x[0], path.x[-1], n_set_points)
+    # A set point meant to lie on a break misses it by round-off; which side it falls on must not depend
+    # on that, or an acceleration that jumps there would depend on the machine.
+    nearest = path.x[np.abs(time[:, None] - path.x).argmin(axis=1)]
+    instants = np.where(np.abs(time - nearest) < ROUNDING * path.x[-1], nearest, time)
+    q, qd, qdd = (path(instants, order) for order in range(3))
+    # At the ends the profile's conditions hold by definition, not just to round-off.
+    q[0], q[-1] = knots[0], knots[-1]
+    for derivative in (qd, qdd)[: profile.rest_orders]:
+        derivative[[0, -1]] = 0.0
+    return time, q, qd, qdd

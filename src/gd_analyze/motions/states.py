@@ -1,0 +1,245 @@
+"""States of an arm: set points of a trajectory, drawn from the arm's limits, or given and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gd_analyze.errors import TrajectoryError, UsageError
+from gd_analyze.given_numbers import array_of, require_possible
+from gd_analyze.motions.motions import Motion, listed
+from gd_analyze.motions.motions import in_words as motions_in_words
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.box_limits import box_limits
+from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.vectors import Array, FloatArray, set_points_last
+from gd_analyze.visible import in_python
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class States:
+    """Joint variables, rates and accelerations, and where they come from.
+
+    Parameters
+    ----------
+    q, qd, qdd
+        rad (m) and per s, s^2, shape (..., n); mostly (N, n).
+    described
+        Where they come from, in plain values: "trajectory", "trajectory_fingerprint" and "set_points", or
+        "box", "states" and "seed". Of several motions "motions" has the names, comma-separated.
+    motions
+        Which of them are of which motion, where they are all those of several.
+    weights
+        How much a torque error counts at each of them, shape of q; None where all count alike.
+
+    Raises
+    ------
+    TrajectoryError
+        If the three are not of one shape (..., n), or something is no number, not finite or too large.
+    """
+
+    q: FloatArray
+    qd: FloatArray
+    qdd: FloatArray
+    described: Mapping[str, str | int] = field(default_factory=dict)
+    motions: tuple[Motion, ...] = ()
+    weights: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("q", "qd", "qdd"):
+            array = array_of(getattr(self, name), name, TrajectoryError)
+            object.__setattr__(self, name, array)
+            if not array.ndim or not array.shape[-1] or array.shape != self.q.shape:
+                raise TrajectoryError(
+                    f"{name} of states has the wrong shape",
+                    where=name,
+                    expected="shape (..., n)" if name == "q" else f"shape {self.q.shape}, as q has",
+                    found=f"shape {array.shape}",
+                )
+            require_possible(array, name, TrajectoryError)
+
+    def __repr__(self) -> str:
+        return f"States({in_words(self.described) if self.described else np.shape(self.q)})"
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    @property
+    def arrays(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """q, qd and qdd."""
+        return self.q, self.qd, self.qdd
+
+    @property
+    def last(self) -> tuple[Array, Array, Array]:
+        """q, qd and qdd with the states last, shape (n, N): how the formulations take them."""
+        q, qd, qdd = (set_points_last(np.asarray(x, dtype=float)) for x in self.arrays)
+        return q, qd, qdd
+
+    @property
+    def in_a_row(self) -> States:
+        """The same ones, shape (N, n)."""
+        q, qd, qdd = (x.reshape(-1, self.q.shape[-1]) for x in self.arrays)
+        return States(q, qd, qdd, self.described)
+
+    @property
+    def in_words(self) -> str:
+        """Where they come from, as a sentence would say it."""
+        where = self.described
+        return in_words(where) if where else f"{len(self)} states"
+
+    def at(self, chosen: Any) -> States:
+        """Take some of them, by a slice, numbers or a mask."""
+        weights = None if self.weights is None else self.weights[chosen]
+        return States(self.q[chosen], self.qd[chosen], self.qdd[chosen], self.described, weights=weights)
+
+    def joined_by(
+        self, q: FloatArray, qd: FloatArray, qdd: FloatArray, weights: FloatArray | None = None
+    ) -> States:
+        """Add more, shape (M, n); they count alike unless weights are given."""
+        more = (np.vstack([self.q, q]), np.vstack([self.qd, qd]), np.vstack([self.qdd, qdd]))
+        if self.weights is not None:
+            weights = np.vstack([self.weights, np.ones_like(q) if weights is None else weights])
+        return States(*more, self.described, weights=weights)
+
+    def evenly(self, most: int) -> States:
+        """Take all, or `most` evenly spaced ones."""
+        count = len(self)
+        return self.at(np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int)))
+
+
+def in_words(described: Mapping[str, str | int]) -> str:
+    """Say where states come from, given `States.described`."""
+    if "trajectory" in described:
+        of = described["trajectory"]
+        if "motions" in described:
+            of = motions_in_words(str(described["motions"]).split(", "))
+        return f"{described['set_points']} set points of {of}"
+    return f"{described['states']} states drawn from {described['box']}, seed {described['seed']}"
+
+
+def states_of(trajectory: Trajectory) -> States:
+    """Take the set points of a trajectory."""
+    described: dict[str, str | int] = {
+        "trajectory": trajectory.name,
+        "trajectory_fingerprint": trajectory.fingerprint,
+        "set_points": trajectory.n_set_points,
+    }
+    if trajectory.motions:
+        described["motions"] = listed(trajectory.motions)
+    return States(trajectory.q, trajectory.qd, trajectory.qdd, described, trajectory.motions)
+
+
+def motions_in(dataset: xr.Dataset) -> tuple[Motion, ...]:
+    """Which set points of a decomposition are of which motion; none where it is of one or of a part."""
+    about = dataset.attrs
+    if "motions" not in about:
+        return ()
+    ends = list(map(int, about["motion_ends"]))
+    if ends[-1] != dataset.sizes["time"]:
+        return ()
+    rows = zip(about["motions"], [0, *ends[:-1]], ends, about["motion_fingerprints"], strict=True)
+    return tuple(Motion(str(name), first, end, fingerprint=str(sha)) for name, first, end, sha in rows)
+
+
+def states_for(arm: RobotArm, states: States) -> States:
+    """Take states of an arm in a row, shape (N, n); TrajectoryError where there are none, or of another's."""
+    require_joints(arm, states)
+    if not states.q.size:
+        raise TrajectoryError("there are no states", where="states", expected="at least one", found="none")
+    if states.q.ndim == 2:
+        return states
+    return states.in_a_row
+
+
+def require_dataset(given: object) -> None:
+    """Raise a TrajectoryError where what is given for states is none of the kinds there are."""
+    if not hasattr(given, "data_vars"):
+        raise TrajectoryError(
+            "these are no states",
+            where="states",
+            expected="a trajectory, its shipped name or its path, States, or what `decompose` gave",
+            found=in_python(given),
+        )
+
+
+def require_joints(arm: RobotArm, states: States) -> None:
+    """Raise a TrajectoryError where states are of another number of joints."""
+    if states.q.shape[-1] != arm.n_joints:
+        raise TrajectoryError(
+            f"the states do not fit arm {arm.name}",
+            where="q",
+            expected=f"shape (..., {arm.n_joints})",
+            found=f"shape {states.q.shape}",
+        )
+
+
+def states_in_box(arm: RobotArm | str | Path, count: int = 4000, seed: int = 0) -> States:
+    """Draw states evenly from the arm's ranges and its rate and acceleration limits.
+
+    Parameters
+    ----------
+    arm
+        The arm, or the name of a built-in one, or the path of its file.
+    count, seed
+        How many; the same seed draws the same.
+
+    Raises
+    ------
+    UsageError
+        If the number of states is none.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        Of limits that the arm does not state and that are assumed instead; what is drawn says so, too.
+    """
+    arm = arm_of(arm)
+    if not isinstance(count, int | np.integer) or count < 1:
+        raise UsageError(
+            "this is no number of states", where="count", expected="1 or more", found=in_python(count)
+        )
+    limits = box_limits(arm)
+    random = np.random.default_rng(seed)
+    shape = (count, arm.n_joints)
+    box = f"the arm's ranges, rate and acceleration limits{limits.behind}"
+    return States(
+        random.uniform(limits.lower, limits.upper, shape),
+        random.uniform(-limits.rate, limits.rate, shape),
+        random.uniform(-limits.acceleration, limits.acceleration, shape),
+        {"box": box, "states": count, "seed": seed},
+    )
+
+
+def checked_states(arm: RobotArm, **given: ArrayLike) -> tuple[tuple[int, ...], list[FloatArray]]:
+    """Leading shape and arrays of quantities that each have one finite number per joint.
+
+    Raises
+    ------
+    UsageError
+        If one is not of shape (..., n), is of another shape than the first, or holds a number that is not
+        finite or too large.
+    """
+    arrays: list[FloatArray] = []
+    for name, values in given.items():
+        array = array_of(values, name, UsageError)
+        first = arrays[0].shape if arrays else (*array.shape[:-1], arm.n_joints)
+        if array.shape != first:
+            leading = "".join(f"{size}, " for size in first[:-1]) if arrays else "..., "
+            raise UsageError(
+                f"{name} does not fit arm {arm.name}",
+                where=name,
+                expected=f"shape ({leading}{arm.n_joints})",
+                found=str(array.shape),
+            )
+        require_possible(array, name, UsageError)
+        arrays.append(array)
+    return arrays[0].shape[:-1], arrays

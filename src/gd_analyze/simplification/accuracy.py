@@ -1,0 +1,255 @@
+"""What a model promises: how far its torques may be off, measured where, and how it was found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from math import isclose
+from typing import NamedTuple
+
+import numpy as np
+
+from gd_analyze.round_off import peak_magnitude, round_off_of
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.norm_share import NormShare
+from gd_analyze.vectors import FloatArray
+
+# Behind a budget that is proven for a whole box.
+CERTIFIED = ", certified"
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorTable:
+    """Torque error of a model over given states, per joint; N m (N for a sliding joint), shape (n,).
+
+    Parameters
+    ----------
+    peak_torque
+        Largest magnitude of the exact torque.
+    largest, rms
+        Largest and root mean square error.
+    weighed
+        Largest error times how much an error counts at its state, see `States.weights`; None where all count
+        alike.
+    """
+
+    peak_torque: FloatArray
+    largest: FloatArray
+    rms: FloatArray
+    weighed: FloatArray | None = None
+
+    @classmethod
+    def of(
+        cls,
+        exact: FloatArray,
+        simplified: FloatArray,
+        explained: float = 0.0,
+        weights: FloatArray | None = None,
+    ) -> ErrorTable:
+        """Compare torques of shape (N, n); what is only round-off, see `round_off_of`, counts as no error."""
+        error = simplified - exact
+        error[np.abs(error) <= round_off_of(exact, explained)] = 0.0
+        size = np.abs(error)
+        return cls(
+            peak_magnitude(exact, explained),
+            size.max(axis=0),
+            np.sqrt(np.mean(error**2, axis=0)),
+            None if weights is None else (size * weights).max(axis=0),
+        )
+
+    @property
+    def counting(self) -> FloatArray:
+        """Largest error as it counts against a budget, N m, shape (n,)."""
+        return self.largest if self.weighed is None else self.weighed
+
+    @property
+    def largest_share(self) -> FloatArray:
+        """Largest error over peak torque; 0 where there is neither, infinite where only an error is."""
+        return share_of(self.largest, self.peak_torque)
+
+    @property
+    def rms_share(self) -> FloatArray:
+        """RMS error over peak torque."""
+        return share_of(self.rms, self.peak_torque)
+
+    @property
+    def worst(self) -> int:
+        """The joint, from 0, whose largest error is the largest share of its peak torque."""
+        return int(self.largest_share.argmax())
+
+
+@dataclass(frozen=True, eq=False)
+class AlongMotion:
+    """What is promised along one of several motions.
+
+    Parameters
+    ----------
+    name, fingerprint, set_points
+        The motion, and how many set points it has.
+    allowed, errors, uncertainty
+        As of the whole, see `Accuracy`. At a joint that needs no torque along the motion, a share of it is
+        one
+        of nothing; there it is allowed what it is over all motions.
+    """
+
+    name: str
+    fingerprint: str
+    set_points: int
+    allowed: FloatArray
+    errors: ErrorTable
+    uncertainty: FloatArray | None = None
+
+
+def share_of(error: FloatArray, peak: FloatArray) -> FloatArray:
+    """Error over peak torque; 0 where there is neither, infinite where only an error is."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(error == 0.0, 0.0, error / peak)
+
+
+_WORDS = {
+    "elimination": "terms dropped one by one",
+    "dive": "integer program (one descent)",
+    "exchange": "terms exchanged",
+    "refit": "coefficients refitted",
+    "shared coefficients": "coefficients shared",
+}
+
+
+class SearchStep(NamedTuple):
+    """One step of a search, and the operations of what was kept after it, written as the model is."""
+
+    name: str
+    operations: int
+
+    @property
+    def words(self) -> str:
+        """The step as readers know it."""
+        return _WORDS.get(self.name, self.name)
+
+
+class LevelTried(NamedTuple):
+    """What a level took, where the cheapest was looked for.
+
+    Parameters
+    ----------
+    level
+        Its name.
+    operations
+        Of its model; None where it was not tried.
+    why
+        Why not, in words.
+    """
+
+    level: str
+    operations: int | None
+    why: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Accuracy:
+    """What a model states of itself.
+
+    Parameters
+    ----------
+    allowed, budget
+        Allowed torque error per joint, N m, shape (n,), and how the user put it. Where that is of the norm no
+        joint is allowed a number of its own, see `Budget.allowed`.
+    errors
+        Error over the states it was made for: sampled, not a bound elsewhere.
+    fitted_on
+        Those states, see `States.described`.
+    steps, solved
+        What every step of the search led to, and whether its integer program ended: then no selection without
+        refit takes fewer operations.
+    cut_short
+        Whether the search ended because its effort was used up.
+    measured
+        Whether the errors were measured here; otherwise a file states them, for states that are not at hand.
+    uncertainty
+        Largest standard uncertainty of the torque at these states, N m, shape (n,); None where none is
+        stated of the arm's parameters.
+    motions
+        What is promised along each of several motions, where the model was made for several.
+    norms
+        Norm of the torque error over norm of the torque, as so many of the states keep it; infinite where
+        only an error is. Where the budget is one of the norm, what it asked for is among them. Files of
+        before it was kept have none.
+    levels
+        What every level took, where the cheapest was looked for; empty where one was asked for.
+    """
+
+    allowed: FloatArray
+    budget: str
+    errors: ErrorTable
+    fitted_on: Mapping[str, str | int]
+    steps: tuple[SearchStep, ...] = ()
+    solved: bool = False
+    cut_short: bool = False
+    measured: bool = True
+    uncertainty: FloatArray | None = None
+    motions: tuple[AlongMotion, ...] = ()
+    norms: tuple[NormShare, ...] = ()
+    levels: tuple[LevelTried, ...] = ()
+
+    def along(self, fingerprint: str) -> Accuracy:
+        """Take what is promised along one of several motions, by its fingerprint; itself of any other."""
+        for one in self.motions:
+            if one.fingerprint == fingerprint:
+                fitted_on: dict[str, str | int] = {
+                    "trajectory": one.name,
+                    "trajectory_fingerprint": one.fingerprint,
+                    "set_points": one.set_points,
+                }
+                return replace(
+                    self,
+                    allowed=one.allowed,
+                    errors=one.errors,
+                    uncertainty=one.uncertainty,
+                    fitted_on=fitted_on,
+                    motions=(),
+                    norms=(),
+                )
+        return self
+
+    @property
+    def asked(self) -> Budget:
+        """The budget as a value."""
+        return Budget.parse(self.budget.removesuffix(CERTIFIED))
+
+    @property
+    def asked_norm(self) -> NormShare | None:
+        """The share of the norm that was found where one was asked for, and the states it was asked of."""
+        asked = self.asked.norm
+        return (
+            None if asked is None else next(norm for norm in self.norms if isclose(norm.states, asked.states))
+        )
+
+    @property
+    def shares(self) -> FloatArray:
+        """Largest errors as shares of what the budget is a share of, see `Budget.shares_of`, shape (n,)."""
+        return self.shares_of(self.errors.largest)
+
+    def shares_of(self, error: FloatArray) -> FloatArray:
+        """Any errors of the joints, N m, as such shares, shape (n,)."""
+        return share_of(error, self.whole)
+
+    @property
+    def whole(self) -> FloatArray:
+        """What they are shares of, N m, shape (n,)."""
+        return self.errors.peak_torque if self.asked.shares_of == "peak torque" else self.allowed
+
+    @property
+    def search(self) -> str:
+        """The steps in words."""
+        said = [f"{step.words} {step.operations}" for step in self.steps]
+        said += ["solved to the end"] * self.solved
+        said += ["ended as its effort was used up"] * self.cut_short
+        return ", ".join(said)
+
+    @property
+    def by_level(self) -> str:
+        """Operations of the models of several levels, in words, and why others were not tried."""
+        took = [f"{one.level} {one.operations}" for one in self.levels if one.operations is not None]
+        others = [f"{one.level}, as {one.why}" for one in self.levels if one.operations is None]
+        tried = f"Operations by level: {', '.join(took)}"
+        return "; ".join([tried, *([f"not tried: {', '.join(others)}"] if others else [])])

@@ -1,0 +1,282 @@
+"""The torque error a user allows: per joint the larger of several amounts, or a share of its norm."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from gd_analyze.errors import UsageError
+from gd_analyze.given_numbers import LARGEST, UNSIGNED
+from gd_analyze.simplification.norm_share import NormShare
+from gd_analyze.simplification.reference_torques import ReferenceTorques
+from gd_analyze.vectors import FloatArray
+from gd_analyze.visible import in_python
+
+# What an amount may be a share of, and how amounts are written.
+_WHOLES = ("peak", "limit", "friction", "uncertainty")
+_ALLOWANCE = re.compile(
+    rf"(?P<number>{UNSIGNED})\s*(?P<unit>%|N ?m?)?"
+    rf"(?:\s*(?:of\s+)?(?P<whole>{'|'.join(_WHOLES)}))?|(?P<name>{'|'.join(_WHOLES)})",
+    re.IGNORECASE,
+)
+_OR = re.compile(r"\s+or\s+", re.IGNORECASE)
+
+
+class Allowance(NamedTuple):
+    """One torque error that is allowed.
+
+    Parameters
+    ----------
+    amount
+        A share (1 % is 0.01), or N m (N for a sliding joint).
+    of
+        What it is a share of: the joint's "peak" torque over the states, its torque "limit", its Coulomb
+        "friction", or the "uncertainty" of its torque that follows from the parameters' stated ones;
+        "torque" for N m.
+    """
+
+    amount: float
+    of: str = "peak"
+
+    @classmethod
+    def parse(cls, text: str) -> Self | None:
+        """Read "1%", "10% friction", "uncertainty" or "0.5 N m"; None where it is nothing of this kind."""
+        match = _ALLOWANCE.fullmatch(text.strip())
+        if match is None:
+            return None
+        if match["name"]:
+            return cls(1.0, match["name"].lower())
+        number, is_share = float(match["number"]), match["unit"] == "%"
+        if number > LARGEST or (match["whole"] and not is_share):
+            return None
+        return cls(number / 100, (match["whole"] or "peak").lower()) if is_share else cls(number, "torque")
+
+    def __str__(self) -> str:
+        if self.of == "torque":
+            return f"{self.amount:g} N m"
+        share = f"{self.amount * 100:g}%"
+        if self.of == "peak":
+            return share
+        return self.of if share == "100%" else f"{share} {self.of}"
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Allowed torque error: one entry for all joints, or one each; the larger amount of an entry counts.
+
+    Parameters
+    ----------
+    entries
+        One or several allowances per entry; 1 % of peak torque by default. None where there is a norm.
+    norm
+        What is allowed to all joints together, in place of entries.
+    option
+        Where it was given, for messages.
+
+    Raises
+    ------
+    UsageError
+        If there is no entry, one of them is empty, or an amount is negative or not finite.
+    """
+
+    entries: tuple[tuple[Allowance, ...], ...] = ((Allowance(0.01),),)
+    norm: NormShare | None = None
+    option: str = field(default="--budget", compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.norm is not None:
+            if self.entries or not (0.0 <= self.norm.share < np.inf and 0.0 < self.norm.states <= 1.0):
+                raise UsageError(
+                    "a budget of the norm cannot be that",
+                    where="Budget",
+                    expected="no entries, a share of 0 or more, and a share of the states above 0, up to 1",
+                    found=f"{self.norm.share:g} at {self.norm.states:g}, {len(self.entries)} entries",
+                )
+            return
+        if not self.entries or not all(self.entries):
+            raise UsageError(
+                "a budget allows nothing", where="Budget", expected="at least one amount per entry"
+            )
+        for amount, of in (allowance for entry in self.entries for allowance in entry):
+            if not 0 <= amount < np.inf or of not in (*_WHOLES, "torque"):
+                raise UsageError(
+                    "a budget cannot be that",
+                    where="Budget",
+                    expected=f"0 or more, of {', '.join(_WHOLES)}, or torque",
+                    found=f"{amount:g} of {of}",
+                )
+
+    @classmethod
+    def parse(cls, text: str, option: str = "--budget") -> Self:
+        """Read entries, separated by commas: amounts, separated by "or", of which the larger counts.
+
+        An amount is a share of the joint's peak torque over the states ("1%"), of its torque limit ("0.5%
+        limit"), of its Coulomb friction ("10% friction"), of its torque's uncertainty ("50% uncertainty", or
+        all of it, "uncertainty"), or a torque ("0.05 N m", "0.05"). Or else a share of the norm of all
+        joints' torque, alone, and of how many states ("1% norm at 95% of states", "1% norm").
+
+        Raises
+        ------
+        UsageError
+            If an amount is none of these.
+
+        Examples
+        --------
+        >>> str(Budget.parse("1% or 10% of friction, 0.2"))
+        '1% or 10% friction, 0.2 N m'
+        """
+        if re.search(r"\bnorm\b", text, re.IGNORECASE):
+            return cls((), _norm_in(text, option), option)
+        entries = []
+        for column, entry in enumerate(text.split(","), start=1):
+            allowances = [Allowance.parse(words) for words in _OR.split(entry)]
+            if None in allowances:
+                raise _not_understood(entry, column, option)
+            entries.append(tuple(allowance for allowance in allowances if allowance is not None))
+        return cls(tuple(entries), option=option)
+
+    @classmethod
+    def of(cls, given: Self | str | None) -> Self:
+        """Take a budget as users of the library give it: itself, its text, or None for the usual 1 %."""
+        if given is None:
+            return cls()
+        if isinstance(given, str):
+            return cls.parse(given)
+        if isinstance(given, cls):
+            return given
+        raise UsageError(
+            "this is no budget",
+            where="budget",
+            expected='a Budget, or its text: "1%" of peak torque, "0.5" N m, or "1% or 10% friction"',
+            found=in_python(given),
+        )
+
+    @classmethod
+    def of_torques(cls, amounts: Iterable[float]) -> Self:
+        """Allow these torques, N m (N), of the joints."""
+        return cls(tuple((Allowance(float(amount), "torque"),) for amount in amounts))
+
+    @property
+    def wholes(self) -> frozenset[str]:
+        """What its amounts are shares of; "torque" among them for N m; "norm" alone for that."""
+        if self.norm is not None:
+            return frozenset({"norm"})
+        return frozenset(allowance.of for entry in self.entries for allowance in entry)
+
+    @property
+    def shares_of(self) -> str:
+        """What errors under it are told as shares of: "peak torque" where it is one, or "allowed error"."""
+        return "peak torque" if self.wholes in ({"peak"}, {"norm"}) else "allowed error"
+
+    def require_per_joint(self, what: str, next_step: str | None = None) -> Self:
+        """Refuse a budget of the norm where `what` needs to know what every joint is allowed.
+
+        Raises
+        ------
+        UsageError
+            If it is one.
+        """
+        if self.norm is not None:
+            raise UsageError(
+                f"{what} cannot be had with a budget of the norm",
+                where=self.option,
+                expected='an error allowed at each joint, such as "1%" or "1% or 10% friction"',
+                found=f'"{self}", which is of all joints together',
+                next_step=next_step,
+            )
+        return self
+
+    def of_joints(self, count: int) -> Sequence[tuple[Allowance, ...]]:
+        """One entry per joint.
+
+        Raises
+        ------
+        UsageError
+            If there are several entries, but not one per joint.
+        """
+        if len(self.entries) not in (1, count):
+            raise UsageError(
+                "the budget has a wrong number of entries",
+                where=self.option,
+                expected=f"1 or {count}",
+                found=str(len(self.entries)),
+            )
+        return self.entries * count if len(self.entries) == 1 else self.entries
+
+    def allowed(self, by: ReferenceTorques) -> FloatArray:
+        """Allowed error of each joint, N m, shape (n,).
+
+        A share of the norm allows no joint a number of its own. What is given then is the share of the norm
+        of the peak torques, of joints that turn or slide as it does: no state that keeps the budget has a
+        larger error.
+
+        Raises
+        ------
+        UsageError
+            If there are several entries, but not one per joint, or an amount is a share of what the arm does
+            not state.
+        """
+        if self.norm is not None:
+            alike = np.equal.outer(by.arm.is_revolute, by.arm.is_revolute)
+            return np.asarray(self.norm.share * np.sqrt(alike @ by.peak**2))
+        return np.array(
+            [
+                max(
+                    amount if of == "torque" else amount * by.of(of, joint, self.option)
+                    for amount, of in entry
+                )
+                for joint, entry in enumerate(self.of_joints(by.arm.n_joints))
+            ]
+        )
+
+    def scaled(self, factor: float) -> Budget:
+        """The same budget, every amount times a factor."""
+        if self.norm is not None:
+            return Budget((), self.norm._replace(share=factor * self.norm.share))
+        return Budget(
+            tuple(tuple(Allowance(factor * a.amount, a.of) for a in entry) for entry in self.entries)
+        )
+
+    def __str__(self) -> str:
+        if self.norm is not None:
+            return str(self.norm)
+        return ", ".join(" or ".join(map(str, entry)) for entry in self.entries)
+
+
+def _norm_in(text: str, option: str) -> NormShare:
+    """Read a budget that names the norm."""
+    norm = NormShare.parse(text)
+    if norm is not None:
+        return norm
+    mixed = "," in text or _OR.search(text)
+    raise UsageError(
+        "the budget is not understood",
+        where=option,
+        expected=f"a share of the norm of all joints' torque, up to {LARGEST:g} %, and the share of the "
+        'states, above 0 and up to 100 %, that keep it: "1% norm at 95% of states"; without "at", all',
+        found=repr(text.strip()),
+        next_step="it is one for all joints and stands alone: without commas and `or`" if mixed else None,
+    )
+
+
+def _not_understood(entry: str, column: int, option: str) -> UsageError:
+    """The error for an entry of a budget, with the word that was likely meant where one is misspelt."""
+    likely = [
+        matches[0]
+        for word in re.findall(r"[a-z]{3,}", entry.lower())
+        if word not in _WHOLES and (matches := get_close_matches(word, (*_WHOLES, "norm"), n=1))
+    ]
+    return UsageError(
+        "the budget is not understood",
+        where=f"{option}, entry {column}",
+        expected="a share of peak torque such as 1%, N m such as 0.5, or the larger of several "
+        f'such as "1% or 10% friction" (or limit, uncertainty); up to {LARGEST:g}; or of the torque\'s norm, '
+        'such as "1% norm at 95% of states"',
+        found=repr(entry.strip()),
+        next_step=f"did you mean {likely[0]}?" if likely else None,
+    )

@@ -1,0 +1,266 @@
+"""What simplifications are measured against: an arm's exact dynamics at given states."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gd_analyze.dynamics.decomposition import decompose_states, torque_of
+from gd_analyze.dynamics.mass_matrix import require_positive_definite
+from gd_analyze.dynamics.pinocchio_check import round_off_bounds
+from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.motions.motions import Motion, listed
+from gd_analyze.motions.pool import GivenMotions, trajectory_of
+from gd_analyze.motions.states import States, motions_in, require_dataset, states_for, states_of
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude, round_off_of
+from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, ErrorTable
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.measures import USUAL_STATES, Measure, NormMeasure, PeakMeasure, share_at
+from gd_analyze.simplification.norm_share import NormShare
+from gd_analyze.simplification.reference_torques import ReferenceTorques
+from gd_analyze.simplification.uncertainty import torque_uncertainty
+from gd_analyze.vectors import FloatArray
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# States that a search looks at; of a longer trajectory some stand for all, until others turn out to matter.
+MOST_STATES = 5000
+
+
+@dataclass(frozen=True, eq=False)
+class ExactDynamics:
+    """An arm's exact dynamics at given states.
+
+    Parameters
+    ----------
+    form, states
+        The dynamics, and where.
+    decomposed
+        What `decompose` gave for these states where it is at hand.
+    """
+
+    form: ExactForm
+    states: States
+    decomposed: Mapping[Any, Any] | None = None
+
+    def __repr__(self) -> str:
+        return f"ExactDynamics({self.form!r}, {self.states!r})"
+
+    @classmethod
+    def of(
+        cls,
+        arm: RobotArm | str | Path,
+        given: States | GivenMotions | xr.Dataset,
+        drives: bool | None = None,
+    ) -> ExactDynamics:
+        """Take states, the set points of a trajectory or of several, or a decomposition.
+
+        Drives act where asked for; by default where the decomposition, or else the arm, has them. Arm and
+        trajectories may be shipped names, or paths of files. An ArmError says where D is not positive
+        definite.
+        """
+        exact = cls._of(arm_of(arm), given, drives)
+        require_positive_definite(exact.arm, exact.states, exact.form.drives)
+        return exact
+
+    @classmethod
+    def _of(
+        cls, arm: RobotArm, given: States | GivenMotions | xr.Dataset, drives: bool | None
+    ) -> ExactDynamics:
+        if isinstance(given, States):
+            return cls(ExactForm(arm, arm.counts_drives(drives)), states_for(arm, given))
+        if isinstance(given, Trajectory | str | Path | Sequence):
+            states = states_for(arm, states_of(trajectory_of(given, arm)))
+            return cls(ExactForm(arm, arm.counts_drives(drives)), states)
+        require_dataset(given)
+        described = {
+            "trajectory": given.attrs["trajectory"],
+            "trajectory_fingerprint": given.attrs["trajectory_fingerprint"],
+            "set_points": given.sizes["time"],
+        }
+        motions = motions_in(given)
+        if motions:
+            described["motions"] = listed(motions)
+        q, qd, qdd = (given[name].values for name in ("q", "qd", "qdd"))
+        states = states_for(arm, States(q, qd, qdd, described, motions))
+        has_drives = "drive_torque" in given
+        if drives not in (None, has_drives):
+            return cls(ExactForm(arm, bool(drives)), states)
+        return cls(ExactForm(arm, has_drives), states, given)
+
+    @property
+    def arm(self) -> RobotArm:
+        """The arm."""
+        return self.form.arm
+
+    def at(self, states: States) -> ExactDynamics:
+        """Take the same dynamics at other states."""
+        return replace(self, states=states, decomposed=None)
+
+    def thinned(self) -> ExactDynamics:
+        """Take the same at `MOST_STATES` states at most: evenly chosen ones, and every extreme."""
+        count = len(self.states)
+        if count <= MOST_STATES:
+            return self
+        evenly = np.linspace(0, count - 1, MOST_STATES).astype(int)
+        extremes = [np.abs(x).argmax(axis=0) for x in (self.torque, *self.states.arrays)]
+        return self.at(self.states.at(np.unique(np.concatenate([evenly, *extremes]))))
+
+    @cached_property
+    def quantities(self) -> Mapping[Any, Any]:
+        """D, h and c by effect, drive torque and torque at the states, see `decompose_states`."""
+        if self.decomposed is not None:
+            return self.decomposed
+        return decompose_states(self.arm, self.states, christoffel=False, drives=self.form.drives)
+
+    @cached_property
+    def torque(self) -> FloatArray:
+        """Torque, N m, shape (N, n)."""
+        if self.decomposed is not None:
+            return np.asarray(self.decomposed["torque"])
+        return torque_of(self.arm, self.states, drives=self.form.drives)
+
+    @cached_property
+    def peak_torque(self) -> FloatArray:
+        """Largest magnitude of every joint's torque, shape (n,)."""
+        return peak_magnitude(self.torque, self._explained)
+
+    @cached_property
+    def uncertainty(self) -> FloatArray | None:
+        """Largest standard uncertainty of each joint's torque, N m, (n,); None where none is stated."""
+        spread = torque_uncertainty(self.arm, self.states, self.form.drives)
+        return None if spread is None else spread.max(axis=0)
+
+    @cached_property
+    def _explained(self) -> float:
+        """Torque that round-off explains at these states, N m."""
+        return float(round_off_bounds(self.arm, *self.states.arrays)["torque"])
+
+    @property
+    def round_off(self) -> float:
+        """Torque that is only round-off at these states, N m."""
+        return round_off_of(self.torque, self._explained)
+
+    @property
+    def needs_torque(self) -> bool:
+        """Whether any joint needs torque at these states, beyond round-off."""
+        return bool(self.peak_torque.any())
+
+    @cached_property
+    def effects(self) -> dict[str, FloatArray]:
+        """Torque of all terms by the level's name, N m, shape (K, n, N), as far as it was worked out."""
+        return {}
+
+    def errors_of(self, torque: FloatArray) -> ErrorTable:
+        """Error of other torques at these states, N m, shape (N, n)."""
+        return ErrorTable.of(self.torque, torque, self._explained, self.states.weights)
+
+    def allowed(self, budget: Budget | str | None) -> FloatArray:
+        """Allowed error per joint, N m, shape (n,), and never less than round-off."""
+        by = ReferenceTorques(self.arm, self.peak_torque, self.uncertainty)
+        return allowed_by(Budget.of(budget), by, self.round_off)
+
+    def measure(self, budget: Budget | str | None) -> Measure:
+        """What tells whether an error at these states keeps a budget."""
+        budget = Budget.of(budget)
+        if budget.norm is None:
+            return PeakMeasure(self.allowed(budget), self.states.weights)
+        return self.norm_measure(budget.norm)
+
+    def norm_measure(self, norm: NormShare) -> NormMeasure:
+        """What tells whether an error at these states keeps a share of the norm."""
+        return NormMeasure(*norm, self.torque.T, np.array(self.arm.is_revolute), self.round_off)
+
+    def norms_of(self, torque: FloatArray, asked: NormShare | None = None) -> tuple[NormShare, ...]:
+        """Shares of the norm by which torques (N, n) err, at 95 %, 99.9 % and what is asked of the states."""
+        shares = self.norm_measure(NormShare(1.0)).shares((torque - self.torque).T)
+        states = sorted({*USUAL_STATES, *([] if asked is None else [asked.states])})
+        return tuple(NormShare(share_at(shares, part), part) for part in states)
+
+    def under(self, budget: Budget | str | None) -> ExactDynamics:
+        """Let an error count on each of several motions as a budget measured by that motion asks.
+
+        Where it allows half of what it does over all of them, an error counts twice. One motion is as it is,
+        and so is what another budget was set before.
+        """
+        states, budget = self.states, Budget.of(budget)
+        if not states.motions or states.weights is not None:
+            return self
+        weights, most = np.ones_like(states.q), self.allowed(budget)
+        for motion, alone in self.by_motion.items():
+            needs = alone.peak_torque > 0.0
+            weights[motion.rows] = np.where(needs, np.maximum(most / alone.allowed(budget), 1.0), 1.0)
+        return self.weighed(weights)
+
+    @property
+    def all_alike(self) -> ExactDynamics:
+        """The same, every error counting alike."""
+        return self if self.states.weights is None else self.weighed(None)
+
+    def weighed(self, weights: FloatArray | None) -> ExactDynamics:
+        """The same with errors that count as weights (N, n) say, see `States.weights`; alike where None."""
+        other = replace(self, states=replace(self.states, weights=weights))
+        vars(other).update({name: value for name, value in vars(self).items() if name not in vars(other)})
+        return other
+
+    @cached_property
+    def by_motion(self) -> dict[Motion, ExactDynamics]:
+        """The same dynamics at the states of each of several motions alone, all counting alike."""
+        parts = {}
+        for motion in self.states.motions:
+            part = self.at(replace(self.states.at(motion.rows), weights=None))
+            vars(part)["torque"] = self.torque[motion.rows]
+            parts[motion] = part
+        return parts
+
+    def held(self, accuracy: Accuracy, torque: FloatArray) -> Accuracy:
+        """Promise what a model of this torque errs by, N m, shape (N, n), over all and along each motion."""
+        weights = self.states.weights
+        motions = tuple(
+            AlongMotion(
+                motion.name,
+                motion.fingerprint,
+                motion.n_set_points,
+                accuracy.allowed / (1.0 if weights is None else weights[motion.first]),
+                alone.errors_of(torque[motion.rows]),
+                alone.uncertainty,
+            )
+            for motion, alone in self.by_motion.items()
+        )
+        return replace(
+            accuracy,
+            errors=self.errors_of(torque),
+            uncertainty=self.uncertainty,
+            motions=motions,
+            norms=self.norms_of(torque, accuracy.asked.norm),
+        )
+
+
+def allowed_by(budget: Budget, by: ReferenceTorques, round_off: float = 0.0) -> FloatArray:
+    """Allowed error per joint, N m, shape (n,), and never less than round-off."""
+    # Without any torque anywhere nothing is worth keeping, and any positive budget says so.
+    floor = ROUND_OFF_SHARE * float(by.peak.max()) or round_off or ROUND_OFF_SHARE
+    return np.maximum(budget.allowed(by), floor)
+
+
+def warn_without_torque(exact: ExactDynamics) -> None:
+    """Warn where no joint needs any torque: whatever is said of shares of torque is then about nothing."""
+    if not exact.needs_torque:
+        largest = float(np.abs(exact.torque).max())
+        warnings.warn(
+            f"no joint of {exact.arm.name} needs torque here beyond round-off ({largest:.1e} N m): there is "
+            "nothing to rank, and a model of no operations is exact",
+            GdAnalyzeWarning,
+            stacklevel=3,
+        )

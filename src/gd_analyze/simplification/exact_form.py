@@ -1,0 +1,128 @@
+"""An arm's exact dynamics as sums of terms, and as the shortest program known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from gd_analyze.dynamics import newton_euler_regrouped
+from gd_analyze.dynamics.decomposition import torque_of
+from gd_analyze.dynamics.pinocchio_check import round_off_bounds
+from gd_analyze.harmonics.absolute_rates import AbsoluteRates
+from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
+from gd_analyze.harmonics.terms import Energies, Torques
+from gd_analyze.harmonics.transform import Harmonics, harmonics_of
+from gd_analyze.operations.program import OperationCount, Program
+from gd_analyze.operations.rewriting import rewritten
+from gd_analyze.operations.trace import Trace
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.description import describe_in_full
+from gd_analyze.round_off import ROUND_OFF_SHARE
+from gd_analyze.simplification.effort import ROUGH, Effort
+from gd_analyze.simplification.kept_programs import Task, inputs_of, kept_programs, some_states
+from gd_analyze.simplification.recursion import Recursion
+from gd_analyze.simplification.recursion_names import Quantity, components
+from gd_analyze.simplification.torque_program import torque_program
+from gd_analyze.vectors import Array, FloatArray
+
+# Joints up to which sums of terms may take fewer operations than the recursion: terms grow with the fourth
+# power of the joints and more, the recursion's operations with the first.
+_FEW_JOINTS = 4
+# Of so many terms at most it is looked for what they share: half a second.
+_SHARED = Effort(250)
+# Rewriting adds roundings: a program may differ by so many times what those of a formulation explain.
+_REWRITTEN = 8
+
+
+@dataclass(frozen=True, eq=False)
+class ExactForm:
+    """An arm's exact dynamics as sums of terms; each is made once, when it is first asked for.
+
+    Parameters
+    ----------
+    arm, drives
+        The arm, and whether drive inertia acts.
+    """
+
+    arm: RobotArm
+    drives: bool = False
+
+    def __repr__(self) -> str:
+        return f"ExactForm({self.arm!r}, drives={self.drives})"
+
+    @property
+    def drive_inertia(self) -> FloatArray | None:
+        """Drive inertia at the joints, shape (n,); None where it does not act."""
+        return self.arm.drive_inertia if self.drives else None
+
+    @cached_property
+    def rates(self) -> AbsoluteRates:
+        """The arm's absolute rates."""
+        return AbsoluteRates.of(self.arm)
+
+    @cached_property
+    def harmonics(self) -> Harmonics:
+        """The dynamics as sums of basis functions, by effect and link."""
+        return harmonics_of(self.arm)
+
+    @cached_property
+    def energies(self) -> Energies:
+        """Every term of the energies and its coefficient."""
+        return energy_terms(self.harmonics, self.drive_inertia)
+
+    @cached_property
+    def torques(self) -> Torques:
+        """Every torque term and its weight."""
+        return torques_of_energies(self.energies, self.rates)
+
+    @cached_property
+    def program(self) -> Program:
+        """Its torque in the fewest operations known; a second or two, and kept for the next run."""
+        key = ["exact", describe_in_full(self.arm), self.drives]
+
+        def are_right(programs: Sequence[Program]) -> bool:
+            return len(programs) == 1 and _is_exact(self, *programs)
+
+        return kept_programs(Task.of(key, self.arm.n_joints, lambda: [_shortest(self)], are_right))[0]
+
+    @cached_property
+    def recursion(self) -> Recursion:
+        """Its torque by the cheapest formulation as it folds, step by step, drives added."""
+        trace, n = Trace(), self.arm.n_joints
+        states = [trace.inputs(name, n) for name in ("q", "qd", "qdd")]
+        quantities: list[tuple[Quantity, Any]] = []
+
+        def told(link: int, values: Mapping[str, Array]) -> None:
+            for kind, value in values.items():
+                quantities.extend(components(kind, link, value))
+
+        torque = newton_euler_regrouped.torque(self.arm, *states, told=told)[:, 0]
+        if self.drive_inertia is not None:
+            torque = torque + self.drive_inertia * states[2][:, 0]
+        quantities += [(Quantity("tau", i), value) for i, value in enumerate(torque)]
+        return Recursion(tuple(trace.expressions), tuple(torque), tuple(quantities))
+
+    @property
+    def operations(self) -> OperationCount:
+        """What the exact torque costs: every saving is stated against this."""
+        return self.program.count
+
+
+def _shortest(form: ExactForm) -> Program:
+    ways = [form.recursion.program]
+    if form.arm.n_joints <= _FEW_JOINTS:
+        ways += [torque_program(form.rates, form.torques, effort) for effort in (ROUGH, _SHARED)]
+    return rewritten(min(ways, key=lambda way: way.count.total))
+
+
+def _is_exact(form: ExactForm, program: Program) -> bool:
+    """Whether a program gives the torque at some states, within what roundings explain."""
+    states = some_states(form.arm.n_joints)
+    exact = torque_of(form.arm, states, drives=form.drives)
+    bound = _REWRITTEN * round_off_bounds(form.arm, *states.arrays)["torque"]
+    error = np.abs(program.run(inputs_of(states)).T - exact).max()
+    return bool(error <= bound + ROUND_OFF_SHARE * np.abs(exact).max())

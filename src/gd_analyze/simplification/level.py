@@ -1,0 +1,194 @@
+"""What a level of simplification is: how far the dynamics are cut up before something is left out.
+
+A level says by itself how a program is written from what a model holds, how that is stored and shown, and
+whether it can be refitted. Most cut the dynamics into candidates, see `CandidateLevel`, and say what each of
+them makes of torque and costs; another changes the steps of a program. Search, models, certificates and
+reports ask the level and know none by name.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, ClassVar, NamedTuple
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+
+from gd_analyze.errors import ModelError
+from gd_analyze.formulas.formula import Formula, Legend
+from gd_analyze.given_numbers import LARGEST_COEFFICIENT
+from gd_analyze.harmonics.terms import Torques
+from gd_analyze.operations.program import Program
+from gd_analyze.simplification.effort import THOROUGH, Effort
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.vectors import FloatArray
+
+# What a model is made of: a number by term, or by change of a program, of whatever kind the level's are.
+Terms = Mapping[Any, float]
+# Operations by the set of candidates, numbered in their order, that need them.
+Costs = Mapping[frozenset[int], int]
+
+
+class Numbers(NamedTuple):
+    """The free numbers of a refit.
+
+    Parameters
+    ----------
+    parameter
+        Which free number scales each term, shape (K,). Terms whose coefficients are equal, opposite or a
+        power of two apart share one, so that what they share in arithmetic stays shared.
+    magnitude
+        Magnitude of the coefficient behind each term, shape (K,).
+    """
+
+    parameter: np.ndarray
+    magnitude: FloatArray
+
+
+class Checked(BaseModel):
+    """What a model file states: nothing unknown is in it, and no infinite number."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+
+# What a term is multiplied by.
+Coefficient = Annotated[float, Field(ge=-LARGEST_COEFFICIENT, le=LARGEST_COEFFICIENT)]
+
+
+class Level(ABC):
+    """A level of simplification; there is one value of each.
+
+    Parameters
+    ----------
+    name
+        As users call it, see `gd_analyze.level_names`.
+    keeps
+        What its models are made of, in the plural.
+    has_torque_terms
+        Whether its models are sums of harmonic terms, whose coefficients can be refitted.
+    always_refits
+        Whether its searches always refit the numbers that remain.
+    is_mechanical
+        Whether its models are mechanical systems, with a symmetric D.
+    entries
+        Schema of the terms in a model file.
+    """
+
+    name: ClassVar[str]
+    keeps: ClassVar[str]
+    has_torque_terms: ClassVar[bool] = False
+    always_refits: ClassVar[bool] = False
+    is_mechanical: ClassVar[bool] = False
+    entries: ClassVar[TypeAdapter[Any]]
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}()"
+
+    def __str__(self) -> str:
+        return self.name
+
+    @abstractmethod
+    def terms(self, form: ExactForm) -> Terms:
+        """What makes the exact dynamics: all terms there are, or no change."""
+
+    @abstractmethod
+    def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
+        """Write the torque that terms make as a program."""
+
+    def write_steps(self, form: ExactForm, steps: Sequence[Terms], most: int) -> list[Program]:
+        """Write programs of few operations for terms that become more and more.
+
+        It ends before the first that takes more than `most` operations: so do those of still more terms.
+        """
+        programs: list[Program] = []
+        for terms in steps:
+            program = self.write(form, terms, THOROUGH)
+            if program.count.total > most:
+                break
+            programs.append(program)
+        return programs
+
+    @abstractmethod
+    def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
+        """Equations of the joints' torques, as a person would write them."""
+
+    def told(self, terms: Terms) -> str:
+        """Say what a model is made of: "30 torque terms"."""
+        return f"{len(terms)} {self.keeps}"
+
+    def told_beside(self, form: ExactForm) -> str:
+        """Say what of: "kept of the exact model's 78"."""
+        return f"kept of the exact model's {len(self.terms(form))}"
+
+    def legend(self, form: ExactForm, terms: Terms) -> Legend:
+        """Meaning of the names in them: by default all are the founding text's."""
+        return Legend((), (), ())
+
+    @abstractmethod
+    def to_entry(self, term: Any, weight: float) -> Checked:
+        """Write a term for a model file."""
+
+    @abstractmethod
+    def from_entry(self, form: ExactForm, entry: Any) -> tuple[Any, float]:
+        """Read a term back; a ModelError if no arm of this make has it."""
+
+    def to_entries(self, terms: Terms) -> list[Any]:
+        """Write terms for a model file, in plain values."""
+        return [self.to_entry(*term).model_dump(mode="json") for term in terms.items()]
+
+    def from_entries(self, form: ExactForm, entries: Sequence[Any]) -> dict[Any, float]:
+        """Read terms back.
+
+        Raises
+        ------
+        pydantic.ValidationError
+            If they are not as the schema says.
+        ModelError
+            If no arm of this make has one of them, or one is stated twice.
+        """
+        stated = [self.from_entry(form, entry) for entry in self.entries.validate_python(entries)]
+        terms = dict(stated)
+        if len(terms) < len(stated):
+            raise ModelError("a term is stated twice")
+        return terms
+
+    def torques(self, form: ExactForm, terms: Terms) -> Torques:
+        """Harmonic terms of the torques that terms make.
+
+        Raises
+        ------
+        ModelError
+            If models of this level are no sums of such terms.
+        """
+        raise ModelError(
+            f"a model of level {self.name} has no harmonic terms",
+            expected="a model of a level that has, such as term or energy",
+            found=f"level {self.name}",
+            next_step="make one with `gd-analyze simplify`",
+        )
+
+
+class CandidateLevel(Level):
+    """A level whose models keep some of the exact dynamics' terms.
+
+    Parameters
+    ----------
+    is_priced_exactly
+        Whether `costs` are what a program takes, so that an integer program's optimum is the end.
+    """
+
+    is_priced_exactly: ClassVar[bool] = False
+
+    @abstractmethod
+    def effects(self, exact: ExactDynamics, terms: Terms) -> FloatArray:
+        """Torque that each term makes at each state, N m, shape (K, n, N)."""
+
+    @abstractmethod
+    def costs(self, form: ExactForm, terms: Sequence[Any]) -> Costs:
+        """Operations by the set of terms that need them."""
+
+    def numbers(self, form: ExactForm, terms: Sequence[Any]) -> Numbers:
+        """Free numbers of a refit: by default every term has its own."""
+        return Numbers(np.arange(len(terms)), np.ones(len(terms)))

@@ -1,0 +1,220 @@
+"""What a user takes away: a simplified model that evaluates torque, D, h and c, and what it promises."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from gd_analyze.errors import ModelError
+from gd_analyze.formatting import amount, percent
+from gd_analyze.formulas.formula import Formula, Legend
+from gd_analyze.formulas.plain import Plain
+from gd_analyze.given_numbers import array_of, require_possible
+from gd_analyze.harmonics.terms import Torques
+from gd_analyze.labels import joint_name
+from gd_analyze.operations.program import OperationCount, Program
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.shown import html_of
+from gd_analyze.simplification.accuracy import Accuracy
+from gd_analyze.simplification.derived_programs import (
+    coriolis_centrifugal_program,
+    gravity_loading_program,
+    inertia_program,
+)
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.level import Level, Terms
+from gd_analyze.simplification.notice import budget_notice
+from gd_analyze.vectors import FloatArray, set_points_last
+
+# Terms up to which equations are shown in a notebook.
+_MOST_SHOWN = 500
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SimplifiedModel:
+    """An arm's torque model with something left out, and the error it states.
+
+    Parameters
+    ----------
+    level
+        How far the dynamics were cut up, see `gd_analyze.simplification.levels.LEVELS`.
+    form
+        The exact dynamics it stands for.
+    terms
+        What is kept: numbers by term, of the kind the level has; nothing where the model is a program alone.
+    program
+        The torques as a straight-line program, from which D, h and c follow.
+    refitted
+        Whether kept coefficients were refitted to absorb what was dropped.
+    operations_full
+        Operations of the exact torque, in the fewest known.
+    promise
+        Budget, errors, and where they were measured.
+    provenance
+        Versions, time, command.
+    """
+
+    level: Level
+    form: ExactForm
+    terms: Terms
+    program: Program
+    refitted: bool = False
+    operations_full: OperationCount
+    accuracy: Accuracy
+    provenance: Mapping[str, str] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return f"SimplifiedModel({self.arm.name!r}, level {self.level.name}, {self._told})"
+
+    @property
+    def _told(self) -> str:
+        """Operations and error in a few words."""
+        accuracy = self.accuracy
+        joint = int(accuracy.shares.argmax())
+        return (
+            f"{self.operations.total} of {self.operations_full.total} operations, largest error "
+            f"{percent(float(accuracy.shares[joint]))} of the {accuracy.asked.shares_of} (joint {joint + 1})"
+        )
+
+    def _repr_html_(self) -> str:
+        """What it promises and its equations, for a notebook."""
+        errors = self.accuracy.errors
+        columns = np.array([errors.peak_torque, self.accuracy.allowed, errors.largest, errors.rms])
+        rows = [
+            [joint_name(i, joint.name), *(amount(value, joint.effort_unit) for value in values)]
+            for i, (joint, values) in enumerate(
+                zip(self.arm.joints, columns.T.tolist(), strict=True), start=1
+            )
+        ]
+        printer = Plain()
+        formulas = self.formulas if len(self.terms) <= _MOST_SHOWN else ()
+        lines = [printer.wrapped(formula, 100) for formula in formulas]
+        legend = ", ".join(printer.legend(self.legend)) if formulas else ""
+        return html_of(
+            f"{self.arm.title or self.arm.name}: {self.level.told(self.terms)}",
+            ["joint", "peak torque", "allowed error", "largest error", "RMS error"],
+            rows,
+            f"{self._told[0].upper()}{self._told[1:]}; budget {self.accuracy.budget}.",
+            "\n".join([*lines, *filter(None, [legend])]),
+        )
+
+    @property
+    def arm(self) -> RobotArm:
+        """The arm it stands for."""
+        return self.form.arm
+
+    @property
+    def drives(self) -> bool:
+        """Whether drive inertia is part of it."""
+        return self.form.drives
+
+    @property
+    def saves(self) -> bool:
+        """Whether it takes fewer operations than the exact torque."""
+        return self.operations.total < self.operations_full.total
+
+    @property
+    def notice(self) -> str:
+        """Where its budget lies below friction or uncertainty, and what to do; "" where it does not."""
+        return budget_notice(self.arm, self.accuracy)
+
+    @cached_property
+    def torques(self) -> Torques:
+        """Its torques as harmonic terms; a ModelError where its level has none."""
+        return self.level.torques(self.form, self.terms)
+
+    @property
+    def formulas(self) -> tuple[Formula, ...]:
+        """Its torques as equations, one per joint."""
+        return self.level.formulas(self.form, self.terms)
+
+    @property
+    def legend(self) -> Legend:
+        """Meaning of the names in its equations."""
+        return self.level.legend(self.form, self.terms)
+
+    @cached_property
+    def operations(self) -> OperationCount:
+        """Operations of one evaluation of all torques."""
+        return self.program.count
+
+    def torque(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
+        """Generalized torque of the simplified model.
+
+        Parameters
+        ----------
+        q, qd, qdd
+            Joint variables, rates and accelerations, rad (m) and per s, s^2, shape (..., n).
+
+        Returns
+        -------
+        numpy.ndarray
+            N m (N), shape (..., n).
+
+        Raises
+        ------
+        ModelError
+            If a last axis is not n long, leading axes do not go together, or something is no number, not
+            finite or too large.
+        """
+        return self._evaluated(self.program, q, qd, qdd)
+
+    def inertia(self, q: FloatArray) -> FloatArray:
+        """Simplified D, kg m^2, shape (..., n, n); with drives, theirs is on the diagonal."""
+        rows = self._evaluated(self.inertia_program, q)
+        return rows.reshape(*rows.shape[:-1], self.arm.n_joints, self.arm.n_joints)
+
+    def coriolis_centrifugal(self, q: FloatArray, qd: FloatArray) -> FloatArray:
+        """Simplified h, N m, shape (..., n)."""
+        return self._evaluated(self.coriolis_centrifugal_program, q, qd)
+
+    def gravity_loading(self, q: FloatArray) -> FloatArray:
+        """Simplified c, N m, shape (..., n)."""
+        return self._evaluated(self.gravity_loading_program, q)
+
+    @cached_property
+    def inertia_program(self) -> Program:
+        """D as a program, its rows one after another."""
+        return inertia_program(self.program, self.arm.n_joints, self.level.is_mechanical)
+
+    @cached_property
+    def coriolis_centrifugal_program(self) -> Program:
+        """H as a program."""
+        return coriolis_centrifugal_program(self.program, self.arm.n_joints)
+
+    @cached_property
+    def gravity_loading_program(self) -> Program:
+        """The gravity loading c as a program."""
+        return gravity_loading_program(self.program, self.arm.n_joints)
+
+    def _evaluated(self, program: Program, *states: FloatArray) -> FloatArray:
+        n = self.arm.n_joints
+        names = ("q", "qd", "qdd")[: len(states)]
+        arrays = [array_of(values, name, ModelError) for name, values in zip(names, states, strict=True)]
+        for name, array in zip(names, arrays, strict=True):
+            if array.shape[-1:] != (n,):
+                raise ModelError(
+                    f"{name} does not fit the model of {self.arm.name}",
+                    where=name,
+                    expected=f"shape (..., {n})",
+                    found=str(array.shape),
+                )
+            require_possible(array, name, ModelError)
+        try:
+            arrays = list(np.broadcast_arrays(*arrays))
+        except ValueError:
+            raise ModelError(
+                f"{' and '.join(names)} are not of as many states",
+                where=", ".join(names),
+                expected="leading axes that are alike, or of length 1",
+                found=", ".join(f"shape {array.shape}" for array in arrays),
+            ) from None
+        leading = arrays[0].shape[:-1]
+        inputs: dict[str, FloatArray] = {}
+        for name, array in zip(names, arrays, strict=True):
+            inputs |= {f"{name}{i + 1}": row for i, row in enumerate(set_points_last(array))}
+        values = program.run(inputs)
+        return np.ascontiguousarray(values.T).reshape(*leading, len(values))

@@ -1,0 +1,324 @@
+"""The recursion pruned: steps replaced by simpler ones while the torque stays within the budget.
+
+Replacements are made one after the other, at first many at a time, the least missed for every operation saved
+before all others; the numbers that remain are fitted anew after each. When none is possible any more some are
+undone and others found, as long as that pays. Every step is measured on the program itself, and no budget is
+exceeded at any state.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from random import Random
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.operations.tape import Tape
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.fitting import Aim, Columns, Fit, columns_of, fitted, norm, unfitted
+from gd_analyze.simplification.kept_programs import inputs_of
+from gd_analyze.simplification.recursion import (
+    CONSTANT,
+    NUMBER,
+    Change,
+    Changed,
+    Changes,
+    Recursion,
+    restated,
+)
+from gd_analyze.simplification.replacement import Replacement, replacements, told
+from gd_analyze.simplification.work import Work
+from gd_analyze.vectors import FloatArray
+
+# States looked at, beside those that turn out to matter, which join in bunches.
+_STATES, _JOINING = 300, 40
+# Several replacements are made at a time, as long as the mean square error grows no more than so many times:
+# below and above a share of the budget; or to a small one.
+_FEW_ERRORS, _GROWS, _GROWS_LESS, _SMALL, _AT_ONCE = 0.15, 2.0, 1.1, 0.01**2, 24
+# Errors over the allowed ones from which the largest lead.
+_LEADING = 0.3
+# Shares of the changed steps that are undone at once, and how often such that are near each other.
+_UNDONE, _NEAR = (0.03, 0.06, 0.12), 0.6
+# Multiplications of matrices that take as long as one by itself, and those as long as writing down one step.
+_AT_A_TIME, _WRITING = 8.0, 1.5e4
+# Largest error over the allowed one up to which several are tried.
+_ROOM = 0.6
+# Replacements looked at together, tried before none is said to be possible, and what their largest error over
+# the allowed one may promise to be; a power of errors that tells the largest.
+_SCREENED, _TRIES, _PROMISED, _NEARLY_LARGEST = 16, 16, 1.03, 12.0
+
+
+@dataclass(frozen=True, eq=False)
+class _Pruned:
+    """Changes, what they make of the recursion, and how far off that is at the states looked at."""
+
+    changes: dict[Change, float]
+    changed: Changed
+    tape: Tape
+    aim: Aim
+    fit: Fit
+
+    @cached_property
+    def slopes(self) -> FloatArray:
+        """What every step makes of the errors, shape (steps, n, N)."""
+        return self.tape.slopes(self.fit.values, self.fit.numbers, self.aim.scale) * self.aim.weights
+
+    @property
+    def operations(self) -> int:
+        return self.changed.program.count.total
+
+    @property
+    def replaced(self) -> list[int]:
+        """Steps for which others, or numbers, stand in."""
+        return sorted({change.step for change in self.changes if change.source != CONSTANT})
+
+
+class _Pruning:
+    """A recursion, the torque it shall keep, and the states looked at."""
+
+    def __init__(self, recursion: Recursion, aim: Aim, work: Work) -> None:
+        self.recursion, self.every, self.work = recursion, aim, work
+        count = aim.torque.shape[1]
+        evenly = np.linspace(0, count - 1, min(_STATES, count)).astype(np.intp)
+        extremes = np.abs(aim.torque * aim.weights).argmax(axis=1)
+        self.looked_at: NDArray[np.intp] = np.unique(np.concatenate([evenly, extremes]))
+        self.aim = aim.at(self.looked_at)
+
+    def join(self, states: NDArray[np.intp]) -> None:
+        """Look at more states."""
+        new = np.setdiff1d(states, self.looked_at)
+        if new.size:
+            self.looked_at = np.concatenate([self.looked_at, new])
+            self.aim = self.every.at(self.looked_at)
+
+    def with_changes(self, changes: Changes) -> _Pruned | None:
+        """Carry changes out; None where steps would stand in for one another in a circle."""
+        self.work.spend(_WRITING * len(self.recursion.steps))
+        try:
+            changed = self.recursion.carried_out(changes)
+        except ValueError:
+            return None
+        tape = Tape(changed.program, changed.scales)
+        return _Pruned(dict(changes), changed, tape, self.aim, unfitted(tape, self.aim))
+
+    def again(self, pruned: _Pruned) -> _Pruned:
+        """The same at the states that are looked at now."""
+        if pruned.aim is self.aim:
+            return pruned
+        return replace(pruned, aim=self.aim, fit=unfitted(pruned.tape, self.aim, pruned.fit.numbers))
+
+    def fitted(self, pruned: _Pruned, power: float, turns: int, enough: float = 0.0) -> _Pruned:
+        """Fit the numbers."""
+        fit = fitted(pruned.tape, self.aim, pruned.fit, power, turns, enough)
+        squares = power * turns * float(fit.errors.size) * len(pruned.tape.scaled) ** 2
+        self.work.spend(squares / _AT_A_TIME)
+        return replace(pruned, fit=fit)
+
+    def stated(self, pruned: _Pruned) -> _Pruned:
+        """The same with its fitted numbers as changes."""
+        numbers = {pruned.tape.steps[k].order: float(pruned.fit.numbers[k]) for k in pruned.tape.scaled}
+        found = self.with_changes(restated(pruned.changes, numbers, pruned.changed))
+        assert found is not None
+        return found
+
+    def beyond(self, pruned: _Pruned) -> NDArray[np.intp]:
+        """States at which the budget is exceeded, the worst first."""
+        tape = pruned.tape
+        values = tape.values(self.every.inputs, pruned.fit.numbers)
+        errors = np.abs(self.every.errors(tape, values)).max(axis=0)
+        found = np.flatnonzero(errors > 1.0)
+        return found[np.argsort(-errors[found], kind="stable")]
+
+    def kept_everywhere(self, pruned: _Pruned) -> _Pruned | None:
+        """Fit until the budget is kept at every state; None where it can not."""
+        if pruned.fit.largest > 1.0:
+            pruned = self.fitted(pruned, _NEARLY_LARGEST, 3, 1.0)
+        for _ in range(3):
+            if pruned.fit.largest > 1.0:
+                return None
+            worst = self.beyond(pruned)
+            if not worst.size:
+                return pruned
+            self.join(worst[:_JOINING])
+            pruned = self.fitted(self.again(pruned), _NEARLY_LARGEST, 4, 1.0)
+        return None
+
+    def promising(self, here: _Pruned) -> tuple[list[Replacement], float]:
+        """Replacements by merit, and the mean square error."""
+        fit, tape = here.fit, here.tape
+        known = np.array([bool(origins) for origins in here.changed.origins])
+        products = 4.0 * len(tape) ** 2 * fit.errors.shape[1] + 3.0 * len(tape) ** 3
+        self.work.spend(products / _AT_A_TIME)
+        return replacements(tape, fit, here.slopes, known, 6.0 if fit.largest > _LEADING else 4.0)
+
+    def replaced(self, here: _Pruned, chosen: Sequence[Replacement]) -> _Pruned | None:
+        """Carry replacements out, fewer operations provided."""
+        origins, changes = here.changed.origins, dict(here.changes)
+        for one in chosen:
+            for place in origins[one.step]:
+                for change in [change for change in changes if change.step == place]:
+                    del changes[change]
+                for u, number in one.by:
+                    changes[Change(place, NUMBER if u == NUMBER else origins[u][0])] = number
+        found = self.with_changes(changes)
+        return found if found is not None and found.operations < here.operations else None
+
+    def several(self, here: _Pruned, found: Sequence[Replacement], mean_square: float) -> _Pruned | None:
+        """Make several replacements at once."""
+        few = here.fit.largest < _FEW_ERRORS
+        most = max((_GROWS if few else _GROWS_LESS) * mean_square, _SMALL)
+        chosen = _apart(here.tape, found, most, mean_square)
+        while len(chosen) > 1:
+            trial = self.replaced(here, chosen)
+            if trial is not None:
+                trial = self.fitted(trial, 2.0 if few else 4.0, 1)
+                near = trial.fit.largest <= min(max(2.5 * here.fit.largest, 0.3), _ROOM)
+                if near and not self.beyond(trial).size:
+                    return self.stated(trial)
+            chosen = chosen[: len(chosen) // 2]
+        return None
+
+    def one(self, here: _Pruned, found: Sequence[Replacement]) -> _Pruned | None:
+        """Make the replacement that takes least of the budget for every operation, of the most promising."""
+        tries = 0
+        for start in range(0, len(found), _SCREENED):
+            here = self.again(here)
+            for replacement in self._screened(here, found[start : start + _SCREENED]):
+                trial = self.replaced(here, [replacement])
+                if trial is None:
+                    continue
+                tries += 1
+                trial = self.kept_everywhere(self.fitted(trial, _NEARLY_LARGEST, 1))
+                if trial is not None:
+                    return self.stated(trial)
+                if tries == _TRIES:
+                    return None
+        return None
+
+    def _screened(self, here: _Pruned, some: Sequence[Replacement]) -> list[Replacement]:
+        """Those that keep the budget once numbers are fitted, as far as it can be told to first order."""
+        fit, slopes = here.fit, here.slopes
+        numbers = columns_of(here.tape, fit, slopes)
+        self.work.spend(len(some) * 4.0 * numbers.size * len(numbers) / _AT_A_TIME)
+        columns = Columns(numbers)
+
+        def left(errors: FloatArray) -> FloatArray:
+            return columns.least(errors, _NEARLY_LARGEST)[1]
+
+        before = norm(left(fit.errors.ravel()), _NEARLY_LARGEST)
+        kept = []
+        for one in some:
+            change = one.change(fit.values)
+            after = left((fit.errors + slopes[one.step] * change).ravel())
+            if np.abs(after).max(initial=0.0) <= _PROMISED:
+                added = told(norm(after, _NEARLY_LARGEST) - before)
+                kept.append(one._replace(added=added))
+        return sorted(kept, key=lambda one: one.order)
+
+    def partly_undone(self, here: _Pruned, random: Random) -> _Pruned:
+        """Undo some of the changes, and fit."""
+        steps = here.replaced
+        count = max(int(random.choice(_UNDONE) * len(steps)), 1)
+        if random.random() < _NEAR:
+            first = random.choice(steps)
+            gone = set(sorted(steps, key=lambda step: abs(step - first))[:count])
+        else:
+            gone = set(random.sample(steps, count))
+        left = self.with_changes({change: c for change, c in here.changes.items() if change.step not in gone})
+        if left is None:
+            return here
+        return self.stated(self.fitted(left, 4.0, 1))
+
+    def descend(self, here: _Pruned, tell: Callable[[_Pruned], None], whole: bool = False) -> _Pruned:
+        """Replace as long as that is possible, and as the effort lasts or, if `whole`, to the end."""
+        while here.operations and (whole or self.work.affords(0.0)):
+            here = self.again(here)
+            found, mean_square = self.promising(here)
+            trial = self.several(here, found, mean_square) if here.fit.largest < _ROOM else None
+            if trial is None:
+                trial = self.one(here, found)
+            if trial is None:
+                break
+            here = trial
+            tell(here)
+        return here
+
+
+def _apart(tape: Tape, found: Sequence[Replacement], most: float, mean_square: float) -> list[Replacement]:
+    """The first replacements that need nothing of one another, while the mean square error remains small."""
+    chosen: list[Replacement] = []
+    used, total = np.zeros(len(tape), dtype=bool), mean_square
+    for one in found:
+        sources = [u for u, _ in one.by if u != NUMBER]
+        if used[one.step] or any(used[u] for u in sources):
+            continue
+        if chosen and total + max(one.added, 0.0) > most:
+            break
+        gone = tape.alone_for[one.step].copy()
+        for u in sources:
+            gone &= ~tape.needs[u]
+        # What only earlier steps stand in for closes no circle: others stand alone.
+        later = any(u > one.step for u in sources)
+        if used[gone].any() or (later and chosen):
+            continue
+        total += max(one.added, 0.0)
+        chosen.append(one)
+        used[gone] = used[one.step] = True
+        if later or len(chosen) == _AT_ONCE:
+            break
+    return chosen
+
+
+def prune(
+    exact: ExactDynamics,
+    allowed: FloatArray,
+    *,
+    effort: float = 1.0,
+    start: Changes | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> dict[Change, float]:
+    """Prune an arm's recursion.
+
+    Parameters
+    ----------
+    exact
+        Exact dynamics at the states that count.
+    allowed
+        Allowed error per joint, N m, shape (n,).
+    effort
+        How much to do, as a multiple of the usual: a first descent always ends.
+    start
+        Changes to begin with, within the budget.
+    progress
+        Called with the operations saved since the last call.
+
+    Returns
+    -------
+    dict
+        Changes with which the recursion keeps the budget at every state.
+    """
+    states, scale = exact.states, 1.0 / allowed
+    weights = np.ones(exact.torque.T.shape) if states.weights is None else states.weights.T
+    aim = Aim(inputs_of(states), exact.torque.T * scale[:, None], scale, weights)
+    pruning = _Pruning(exact.form.recursion, aim, Work(effort))
+    here = pruning.with_changes(start or {})
+    assert here is not None
+    reached = here.operations
+
+    def tell(pruned: _Pruned) -> None:
+        nonlocal reached
+        if progress is not None and pruned.operations < reached:
+            progress(reached - pruned.operations)
+            reached = pruned.operations
+
+    here = pruning.descend(here, tell, whole=True)
+    random = Random(0)
+    while here.replaced and pruning.work.affords(0.0):
+        trial = pruning.descend(pruning.partly_undone(here, random), tell)
+        # Where nothing is found in the place of what is undone, states not looked at may exceed the budget.
+        if trial.operations <= here.operations and not pruning.beyond(trial).size:
+            here = trial
+    return here.changes

@@ -1,0 +1,168 @@
+"""Every term of D, h and c by what it does to torque: alone, and together with all that matter less."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gd_analyze.formatting import percent
+from gd_analyze.formulas.plain import Plain
+from gd_analyze.formulas.writing import term_formula
+from gd_analyze.shown import html_of
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.candidates import candidates_of
+from gd_analyze.simplification.elimination import eliminate
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.level import Level
+from gd_analyze.simplification.term import TERM
+from gd_analyze.vectors import FloatArray
+
+# Terms shown in a notebook.
+_MOST_SHOWN = 12
+_WHOLE = Budget.parse("100%")
+
+
+@dataclass(frozen=True)
+class RankedTerm:
+    """One term in the ranking; shares are of the joint's peak torque, joints count from 1.
+
+    Parameters
+    ----------
+    rank
+        1 is what is missed most.
+    term, weight
+        The term, of the kind its level has, and its coefficient.
+    alone_torque, alone_joint, alone_share
+        Its own largest torque, N m, at the joint where that is most of the peak torque.
+    without_share, without_joint
+        Largest torque error if it and everything ranked below it are left out, and the joint of that.
+    below_uncertainty
+        Whether its own torque stays, at every joint, below what the arm's stated uncertainties make of the
+        torque; None where none are stated.
+    """
+
+    rank: int
+    term: Any
+    weight: float
+    alone_torque: float
+    alone_joint: int
+    alone_share: float
+    without_share: float
+    without_joint: int
+    below_uncertainty: bool | None
+
+
+@dataclass(frozen=True)
+class TermRanking:
+    """Terms, the most important first, and how many of the last are within the parameters' uncertainty.
+
+    Parameters
+    ----------
+    terms
+        One entry per term.
+    uncertainty
+        Largest standard uncertainty of every joint's torque at the states, N m; None where none is stated.
+    not_worth_keeping
+        How many terms, from the last, may all go with every joint's error below that.
+    unlisted, unlisted_share
+        How many of the smallest terms of an arm with very many are not ranked, and the largest torque they
+        make together, over the joint's peak torque.
+    """
+
+    terms: tuple[RankedTerm, ...] = ()
+    uncertainty: tuple[float, ...] | None = None
+    not_worth_keeping: int = 0
+    unlisted: int = 0
+    unlisted_share: float = 0.0
+
+    def __repr__(self) -> str:
+        return f"TermRanking({len(self.terms)} of {self.total} terms)"
+
+    def _repr_html_(self) -> str:
+        """The first, for a notebook."""
+        plain, rows = Plain(), []
+        for ranked in self.terms[:_MOST_SHOWN]:
+            formula = term_formula(ranked.term, ranked.weight)
+            rows.append(
+                [
+                    str(ranked.rank),
+                    plain.symbol(formula.left),
+                    plain.right(formula),
+                    percent(ranked.alone_share),
+                    str(ranked.alone_joint),
+                    percent(ranked.without_share),
+                    str(ranked.without_joint),
+                ]
+            )
+        headings = ["", "in", "term", "alone, of peak torque", "joint", "without it and all below", "joint"]
+        more = self.total - len(rows)
+        return html_of("Terms by what they do to torque", headings, rows, f"{more} more." if more else "")
+
+    @property
+    def total(self) -> int:
+        """Number of terms there are."""
+        return len(self.terms) + self.unlisted
+
+
+def rank_terms(exact: ExactDynamics, level: Level = TERM) -> TermRanking:
+    """Rank the terms of an arm's dynamics by the torque they make at given states.
+
+    Of very many states some thousand stand for all. Terms go one by one, each time the one whose loss adds
+    the least squared torque error to all that went before, each joint's error taken relative to its peak
+    torque. The last to go ranks first.
+
+    Parameters
+    ----------
+    exact
+        Exact dynamics at the states that count.
+    level
+        A level of harmonic terms: of the torques or of the energies.
+
+    Returns
+    -------
+    TermRanking
+        Of no terms, all of them unlisted, where no joint needs any torque at the states.
+    """
+    exact = exact.all_alike.thinned()
+    if not exact.needs_torque:
+        return TermRanking(unlisted=len(level.terms(exact.form)))
+    whole = exact.allowed(_WHOLE)
+    candidates = candidates_of(exact, level, whole, np.inf)
+    elimination = eliminate(candidates, by_cost=False)
+    listed = 1.0 - candidates.swept
+    errors = listed * elimination.errors() + candidates.swept
+    alone = listed * np.abs(candidates.effects).max(axis=2, initial=0.0)
+    limit = exact.uncertainty
+    terms = list(candidates.terms.items())
+    rows = []
+    went = zip(reversed(elimination.order), errors[:0:-1], strict=True)
+    for rank, (k, without) in enumerate(went, start=1):
+        joint, worst = int(alone[k].argmax()), int(without.argmax())
+        rows.append(
+            RankedTerm(
+                rank,
+                *terms[k],
+                alone_torque=float(alone[k, joint] * whole[joint]),
+                alone_joint=joint + 1,
+                alone_share=float(alone[k, joint]),
+                without_share=float(without[worst]),
+                without_joint=worst + 1,
+                below_uncertainty=None if limit is None else bool((alone[k] * whole <= limit).all()),
+            )
+        )
+    return TermRanking(
+        tuple(rows),
+        None if limit is None else tuple(limit.tolist()),
+        0 if limit is None else _first_beyond(errors * whole, limit),
+        candidates.total - len(rows),
+        candidates.swept,
+    )
+
+
+def _first_beyond(errors: FloatArray, limit: FloatArray) -> int:
+    """How many terms may go before any joint's error exceeds its limit for the first time."""
+    beyond = (errors > limit).any(axis=1)
+    # The first row is of no term gone: of many terms, those that are not listed may be beyond it already.
+    return max(int(beyond.argmax()) - 1, 0) if beyond.any() else len(errors) - 1

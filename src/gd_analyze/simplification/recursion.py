@@ -1,0 +1,253 @@
+"""An arm's exact recursion, step by step, and what a simplification changes of it.
+
+The steps are those of the Newton-Euler recursion in base parameters as it folds, nothing rearranged, so that
+each still is what a reader knows: a component of an angular velocity, a product with a moment of inertia.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+from gd_analyze.operations.program import Program
+from gd_analyze.operations.trace import Expression, Trace
+from gd_analyze.simplification.recursion_names import Quantity
+
+# In the place of a step that stands in for another: a number alone, or the changed step's own constant.
+NUMBER, CONSTANT = -1, -2
+
+
+class Change(NamedTuple):
+    """One change of the recursion; its number is a coefficient.
+
+    Parameters
+    ----------
+    step
+        Place of the changed step in the recursion.
+    source
+        The step whose value, times the number, is part of what stands in for it; `NUMBER` where the number is
+        a part by itself; or `CONSTANT` where the step remains, and the number replaces its own constant.
+    """
+
+    step: int
+    source: int
+
+
+Changes = Mapping[Change, float]
+
+
+class Scale(NamedTuple):
+    """How a number that a program multiplies by is stated as a change.
+
+    Parameters
+    ----------
+    instead_of, change
+        The change that states it now, if it is one, and the one that shall state it.
+    sign
+        The stated number is `sign` times that of the program.
+    """
+
+    instead_of: Change
+    change: Change
+    sign: float
+
+
+@dataclass(frozen=True, eq=False)
+class Changed:
+    """A recursion with changes carried out.
+
+    Parameters
+    ----------
+    program
+        What is left.
+    images
+        What became of every step that is still needed, by its place: an expression or a number.
+    scales
+        By the order of an expression that multiplies by a number: how to state another number.
+    """
+
+    program: Program
+    images: Mapping[int, Any]
+    scales: Mapping[int, tuple[Scale, ...]]
+
+    @cached_property
+    def origins(self) -> tuple[tuple[int, ...], ...]:
+        """Places of the recursion's steps that each step of the program is the value of."""
+        found: dict[int, list[int]] = defaultdict(list)
+        for place in sorted(self.images):
+            image = self.images[place]
+            if isinstance(image, Expression):
+                found[image.order].append(place)
+        return tuple(tuple(found[step.order]) for step in self.program.steps)
+
+
+@dataclass(frozen=True, eq=False)
+class Recursion:
+    """The steps of a recursion.
+
+    Parameters
+    ----------
+    steps
+        Expressions, each after its arguments; what no output needs may stand in for what one does.
+    outputs
+        Torques of the joints: expressions or numbers.
+    quantities
+        What a reader knows, each with its expression or number, in the order of their making.
+    """
+
+    steps: tuple[Expression, ...]
+    outputs: tuple[Any, ...]
+    quantities: tuple[tuple[Quantity, Any], ...] = ()
+
+    @property
+    def program(self) -> Program:
+        """The unchanged recursion."""
+        return self.changed({})
+
+    @cached_property
+    def arguments(self) -> tuple[tuple[Any, ...], ...]:
+        """What every step is made of: places of earlier steps as int, constants as float, an input's name."""
+        place = {step.order: k for k, step in enumerate(self.steps)}
+        return tuple(
+            tuple(place[x.order] if isinstance(x, Expression) else x for x in step.arguments)
+            for step in self.steps
+        )
+
+    def changed(self, changes: Changes) -> Program:
+        """Carry changes out, see `carried_out`."""
+        return self.carried_out(changes).program
+
+    def images(self, changes: Changes) -> tuple[Program, Mapping[int, Any]]:
+        """Carry changes out; what became of every step that is still needed, by its place."""
+        done = self.carried_out(changes)
+        return done.program, done.images
+
+    def carried_out(self, changes: Changes) -> Changed:
+        """Carry changes out.
+
+        Raises
+        ------
+        ValueError
+            If steps stand in for one another in a circle.
+        """
+        place = {step.order: k for k, step in enumerate(self.steps)}
+        making = _Making(self, changes)
+        outputs = [
+            making.image(place[output.order]) if isinstance(output, Expression) else output
+            for output in self.outputs
+        ]
+        scales = {order: tuple(found) for order, found in making.scales.items()}
+        return Changed(Program.of(making.trace, outputs), making.images, scales)
+
+
+class _Making:
+    """Changes being carried out."""
+
+    def __init__(self, recursion: Recursion, changes: Changes) -> None:
+        self.recursion, self.trace = recursion, Trace()
+        self.images: dict[int, Any] = {}
+        self.scales: dict[int, list[Scale]] = defaultdict(list)
+        self._stands_in: dict[int, list[tuple[int, float]]] = defaultdict(list)
+        self._constants: dict[int, float] = {}
+        # Where an expression, or one times -1, is the value of a step of the recursion.
+        self._placed: dict[int, tuple[int, float]] = {}
+        for (step, source), number in changes.items():
+            if source == CONSTANT:
+                self._constants[step] = number
+            else:
+                self._stands_in[step].append((source, number))
+
+    def image(self, wanted: int) -> Any:
+        """What becomes of a step."""
+        waiting, begun = [wanted], set[int]()
+        images = self.images
+        while waiting:
+            k = waiting[-1]
+            if k in images:
+                waiting.pop()
+                continue
+            missing = [x for x in self._needs(k) if x not in images]
+            if not missing:
+                images[k] = x = self._made(k)
+                if isinstance(x, Expression):
+                    if x.operation == "negative":
+                        self._placed.setdefault(x.arguments[0].order, (k, -1.0))
+                    self._placed.setdefault(x.order, (k, 1.0))
+            elif k in begun:
+                raise ValueError("steps stand in for one another in a circle")
+            else:
+                begun.add(k)
+                waiting += missing
+        return images[wanted]
+
+    def _needs(self, k: int) -> list[int]:
+        if k in self._stands_in:
+            return [source for source, _ in self._stands_in[k] if source != NUMBER]
+        return [x for x in self.recursion.arguments[k] if isinstance(x, int)]
+
+    def _made(self, k: int) -> Any:
+        if k in self._stands_in:
+            total: Any = 0.0
+            for source, number in self._stands_in[k]:
+                if source == NUMBER:
+                    total = total + number
+                else:
+                    total = total + self._scaled(Change(k, source), number, self.images[source], None)
+            return total
+        step, arguments = self.recursion.steps[k], self.recursion.arguments[k]
+        if step.operation == "input":
+            return self.trace.record("input", arguments[0])
+        values = [self.images[x] if isinstance(x, int) else self._constants.get(k, x) for x in arguments]
+        if step.operation != "multiply":
+            return self.trace.apply(step.operation, *values)
+        own = next((a for a, x in zip(values, arguments, strict=True) if not isinstance(x, int)), None)
+        if isinstance(values[0], Expression):
+            values.reverse()
+        return self._scaled(Change(k, CONSTANT), values[0], values[1], None if own is None else values[1])
+
+    def _scaled(self, stated: Change, number: Any, x: Any, own: Any) -> Any:
+        """Multiply, two constants in a row as one; note down how the constant may be stated.
+
+        `own` is what a step multiplies by its own constant.
+        """
+        product = _times(self.trace, number, x)
+        sign, inner = (-1.0, product.arguments[0]) if _is(product, "negative") else (1.0, product)
+        if not _is(inner, "multiply") or isinstance(inner.arguments[0], Expression):
+            return product
+        factor = inner.arguments[1]
+        if own is not None and factor is own:
+            self.scales[inner.order].append(Scale(stated, stated, sign))
+        elif own is not None and _is(own, "negative") and own.arguments[0] is factor:
+            self.scales[inner.order].append(Scale(stated, stated, -sign))
+        elif factor.order in self._placed:
+            place, other = self._placed[factor.order]
+            self.scales[inner.order].append(Scale(stated, Change(stated.step, place), sign * other))
+        return product
+
+
+def _is(x: Any, operation: str) -> bool:
+    return isinstance(x, Expression) and x.operation == operation
+
+
+def _times(trace: Trace, a: Any, b: Any) -> Any:
+    """Multiply, two constants in a row as one."""
+    if isinstance(a, Expression) or not isinstance(b, Expression):
+        return trace.multiply(a, b)
+    if b.operation == "negative":
+        return trace.negative(_times(trace, a, b.arguments[0]))
+    if b.operation == "multiply" and not isinstance(b.arguments[0], Expression):
+        return trace.multiply(a * b.arguments[0], b.arguments[1])
+    return trace.multiply(a, b)
+
+
+def restated(changes: Changes, numbers: Mapping[int, float], changed: Changed) -> dict[Change, float]:
+    """State other numbers that the changed program multiplies by, given by their expression's order."""
+    found = [(scale, number) for order, number in numbers.items() for scale in changed.scales.get(order, ())]
+    gone = {scale.instead_of for scale, _ in found}
+    out = {change: number for change, number in changes.items() if change not in gone}
+    for scale, number in found:
+        out[scale.change] = out.get(scale.change, 0.0) + scale.sign * number
+    return out

@@ -1,0 +1,118 @@
+"""Refitted coefficients: what is kept, changed so that it absorbs what was dropped.
+
+With what is kept fixed the error at every state is linear in the free coefficients,
+
+    e_s = sum_p theta_p a_ps - tau_s   for every joint and state s,
+
+a_p the sum of the kept effects that share coefficient p. Whether any coefficients keep |e_s| within a budget,
+and which make the largest |e_s| least, are linear programs. Few states decide; those a trial solution
+violates are added until none is, and kept for the next selection, which mostly hurts at the same states.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.simplification.candidates import Candidates
+from gd_analyze.simplification.selection import add_rows
+from gd_analyze.simplification.work import Work
+from gd_analyze.vectors import FloatArray
+
+# States that a quadratic fit errs most at start the set; further ones join in bunches, and at most so many
+# stay for the next selection.
+_FIRST, _BUNCH, _MOST = 200, 25, 600
+# The solver keeps its rows to 1e-7 of numbers that are some hundred budgets large.
+_CLOSE = 1e-6
+
+
+class Refit:
+    """Fits kept candidates again and again, remembering which states decide."""
+
+    def __init__(self, candidates: Candidates, work: Work, like: Refit | None = None) -> None:
+        """`like` is a refit of the same effects, whose deciding states are a good start."""
+        self._work = work
+        self._flat = candidates.flat
+        self._parameter = candidates.parameter
+        self._ratio = candidates.ratio
+        self._target = self._flat.sum(axis=0)
+        self._deciding: list[int] = list(like._deciding) if like is not None else []
+
+    def within(self, kept: NDArray[np.bool_], limit: float = 1.0) -> FloatArray | None:
+        """Factors of all candidates' coefficients, shape (K,), with which no error exceeds the limit.
+
+        None if there are none.
+        """
+        fitted = self._fitted(kept, limit * (1.0 - _CLOSE))
+        return fitted if fitted is not None and self._largest(kept, fitted) <= limit else None
+
+    def best(self, kept: NDArray[np.bool_], otherwise: FloatArray | None = None) -> FloatArray:
+        """Factors of all candidates' coefficients, shape (K,), that make the largest error least.
+
+        `otherwise` are factors to keep where the solver, for numbers too far apart, finds none better.
+        """
+        known = np.ones(len(kept)) if otherwise is None else otherwise
+        fitted = self._fitted(kept, None)
+        return known if fitted is None or self._largest(kept, known) < self._largest(kept, fitted) else fitted
+
+    def _largest(self, kept: NDArray[np.bool_], scale: FloatArray) -> float:
+        return float(np.abs((kept * scale - 1.0) @ self._flat).max(initial=0.0))
+
+    def _fitted(self, kept: NDArray[np.bool_], limit: float | None) -> FloatArray | None:
+        members = np.flatnonzero(kept)
+        members = members[np.argsort(self._parameter[members], kind="stable")]
+        _, first, place = np.unique(self._parameter[members], return_index=True, return_inverse=True)
+        scale = np.ones(len(kept))
+        if not len(members):
+            return scale if limit is None or np.abs(self._target).max(initial=0.0) <= limit else None
+        columns = np.add.reduceat(self._ratio[members, None] * self._flat[members], first, axis=0)
+        if not self._deciding:
+            theta, *_ = np.linalg.lstsq(columns.T, self._target, rcond=None)
+            self._deciding = np.argsort(-np.abs(theta @ columns - self._target))[:_FIRST].tolist()
+        del self._deciding[:-_MOST]
+        while True:
+            found = _solved(columns[:, self._deciding], self._target[self._deciding], limit, self._work)
+            if found is None:
+                return None
+            theta, least = found
+            scale[members] = theta[place] * self._ratio[members]
+            error = np.abs(theta @ columns - self._target)
+            worst = np.argpartition(-error, min(_BUNCH, len(error) - 1))[:_BUNCH]
+            beyond = least * (1.0 + _CLOSE) + _CLOSE
+            fresh = sorted(set(worst[error[worst] > beyond].tolist()) - {*self._deciding})
+            if not fresh:
+                return scale
+            self._deciding += fresh
+
+
+def _solved(
+    columns: FloatArray, target: FloatArray, limit: float | None, work: Work
+) -> tuple[FloatArray, float] | None:
+    """Coefficients within a limit, or those of the least largest error, and that limit or error.
+
+    None if there are none, or if the solver cannot tell, or not with the effort left.
+    """
+    import highspy
+
+    parameters, states = columns.shape
+    size = np.maximum(np.abs(columns).max(axis=1, initial=0.0), np.finfo(float).tiny)
+    matrix = (columns / size[:, None]).T
+    infinite = highspy.kHighsInf
+    if limit is None:
+        one = np.ones((states, 1))
+        matrix = np.vstack([np.hstack([matrix, -one]), np.hstack([matrix, one])])
+        lower = np.concatenate([np.full(states, -infinite), target])
+        upper = np.concatenate([target, np.full(states, infinite)])
+    else:
+        lower, upper = target - limit, target + limit
+    rows, width = matrix.shape
+    solver = highspy.Highs()
+    solver.setOptionValue("output_flag", False)
+    solver.addVars(width, np.full(width, -infinite), np.full(width, infinite))
+    if limit is None:
+        solver.changeColsCost(1, np.array([parameters], dtype=np.int32), np.ones(1))
+    add_rows(solver, np.tile(np.arange(width, dtype=np.int32), (rows, 1)), matrix, lower, upper)
+    if not work.solve(solver) or solver.getModelStatus() != highspy.HighsModelStatus.kOptimal:
+        return None
+    values = np.array(solver.getSolution().col_value)
+    return values[:parameters] / size, float(values[-1]) if limit is None else limit

@@ -1,0 +1,286 @@
+"""What may stand in for a step of a program: a number, another step, or two, and what that saves and costs.
+
+Where u, times c, stands in for v, the error changes by slope_v (c u - v), to first order. So for every pair
+of steps the c that makes squares least, and these squares, follow from two products of matrices; operations
+that are saved are those that are alone for v and that u does not need. What is linear in rates stands in for
+such only, and what has neither rates nor accelerations for all but that. A second step is looked for beside
+the best first ones. What is most promising is then looked at together with what a fit of all numbers makes
+of it.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.operations.tape import Tape
+from gd_analyze.simplification.fitting import Fit, columns_of, sizes_of, snapped
+from gd_analyze.simplification.recursion import NUMBER
+from gd_analyze.vectors import FloatArray
+
+# Steps beside which a second is looked for, and what is looked at closely.
+_FIRST, _CLOSELY = 2, 120
+# Replacements of one step that are looked at closely, and that are tried.
+_OF_EACH, _TRIED_OF_EACH = 4, 2
+# Errors below this share of the budget count alike.
+_SMALL = 0.3
+# Steps that are nearly multiples of each other tell no two coefficients.
+_APART = 1e-9
+# Decimals of what errors grow by, where it decides: what is mathematically alike must not be told apart by
+# roundings, which differ between processors.
+_DIGITS, _DIGITS_OF_SUMS = 10, 7
+# How much a fit is held back here.
+_HELD_BACK = 1e-3
+
+
+class Replacement(NamedTuple):
+    """A step, and the steps (or `NUMBER`) with their coefficients that stand in for it.
+
+    `added` is what the error grows by, over the allowed one: its mean square; `saved` operations go.
+    """
+
+    step: int
+    by: tuple[tuple[int, float], ...]
+    saved: float
+    added: float
+
+    def change(self, values: FloatArray) -> FloatArray:
+        """What stands in minus the step itself, shape (N,), by the values of all steps."""
+        change = -values[self.step]
+        for u, c in self.by:
+            change = change + (c if u == NUMBER else c * values[u])
+        return change
+
+    @property
+    def merit(self) -> float:
+        """Smaller is better."""
+        return self.added / max(self.saved, 0.5) if self.added > 0.0 else self.added * self.saved
+
+    @property
+    def order(self) -> tuple[float, float, int]:
+        """The best is the first; of those alike what saves most, the first of these."""
+        return self.merit, -self.saved, self.step
+
+
+def replacements(
+    tape: Tape, fit: Fit, slopes: FloatArray, known: NDArray[np.bool_], power: float
+) -> tuple[list[Replacement], float]:
+    """List what may stand in, the best first, and the mean square error that a fit leaves as things are.
+
+    Parameters
+    ----------
+    tape, fit, slopes
+        The program, its values and errors, and what every step makes of these, shape (steps, n, N).
+    known
+        Steps that are values of the recursion, so that others can be stated by them, shape (steps,).
+    power
+        How much large errors count: the power of the errors that squares stand for.
+    """
+    weights = np.maximum(np.abs(fit.errors), _SMALL) ** (power - 2)
+    weights /= weights.mean()
+    pool = _Pool.of(tape, fit, slopes, known, weights)
+    promising = sorted([*pool.by_one(), *pool.by_two(), *pool.by_number()], key=lambda one: one.order)
+    several = _of_each(promising, _OF_EACH)[:_CLOSELY]
+    found, mean_square = _beside_a_fit(tape, fit, slopes, several, weights)
+    return _of_each(found, _TRIED_OF_EACH), mean_square
+
+
+def _of_each(found: list[Replacement], most: int) -> list[Replacement]:
+    """Keep so many for each step."""
+    count: Counter[int] = Counter()
+    kept = []
+    for one in found:
+        count[one.step] += 1
+        if count[one.step] <= most:
+            kept.append(one)
+    return kept
+
+
+def _beside_a_fit(
+    tape: Tape, fit: Fit, slopes: FloatArray, promising: list[Replacement], weights: FloatArray
+) -> tuple[list[Replacement], float]:
+    """Look closely: what is added once all numbers are fitted."""
+    root = np.sqrt(weights).ravel()
+    error = fit.errors.ravel() * root
+    trials = np.empty((len(promising), len(error)))
+    for row, one in zip(trials, promising, strict=True):
+        row[:] = (slopes[one.step] * one.change(fit.values)).ravel()
+    trials *= root
+    trials += error
+    columns = columns_of(tape, fit, slopes) * root
+    if len(columns):
+        columns /= sizes_of(columns)[:, None]
+        gram = columns @ columns.T
+        gram[np.diag_indices(len(gram))] += _HELD_BACK
+        every = np.vstack([error, trials])
+        every -= np.linalg.solve(gram, columns @ every.T).T @ columns
+        error, trials = every[0], every[1:]
+    base = float(error @ error) / len(error)
+    added = np.einsum("ks,ks->k", trials, trials) / len(error) - base
+    found = [one._replace(added=told(float(more))) for one, more in zip(promising, added, strict=True)]
+    return sorted(found, key=lambda one: one.order), base
+
+
+@dataclass(frozen=True, eq=False)
+class _Pool:
+    """Squares of the error as a quadratic form in what stands in for each step v: a + 2 b c + s c^2.
+
+    `constant` is that of nothing, shape (steps,); `linear` and `square` are by v and u, `among` is slope^2,
+    (steps, N); `saved` operations by v and u, before any multiplication; `alive` what u needs of what is
+    alone for v.
+    """
+
+    values: FloatArray
+    among: FloatArray
+    constant: FloatArray
+    linear: FloatArray
+    square: FloatArray
+    by_itself: FloatArray
+    saved: FloatArray
+    total: FloatArray
+    alone: NDArray[np.float32]
+    alive: NDArray[np.float32]
+    needs: NDArray[np.float32]
+    left: FloatArray
+    degree: NDArray[np.intp]
+    count: int
+
+    @classmethod
+    def of(
+        cls, tape: Tape, fit: Fit, slopes: FloatArray, known: NDArray[np.bool_], weights: FloatArray
+    ) -> _Pool:
+        values, n_errors = fit.values, fit.errors.size
+        weighed = slopes * weights
+        among = np.einsum("vin,vin->vn", slopes, weighed)
+        left = np.einsum("vin,in->vn", weighed, fit.errors) - among * values
+        # left = b - g v, so the constant part g v^2 - 2 b v is -(b + left) v.
+        constant = -((2.0 * left + among * values) * values).sum(axis=1)
+        needs = tape.needs.T.astype(np.float32)
+        alone = tape.alone_for * tape.operations
+        total = alone.sum(axis=1).astype(float)
+        alive = alone @ needs
+        saved = total[:, None] - alive
+        inputs = np.array([step.operation == "input" for step in tape.steps])
+        never = tape.is_angle | ~known
+        saved[tape.needs.T] = -np.inf
+        saved[:, never] = -np.inf
+        saved[never | inputs] = -np.inf
+        saved[~_same_kind(tape.degree)] = -np.inf
+        total[never | inputs] = -np.inf
+        return cls(
+            values=values,
+            among=among,
+            constant=constant,
+            linear=left @ values.T,
+            square=among @ (values**2).T,
+            by_itself=among.sum(axis=1),
+            saved=saved,
+            total=total,
+            alone=alone,
+            alive=alive,
+            needs=needs,
+            left=left.sum(axis=1),
+            degree=tape.degree,
+            count=n_errors,
+        )
+
+    def by_one(self) -> list[Replacement]:
+        """One step times the best number, or as it is, or turned round."""
+        found = []
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            best = -self.linear / self.square
+            ways = (
+                (best, self.constant[:, None] + self.linear * best, self.saved - 1.0),
+                (1.0, self.constant[:, None] + self.square + 2.0 * self.linear, self.saved),
+                (-1.0, self.constant[:, None] + self.square - 2.0 * self.linear, self.saved),
+            )
+        for number, added, saved in ways:
+            for v, u in _smallest(_merit(added, saved), _OF_EACH * _CLOSELY):
+                c = float(number[v, u]) if isinstance(number, np.ndarray) else number
+                if np.isfinite(c) and c != 0.0:
+                    found.append(self._replacement(v, ((u, c),), saved[v, u], added[v, u]))
+        return found
+
+    def by_two(self) -> list[Replacement]:
+        """Two steps, of which the first is one of the best alone: the best second for each."""
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            alone = np.where(self.saved > 3.0, self.constant[:, None] - self.linear**2 / self.square, np.inf)
+        alone = np.where(np.isfinite(alone), np.round(alone, _DIGITS_OF_SUMS), np.inf)
+        several = np.flatnonzero((self.total >= 4.0) & np.isfinite(alone.min(axis=1, initial=np.inf)))
+        found: list[Replacement] = []
+        if not several.size or alone.shape[1] <= _FIRST:
+            return found
+        order = np.argpartition(alone[several], range(_FIRST), axis=1)[:, :_FIRST]
+        for first in order.T:
+            found += self._second(several, first, np.isfinite(alone[several, first]))
+        return found
+
+    def _second(
+        self, v: NDArray[np.intp], first: NDArray[np.intp], fits: NDArray[np.bool_]
+    ) -> list[Replacement]:
+        mixed = (self.among[v] * self.values[first]) @ self.values.T
+        a, b = self.square[v, first][:, None], self.square[v]
+        p, q = self.linear[v, first][:, None], self.linear[v]
+        determinant = a * b - mixed**2
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            c = (q * mixed - p * b) / determinant
+            d = (p * mixed - q * a) / determinant
+            added = self.constant[v][:, None] + p * c + q * d
+        both = (self.alone[v] * self.needs.T[first]) @ self.needs
+        alive = self.alive[v] + self.alive[v, first][:, None] - both
+        saved = np.where(np.isfinite(self.saved[v]), self.total[v][:, None] - alive - 3.0, -np.inf)
+        merit = np.where((determinant > _APART * a * b) & fits[:, None], _merit(added, saved), np.inf)
+        best = merit.argmin(axis=1)
+        found = []
+        for row, u in enumerate(best):
+            if np.isfinite(merit[row, u]) and c[row, u] != 0.0 != d[row, u]:
+                by = ((int(first[row]), float(c[row, u])), (int(u), float(d[row, u])))
+                found.append(self._replacement(int(v[row]), by, saved[row, u], added[row, u]))
+        return found
+
+    def by_number(self) -> list[Replacement]:
+        """A number, the best or none."""
+        found = []
+        for v in np.flatnonzero(np.isfinite(self.total) & (self.total > 0.0)):
+            c = -self.left[v] / self.by_itself[v] if self.by_itself[v] > 0.0 else 0.0
+            none = self._replacement(int(v), ((NUMBER, 0.0),), self.total[v] + 1.0, self.constant[v])
+            added = self.constant[v] + self.left[v] * c
+            found.append(none)
+            if self.degree[v] != 1:
+                found.append(self._replacement(int(v), ((NUMBER, float(c)),), self.total[v], added))
+        return found
+
+    def _replacement(
+        self, v: int, by: tuple[tuple[int, float], ...], saved: float, added: float
+    ) -> Replacement:
+        steps, numbers = zip(*by, strict=True)
+        rounded = zip(steps, snapped(np.array(numbers)).tolist(), strict=True)
+        return Replacement(v, tuple(rounded), float(saved), told(float(added) / self.count))
+
+
+def told(added: float) -> float:
+    """What an error grows by, in digits that do not depend on the processor."""
+    return round(added, _DIGITS)
+
+
+def _same_kind(degree: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """What (column) may stand in for what (row), so that torque stays D(q) qdd + h(q, qd) + c(q)."""
+    v, u = degree[:, None], degree
+    return np.asarray((u == v) | ((v == 2) & (u == 0)))
+
+
+def _merit(added: FloatArray, saved: FloatArray) -> FloatArray:
+    with np.errstate(invalid="ignore"):
+        merit = np.where(added > 0.0, added / np.maximum(saved, 0.5), added * saved)
+    return np.where((saved > 0.0) & np.isfinite(merit), np.round(merit, _DIGITS_OF_SUMS), np.inf)
+
+
+def _smallest(merit: FloatArray, count: int) -> list[tuple[int, int]]:
+    """Places of the smallest entries that are finite."""
+    flat = merit.ravel()
+    places = np.argpartition(flat, min(count, flat.size - 1))[:count]
+    return [divmod(int(k), merit.shape[1]) for k in places if np.isfinite(flat[k])]

@@ -1,0 +1,225 @@
+"""Operations against error: what every level gives for smaller and larger budgets, with and without refit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+
+import numpy as np
+
+from gd_analyze.operations.program import OperationCount
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.candidates import SWEEP, Candidates, Kept, TooManyTermsError, candidates_of
+from gd_analyze.simplification.elimination import Elimination, eliminate
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.level import CandidateLevel, Level
+from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.many_terms import has_many_terms
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.pruned import pruned_path
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.vectors import FloatArray
+
+# Level and refit: every level, and every level once more with a refit that can have one.
+Kind = tuple[Level, bool]
+KINDS: tuple[Kind, ...] = tuple(
+    (level, refit)
+    for level in LEVELS.values()
+    for refit in ((False, True) if level.has_torque_terms else (False,))
+)
+# Operations of a point, and its largest error per joint, N m.
+_Found = tuple[OperationCount, FloatArray]
+
+
+def kinds_for(form: ExactForm) -> tuple[Kind, ...]:
+    """Kinds that make sense for an arm: of very many terms, none that looks at them one by one."""
+    many = has_many_terms(form)
+    return tuple(kind for kind in KINDS if not (many and kind[0].has_torque_terms))
+
+
+# Budgets that differ by less are one.
+_SAME = 1.01
+FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
+
+
+@dataclass(frozen=True)
+class TradeOffPoint:
+    """One model of the curve; the exact one where nothing cheaper is within the budget.
+
+    Parameters
+    ----------
+    level, refit
+        How it was simplified.
+    factor, budget
+        Its budget, as a multiple of the one the curve is about and as a user would put it.
+    operations
+        What one torque evaluation takes.
+    error_share
+        Largest error at the states, the worst joint's: over peak torque, or under a budget that is no share
+        of it over the error allowed by the budget that was multiplied, see `Budget.shares_of`.
+    """
+
+    level: Level
+    refit: bool
+    factor: float
+    budget: str
+    operations: OperationCount
+    error_share: float
+
+
+def curves(points: Sequence[TradeOffPoint]) -> dict[tuple[Level, bool], tuple[TradeOffPoint, ...]]:
+    """Points by level and refit, each with growing budget."""
+    kinds = dict.fromkeys((point.level, point.refit) for point in points)
+    return {
+        kind: tuple(sorted((p for p in points if (p.level, p.refit) == kind), key=lambda point: point.factor))
+        for kind in kinds
+    }
+
+
+def trade_off(
+    exact: ExactDynamics,
+    budget: Budget | str | None = None,
+    *,
+    factors: Sequence[float] = FACTORS,
+    kinds: Sequence[Kind] | None = None,
+    thorough: bool = True,
+    through: Mapping[Kind, Sequence[SimplifiedModel]] | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> tuple[TradeOffPoint, ...]:
+    """Simplify for several budgets at every level.
+
+    A model that is within a smaller budget is within a larger one, and one that is not refitted is as good as
+    one that is: so no point takes more operations than one for a smaller budget, or without refit.
+
+    Parameters
+    ----------
+    exact
+        Exact dynamics at the states that count.
+    budget
+        The budget that is multiplied; 1 % of each joint's peak torque by default.
+    factors
+        Multiples of the budget.
+    kinds
+        Pairs of level and refit; by default those of `kinds_for`.
+    thorough
+        Search each point as `simplify` does. Otherwise all points of a kind come from one elimination, or
+        each from the one of the next smaller budget. Operations are counted the same way.
+    through
+        Models of some kinds, growing budgets: their points are the best of these.
+    progress
+        Called with the number of points done since the last call.
+
+    Returns
+    -------
+    tuple
+        Points by kind and growing budget.
+    """
+    budget = Budget.of(budget).require_per_joint("a trade-off", "simplify for some shares of the norm")
+    through = through or {}
+    tell = progress or (lambda _: None)
+    points: list[TradeOffPoint] = []
+    exact = exact.under(budget)
+    allowed, order = exact.allowed(budget), sorted(factors)
+    exact = exact if thorough else exact.thinned()
+    whole = exact.peak_torque if budget.shares_of == "peak torque" else allowed
+    known: dict[Level, Candidates | None] = {}
+    without: dict[Level, list[_Found]] = {}
+    found: Iterable[_Found]
+    for level, refit in kinds_for(exact.form) if kinds is None else kinds:
+        if (level, refit) in through:
+            found = _best_of(exact, through[level, refit], allowed, order)
+        elif thorough:
+            how = SearchOptions(level, refit)
+            searched = (simplify_exact(exact, budget.scaled(factor), how) for factor in order)
+            found = ((model.operations, model.accuracy.errors.largest) for model in searched)
+        elif not isinstance(level, CandidateLevel):
+            models = tuple(pruned_path(exact, [factor * allowed for factor in order]))
+            found = _best_of(exact, models, allowed, order)
+        else:
+            if level not in known:
+                known[level] = _candidates(exact, level, allowed, SWEEP * min(1.0, *factors))
+            candidates = known[level]
+            if candidates is None:
+                found = _best_of(exact, (), allowed, order)
+            else:
+                found = _eliminated(exact, allowed, eliminate(candidates, refit=refit), refit, order)
+        best: list[_Found] = []
+        for factor, each in zip(order, _no_dearer(found, without.get(level, [])), strict=True):
+            best.append(each)
+            operations, error = each
+            stated = str(budget.scaled(factor))
+            points.append(TradeOffPoint(level, refit, factor, stated, operations, _share(error, whole)))
+            tell(1)
+        without.setdefault(level, best)
+    return tuple(points)
+
+
+def _candidates(exact: ExactDynamics, level: Level, allowed: FloatArray, sweep: float) -> Candidates | None:
+    """Terms to choose from; None where any model of so many takes more operations than the exact torque."""
+    try:
+        return candidates_of(exact, level, allowed, sweep)
+    except TooManyTermsError:
+        return None
+
+
+def _no_dearer(found: Iterable[_Found], without: Sequence[_Found]) -> Iterator[_Found]:
+    """For each budget the best found so far, models without refit included."""
+    best: _Found | None = None
+    for one, other in zip_longest(found, without):
+        best = min((each for each in (one, other, best) if each is not None), key=lambda each: each[0].total)
+        yield best
+
+
+def _best_of(
+    exact: ExactDynamics, models: Sequence[SimplifiedModel], allowed: FloatArray, factors: Sequence[float]
+) -> Iterator[_Found]:
+    """Of models that are at hand, and exact, those of fewest operations within each budget."""
+    everything = exact.form.operations, np.zeros(len(allowed))
+    for factor in factors:
+        within = [model for model in models if _is_within(model, factor * allowed)]
+        found = [(model.operations, model.accuracy.errors.largest) for model in within]
+        yield min([*found, everything], key=lambda each: each[0].total)
+
+
+def _is_within(model: SimplifiedModel, allowed: FloatArray) -> bool:
+    """Whether a model is within a budget; one whose numbers are fitted, whether it was made for that."""
+    kept = bool((model.accuracy.errors.counting <= allowed).all())
+    return kept and (not model.level.always_refits or bool((model.accuracy.allowed <= _SAME * allowed).all()))
+
+
+def _eliminated(
+    exact: ExactDynamics, allowed: FloatArray, elimination: Elimination, refit: bool, factors: Sequence[float]
+) -> list[_Found]:
+    """The last models of one elimination that are within each budget."""
+    candidates = elimination.candidates
+    swept, largest = candidates.swept, elimination.errors().max(axis=1) if refit else None
+    selected: list[tuple[Kept, FloatArray]] = []
+    for factor in factors:
+        limit = (factor - swept) / (1.0 - swept)
+        if largest is None:
+            selected.append((elimination.within(limit), elimination.scales[0]))
+        else:
+            last = int(np.flatnonzero(largest <= limit)[-1])
+            selected.append((elimination.kept(last), elimination.scales[last]))
+    steps = [candidates.keep(*one) for one in reversed(selected)]
+    programs = candidates.level.write_steps(candidates.form, steps, exact.form.operations.total - 1)
+    errors = [_errors(candidates, kept * scale - 1.0) * allowed for kept, scale in reversed(selected)]
+    found = [(program.count, error) for program, error in zip(programs, errors, strict=False)]
+    everything = exact.form.operations, np.zeros(len(allowed))
+    return [everything] * (len(factors) - len(found)) + found[::-1]
+
+
+def _errors(candidates: Candidates, weights: FloatArray) -> FloatArray:
+    """Largest errors of the joints over what is allowed."""
+    error: FloatArray = np.abs(np.tensordot(weights, candidates.effects, axes=1))
+    if candidates.weights is not None:
+        error = error / candidates.weights.T
+    return (1.0 - candidates.swept) * error.max(axis=1) + candidates.swept
+
+
+def _share(error: FloatArray, whole: FloatArray) -> float:
+    """Largest share of any joint; one without a whole has none."""
+    return float(np.divide(error, whole, out=np.zeros_like(error), where=whole > 0.0).max())

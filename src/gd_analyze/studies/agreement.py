@@ -1,0 +1,90 @@
+"""How far the formulations agree, with each other and with Pinocchio."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from gd_analyze.dynamics.interface import Method, torque_of_states
+from gd_analyze.dynamics.methods import METHODS
+from gd_analyze.dynamics.pinocchio_check import largest_differences, pinocchio_dynamics, round_off_bounds
+from gd_analyze.motions.states import States
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.vectors import FloatArray
+
+# Products of 4x4 or 3x3 matrices take twice the roundings per joint of turning a vector, and probing adds up
+# whole torques: each of two formulations may be off by twice what `round_off_bounds` allows.
+_ROUNDINGS = 4
+
+PINOCCHIO = "pinocchio"
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """Largest differences over all joints and set points, SI units.
+
+    Parameters
+    ----------
+    names
+        The methods, and "pinocchio" last.
+    torque
+        Largest difference of torque between any two of them, N m (N), shape (m, m).
+    from_pinocchio
+        By method and quantity (D, h, c and torque): largest difference from Pinocchio.
+    bounds
+        What round-off explains, by quantity.
+    """
+
+    names: tuple[str, ...]
+    torque: FloatArray
+    from_pinocchio: Mapping[str, Mapping[str, float]]
+    bounds: Mapping[str, float]
+
+    @property
+    def largest(self) -> float:
+        """Largest difference of torque between any two, N m (N)."""
+        return float(self.torque.max())
+
+    @property
+    def holds(self) -> bool:
+        """Whether round-off explains every difference."""
+        return bool(self.torque.max() <= self.bounds["torque"]) and all(
+            row[quantity] <= self.bounds[quantity]
+            for row in self.from_pinocchio.values()
+            for quantity in self.bounds
+        )
+
+    def worst_of(self, name: str) -> float:
+        """Largest difference of one method's torque from any other, N m (N)."""
+        return float(self.torque[self.names.index(name)].max())
+
+
+def agreement(arm: RobotArm, states: States, *, methods: Mapping[str, Method] = METHODS) -> Agreement:
+    """Compare torque, D, h and c of every method at the same states.
+
+    Parameters
+    ----------
+    arm, states
+        The arm and its states.
+    methods
+        Which methods; those that give torque only are probed for D, h and c.
+    """
+    q_last, qd_last, _ = states.last
+    theirs = pinocchio_dynamics(arm, *states.arrays)
+    torques, from_pinocchio = [], {}
+    for name, method in methods.items():
+        torques.append(torque_of_states(method, arm, *states.arrays))
+        given = method.dynamics(arm, q_last, qd_last)
+        ours = {
+            "inertia": np.moveaxis(given.inertia, -1, 0),
+            "coriolis_centrifugal": given.coriolis_centrifugal.T,
+            "gravity_loading": given.gravity_loading.T,
+            "torque": torques[-1],
+        }
+        from_pinocchio[name] = largest_differences(ours, theirs)
+    torques.append(theirs["torque"])
+    differences = np.array([[np.abs(a - b).max() for b in torques] for a in torques])
+    bounds = {name: _ROUNDINGS * float(b) for name, b in round_off_bounds(arm, *states.arrays).items()}
+    return Agreement((*methods, PINOCCHIO), differences, from_pinocchio, bounds)

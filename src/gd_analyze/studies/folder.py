@@ -1,0 +1,90 @@
+"""The folder of results: what is in it, and how it is written as a whole or not at all."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+
+from gd_analyze.files import replacing_together, require_formats, require_writable
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.results.findings import Findings
+from gd_analyze.results.frames import frame_of
+from gd_analyze.results.store import write_results
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.run import RESULT_FILES, require_one_run
+from gd_analyze.simplification.model_file import model_text
+from gd_analyze.studies.settings_main import Settings
+
+FILES = RESULT_FILES
+
+
+def write_findings(
+    findings: Findings, folder: Path, formats: Collection[str], strangers: Collection[Path] = ()
+) -> None:
+    """Write the chosen files, all together when the last is made: one that fails leaves no file behind.
+
+    The PDF is typeset beside the others, as that leaves the interpreter free. The first to be put in place is
+    that which the others can be made from; files of another run, see `require_folder`, are removed then.
+    """
+    chosen = [name for name in FILES if name in formats]
+    paths = [folder / FILES[name] for name in chosen]
+    with ThreadPoolExecutor(max_workers=1) as beside, replacing_together(paths) as temporaries:
+        places = dict(zip(chosen, temporaries, strict=True))
+        pdf: Future[bytes] | None = None
+        if "pdf" in places:
+            from gd_analyze.report.pdf import prepare_pdf
+
+            pdf = beside.submit(prepare_pdf(findings))
+        if "html" in places:
+            from gd_analyze.report.html import render_html
+
+            places["html"].write_bytes(render_html(findings).encode())
+        if "csv" in places:
+            places["csv"].write_bytes(_ranking_csv(findings).encode())
+        if "json" in places:
+            places["json"].write_text(model_text(findings.model), encoding="utf-8")
+        if "h5" in places:
+            write_results(findings, places["h5"])
+        if pdf is not None:
+            places["pdf"].write_bytes(pdf.result())
+    for path in strangers:
+        path.unlink(missing_ok=True)
+
+
+def _ranking_csv(findings: Findings) -> str:
+    """Rank the elements, and say in a last column, the same in every row, of which run this is.
+
+    Of several motions, verdict and torque share along each come behind: "verdict_MOTION".
+    """
+    ranking = frame_of(findings.dominance, "element")
+    if "motions" in findings.tables:
+        by_motion = frame_of(findings.tables["motions"][["verdict", "torque_share"]], "element")
+        ranking = ranking.join(by_motion.drop(columns=["element", "quantity"]))
+    if "run" in findings.provenance:
+        ranking["run"] = findings.provenance["run"]
+    return ranking.to_csv(index=False, lineterminator="\n")
+
+
+def default_folder(arm: RobotArm, trajectory: Trajectory, settings: Settings) -> Path:
+    """Folder the results go to when none is named; options that are not the usual ones are in its name."""
+    return Path("reports") / "-".join([arm.name, trajectory.name, *settings.unusual()])
+
+
+def require_folder(
+    folder: Path, formats: Collection[str], mark: str, *, overwrite: bool = False
+) -> tuple[Path, ...]:
+    """Fail early, before any computing, when the files of these formats could not or should not be written.
+
+    Parameters and what is returned are those of `gd_analyze.run.require_one_run`.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be written to, or holds files of another run that shall not be overwritten.
+    """
+    require_formats(formats, FILES)
+    written = [FILES[name] for name in formats]
+    for name in written:
+        require_writable(folder / name)
+    return require_one_run(folder, FILES.values(), written, mark, overwrite=overwrite)

@@ -1,0 +1,185 @@
+"""The founding text's two-link arm with symbols for numbers, through the formulations' own code.
+
+The array code runs on SymPy expressions as it runs on numbers. Its own constants (0.5, 1, 2) are floats, but
+all of them, and all their products and sums, are exact in binary, so they turn back into rationals without
+loss; the rods' m l^2 / 12, which is not, enters afterwards.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from gd_analyze.dynamics.methods import known_method
+from gd_analyze.errors import UsageError
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Joint
+from gd_analyze.vectors import Array
+
+if TYPE_CHECKING:
+    import sympy
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedForms:
+    """D (2, 2), h (2, 1) and c (2, 1) of the two-link arm, as SymPy matrices.
+
+    Parameters
+    ----------
+    inertia, coriolis_centrifugal, gravity_loading
+        In the symbols m1, m2, l, g, theta1, theta2, thetad1, thetad2.
+    """
+
+    inertia: sympy.Matrix
+    coriolis_centrifugal: sympy.Matrix
+    gravity_loading: sympy.Matrix
+
+
+def two_link_closed_forms(method: str) -> ClosedForms:
+    """Run one formulation on the founding text's two rods, masses, length and angles left as symbols.
+
+    Parameters
+    ----------
+    method
+        Name in `METHODS`.
+
+    Returns
+    -------
+    ClosedForms
+        Simplified. [FGL87] sections 3.2.6, 3.3.7 and 3.4.2 have the same.
+
+    Raises
+    ------
+    UsageError
+        If there is no such method, or SymPy is not installed.
+
+    Examples
+    --------
+    >>> two_link_closed_forms("newton_euler_link").inertia[1, 1]
+    l**2*m2/3
+    """
+    formulation = known_method(method)
+    sp = _sympy()
+    s = _symbols()
+    arm = _symbolic_arm(s)
+    q = np.array([[_Angle(s[name])] for name in ("theta1", "theta2")], dtype=object)
+    qd = np.array([[s["thetad1"]], [s["thetad2"]]], dtype=object)
+    given = formulation.dynamics(cast("RobotArm", arm), q, qd)
+
+    def exact(expression: Any) -> Any:
+        rational = sp.sympify(expression).replace(lambda x: x.is_Float, lambda x: sp.Rational(float(x)))
+        rods = {s[f"I{k}"]: s[f"m{k}"] * s["l"] ** 2 / 12 for k in (1, 2)}
+        # Sums of angles stay in the founding text's form: cos(theta1 + theta2), not its expansion.
+        return sp.trigsimp(sp.expand(rational.subs(rods)))
+
+    return ClosedForms(
+        *(
+            sp.Matrix(np.reshape(np.vectorize(exact, otypes=[object])(part), (2, -1)).tolist())
+            for part in (given.inertia, given.coriolis_centrifugal, given.gravity_loading)
+        )
+    )
+
+
+def text_closed_forms() -> ClosedForms:
+    """What [FGL87] sections 3.2.6, 3.3.7 and 3.4.2 derive by hand."""
+    sp = _sympy()
+    s = _symbols()
+    m1, m2, length, g = s["m1"], s["m2"], s["l"], s["g"]
+    first, second, rate1, rate2 = s["theta1"], s["theta2"], s["thetad1"], s["thetad2"]
+    c1, c2, s2, c12 = sp.cos(first), sp.cos(second), sp.sin(second), sp.cos(first + second)
+    d12 = m2 * length**2 / 3 + m2 * length**2 * c2 / 2
+    d11 = m1 * length**2 / 3 + sp.Rational(4, 3) * m2 * length**2 + m2 * c2 * length**2
+    return ClosedForms(
+        sp.Matrix([[d11, d12], [d12, m2 * length**2 / 3]]),
+        sp.Matrix(
+            [
+                -m2 * s2 * length**2 * rate2**2 / 2 - m2 * s2 * length**2 * rate1 * rate2,
+                m2 * s2 * length**2 * rate1**2 / 2,
+            ]
+        ),
+        sp.Matrix(
+            [
+                m1 * g * length * c1 / 2 + m2 * g * length * c12 / 2 + m2 * g * length * c1,
+                m2 * g * length * c12 / 2,
+            ]
+        ),
+    )
+
+
+def same(one: ClosedForms, other: ClosedForms) -> bool:
+    """Whether D, h and c are equal, whatever their form."""
+    sp = _sympy()
+    parts = ("inertia", "coriolis_centrifugal", "gravity_loading")
+    differences = (getattr(one, part) - getattr(other, part) for part in parts)
+    return all(sp.simplify(difference) == sp.zeros(*difference.shape) for difference in differences)
+
+
+@dataclass(frozen=True)
+class _Angle:
+    """Of joints that turn, the formulations take cosine and sine only, and those of sums."""
+
+    symbol: Any
+
+    def __add__(self, other: _Angle) -> _Angle:
+        return _Angle(self.symbol + other.symbol)
+
+    def cos(self) -> Any:
+        """Cosine, as `numpy.cos` takes it of objects."""
+        return _sympy().cos(self.symbol)
+
+    def sin(self) -> Any:
+        """Sine, as `numpy.sin` takes it of objects."""
+        return _sympy().sin(self.symbol)
+
+
+@dataclass(frozen=True, eq=False)
+class _SymbolicArm:
+    """What the formulations read of a `RobotArm`, whose own checks want numbers."""
+
+    mass: Array
+    com: Array
+    inertia_com: Array
+    gravity: Array
+    links: tuple[Any, ...]
+    joints: tuple[Joint, ...]
+    is_revolute: tuple[bool, ...]
+    n_joints: int
+
+
+def _symbolic_arm(s: dict[str, Any]) -> _SymbolicArm:
+    length = s["l"]
+    com = np.array([-0.5 * length, 0.0, 0.0], dtype=object)
+    frame = SimpleNamespace(rotation=np.eye(3), translation=np.array([length, 0.0, 0.0], dtype=object))
+    across = [np.diag(np.array([0.0, s[f"I{k}"], s[f"I{k}"]], dtype=object)) for k in (1, 2)]
+    return _SymbolicArm(
+        mass=np.array([s["m1"], s["m2"]], dtype=object),
+        com=np.array([com, com]),
+        inertia_com=np.array(across),
+        gravity=np.array([0.0, -s["g"], 0.0], dtype=object),
+        links=(SimpleNamespace(com=com, frame=frame),) * 2,
+        joints=(Joint("1"), Joint("2")),
+        is_revolute=(True, True),
+        n_joints=2,
+    )
+
+
+def _symbols() -> dict[str, Any]:
+    sp = _sympy()
+    positive = {name: sp.Symbol(name, positive=True) for name in ("m1", "m2", "l", "g", "I1", "I2")}
+    return positive | {
+        name: sp.Symbol(name, real=True) for name in ("theta1", "theta2", "thetad1", "thetad2")
+    }
+
+
+def _sympy() -> Any:
+    try:
+        import sympy
+    except ImportError:
+        raise UsageError(
+            "this needs SymPy, which is not installed",
+            next_step="pip install 'gd-analyze[symbolic]'",
+        ) from None
+    return sympy
