@@ -20,14 +20,14 @@ from typing import NamedTuple, get_args
 
 import numpy as np
 
-from gd_analyze import formulations
+from gd_analyze import dynamics
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.operations.counting import Tally, counting_array
 from gd_analyze.operations.program import OperationCount
-from gd_analyze.studies import generic_chain, text_costs
 from gd_analyze.studies.cost_explanations import explanation
 from gd_analyze.studies.costs import SIZES, Counted, Growth, count_cost, growth
-from gd_analyze.studies.text_costs import TextCost
+from gd_analyze.studies.generic_chain import generic_chain
+from gd_analyze.studies.text_costs import TextCost, text_costs
 
 N = 6
 
@@ -45,7 +45,7 @@ Parts = Mapping[Place, Tally]
 
 def count_by_place(method: str) -> Parts:
     """Count a formulation's torque on the generic chain, statement by statement of its file, sines and cosines apart."""
-    file = str(Path(formulations.__file__).with_name(f"{method}.py"))
+    file = str(Path(dynamics.__file__ or "").with_name(f"{method}.py"))
     parts: dict[Place, Tally] = defaultdict(Tally)
 
     def asking() -> Place:
