@@ -18,7 +18,6 @@ from pathlib import Path
 import numpy as np
 
 import gd_analyze as gd
-from gd_analyze.cache import without_cache
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import certify
 from gd_analyze.certification.certified_model import simplify_certified
@@ -26,6 +25,7 @@ from gd_analyze.harmonics.terms import Torques, TorqueTerm
 from gd_analyze.motions.states import states_in_box
 from gd_analyze.simplification.accuracy import Accuracy, ErrorTable
 from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.cache import without_cache
 from gd_analyze.simplification.effort import ROUGH, THOROUGH, Effort
 from gd_analyze.simplification.energy import ENERGY
 from gd_analyze.simplification.exact import ExactDynamics

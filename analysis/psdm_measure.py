@@ -24,13 +24,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gd_analyze.cache import without_cache
 from gd_analyze.exporting.export import Exported, export, printed
 from gd_analyze.exporting.export_input import subject_of_form
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.denavit_hartenberg import standard_placements
 from gd_analyze.robots.parts import DHRow, Joint, Link
+from gd_analyze.simplification.cache import without_cache
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.search_options import SearchOptions

@@ -12,7 +12,6 @@ import pytest
 import xarray as xr
 from hypothesis import settings
 
-from gd_analyze.cache import VARIABLE
 from gd_analyze.dynamics.decomposition import decompose
 from gd_analyze.motions.csv_file import read_trajectory
 from gd_analyze.motions.states import states_in_box
@@ -21,6 +20,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.store import save_results
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.simplification.cache import VARIABLE
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.simplify import simplify
 from gd_analyze.studies.find import find

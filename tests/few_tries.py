@@ -7,8 +7,8 @@ from contextlib import contextmanager
 
 import pytest
 
-from gd_analyze.cache import without_cache
 from gd_analyze.operations import rewriting, sharing
+from gd_analyze.simplification.cache import without_cache
 from gd_analyze.simplification.kept_programs import kept_programs
 
 # Of 400 and 500.

@@ -25,8 +25,8 @@ import gd_analyze.report.html
 import gd_analyze.report.pdf
 from gd_analyze import files
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
+from gd_analyze.files import marks_in
 from gd_analyze.results.findings import Findings
-from gd_analyze.run import marks_in
 from gd_analyze.studies import folder as results_folder
 from gd_analyze.studies.folder import FILES, write_findings
 from strategies import names_in

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import OperationCount
@@ -26,7 +27,6 @@ from gd_analyze.simplification.model_file import _digest
 from gd_analyze.simplification.parts import parts_of
 from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.vectors import FloatArray
 
 # Identification is exact to a few hundred eps of the largest element (its noise is measured in
 # tests/harmonics); a torque sums some thousand terms of that size. Models that lack a term, or hold it with

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import OperationCount, Program
@@ -15,7 +16,6 @@ from gd_analyze.simplification.kept_programs import inputs_of
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.recursion import NUMBER, Change
 from gd_analyze.simplification.term import TERM
-from gd_analyze.vectors import FloatArray
 from strategies import random_inertia, random_rotation
 
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.logged import Logged
-from gd_analyze.vectors import FloatArray
 
 # Of the sines that a motion consists of, Hz.
 FREQUENCIES = np.array([0.23, 0.61, 1.4])

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze import cache
-from gd_analyze.cache import VARIABLE, folder, keep, kept, name_of, without_cache
+from gd_analyze.simplification import cache
+from gd_analyze.simplification.cache import VARIABLE, folder, keep, kept, name_of, without_cache
 from strategies import examples, names_in
 
 NAME = name_of(["a key", 1.5])
@@ -163,7 +163,7 @@ def test_old_entries_go(place, monkeypatch):
 
 WRITE = """
 import sys
-from gd_analyze.cache import keep, kept, name_of
+from gd_analyze.simplification.cache import keep, kept, name_of
 for k in range(60):
     name = name_of(k % 7)
     keep(name, [k % 7] * 2000)

@@ -8,13 +8,13 @@ import numpy as np
 import xarray as xr
 from hypothesis import given
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.decomposition import decompose
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.contributions import Contributions, torque_by_cause
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.words import CONTRIBUTIONS
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
 from strategies import examples, motions
 
 EPS = np.finfo(float).eps

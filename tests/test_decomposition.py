@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from hypothesis import given
 
+from gd_analyze.arrays import CHUNK
 from gd_analyze.dynamics.decomposition import decompose, decompose_states
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.errors import ArmError, TrajectoryError
-from gd_analyze.given_numbers import LARGEST
 from gd_analyze.motions.csv_file import read_trajectory, shipped_trajectories
 from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.parts import Placement
 from gd_analyze.schema import GROUPS
-from gd_analyze.vectors import CHUNK
+from gd_analyze.text import LARGEST
 from strategies import arms_with_states, examples, motions, random_states
 
 EPS = float(np.finfo(float).eps)

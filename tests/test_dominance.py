@@ -10,13 +10,13 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gd_analyze.arrays import peak_magnitude
 from gd_analyze.dynamics.decomposition import decompose
 from gd_analyze.dynamics.dominance import DEFAULT_BUDGET, DOMINANCE_THRESHOLD, rank, text_verdicts
 from gd_analyze.dynamics.elements import elements
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, Link
-from gd_analyze.round_off import peak_magnitude
 from gd_analyze.simplification.parts import parts_of, torque_by_part
 from strategies import arms_with_states, examples, motions
 

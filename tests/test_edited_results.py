@@ -14,8 +14,7 @@ import pytest
 from gd_analyze.errors import StoreError
 from gd_analyze.results.seal import SEAL_LENGTH, seal
 from gd_analyze.results.store import load_findings, load_results, save_results
-from gd_analyze.schema import GROUPS
-from gd_analyze.schema_labels import ATTRIBUTES, COORDINATES
+from gd_analyze.schema import ATTRIBUTES, COORDINATES, GROUPS
 from gd_analyze.studies.find import find
 from recorded_logs import MEASURED
 from several_motions import swung

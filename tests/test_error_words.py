@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.formatting import amount
 from gd_analyze.results import summary
 from gd_analyze.results.summary import nothing_gained, off_by, worst_error
 from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.text import amount
 
 
 @pytest.fixture(scope="module")

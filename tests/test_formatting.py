@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.formatting import aligned, amount, figures, fitting, percent_cell, prefixed
+from gd_analyze.text import aligned, amount, figures, fitting, percent_cell, prefixed
 
 
 @pytest.mark.parametrize(

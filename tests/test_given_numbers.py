@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.given_numbers import LARGEST, are_possible, number_in
+from gd_analyze.arrays import are_possible
+from gd_analyze.text import LARGEST, number_in
 from strategies import examples
 
 

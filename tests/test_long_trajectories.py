@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 import gd_analyze as gd
+from gd_analyze.arrays import CHUNK
 from gd_analyze.dynamics import long_decomposition
 from gd_analyze.dynamics.long_decomposition import MOST_KEPT, decompose_on_demand
 from gd_analyze.motions.trajectory import Trajectory
@@ -19,7 +20,6 @@ from gd_analyze.results import drawn as drawn_module
 from gd_analyze.results.drawn import STRETCHES, drawn
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.losses import losses
-from gd_analyze.vectors import CHUNK
 
 LONG = MOST_KEPT + CHUNK + 17
 

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 
 import gd_analyze as gd
+from gd_analyze.arrays import CHUNK
 from gd_analyze.dynamics.mass_matrix import require_positive_definite
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.errors import ArmError, GdAnalyzeWarning
@@ -17,7 +18,6 @@ from gd_analyze.motions.states import States
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Drive, Joint, Link
 from gd_analyze.studies.compare import compare
-from gd_analyze.vectors import CHUNK
 from strategies import arms_with_states, examples
 
 

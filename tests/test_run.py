@@ -11,9 +11,9 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeWarning, OutputError
+from gd_analyze.files import marks_in
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.store import load_findings, load_results, save_results
-from gd_analyze.run import marks_in
 from gd_analyze.studies.folder import FILES, require_folder, write_findings
 from gd_analyze.studies.settings_main import Origin, Settings
 

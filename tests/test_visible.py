@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
-from gd_analyze.visible import in_python, shortened, visible
+from gd_analyze.text import in_python, shortened, visible
 
 ACTING = ("\x1b[31m", "a\nb", "a\rb", "\x9b2J", "\u202eabc", "\u2066x", "\x00", "\u2028", "\x85", "\ud800")
 

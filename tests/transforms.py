@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics import lagrange_euler
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, Link, Placement
-from gd_analyze.vectors import FloatArray
 
 Array = NDArray[Any]
 _STEP = 1e-40

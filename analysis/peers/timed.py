@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.states import States
-from gd_analyze.vectors import FloatArray
 
 # Nanoseconds that a way's turn takes in a round: long against reading the clock, short against others' use of it.
 _TURN = 1_000_000

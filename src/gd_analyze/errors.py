@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from gd_analyze.visible import shortened, visible
+from gd_analyze.text import shortened, visible
 
 # A value from a file is told on a line or two, whatever its length; a path of common length stays whole, and
 # so does a list of names that we made.

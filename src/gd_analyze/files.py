@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 import errno
+import hashlib
+import json
 import os
+import re
+import shutil
+import signal
 import stat
 import sys
-from collections.abc import Collection, Iterator, Mapping, Sequence
+import tempfile
+import threading
+import warnings
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
-from gd_analyze.errors import Location, OutputError, StorageError, UsageError
-from gd_analyze.held_signals import signals_held
-from gd_analyze.staging import locked, staging
+from gd_analyze.errors import GdAnalyzeWarning, Location, OutputError, StorageError, UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 # What the choice of another place mends; all else is the machine's failure.
 _BAD_PLACE = {
@@ -225,3 +233,283 @@ def _named_error(what: str, where: Path, error: OSError) -> OutputError:
         if bad_place
         else "see to the disk, or choose another place",
     )
+
+
+if sys.platform != "win32":
+    import fcntl
+
+# Of the hidden folder, of the file in it that is locked, and of the folder in it that is yielded.
+_PREFIX, _LOCK, _NEW = ".gd-analyze.", "lock", "new"
+
+
+@contextmanager
+def staging(folder: Path) -> Iterator[Path]:
+    """Yield an empty folder inside `folder`, so on its file system; it is gone when the block ends.
+
+    What killed processes left in `folder` is removed first. That an owner lives is told by the lock it holds
+    on a file: the kernel gives it up with the process, however that ends. The number of a process would be
+    another's after a while, and means nothing to another machine or container.
+
+    Raises
+    ------
+    OSError
+        If the folder cannot be read or written.
+    """
+    for left in list(folder.glob(f"{_PREFIX}*")):
+        _remove_if_abandoned(left)
+    place, lock = _held(folder)
+    try:
+        (place / _NEW).mkdir()
+        yield place / _NEW
+    finally:
+        os.close(lock)
+        with suppress(OSError):
+            _remove(place)
+
+
+def locked(descriptor: int, *, wait: bool = False) -> bool:
+    """Take the lock on an open file or folder; False where another holds it.
+
+    A file system without locks counts as granting them to a writer. On Windows nothing is locked: a file that
+    is open cannot be removed there.
+    """
+    if sys.platform != "win32":
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+        except BlockingIOError:
+            return False
+        except OSError:
+            return True
+    return True
+
+
+def _held(folder: Path) -> tuple[Path, int]:
+    """Make a folder that no other process takes for abandoned, and the descriptor that holds it."""
+    while True:
+        place = Path(tempfile.mkdtemp(dir=folder, prefix=_PREFIX))
+        try:
+            lock = os.open(place / _LOCK, os.O_RDWR | os.O_CREAT, 0o600)
+        except FileNotFoundError:
+            continue  # another process removed it in the moment before it was held
+        except OSError:
+            place.rmdir()
+            raise
+        if locked(lock) and os.fstat(lock).st_nlink:
+            return place, lock
+        os.close(lock)
+
+
+def _remove(place: Path) -> None:
+    """Remove a temporary folder, its lock last: who is killed meanwhile leaves one known to be ours."""
+    shutil.rmtree(place / _NEW, ignore_errors=True)
+    (place / _LOCK).unlink(missing_ok=True)
+    place.rmdir()
+
+
+def _remove_if_abandoned(place: Path) -> None:
+    """Remove a temporary folder unless its owner lives or cannot be known to be gone."""
+    if sys.platform == "win32":
+        with suppress(OSError):
+            (place / _LOCK).unlink()  # refused while its owner has it open
+            (place / _LOCK).touch()
+            _remove(place)
+        return
+    try:
+        lock = os.open(place / _LOCK, os.O_RDWR | os.O_NOFOLLOW)
+    except FileNotFoundError:
+        with suppress(OSError):  # not empty: not ours
+            place.rmdir()
+        return
+    except OSError:
+        return  # another user's
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        _remove(place)
+    except OSError:
+        pass  # held; or on a file system without locks, which cannot tell
+    finally:
+        os.close(lock)
+
+
+_NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
+
+
+@contextmanager
+def signals_held() -> Iterator[None]:
+    """Let requests to end wait until the block has ended; they are answered then.
+
+    Python answers signals in its main thread only, so that in another there is nothing to hold.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+    numbers = [getattr(signal, name) for name in _NAMES if hasattr(signal, name)]
+    # A handler that is not Python's own could not be put back.
+    before = {number: handler for number in numbers if (handler := signal.getsignal(number)) is not None}
+    for number in before:
+        signal.signal(number, lambda number, frame: came.append(number))
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        for number in came:
+            signal.raise_signal(number)
+
+
+def data_folder(kind: str) -> Path:
+    """Folder of the shipped "robots", "trajectories" or "references"."""
+    package = Path(__file__).parent
+    packaged = package / "data" / kind
+    return packaged if packaged.is_dir() else package.parent.parent / "data" / kind
+
+
+def shipped(kind: str, suffix: str) -> dict[str, Path]:
+    """Shipped files of a kind by their stem, in alphabetical order."""
+    return {path.stem: path for path in sorted(data_folder(kind).glob(f"*{suffix}"))}
+
+
+RESULT_FILES = {
+    "h5": "analysis.h5",
+    "json": "model.json",
+    "csv": "dominance.csv",
+    "html": "report.html",
+    "pdf": "report.pdf",
+}
+
+# What follows is searched for in the bytes of any kind of file, so it must stand there as it is, and say by
+# itself what it is.
+_MARK_PREFIX = "gd-run:"
+_MARK = re.compile(rb"gd-run:[0-9a-f]{8}-[0-9a-f]{16}")
+_OF_WHAT = len(_MARK_PREFIX) + 8
+_LENGTH = _OF_WHAT + 1 + 16
+_BLOCK = 1 << 20
+
+
+def mark_of(asked: Sequence[Any], everything: Any = None) -> str:
+    """Mark a run; the same arguments give the same mark.
+
+    Parameters
+    ----------
+    asked
+        What the run was asked for, as JSON values: names of the arm and the motion, options. The mark's first
+        part.
+    everything
+        What the results depend on and state besides: inputs, versions.
+    """
+    first, second = (
+        hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
+        for value in (list(asked), [list(asked), everything])
+    )
+    return f"{_MARK_PREFIX}{first[:8]}-{second[:16]}"
+
+
+def marks_in(path: Path) -> set[str]:
+    """Marks in the first part of a file that has any; none where it is missing or no file.
+
+    There may be more than one: a stored command may name a path that holds one.
+    """
+    if not path.is_file():
+        return set()
+    try:
+        with path.open("rb") as file:
+            before = b""
+            while block := file.read(_BLOCK):
+                if found := _MARK.findall(before + block):
+                    return {mark.decode() for mark in found}
+                before = block[-_LENGTH:]
+    except OSError:  # nobody can read it, so nobody can take it for one of this run
+        return set()
+    return set()
+
+
+def others(folder: Path, names: Iterable[str], mark: str) -> list[str]:
+    """Those files of a folder that are not of the run; files without a mark are of a run without one."""
+    found = {name: marks_in(folder / name) for name in names if (folder / name).is_file()}
+    return [name for name, marks in found.items() if (mark not in marks if mark else bool(marks))]
+
+
+def warn_of_others(path: Path, mark: str) -> None:
+    """Warn where a file of results was read and others of its set, beside it, are not of its run.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        Naming them.
+    """
+    if path.name not in RESULT_FILES.values():
+        return
+    strangers = others(path.parent, [name for name in RESULT_FILES.values() if name != path.name], mark)
+    if strangers:
+        _warn(
+            f"the folder {path.parent} holds files of different runs: {_are_not(strangers)} of the run of "
+            f"{path.name}; `gd-analyze report` with the folder's analysis.h5 makes the others anew"
+        )
+
+
+def require_one_run(
+    folder: Path, files: Collection[str], written: Collection[str], mark: str, *, overwrite: bool = False
+) -> tuple[Path, ...]:
+    """Check that a folder will hold files of one run, before anything is computed or written.
+
+    What was asked for once may be asked for again, and replaces what it gave before. Anything else that the
+    set's names stand for stays, unless it shall be overwritten.
+
+    Parameters
+    ----------
+    folder
+        Where to write.
+    files
+        The names of a set of files.
+    written
+        Those of them that the run at hand will write.
+    mark
+        Its mark; of a run that no other repeats, one of which only the first part counts.
+    overwrite
+        Replace whatever is there.
+
+    Returns
+    -------
+    tuple of Path
+        What does not belong to the run, to be removed when its files are written.
+
+    Raises
+    ------
+    OutputError
+        If the folder holds files of a run that was asked for something else, or of none, or if it would then
+        hold files of two runs.
+    """
+    there = {name: marks_in(folder / name) for name in files if (folder / name).is_file()}
+    strangers = [name for name, marks in there.items() if not _same_asked(marks, mark)]
+    left = [name for name, marks in there.items() if name not in written and mark not in marks]
+    if not overwrite and strangers:
+        raise OutputError(
+            f"the folder {folder} holds files of another run",
+            where=Location(folder),
+            expected="none, or those of a run of the same arm, motion and options",
+            found=", ".join(strangers),
+            next_step="choose another folder with --out, or replace the other run with --overwrite",
+        )
+    if not overwrite and left:
+        raise OutputError(
+            f"the folder {folder} would hold files of two runs",
+            where=Location(folder),
+            expected=f"none but {', '.join(written)}, or those of a run of just the same inputs",
+            found=", ".join(left),
+            next_step="write every format, choose another folder with --out, or remove them with --overwrite",
+        )
+    return tuple(folder / name for name in left)
+
+
+def _same_asked(marks: Collection[str], mark: str) -> bool:
+    """Whether a file is of a run that was asked for the same."""
+    return any(found[:_OF_WHAT] == mark[:_OF_WHAT] for found in marks)
+
+
+def _are_not(names: Sequence[str]) -> str:
+    return f"{', '.join(names)} {'is' if len(names) == 1 else 'are'} not"
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, GdAnalyzeWarning, stacklevel=4)

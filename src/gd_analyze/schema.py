@@ -8,24 +8,206 @@ both kinds; a unit that depends on what a row is about always is.
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.declared_values import UNITS, Values
 from gd_analyze.errors import StoreError
-from gd_analyze.schema_labels import require_attributes, require_coordinates
-from gd_analyze.vectors import Array
+from gd_analyze.text import LEVEL_NAMES
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     import xarray as xr
+
+    from gd_analyze.arrays import Array
+
+
+# Quantities of joints have units by the number of turning joints among those they are about.
+UNITS: dict[str, tuple[str, ...]] = {
+    "position": ("m", "rad"),
+    "rate": ("m/s", "rad/s"),
+    "acceleration": ("m/s^2", "rad/s^2"),
+    "effort": ("N", "N m"),
+    "viscous": ("N s/m", "N m s"),
+    "effort per mass": ("N/kg", "N m/kg"),
+    "inertia": ("kg", "kg m", "kg m^2"),
+    "christoffel": ("kg/m", "kg", "kg m", "kg m^2"),
+}
+
+# NumPy's types by what they are called in a declaration; text is of any length.
+_TYPES = {"number": "float64", "whole": "int64", "flag": "bool", "byte": "uint8", "text": "str"}
+
+# What numbers of a sign are not.
+_SIGNS = {"nonnegative": np.less, "positive": np.less_equal}
+
+
+@dataclass(frozen=True)
+class Values:
+    """Declaration of what is held.
+
+    Parameters
+    ----------
+    kind
+        "number", "whole", "flag" (true or false), "byte" or "text".
+    among
+        "nonnegative" or "positive" of numbers, which nan passes; or the values there may be, with "|"
+        between, of which "1..n" stands for all joints, "units" and "levels" for the names of these. "" for
+        all of the kind.
+    """
+
+    kind: str
+    among: str = ""
+
+    def require_kind(self, dtype: np.dtype[Any], what: str) -> None:
+        """Raise a StoreError where values are of another kind."""
+        is_text = self.kind == "text" and dtype.kind == "U"
+        if not is_text and dtype != _TYPES[self.kind]:
+            raise StoreError(f"{what} is of another kind", expected=_TYPES[self.kind], found=str(dtype))
+
+    def require(self, values: Any, what: str, n_joints: int) -> None:
+        """Raise a StoreError where values are of another kind, or one is not among those there may be."""
+        held = np.asarray(values)
+        self.require_kind(held.dtype, what)
+        if self.among in _SIGNS and _SIGNS[self.among](held, 0).any():
+            raise StoreError(f"{what} is not {self.among}", found=str(held.min()))
+        words = self.words(n_joints)
+        for value in np.unique(held.astype(str)).tolist() if words else ():
+            if value not in words:
+                raise StoreError(f"{what} cannot be {value!r}", expected=", ".join(words), found=value)
+
+    def words(self, n_joints: int) -> list[str]:
+        """List the values there may be, in order; none where they are not declared one by one."""
+        if not self.among or self.among in _SIGNS:
+            return []
+        named = {
+            "1..n": map(str, range(1, n_joints + 1)),
+            "units": [unit for units in UNITS.values() for unit in units],
+            "levels": LEVEL_NAMES,
+        }
+        return [word for part in self.among.split("|") for word in named.get(part, [part])]
+
+
+@dataclass(frozen=True)
+class Label:
+    """Declaration of a coordinate or an attribute.
+
+    Parameters
+    ----------
+    name, dims
+        As stored; the coordinate of the same name as its dimension holds the labels along it.
+    values
+        What it may hold. Labels along a dimension that are declared one by one are there in this order.
+    meaning
+        In words.
+    """
+
+    name: str
+    dims: tuple[str, ...]
+    values: Values
+    meaning: str
+
+
+def _declared_labels(role: str) -> dict[str, dict[str, Label]]:
+    """Read the declarations of a role: one line each of schema_labels.csv."""
+    groups: dict[str, dict[str, Label]] = {}
+    lines = (Path(__file__).parent / "schema_labels.csv").read_text(encoding="utf-8").splitlines()
+    for row in csv.DictReader(lines):
+        if row["role"] == role:
+            values = Values(row["kind"], row["among"])
+            label = Label(row["name"], tuple(row["dims"].split()), values, row["meaning"])
+            groups.setdefault(row["group"], {})[label.name] = label
+    return groups
+
+
+COORDINATES = _declared_labels("coordinate")
+ATTRIBUTES = _declared_labels("attribute")
+
+
+def require_coordinates(
+    dataset: xr.Dataset, group: str, n_joints: int, units: Mapping[str, tuple[tuple[str, ...], Any]]
+) -> None:
+    """Check that a table has the coordinates declared of its dimensions, and no other.
+
+    Parameters
+    ----------
+    dataset, group
+        The table, and of which group it is.
+    n_joints
+        Joints of the arm.
+    units
+        Coordinates beside the declared ones, dimensions and values, that say units row by row.
+
+    Raises
+    ------
+    StoreError
+        If one is missing or unknown, has other dimensions, or holds what it cannot.
+    """
+    declared = {
+        name: label
+        for name, label in COORDINATES.get(group, {}).items()
+        if set(label.dims) <= set(dataset.dims)
+    }
+    names = [*declared, *units]
+    for name in sorted(set(names) ^ set(map(str, dataset.coords))):
+        what = "lacks the coordinate" if name in names else "has no coordinate"
+        raise StoreError(f"{group} {what} {name}", expected=", ".join(names))
+    for name in names:
+        array, dims = dataset[name], declared[name].dims if name in declared else units[name][0]
+        what = f"{name} of {group}"
+        _require_dims(tuple(map(str, array.dims)), dims, what)
+        if name in declared:
+            _require_labels(array.values, declared[name], what, n_joints)
+        elif not np.array_equal(array.values, units[name][1]):
+            raise StoreError(f"{what} does not fit the joints of the arm")
+
+
+def require_attributes(attributes: Mapping[Any, Any], group: str, n_joints: int) -> None:
+    """Check that a table has the attributes declared; it may have others.
+
+    Raises
+    ------
+    StoreError
+        If one is missing or holds what it cannot.
+    """
+    for name, label in ATTRIBUTES.get(group, {}).items():
+        if name not in attributes:
+            raise StoreError(f"{group} lacks the attribute {name}", expected=label.meaning)
+        value, what = np.asarray(attributes[name]), f"the attribute {name} of {group}"
+        expected = tuple(n_joints for _ in label.dims)
+        if value.shape != expected:
+            raise StoreError(f"{what} has another shape", expected=str(expected), found=str(value.shape))
+        label.values.require(value, what, n_joints)
+        if value.dtype.kind == "f" and not np.isfinite(value).all():
+            raise StoreError(f"{what} is no finite number", found=str(attributes[name]))
+
+
+def _require_dims(found: tuple[str, ...], declared: tuple[str, ...], what: str) -> None:
+    if found != declared:
+        raise StoreError(
+            f"{what} has other dimensions than declared", expected=str(declared), found=str(found)
+        )
+
+
+def _require_labels(values: Any, label: Label, what: str, n_joints: int) -> None:
+    label.values.require(values, what, n_joints)
+    if label.dims == (label.name,):
+        words = label.values.words(n_joints)
+        if words and values.astype(str).tolist() != words:
+            raise StoreError(
+                f"{what} are not those of the arm, in order",
+                expected=", ".join(words),
+                found=", ".join(values.astype(str)),
+            )
+        if len(np.unique(values)) < len(values):
+            raise StoreError(f"{what} names one of its rows twice")
+
 
 SCHEMA_VERSION = 4
 
-# Inputs are bounded so that torques stay below 1e65, see `gd_analyze.given_numbers`.
+# Inputs are bounded so that torques stay below 1e65, see `gd_analyze.text.LARGEST`.
 LARGEST_RESULT = 1e150
 
 

@@ -62,7 +62,7 @@ def test_h_is_short_for_help(run):
 
 def test_the_version_and_where_the_cache_is(run, monkeypatch):
     from gd_analyze import __version__
-    from gd_analyze.cache import VARIABLE
+    from gd_analyze.simplification.cache import VARIABLE
 
     for named, told in (("/some/place", "/some/place"), ("off", "off"), ("", "off")):
         monkeypatch.setenv(VARIABLE, named)
@@ -73,7 +73,7 @@ def test_the_version_and_where_the_cache_is(run, monkeypatch):
     "words", [("--no-cache", "two_link", "two-link-swing"), ("simplify", "two_link", "--no-cache")]
 )
 def test_without_the_cache_nothing_is_kept_and_all_is_the_same(run, monkeypatch, tmp_path, words):
-    from gd_analyze.cache import VARIABLE
+    from gd_analyze.simplification.cache import VARIABLE
     from gd_analyze.simplification.kept_programs import kept_programs
 
     def told(*given: str) -> dict:

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.formatting import named_joints
 from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.payload import with_payload
@@ -15,6 +14,7 @@ from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.model_file import save_model
 from gd_analyze.simplification.payload_effect import payload_effect
 from gd_analyze.simplification.simplify import simplify
+from gd_analyze.text import named_joints
 from made_models import by_elements
 
 

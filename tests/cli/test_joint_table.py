@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from gd_analyze.cli.joint_table import joint_table
-from gd_analyze.labels import shortened
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.text import short_name
 
 LONG = ("panda_joint1", "left_gripper_extension_joint_r", "shoulder_pan_joint", "a" * 80, "wrist", "6")
 
@@ -42,7 +42,7 @@ def test_round_off_is_told_as_such(arm, capsys):
 @pytest.mark.parametrize("most", [3, 8, 12, 40])
 def test_names_keep_their_ends(most):
     for name in LONG:
-        short = shortened(name, most)
+        short = short_name(name, most)
         assert len(short) <= max(most, 3)
         assert (short == name) == (len(name) <= most)
         first, _, last = short.partition("…")

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from gd_analyze.errors import UsageError
-from gd_analyze.formatting import number
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.inline_svg import inline_svg
 from gd_analyze.robots.catalogue import load_arm
@@ -25,6 +24,7 @@ from gd_analyze.studies.control_files import FILES, render_control_html, render_
 from gd_analyze.studies.control_verdict import FIXED_GAINS, SIMPLIFIED, sentences
 from gd_analyze.studies.controllers import CONTROLLERS, Controller
 from gd_analyze.studies.settings import ControlSettings
+from gd_analyze.text import number
 
 
 class _Page(HTMLParser):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
+from gd_analyze.arrays import CHUNK
 from gd_analyze.dynamics.interface import torque_of_states
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.errors import TrajectoryError
@@ -17,7 +18,6 @@ from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.studies.agreement import agreement
 from gd_analyze.studies.compare import compare
 from gd_analyze.studies.timing import time_methods
-from gd_analyze.vectors import CHUNK
 from strategies import arms_with_states, examples
 
 

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.motions.states import States
-from gd_analyze.vectors import FloatArray
 
 needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc, which compiles it, is not installed")
 needs_gpp = pytest.mark.skipif(shutil.which("g++") is None, reason="g++, which compiles it, is not installed")

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import UFUNCS, Program
-from gd_analyze.vectors import FloatArray
 
 # Libraries of sines are off by an ulp or two of the result, which is at most eps each.
 _SINE = 4.0

@@ -12,7 +12,7 @@ from hostile import HOSTILE, hostile
 
 from gd_analyze.exporting.export import printed
 from gd_analyze.exporting.export_input import ExportInput
-from gd_analyze.formatting import number
+from gd_analyze.text import number
 
 PLACES = [(case, first) for case, first in HOSTILE if case in TORQUES]
 

@@ -15,6 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics import composite_moments as composite
 from gd_analyze.dynamics import lagrange_euler, newton_euler_base, newton_euler_link, probing
 from gd_analyze.dynamics.kinematics import solve_kinematics
@@ -22,7 +23,6 @@ from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
-from gd_analyze.vectors import FloatArray
 from parallel_axes import arms_with_runs
 from strategies import States, arms_with_states, examples, random_states
 from transforms import derivative, link_frames

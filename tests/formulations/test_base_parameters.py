@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics import newton_euler_regrouped
 from gd_analyze.dynamics.base_parameters import _FROM_INERTIA, BaseParameters
 from gd_analyze.dynamics.newton_euler_link import torque as torque_of_links
@@ -20,7 +21,6 @@ from gd_analyze.dynamics.regrouping import KINDS, carried
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.denavit_hartenberg import standard_placements
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
-from gd_analyze.vectors import FloatArray
 from parallel_axes import arms_with_runs, scara
 from strategies import arms, examples, random_inertia, random_states
 

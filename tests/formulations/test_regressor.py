@@ -6,12 +6,12 @@ import numpy as np
 import pinocchio as pin
 from hypothesis import given
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics import newton_euler_link
 from gd_analyze.dynamics.pinocchio_check import pinocchio_model, round_off_bounds
 from gd_analyze.dynamics.regressor import PARAMETERS, inertial_parameters, parameters_of, regressor
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Placement
-from gd_analyze.vectors import FloatArray
 from strategies import arms_with_states, examples
 
 EPS = float(np.finfo(float).eps)

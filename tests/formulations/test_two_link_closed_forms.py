@@ -6,10 +6,10 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
 from strategies import States, examples, random_states, two_link_of
 
 

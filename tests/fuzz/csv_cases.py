@@ -14,12 +14,12 @@ from hostile_values import RAW, number, text
 from plans import Plan, Stage, carried_out, plans
 from text_changes import BYTES, TEXT
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.csv_file import read_trajectory
 from gd_analyze.motions.csv_writing import GAP, trajectory_csv
 from gd_analyze.motions.log_file import keeps_contract
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.catalogue import load_arm
-from gd_analyze.vectors import FloatArray
 
 ARM = load_arm("two_link")
 # Digits, a point and an exponent in ASCII: whatever else Python's float takes is no number in a CSV file.

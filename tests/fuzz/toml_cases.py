@@ -18,8 +18,8 @@ from tree_changes import TREE_CHANGES
 
 from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.files import data_folder
 from gd_analyze.motions.states import States, states_in_box
-from gd_analyze.resources import data_folder
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm
 from gd_analyze.robots.arm_toml import toml_of

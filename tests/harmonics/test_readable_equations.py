@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import UsageError
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.conversion import to_terms, to_waves
@@ -20,7 +21,6 @@ from gd_analyze.harmonics.terms import Factor, Monomial
 from gd_analyze.harmonics.transform import harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.robots.catalogue import load_arm
-from gd_analyze.vectors import FloatArray
 from parallel_axes import arm_of, arms_with_runs
 from strategies import arms, examples
 

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from gd_analyze.cache import VARIABLE, keep, without_cache
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.written import written
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.simplification.cache import VARIABLE, keep, without_cache
 from gd_analyze.simplification.effort import THOROUGH
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.kept_programs import kept_programs

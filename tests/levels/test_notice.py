@@ -12,10 +12,10 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.dynamics.drives import least_friction
-from gd_analyze.formatting import amount
 from gd_analyze.simplification.notice import budget_notice
 from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.text import amount
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.motions.states import States, states_in_box
@@ -20,7 +21,6 @@ from gd_analyze.simplification.evaluation import evaluate
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.parts import parts_of
 from gd_analyze.simplification.payload_effect import payload_effect
-from gd_analyze.vectors import FloatArray
 from made_models import allowing, model_of_parts
 from strategies import arms_with_states, examples
 

@@ -12,10 +12,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.cache import VARIABLE, without_cache
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.terms import Factor, Rate, TorqueTerm
 from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.simplification.cache import VARIABLE, without_cache
 from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH, Effort
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.kept_programs import kept_programs

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gd_analyze.arrays import CHUNK, FloatArray
 from gd_analyze.dynamics import newton_euler_link
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.motions.states import States, states_in_box, states_of
@@ -18,7 +19,6 @@ from gd_analyze.robots.link_uncertainty import LinkUncertainty
 from gd_analyze.robots.parts import Drive, Joint, Link, Placement
 from gd_analyze.robots.payload import with_payload
 from gd_analyze.simplification.uncertainty import torque_uncertainty
-from gd_analyze.vectors import CHUNK, FloatArray
 from strategies import arms_with_states, examples
 
 EPS = float(np.finfo(float).eps)

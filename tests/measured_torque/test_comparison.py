@@ -10,13 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
+from gd_analyze.arrays import CHUNK
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.measured_torque import compare_torque
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.states import states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import CHUNK
 from recorded_logs import recorded, swinging, with_torques
 from strategies import arms, examples
 

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from random_programs import evaluated, program_of, trees
 
+from gd_analyze.arrays import cross, dot
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.operations.trace import Expression, Trace, reached
-from gd_analyze.vectors import cross, dot
 from strategies import examples
 
 

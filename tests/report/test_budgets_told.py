@@ -8,11 +8,11 @@ import pytest
 
 import gd_analyze as gd
 from few_tries import few_tries
-from gd_analyze.formatting import percent_cell
 from gd_analyze.report.document import document
 from gd_analyze.report.figure_trade_off import trade_off_figure
 from gd_analyze.report.html import render_html
 from gd_analyze.report.interactive import _trade_off
+from gd_analyze.text import percent_cell
 
 
 @pytest.fixture(scope="module")

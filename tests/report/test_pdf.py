@@ -11,7 +11,6 @@ from pdf_reader import read
 from report_cases import HOSTILE, made_findings, resting_findings
 
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.formatting import amount, pretty, rounded_up
 from gd_analyze.report.colours import TEMPLATES
 from gd_analyze.report.document import document
 from gd_analyze.report.numbering import numbering
@@ -22,6 +21,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.words import CONTRIBUTIONS
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import JointKind
+from gd_analyze.text import amount, pretty, rounded_up
 
 EIGHT: list[JointKind] = [*("prismatic",) * 5, *("revolute",) * 3]
 NOW = "2024-05-01T00:00:00+00:00"

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.dynamics.pinocchio_check import pinocchio_model, round_off_bounds
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, UsageError
@@ -17,7 +18,6 @@ from gd_analyze.robots.description import fingerprint
 from gd_analyze.robots.parts import Joint, Link
 from gd_analyze.robots.payload import Payload, parse_payload, with_payload
 from gd_analyze.robots.slips import implausible
-from gd_analyze.vectors import FloatArray
 from strategies import arms_with_states, examples, random_inertia
 
 EPS = float(np.finfo(float).eps)

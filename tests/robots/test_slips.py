@@ -14,12 +14,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location
-from gd_analyze.given_numbers import LARGEST
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import builtin_arms, load_arm
 from gd_analyze.robots.parts import DHRow, Joint, Link, Placement
 from gd_analyze.robots.payload import with_payload
 from gd_analyze.robots.slips import implausible
+from gd_analyze.text import LARGEST
 from strategies import examples, random_rotation
 
 PUMA = builtin_arms()["puma560"].read_text(encoding="utf-8")

@@ -7,11 +7,11 @@ import itertools
 import numpy as np
 from hypothesis import strategies as st
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.simplification.candidates import Candidates
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.level import Costs
 from gd_analyze.simplification.term import TERM
-from gd_analyze.vectors import FloatArray
 from strategies import two_link_of
 
 _FORM = ExactForm(two_link_of(1.0, 1.0, 1.0))

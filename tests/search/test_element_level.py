@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from budgets import of_shares, of_torque
 from few_tries import few_tries
+from gd_analyze.arrays import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.dynamics.decomposition import decompose
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.errors import GdAnalyzeError, UsageError
@@ -19,7 +20,6 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.trace import Trace, is_constant
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.parts import Drive
-from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.effort import ROUGH
 from gd_analyze.simplification.element import ELEMENT

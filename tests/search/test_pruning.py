@@ -8,6 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.harmonics.expansion import expanded
 from gd_analyze.motions.states import states_in_box
 from gd_analyze.robots.arm import RobotArm
@@ -15,7 +16,6 @@ from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.kept_programs import inputs_of
 from gd_analyze.simplification.pruning import prune
 from gd_analyze.simplification.recursion import Changes
-from gd_analyze.vectors import FloatArray
 from parallel_axes import scara
 from psdm_arms import kr6
 from strategies import arms, examples, random_states

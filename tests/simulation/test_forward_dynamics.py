@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.accelerations import joint_accelerations
 from gd_analyze.dynamics.drives import drive_contributions
 from gd_analyze.dynamics.drivetrain import Drivetrain
@@ -18,7 +19,6 @@ from gd_analyze.errors import ArmError, GdAnalyzeError, UsageError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.parts import Joint, Link
-from gd_analyze.vectors import FloatArray
 from strategies import States, arms_with_states, examples, random_states
 
 EPS = float(np.finfo(float).eps)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.dynamics.simulate import Simulation
 from gd_analyze.motions.states import States
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
 
 
 def per_step(simulation: Simulation) -> FloatArray:

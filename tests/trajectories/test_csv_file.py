@@ -16,13 +16,13 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from gd_analyze.errors import OutputError
-from gd_analyze.given_numbers import LARGEST
 from gd_analyze.motions.csv_file import read_trajectory, shipped_trajectories
 from gd_analyze.motions.csv_writing import recorded_command, trajectory_csv, write_trajectory
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.parts import Joint, Link
+from gd_analyze.text import LARGEST
 
 # Slides only, and no limits: any number is a possible position, so no warning gets in the way.
 RAILS = RobotArm(

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from gd_analyze.errors import TrajectoryError
+from gd_analyze.files import RESULT_FILES
 from gd_analyze.motions.csv_writing import write_trajectory
 from gd_analyze.motions.folder import is_folder_of_motions, trajectory_files
 from gd_analyze.motions.pool import trajectory_of
-from gd_analyze.run import RESULT_FILES
 from several_motions import swung
 
 

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.error_field import ErrorField
 from gd_analyze.certification.taylor import TaylorForm
 from gd_analyze.certification.tube import Tube
-from gd_analyze.vectors import FloatArray
 
 # Where no state can be worse than the worst found by more than this, there is nothing left to look for.
 _CLOSE = 1.01

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray, array_of
 from gd_analyze.errors import UsageError
-from gd_analyze.given_numbers import array_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.box_limits import box_limits
-from gd_analyze.vectors import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.along import Bounded, bound_along
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.error_field import ErrorField
@@ -28,16 +29,13 @@ from gd_analyze.certification.grid import Grid, Reached, shared_out
 from gd_analyze.certification.harmonics_slack import harmonics_slack
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
-from gd_analyze.formatting import number, rounded_up
 from gd_analyze.harmonics.expansion import Expansion, expanded
 from gd_analyze.harmonics.torque_rows import exact_row
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.shown import html_of
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.vectors import FloatArray
-from gd_analyze.visible import in_python
+from gd_analyze.text import html_of, in_python, number, rounded_up
 
 # Positions per joint: about 22 per angle for an arm like the PUMA 560, whose error knows four of its angles;
 # and how many times as many for every angle beyond these, but a few, as more would take hours.

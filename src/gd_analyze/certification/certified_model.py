@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import Certificate, certify
 from gd_analyze.certification.tube import Tube
@@ -26,7 +27,6 @@ from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.vectors import FloatArray
 
 # Rounds at most; of the first the budget shrinks to no less than this share, later by what the bound asks.
 _ROUNDS, _PATIENT, _SLIGHTLY = 16, 4, 0.96

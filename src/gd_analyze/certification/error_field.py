@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.local_maximum import local_maximum
 from gd_analyze.certification.motion import Motion
 from gd_analyze.certification.worst_state import highest_position
 from gd_analyze.harmonics.torque_rows import RateFactor, rate_factors
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
-from gd_analyze.vectors import FloatArray
 
 _EPS = float(np.finfo(float).eps)
 # What should cancel between model and exact form leaves waves of this share of the torque, or less. There may

@@ -31,10 +31,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.spectrum import Spectra, Spectrum
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
-from gd_analyze.vectors import FloatArray
 
 # Gaps per unit of a joint's order, beyond which 1 / (2 gaps^2) of the maximum has nothing left to give.
 _MOST_GAPS = 60.0

@@ -20,10 +20,10 @@ import math
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE
-from gd_analyze.vectors import FloatArray
 
 _EFFECTS = 2
 

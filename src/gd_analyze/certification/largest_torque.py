@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.along import bound_along
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import box_of
@@ -13,7 +14,6 @@ from gd_analyze.harmonics.torque_rows import exact_row, rate_factors
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.vectors import FloatArray
 
 # Positions looked at, and the best of them from which the search climbs.
 _DRAWN, _STARTS = 512, 4

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
-from gd_analyze.vectors import FloatArray
 
 # Of the box's width: the first step, and how often it is halved.
 _FIRST_STEP, _HALVINGS = 1 / 32, 9

@@ -8,11 +8,11 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import UsageError
-from gd_analyze.given_numbers import LARGEST, UNSIGNED
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import LARGEST, UNSIGNED
 
 # What is read: which margin an entry is, and what its unit is worth.
 _UNITS = {

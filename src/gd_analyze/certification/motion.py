@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.harmonics.torque_rows import RateFactor
-from gd_analyze.vectors import FloatArray
 
 # Above it the signs of the rates are not tried all: 2^9 choices for ten joints.
 _MOST_SIGNED = 10

@@ -16,6 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import box_of, expansion_of
 from gd_analyze.certification.error_field import round_off_of
@@ -24,7 +25,6 @@ from gd_analyze.certification.local_maximum import local_maximum
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.vectors import FloatArray
 
 # Positions: about 9 per angle for an arm like the PUMA 560, whose D knows four of its angles.
 EFFORT = 8_000

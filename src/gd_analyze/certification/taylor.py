@@ -19,8 +19,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.error_field import ErrorField
-from gd_analyze.vectors import FloatArray
 
 # Numbers of one wave in all boxes looked at together: they fit the cache.
 _AT_ONCE = 1 << 16

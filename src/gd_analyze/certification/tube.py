@@ -8,15 +8,14 @@ from operator import itemgetter
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray, chunks
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.margin import Margin
 from gd_analyze.errors import TrajectoryError, UsageError
-from gd_analyze.formatting import named_joints
-from gd_analyze.given_numbers import LARGEST
 from gd_analyze.motions.between import Between
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray, chunks
+from gd_analyze.text import LARGEST, named_joints
 
 # Boxes at most, a second's work: a long recording has its set points in common boxes.
 MOST_PIECES = 2048

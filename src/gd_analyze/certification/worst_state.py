@@ -10,10 +10,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.motion import Motion
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
-from gd_analyze.vectors import Array, FloatArray
 
 # Times that rates are chosen at most, lest a long ridge be followed for ever.
 _CHOICES = 40

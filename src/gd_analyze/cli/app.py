@@ -8,7 +8,6 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem
 
-from gd_analyze.cache import folder
 from gd_analyze.cli.analyze import analyze
 from gd_analyze.cli.arms import arms
 from gd_analyze.cli.certify import certify
@@ -27,7 +26,8 @@ from gd_analyze.cli.simplify import simplify
 from gd_analyze.cli.trade_off import trade_off
 from gd_analyze.cli.validate import validate
 from gd_analyze.errors import UsageError
-from gd_analyze.resources import shipped
+from gd_analyze.files import shipped
+from gd_analyze.simplification.cache import folder
 from gd_analyze.version import __version__
 
 EPILOG = """\b

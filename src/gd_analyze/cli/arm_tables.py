@@ -8,11 +8,11 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 import gd_analyze as gd
+from gd_analyze.arrays import FloatArray
 from gd_analyze.cli.terminal import WIDTH, line, sentence, table
-from gd_analyze.formatting import number
 from gd_analyze.robots.parts import Placement
 from gd_analyze.robots.turns import angles_of
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import number
 
 _MOMENTS, _PRODUCTS = ("Ixx", "Iyy", "Izz"), ("Ixy", "Ixz", "Iyz")
 _OFF_DIAGONAL = ([0, 0, 1], [1, 2, 2])

@@ -14,14 +14,14 @@ from gd_analyze.cli.log_options import log_options, read_motion
 from gd_analyze.cli.options import FILE, TRAJECTORY, margin_option
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.terminal import line, sentence
-from gd_analyze.formatting import number, rounded_up
+from gd_analyze.text import number, rounded_up
 
 if TYPE_CHECKING:
+    from gd_analyze.arrays import FloatArray
     from gd_analyze.certification.certificate import Certificate
     from gd_analyze.certification.positive_definite import Definiteness
     from gd_analyze.cli.joint_table import Column
     from gd_analyze.simplification.accuracy import Accuracy
-    from gd_analyze.vectors import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

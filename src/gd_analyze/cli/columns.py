@@ -53,8 +53,8 @@ def _document(logged: Logged, arm: gd.RobotArm) -> dict[str, Any]:
 
 
 def _show(logged: Logged, arm: gd.RobotArm) -> None:
-    from gd_analyze.formatting import number
     from gd_analyze.motions.told import reasons_told, unused_told
+    from gd_analyze.text import number
 
     kind = "readings" if logged.measured else "a plan"
     sentence(

@@ -89,7 +89,7 @@ def compare(
 
 
 def _show(told: dict[str, Any], files: list[Path]) -> None:
-    from gd_analyze.formatting import number
+    from gd_analyze.text import number
 
     def pair(count: dict[str, int] | None) -> str:
         return "-" if count is None else f"{count['multiplications']} + {count['additions']}"

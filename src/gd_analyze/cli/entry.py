@@ -23,7 +23,7 @@ from gd_analyze.cli.app import app
 from gd_analyze.cli.closed_streams import fill_closed_streams
 from gd_analyze.cli.terminal import tell
 from gd_analyze.errors import GdAnalyzeError, StorageError, UsageError
-from gd_analyze.visible import visible
+from gd_analyze.text import visible
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED, TERMINATED = 0, 1, 2, 130, 143
 # What the system refuses whatever state it is in: no file can be called that.

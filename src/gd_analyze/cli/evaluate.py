@@ -231,8 +231,8 @@ def _show_by_norm(trial: _Trial) -> None:
 
 def _compare(trial: _Trial, fitted_on: str) -> None:
     """Say how the error here compares to the one promised, or to the one without the payload."""
-    from gd_analyze.formatting import number
     from gd_analyze.simplification.accuracy import share_of
+    from gd_analyze.text import number
 
     model, here, allowed = trial.model, trial.evaluation.errors.largest, trial.model.accuracy.allowed
 
@@ -269,7 +269,7 @@ def _compare(trial: _Trial, fitted_on: str) -> None:
 
 
 def _say_what_may_be_carried(trial: _Trial) -> None:
-    from gd_analyze.formatting import named_joints, number
+    from gd_analyze.text import named_joints, number
 
     effect = trial.effect
     within = (trial.without_payload or trial.evaluation).within(trial.model.accuracy.allowed)

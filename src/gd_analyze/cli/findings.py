@@ -124,9 +124,9 @@ def _measured_torque(findings: Findings) -> dict[str, Any] | None:
 
 
 def _show(findings: Findings, files: list[Path], top: int) -> None:
-    from gd_analyze.formatting import number
     from gd_analyze.results import summary
     from gd_analyze.simplification.element import ELEMENT
+    from gd_analyze.text import number
 
     sentence(f"{summary.title(findings)} {summary.subtitle(findings)}", bold=True)
     sentence(summary.headline(findings))
@@ -169,8 +169,8 @@ def _show_errors(findings: Findings) -> None:
     import numpy as np
 
     from gd_analyze.cli.joint_table import joint_table, percents
-    from gd_analyze.formatting import rounded_up, share_up
     from gd_analyze.simplification.accuracy import share_of
+    from gd_analyze.text import rounded_up, share_up
 
     model = findings.model
     accuracy, by_peak = model.accuracy, model.accuracy.asked.wholes == {"peak"}
@@ -221,9 +221,9 @@ def _by_level(findings: Findings) -> str:
 
 
 def _show_ranking(findings: Findings, top: int) -> None:
-    from gd_analyze.formatting import amount, fitting, number, percent, pretty
     from gd_analyze.results.rows import element_rows
     from gd_analyze.results.words import LETTERS, VERDICTS, told
+    from gd_analyze.text import amount, fitting, number, percent, pretty
 
     rows = element_rows(findings)
     with_text = any(row["text_verdict"] for row in rows)

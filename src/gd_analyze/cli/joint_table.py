@@ -9,17 +9,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.cli.terminal import table, width
-from gd_analyze.formatting import fitting, number, percent
-from gd_analyze.labels import joint_name, shortened
 from gd_analyze.results.words import drives_told
 from gd_analyze.simplification.accuracy import share_of
+from gd_analyze.text import fitting, joint_name, number, percent, short_name
 
 if TYPE_CHECKING:
+    from gd_analyze.arrays import FloatArray
     from gd_analyze.operations.program import OperationCount
     from gd_analyze.robots.arm import RobotArm
     from gd_analyze.simplification.accuracy import Accuracy, ErrorTable
     from gd_analyze.simplification.norm_share import NormShare
-    from gd_analyze.vectors import FloatArray
 
 # Characters that a joint's number and name take at least, however narrow the terminal.
 _LEAST_NAME = 12
@@ -72,7 +71,7 @@ def _names(arm: RobotArm, beside: Sequence[tuple[str, Sequence[str]]]) -> list[s
     taken = sum(2 + max(map(len, (heading, *cells))) for heading, cells in beside)
     room = max(width() - taken, _LEAST_NAME)
     names = (joint_name(i, joint.name) for i, joint in enumerate(arm.joints, start=1))
-    return [shortened(name, room) for name in names]
+    return [short_name(name, room) for name in names]
 
 
 def _torques(values: FloatArray, largest: FloatArray, factors: Sequence[float]) -> list[str]:

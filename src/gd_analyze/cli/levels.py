@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import click
 
 from gd_analyze.cli.options import F, number_option, together
-from gd_analyze.level_names import LEVEL_NAMES
+from gd_analyze.text import LEVEL_NAMES
 
 # Of levels: as none is asked for.
 CHEAPEST = "cheapest"

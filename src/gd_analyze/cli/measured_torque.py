@@ -14,9 +14,8 @@ if TYPE_CHECKING:
 
 def show_measured_torque(findings: Findings) -> None:
     """Print measurement beside model, and the friction fitted; nothing where no torque was measured."""
-    from gd_analyze.formatting import fitting, number
-    from gd_analyze.labels import joint_name
     from gd_analyze.results.torque_words import measured_rows, torque_sentence
+    from gd_analyze.text import fitting, joint_name, number
 
     if not (rows := measured_rows(findings)):
         return
@@ -47,8 +46,8 @@ def show_measured_torque(findings: Findings) -> None:
 
 def show_friction(rows: Sequence[Row], beside: str = "") -> None:
     """Print the friction fitted to each joint, of rows as `measured_rows` gives; beside which model."""
-    from gd_analyze.labels import joint_name
     from gd_analyze.results.torque_words import friction_cells
+    from gd_analyze.text import joint_name
 
     cells = []
     for row in rows:

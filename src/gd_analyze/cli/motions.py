@@ -25,9 +25,9 @@ def motions_document(findings: Findings) -> dict[str, Any] | None:
 
 def show_motions(findings: Findings, top: int) -> None:
     """Print a row per motion, and the verdicts of up to `top` elements on which they depend."""
-    from gd_analyze.formatting import number, percent
     from gd_analyze.results.motion_words import changing, has_motions, motion_rows
     from gd_analyze.results.summary import budget_sentence, changing_sentence, strict_sentence
+    from gd_analyze.text import number, percent
 
     if not has_motions(findings):
         return

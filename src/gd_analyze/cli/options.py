@@ -10,8 +10,8 @@ from typing import Any, TypeVar
 import click
 from click.shell_completion import CompletionItem
 
-from gd_analyze.given_numbers import LARGEST, number_in
-from gd_analyze.resources import shipped
+from gd_analyze.files import shipped
+from gd_analyze.text import LARGEST, number_in
 
 F = TypeVar("F", bound=Callable[..., Any])
 

@@ -11,10 +11,10 @@ from typing import Any
 
 import click
 
-from gd_analyze.cache import without_cache
 from gd_analyze.cli.log_options import STAGE
 from gd_analyze.cli.options import together
 from gd_analyze.cli.terminal import Stages, line, print_json, stages, warnings_told
+from gd_analyze.simplification.cache import without_cache
 
 
 @dataclass

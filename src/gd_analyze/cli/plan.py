@@ -155,7 +155,7 @@ def _document(made: Plan) -> dict[str, Any]:
 
 def _show(made: Plan) -> None:
     """Extremes of the motion beside the limits, angles in degrees as they were typed."""
-    from gd_analyze.labels import joint_name
+    from gd_analyze.text import joint_name
 
     rows = []
     for row in made.limits.rows:

@@ -76,8 +76,8 @@ def _rows(ranking: TermRanking, arm: gd.RobotArm) -> list[dict[str, Any]]:
 
 def _show(exact: gd.ExactDynamics, ranking: TermRanking, kept: str, shown: list[dict[str, Any]]) -> None:
     from gd_analyze.cli.joint_table import arm_in_words
-    from gd_analyze.formatting import number, percent
     from gd_analyze.results.words import SYMBOLS, drives_told
+    from gd_analyze.text import number, percent
 
     terms, arm = ranking.terms, arm_in_words(exact.arm, exact.form.drives)
     sentence(f"{arm}: {kept}, ranked over {exact.states.in_words}", bold=True)

@@ -123,7 +123,7 @@ def losses_of_changes(model: gd.SimplifiedModel, states: States) -> tuple[Loss, 
 
 def _show_left_out(model: gd.SimplifiedModel, left_out: Sequence[Omission], plain: Plain) -> None:
     """Print a line of each change, as many as there is room for, and count the rest."""
-    from gd_analyze.formatting import amount, percent
+    from gd_analyze.text import amount, percent
 
     rows = [
         [

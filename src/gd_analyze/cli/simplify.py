@@ -178,11 +178,11 @@ def _show(
     digits: int,
 ) -> None:
     from gd_analyze.cli.joint_table import arm_in_words, promise_table
-    from gd_analyze.formatting import amount, rounded_up
     from gd_analyze.formulas.plain import Plain
     from gd_analyze.motions.states import in_words
     from gd_analyze.results.error_words import errs_by, norms_told
     from gd_analyze.results.summary import nothing_gained, worst_error
+    from gd_analyze.text import amount, rounded_up
 
     accuracy, arm = model.accuracy, model.arm
     full, left = model.operations_full, model.operations

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.visible import visible
+from gd_analyze.text import visible
 
 if TYPE_CHECKING:
     from rich.progress import Progress, ProgressColumn

@@ -16,12 +16,11 @@ from gd_analyze.cli.joint_table import (
 )
 from gd_analyze.cli.measured_torque import show_friction
 from gd_analyze.cli.terminal import line, sentence, table
-from gd_analyze.formatting import number, percent
-from gd_analyze.labels import joint_name, shortened
 from gd_analyze.motions.states import in_words
 from gd_analyze.results.torque_table import measured_torque_table
 from gd_analyze.results.torque_words import rows_told, torque_sentence
 from gd_analyze.simplification.accuracy import share_of
+from gd_analyze.text import joint_name, number, percent, short_name
 
 if TYPE_CHECKING:
     from gd_analyze.cli.joint_table import Column
@@ -143,7 +142,7 @@ def _show_all(found: Validation) -> None:
         errors, unkept = one.evaluation.errors, int((~one.keeps_promise).sum())
         rows.append(
             [
-                shortened(one.name, _MOTION),
+                short_name(one.name, _MOTION),
                 str(one.trajectory.n_set_points),
                 percent(float(errors.largest_share.max())),
                 str(errors.worst + 1),
@@ -193,7 +192,7 @@ def _show_exits(one: ValidatedMotion, found: Validation) -> None:
         return
     rows = [
         [
-            shortened(joint_name(each.farthest.joint, each.farthest.name), _NAME),
+            short_name(joint_name(each.farthest.joint, each.farthest.name), _NAME),
             each.farthest.quantity,
             f"{number(each.farthest.limit)} {each.farthest.unit}",
             number(each.farthest.excess),

@@ -17,7 +17,7 @@ from gd_analyze.formulas.mathml import MathML
 from gd_analyze.formulas.plain import Plain
 from gd_analyze.formulas.sympy import sympy_head, sympy_line
 from gd_analyze.formulas.writing import element_formula
-from gd_analyze.visible import visible
+from gd_analyze.text import visible
 
 if TYPE_CHECKING:
     from gd_analyze.harmonics.equations import Equation

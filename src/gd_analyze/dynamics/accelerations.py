@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray, set_points_last
 from gd_analyze.dynamics.drivetrain import NO_DRIVES, Drivetrain
 from gd_analyze.dynamics.interface import Method
 from gd_analyze.dynamics.mass_matrix import refusal
@@ -15,7 +16,6 @@ from gd_analyze.dynamics.methods import known_method
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.motions.states import checked_states
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray, set_points_last
 
 DEFAULT_METHOD = "composite_moments"
 

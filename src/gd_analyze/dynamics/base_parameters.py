@@ -10,17 +10,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.dynamics.regressor import PARAMETERS
 from gd_analyze.dynamics.regrouped_links import RegroupedArm, regrouped
 from gd_analyze.dynamics.regrouping import KINDS, Regrouping, carried, moments_of, regroupings
-from gd_analyze.labels import joined
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.inertia import second_moment
 from gd_analyze.robots.parts import Placement
-from gd_analyze.shown import html_of
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import html_of, joined
 
 # Of what is added up, some dozen numbers along the arm, rounding leaves less than this share.
 _ROUND_OFF = 1e-13

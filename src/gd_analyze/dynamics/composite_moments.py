@@ -32,10 +32,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.arrays import Array, apply, cross, dot, outer, times_constant
 from gd_analyze.dynamics.kinematics import Kinematics, joint_motions
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.inertia import second_moment
-from gd_analyze.vectors import Array, apply, cross, dot, outer, times_constant
 
 TRANSLATION, ROTATION = 0, 1
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gd_analyze.arrays import Array, FloatArray, chunks, round_off_of
 from gd_analyze.dynamics import composite_moments as composite
 from gd_analyze.dynamics import generalized_dalembert as dalembert
 from gd_analyze.dynamics.kinematics import solve_kinematics
@@ -20,9 +21,7 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.description import fingerprint
-from gd_analyze.round_off import round_off_of
 from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
-from gd_analyze.vectors import Array, FloatArray, chunks
 
 if TYPE_CHECKING:
     import xarray as xr

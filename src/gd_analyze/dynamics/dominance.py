@@ -15,13 +15,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray, array_of, chunks, peak_magnitude, round_off_of
 from gd_analyze.dynamics.elements import Element, elements
 from gd_analyze.errors import UsageError
-from gd_analyze.given_numbers import array_of
-from gd_analyze.resources import data_folder
-from gd_analyze.round_off import peak_magnitude, round_off_of
+from gd_analyze.files import data_folder
 from gd_analyze.schema import GROUPS, table, unit_of
-from gd_analyze.vectors import FloatArray, chunks
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.motions.states import checked_states
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.drives import coulomb_friction, viscous_coefficients
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.states import checked_states
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
 
 REST_RATE = 1e-2
 """Rate, rad/s (m/s), below which Coulomb friction fades out in a simulation: its tanh is 0.76 there."""

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from gd_analyze.vectors import Array, FloatArray
+from gd_analyze.arrays import Array, FloatArray
 
 # Readings of one block: neighbours resemble each other over far fewer than half of it.
 _BLOCK = 2**14

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.labels import joined
-from gd_analyze.vectors import Array, FloatArray
+from gd_analyze.arrays import Array, FloatArray
+from gd_analyze.text import joined
 
 
 @dataclass(frozen=True)

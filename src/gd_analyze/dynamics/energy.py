@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray, cross, dot, set_points_last
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.motions.states import checked_states
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray, cross, dot, set_points_last
 
 
 def kinetic_energy(arm: RobotArm, q: FloatArray, qd: FloatArray, *, drives: bool = False) -> FloatArray:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.arrays import Array, FloatArray, chunks
 from gd_analyze.dynamics.effective_samples import correlation_time
 from gd_analyze.dynamics.triangle import independent, reduced, spread, triangle
-from gd_analyze.vectors import Array, FloatArray, chunks
 
 TERMS = ("coulomb", "viscous", "offset")
 # Columns of the fits: an offset, the direction, the rate, the model's torque, the measured one.

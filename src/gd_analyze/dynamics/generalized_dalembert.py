@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.arrays import Array, cross, dot
 from gd_analyze.dynamics.kinematics import Kinematics, joint_motions
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import Array, cross, dot
 
 EFFECTS = ("translation", "rotation")
 

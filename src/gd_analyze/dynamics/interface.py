@@ -8,8 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
+from gd_analyze.arrays import Array, FloatArray, chunks, set_points_last
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import Array, FloatArray, chunks, set_points_last
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,8 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from gd_analyze.arrays import Array, turn_about
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import Array, turn_about
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.arrays import Array, product, skew, times_constant, turn_about
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.inertia import second_moment_about_origin
 from gd_analyze.robots.parts import Placement
-from gd_analyze.vectors import Array, product, skew, times_constant, turn_about
 
 
 @dataclass(frozen=True)

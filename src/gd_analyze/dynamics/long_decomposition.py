@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.decomposition import decompose, decompose_states, labelled, torque_of
 from gd_analyze.motions.checks import require_joints
 from gd_analyze.motions.states import States, states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray, chunks, set_points_last
 from gd_analyze.dynamics import composite_moments, generalized_dalembert
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import ArmError
 from gd_analyze.motions.states import States
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Link, moments_told
-from gd_analyze.vectors import FloatArray, chunks, set_points_last
 
 
 def require_positive_definite(arm: RobotArm, states: States, drives: bool) -> None:

@@ -7,21 +7,20 @@ from pathlib import Path
 
 import numpy as np
 
+from gd_analyze.arrays import Array, FloatArray, chunks
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.friction import Friction, JointFit, fit_joint
 from gd_analyze.dynamics.regimes import direction, far_from_jumps, settled
 from gd_analyze.dynamics.torque_verdict import Verdict, verdict_of
 from gd_analyze.dynamics.triangle import spread, triangle
 from gd_analyze.errors import UsageError
-from gd_analyze.formatting import amount, number, percent
 from gd_analyze.motions.checks import require_joints
 from gd_analyze.motions.pool import trajectory_of
 from gd_analyze.motions.states import states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
-from gd_analyze.shown import html_of
-from gd_analyze.vectors import Array, FloatArray, chunks
+from gd_analyze.text import amount, html_of, number, percent
 
 # Readings from which on a joint is judged, and friction fitted to a moving one: five for each of three terms
 # and a slope.

@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from gd_analyze.arrays import Array
 from gd_analyze.dynamics import (
     composite_moments,
     generalized_dalembert,
@@ -21,7 +22,6 @@ from gd_analyze.dynamics.interface import Dynamics, DynamicsOf, Method, TorqueOf
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import UsageError
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import Array
 
 
 def _lagrange_euler_dynamics(arm: RobotArm, q: Array, qd: Array) -> Dynamics:

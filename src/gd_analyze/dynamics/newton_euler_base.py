@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from gd_analyze.arrays import Array, FloatArray, apply, cross, dot, rigid_acceleration, times_constant
 from gd_analyze.dynamics.kinematics import Kinematics, solve_kinematics
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import Array, FloatArray, apply, cross, dot, rigid_acceleration, times_constant
 
 
 def torque(

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.arrays import Array, FloatArray, cross, rigid_acceleration, turn_parts
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import Array, FloatArray, cross, rigid_acceleration, turn_parts
 
 
 def torque(

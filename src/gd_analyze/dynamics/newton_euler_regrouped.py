@@ -16,9 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gd_analyze.arrays import Array, FloatArray, apply, cross, dot, times_constant
 from gd_analyze.dynamics.regrouped_links import RegroupedArm, RegroupedLink, regrouped
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import Array, FloatArray, apply, cross, dot, times_constant
 
 # An offset is so many quarter turns where it is within round-off of that.
 _QUARTER, _ROUND_OFF = 0.5 * math.pi, 1e-14

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from gd_analyze.vectors import Array, chunks
+from gd_analyze.arrays import Array, chunks
 
 # Takes the numbers of some rows, increasing, and gives these rows, shape (rows, ...).
 Read = Callable[[NDArray[np.intp]], Array]

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Placement
 from gd_analyze.schema import units_of
-from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
     import xarray as xr

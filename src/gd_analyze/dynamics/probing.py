@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from gd_analyze.vectors import Array
+from gd_analyze.arrays import Array
 
 
 class InverseDynamics(Protocol):

@@ -22,9 +22,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.arrays import Array, apply, dot, outer, product, times_constant, turn_parts
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.inertia import second_moment_about_origin
-from gd_analyze.vectors import Array, apply, dot, outer, product, times_constant, turn_parts
 
 
 def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = True) -> Array:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.vectors import Array, FloatArray
 
 # A zero-phase low-pass spreads a jump over half a period of its cut-off: of a Butterworth filter's step, some
 # hundredths are left there.

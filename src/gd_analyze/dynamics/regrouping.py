@@ -22,8 +22,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray, skew
 from gd_analyze.dynamics.regrouped_links import RegroupedArm, RegroupedLink
-from gd_analyze.vectors import FloatArray, skew
 
 # A link's mass, its first and second moments, and its drive's inertia.
 KINDS = ("m", "mx", "my", "mz", "Pxx", "Pxy", "Pyy", "Pxz", "Pyz", "Pzz", "J")

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.accelerations import solve_accelerations
 from gd_analyze.dynamics.drivetrain import NO_DRIVES, Drivetrain
 from gd_analyze.dynamics.energy import kinetic_energy, potential_energy
@@ -20,7 +21,6 @@ from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.motions.states import checked_states
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

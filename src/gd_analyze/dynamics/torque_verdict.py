@@ -6,8 +6,8 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.friction import JointFit
-from gd_analyze.vectors import FloatArray
 
 Verdict = Literal[
     "follows",

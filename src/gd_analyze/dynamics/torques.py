@@ -8,9 +8,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
 
 TorqueFunction: TypeAlias = Callable[[float, FloatArray, FloatArray], ArrayLike]
 TorqueHistory: TypeAlias = tuple[ArrayLike, ArrayLike]

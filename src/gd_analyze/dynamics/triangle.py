@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from gd_analyze.vectors import FloatArray
+from gd_analyze.arrays import FloatArray
 
 # A column of whose length no more than this part is independent of those before it tells nothing of its own:
 # rates and torques have not as many good digits.

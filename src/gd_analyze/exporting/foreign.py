@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 
-from gd_analyze.visible import shortened
+from gd_analyze.text import shortened
 
 _UNFIT = re.compile(r'[^\x20-\x7e]|[*\\?"`]')
 _LONGEST = 120

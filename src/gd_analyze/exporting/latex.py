@@ -9,13 +9,13 @@ from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.exporting.foreign import tex
 from gd_analyze.exporting.templating import filled
 from gd_analyze.exporting.told import proven_rows, told
-from gd_analyze.formatting import number
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.latex import Latex
 from gd_analyze.formulas.plain import Plain
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.recursion_reading import MEANINGS
 from gd_analyze.simplification.recursive import RECURSIVE
+from gd_analyze.text import number
 
 # Significant digits of coefficients, and signs of plain text that fill a line of a page.
 _DIGITS = 6

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.exporting.export_input import ExportInput
-from gd_analyze.formatting import number, rounded_up
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.operations.program import UFUNCS, Program
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import number, rounded_up
 
 _STATES = 1000
 # Other compilers and libraries of sines round otherwise, each as often.

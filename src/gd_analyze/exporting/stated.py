@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.certificate import Certificate
-from gd_analyze.formatting import rounded_up
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import rounded_up
 
 
 @dataclass(frozen=True)

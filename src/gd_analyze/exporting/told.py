@@ -9,9 +9,9 @@ from gd_analyze.certification.certificate import Certificate
 from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.exporting.foreign import comment
 from gd_analyze.exporting.stated import up
-from gd_analyze.formatting import number
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.model_file import model_text
+from gd_analyze.text import number
 from gd_analyze.version import __version__
 
 

@@ -8,7 +8,7 @@ from gd_analyze.formulas.formula import Formula, Function, Legend, Piece, Power,
 from gd_analyze.formulas.writing import abbreviation, rate_symbol, written_out
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates, Signed
 from gd_analyze.harmonics.terms import Factor, Rate, TorqueTerm
-from gd_analyze.labels import joined
+from gd_analyze.text import joined
 
 
 def factor_legend(factors: set[Factor]) -> Legend:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from gd_analyze.formulas.formula import NOTHING, Formula, Piece, Power, Symbol, bracketed, one
-from gd_analyze.labels import inertia_label, joined
+from gd_analyze.text import inertia_label, joined
 
 _WORDS = {"translation": "tran", "rotation": "rot"}
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from itertools import groupby
 
+from gd_analyze.arrays import falling
 from gd_analyze.formulas.formula import NOTHING, Formula, Function, Piece, Power, Product, Symbol, bracketed
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.equations import Equation
@@ -18,8 +19,7 @@ from gd_analyze.harmonics.terms import (
     TorqueTerm,
     quantity_of,
 )
-from gd_analyze.labels import joined
-from gd_analyze.round_off import falling
+from gd_analyze.text import joined
 
 _LETTERS = {"cos": "C", "sin": "S", "power": "d"}
 _QUANTITIES = {"D": "inertia", "h": "coriolis_centrifugal", "c": "gravity_loading"}

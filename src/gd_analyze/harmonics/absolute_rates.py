@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
 
 
 class Signed(NamedTuple):

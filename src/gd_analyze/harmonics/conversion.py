@@ -8,13 +8,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import Array, FloatArray, falling
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.product_table import ProductTable
 from gd_analyze.harmonics.products import with_products
 from gd_analyze.harmonics.terms import Factor, Monomial
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial, numbers
-from gd_analyze.round_off import falling
-from gd_analyze.vectors import Array, FloatArray
 
 # cos x = (e^ix + e^-ix) / 2, sin x = -i (e^ix - e^-ix) / 2; a power is itself.
 _EXPONENTIALS = {"cos": (0.5, 0.5), "sin": (-0.5j, 0.5j), "power": (1.0, 0.0)}

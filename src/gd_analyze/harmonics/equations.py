@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray, falling
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.errors import UsageError
 from gd_analyze.harmonics.conversion import to_products
@@ -18,12 +19,10 @@ from gd_analyze.harmonics.product_table import ProductTable
 from gd_analyze.harmonics.terms import Monomial
 from gd_analyze.harmonics.transform import Harmonics, christoffel, harmonics_behind
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial
-from gd_analyze.labels import joined, parted
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
-from gd_analyze.round_off import falling
 from gd_analyze.schema import unit_of
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import joined, parted
 
 Indices = tuple[int, ...]
 

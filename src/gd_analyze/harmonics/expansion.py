@@ -17,11 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.given_numbers import LARGEST_COEFFICIENT
+from gd_analyze.arrays import FloatArray
 from gd_analyze.harmonics.torque_algebra import TorqueAlgebra, no_torque
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.operations.program import Program
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import LARGEST_COEFFICIENT
 
 _EPS = float(np.finfo(float).eps)
 

@@ -22,12 +22,12 @@ from functools import lru_cache
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.conversion import to_terms
 from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, Rate, Torques, TorqueTerm
 from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
-from gd_analyze.vectors import FloatArray
 
 # Sums of a few products: what is left of their sizes when they cancel.
 _CANCELLED = 1e-13

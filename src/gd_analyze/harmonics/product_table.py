@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.harmonics.terms import Monomial
 from gd_analyze.harmonics.trigonometric_polynomial import numbers
-from gd_analyze.vectors import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

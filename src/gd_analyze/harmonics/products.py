@@ -12,10 +12,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.harmonics.product_table import ProductTable
 from gd_analyze.harmonics.squares import has_one_double, with_squares
 from gd_analyze.harmonics.terms import Factor, FactorKind, Monomial, half_of
-from gd_analyze.vectors import FloatArray
 
 # Beyond it, trying every choice of squares would take longer than it helps; no arm known comes near.
 _MOST_CHOICES = 2**10

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.harmonics.product_table import ProductTable
 from gd_analyze.harmonics.terms import Factor, Monomial, half_of
-from gd_analyze.vectors import FloatArray
 
 
 def has_one_double(table: ProductTable, r: int) -> bool:

@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import Array
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.torque_rows import RateFactor, rate_factors
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial, numbers
-from gd_analyze.vectors import Array
 
 # Largest multiple of an angle, or power, in any step. What a torque has is `DEGREE`; a product of an inertia
 # turned into the base frame with three axes there has more until sines and cosines cancel.

@@ -20,15 +20,15 @@ from pathlib import Path
 
 import numpy as np
 
+from gd_analyze.arrays import Array, FloatArray, chunks
 from gd_analyze.dynamics import composite_moments as composite
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import ArmError
 from gd_analyze.harmonics.absolute_rates import AbsoluteRates
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial
-from gd_analyze.labels import joined
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
-from gd_analyze.vectors import Array, FloatArray, chunks
+from gd_analyze.text import joined
 
 # Largest table of D on a grid. Ten general turning joints take 3.1 GB and 100 s, eleven 19 GB.
 MOST_BYTES = 4e9

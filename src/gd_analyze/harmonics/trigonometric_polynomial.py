@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.vectors import Array, FloatArray
+from gd_analyze.arrays import Array, FloatArray
 
 # Of D in every joint variable: each of its two velocities turns (or moves) with the joint once.
 DEGREE = 2

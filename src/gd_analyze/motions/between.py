@@ -26,8 +26,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.vectors import FloatArray
 
 _DEGREE = 5
 _POWERS = np.arange(_DEGREE + 1)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import csv
 import re
 
+from gd_analyze.arrays import are_possible
 from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.given_numbers import LARGEST, are_possible, number_in
-from gd_analyze.visible import in_python
+from gd_analyze.text import LARGEST, in_python, number_in
 
 WITH_COMMA = re.compile(r"[-+]?[0-9]*,[0-9]+([eE][-+]?[0-9]+)?")
 

@@ -7,12 +7,12 @@ import warnings
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.limits import ROUNDING, Violation, joint_label, limit_report
 from gd_analyze.motions.rate_slips import rate_slips
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
 
 # A joint without limits may turn several times; numbers beyond two turns are rarely radians.
 MANY_TURNS = 4 * math.pi

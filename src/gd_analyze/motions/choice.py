@@ -20,7 +20,7 @@ from gd_analyze.motions.time_axis import TimeColumns, time_columns
 from gd_analyze.motions.units import TIME_UNITS, fitting_unit, units_of
 from gd_analyze.motions.words import words_of
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.visible import in_python
+from gd_analyze.text import in_python
 
 _ORDER = {"measured": 0, "plain": 1, "target": 2}
 

@@ -12,7 +12,7 @@ from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.motions.role_words import SET_POINT_COLUMN
 from gd_analyze.motions.text_layout import LONGEST_NAME
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.visible import in_python
+from gd_analyze.text import in_python
 
 KINDS = ("q", "qd", "qdd")
 

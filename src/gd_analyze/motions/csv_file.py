@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 
 from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.files import megabytes, read_at_most
+from gd_analyze.files import megabytes, read_at_most, shipped
 from gd_analyze.motions.checks import check_against_arm, warn_if_radians
 from gd_analyze.motions.log_file import HEAD, beginning_of, keeps_contract, motion_of_log
 from gd_analyze.motions.open_log import format_by_name
@@ -18,10 +18,9 @@ from gd_analyze.motions.set_points import set_points_in
 from gd_analyze.motions.table import Progress, no_progress
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.motions.treatment import Treatment
-from gd_analyze.resources import shipped
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
-from gd_analyze.visible import in_python, visible
+from gd_analyze.text import in_python, visible
 
 # A million set points of a seven-joint arm, every number with all its digits, are 0.45 GB.
 LARGEST_FILE = 1_000_000_000

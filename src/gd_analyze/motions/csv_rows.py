@@ -8,10 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray, are_possible
 from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.given_numbers import are_possible
 from gd_analyze.motions.cells import number_of, split_cells, wrong_width
-from gd_analyze.vectors import FloatArray
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
-from gd_analyze.formatting import figures, named_joints
 from gd_analyze.motions.noise import HIGHEST, HIGHEST_SHARE, Noise, best_cutoff, common_error, sizes
 from gd_analyze.motions.spectrum import Spectrum
 from gd_analyze.motions.stamps import Stamps
 from gd_analyze.motions.treatment import Treatment
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import figures, named_joints
 
 # Of the readings per second: above it hardly anything is smoothed.
 _LARGEST_SHARE = 0.25

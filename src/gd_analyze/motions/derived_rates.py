@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gd_analyze.vectors import FloatArray
+from gd_analyze.arrays import FloatArray
 
 # A quintic with not-a-knot ends has six free coefficients before its first inner knot.
 FEWEST_SET_POINTS = 6

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from gd_analyze.errors import Location, TrajectoryError
+from gd_analyze.files import RESULT_FILES
 from gd_analyze.motions.open_log import format_by_name
-from gd_analyze.run import RESULT_FILES
-from gd_analyze.visible import visible
+from gd_analyze.text import visible
 
 # Text that may be a motion; whatever is neither that nor a log by its name is passed over.
 _TEXT = frozenset({".csv", ".tsv", ".txt", ".dat", ".log"})

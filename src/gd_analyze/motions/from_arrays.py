@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray, array_of
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.given_numbers import array_of
 from gd_analyze.motions.derived_rates import FEWEST_SET_POINTS, complete_rates
 from gd_analyze.motions.logged import Logged
 from gd_analyze.motions.measured import motion_of
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gd_analyze.arrays import FloatArray, are_possible, array_of
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.given_numbers import LARGEST, are_possible, array_of
 from gd_analyze.motions.limits import ROUNDING, angle, joint_label
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import LARGEST
 
 
 def checked_knots(arm: RobotArm, start: ArrayLike, via: Sequence[ArrayLike], goal: ArrayLike) -> FloatArray:

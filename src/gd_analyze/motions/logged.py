@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from gd_analyze.vectors import FloatArray
+from gd_analyze.arrays import FloatArray
 
 Quantity = Literal["q", "qd", "qdd", "torque"]
 Role = Literal["time", "unused"] | Quantity

@@ -13,7 +13,6 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.files import read_at_most, write_text
-from gd_analyze.given_numbers import LARGEST
 from gd_analyze.motions.choice import Choice, Use
 from gd_analyze.motions.logged import Logged
 from gd_analyze.motions.reading import ROLES, Reading
@@ -23,7 +22,7 @@ from gd_analyze.motions.time_axis import SAMPLE, TimeColumns
 from gd_analyze.motions.units import TIME_UNITS, units_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.toml_lines import TableLines
-from gd_analyze.visible import in_python
+from gd_analyze.text import LARGEST, in_python
 
 FORMAT = "gd-analyze log mapping 1"
 LARGEST_FILE = 1_000_000

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
-from gd_analyze.formatting import figures
 from gd_analyze.motions.cutoffs import Source, chosen
 from gd_analyze.motions.derived_rates import FEWEST_SET_POINTS, complete_rates
 from gd_analyze.motions.logged import Logged
@@ -20,7 +20,7 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.motions.treatment import Treatment
 from gd_analyze.motions.unwrapping import unwrapped
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import figures
 
 
 def motion_of(logged: Logged, arm: RobotArm | None, treatment: Treatment | None = None) -> Trajectory:

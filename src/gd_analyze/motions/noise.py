@@ -20,9 +20,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.smoothing import passed
 from gd_analyze.motions.spectrum import Spectrum
-from gd_analyze.vectors import FloatArray
 
 # Above it arms swing in the elasticity of their joints, which no model of rigid links describes.
 HIGHEST = 30.0

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.given_numbers import LARGEST
 from gd_analyze.motions.extra import required
 from gd_analyze.motions.table import Columns, Progress, Stamps, no_progress
+from gd_analyze.text import LARGEST
 
 _HEAD_ROWS = 200
 

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gd_analyze.arrays import FloatArray, array_of
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
-from gd_analyze.given_numbers import LARGEST, array_of
 from gd_analyze.motions.knots import checked_knots, knot_times, wrong_argument
 from gd_analyze.motions.limits import ROUNDING, LimitReport, limit_report
 from gd_analyze.motions.profiles import PROFILES, Profile
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import LARGEST
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly

@@ -10,16 +10,15 @@ from typing import TypeGuard
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.formatting import number
 from gd_analyze.motions.csv_file import read_trajectory, shipped_trajectories
 from gd_analyze.motions.folder import is_folder_of_motions, trajectory_files
 from gd_analyze.motions.motions import Motion, in_words
 from gd_analyze.motions.recording import Recording
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
-from gd_analyze.visible import in_python, visible
+from gd_analyze.text import in_python, number, visible
 
 # One motion, by itself or by what it is read from; or several, or a folder of them.
 GivenMotion = Trajectory | str | Path

@@ -12,9 +12,9 @@ import math
 
 import numpy as np
 
-from gd_analyze.formatting import named_joints
+from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import named_joints
 
 # An arm may stop, turn or jerk between two set points: in as many intervals as this nothing is concluded, and
 # there must be more besides. Planned motions of any profile with up to four vias then show no contradiction.

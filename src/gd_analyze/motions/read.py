@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.choice import Choice, choose
 from gd_analyze.motions.logged import ColumnUse, Logged
@@ -21,8 +22,7 @@ from gd_analyze.motions.time_axis import SAMPLE, in_seconds, unit_by_velocity
 from gd_analyze.motions.units import units_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
-from gd_analyze.vectors import FloatArray
-from gd_analyze.visible import visible
+from gd_analyze.text import visible
 
 # Rows by which velocities are held against positions, for a message.
 _JUDGED = 20_000

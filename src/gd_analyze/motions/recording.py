@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.logged import ColumnUse
-from gd_analyze.vectors import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

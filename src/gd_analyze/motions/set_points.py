@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray, are_possible
 from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.given_numbers import LARGEST, are_possible
 from gd_analyze.motions.csv_columns import KINDS, Columns, header_for, read_columns
 from gd_analyze.motions.csv_lines import Lines
 from gd_analyze.motions.csv_rows import Rows
@@ -16,8 +16,7 @@ from gd_analyze.motions.csv_writing import GAP, recorded_command
 from gd_analyze.motions.derived_rates import FEWEST_SET_POINTS, complete_rates
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
-from gd_analyze.visible import visible
+from gd_analyze.text import LARGEST, visible
 
 
 def set_points_in(

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gd_analyze.vectors import FloatArray
+from gd_analyze.arrays import FloatArray
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.vectors import FloatArray
+from gd_analyze.arrays import FloatArray
 
 # Length of the pieces whose spectra are averaged, s, and in readings at least.
 _PIECE, _SHORTEST = 8.0, 64

@@ -8,9 +8,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.formatting import figures
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import figures
 
 # Readings of a stretch that is kept: two in a row say nothing of accelerations, nor do a few.
 FEWEST = 16

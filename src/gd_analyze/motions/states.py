@@ -10,16 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gd_analyze.arrays import Array, FloatArray, array_of, require_possible, set_points_last
 from gd_analyze.errors import TrajectoryError, UsageError
-from gd_analyze.given_numbers import array_of, require_possible
 from gd_analyze.motions.motions import Motion, listed
 from gd_analyze.motions.motions import in_words as motions_in_words
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.box_limits import box_limits
 from gd_analyze.robots.catalogue import arm_of
-from gd_analyze.vectors import Array, FloatArray, set_points_last
-from gd_analyze.visible import in_python
+from gd_analyze.text import in_python
 
 if TYPE_CHECKING:
     import xarray as xr

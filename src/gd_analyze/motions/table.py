@@ -10,8 +10,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import Location
-from gd_analyze.vectors import FloatArray
 
 # Told how many bytes of how many have been read.
 Progress = Callable[[int, int], None]

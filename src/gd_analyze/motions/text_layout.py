@@ -7,10 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.given_numbers import number_in
 from gd_analyze.motions.cells import WITH_COMMA, split_cells
 from gd_analyze.motions.units import unit_in_words
-from gd_analyze.visible import in_python
+from gd_analyze.text import in_python, number_in
 
 # Names of columns in logs of robots, topics included, are shorter.
 LONGEST_NAME = 200

@@ -13,11 +13,11 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.given_numbers import LARGEST, number_in
 from gd_analyze.motions.cells import number_of, split_cells, wrong_width
 from gd_analyze.motions.table import Columns, Progress, Stamps, no_progress
 from gd_analyze.motions.text_blocks import Block, block_of, frame_of
 from gd_analyze.motions.text_layout import EMPTY, Layout, layout_of
+from gd_analyze.text import LARGEST, number_in
 
 _BLOCK = 8_000_000  # bytes read at once
 _HEAD_BYTES = 1_000_000

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.motions.roles import Meaning
 from gd_analyze.motions.table import Stamps
 from gd_analyze.motions.units import TIME_UNITS
-from gd_analyze.vectors import FloatArray
 
 SAMPLE = "sample"
 # Instants since 1970 of logs between 1990 and 2100, s.

@@ -9,13 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray, are_possible, array_of
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.formatting import number
-from gd_analyze.given_numbers import LARGEST, are_possible, array_of
 from gd_analyze.motions.motions import Motion
 from gd_analyze.motions.recording import Recording
-from gd_analyze.shown import html_of
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import LARGEST, html_of, number
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

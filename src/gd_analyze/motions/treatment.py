@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gd_analyze.errors import UsageError
-from gd_analyze.given_numbers import LARGEST
+from gd_analyze.text import LARGEST
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gd_analyze.formatting import named_joints
+from gd_analyze.arrays import FloatArray
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import named_joints
 
 _TURN = 2 * math.pi
 # A jump that differs from full turns by more than this, rad, is none of a wrapped angle.

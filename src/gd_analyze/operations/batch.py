@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.program import UFUNCS, Program
 from gd_analyze.operations.trace import Expression
-from gd_analyze.vectors import FloatArray
 
 
 class Batch:

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from gd_analyze.arrays import Array
 from gd_analyze.operations.program import OperationCount
-from gd_analyze.vectors import Array
 
 
 @dataclass

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.trace import Expression, Operation, Trace, reached
-from gd_analyze.vectors import FloatArray
 
 UFUNCS: dict[Operation, Any] = {
     "add": np.add,

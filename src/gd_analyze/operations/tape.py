@@ -12,9 +12,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Expression
-from gd_analyze.vectors import FloatArray
 
 
 class Tape:

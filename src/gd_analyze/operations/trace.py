@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from gd_analyze.vectors import Array
+from gd_analyze.arrays import Array
 
 Operation = Literal["input", "add", "subtract", "multiply", "negative", "cos", "sin"]
 

@@ -10,9 +10,9 @@ import re
 from collections.abc import Collection, Sequence
 from typing import Any, cast
 
-from gd_analyze.given_numbers import LARGEST_COEFFICIENT
 from gd_analyze.operations.program import UFUNCS, Program
 from gd_analyze.operations.trace import Expression, Operation, Trace
+from gd_analyze.text import LARGEST_COEFFICIENT
 
 _ARGUMENTS: dict[str, int] = {"input": 1} | {name: ufunc.nin for name, ufunc in UFUNCS.items()}
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.formatting import given
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.text import given
 
 
 def arm_data(arm: RobotArm) -> dict[str, Any]:

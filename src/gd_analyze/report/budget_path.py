@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.formatting import pretty
 from gd_analyze.report.beyond_chart import place
 from gd_analyze.results import summary
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import Row, budget_rows
+from gd_analyze.text import pretty
 
 # Decades of the axis that errors over the budget stand on.
 DECADES = (-2, 1)

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.report.colours import ON_PAPER
-from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

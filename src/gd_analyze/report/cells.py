@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from gd_analyze.formatting import aligned, figures, fitting, percent_cell, pretty
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import Row
+from gd_analyze.text import aligned, figures, fitting, percent_cell, pretty
 
 Write = Callable[[Row], str]
 

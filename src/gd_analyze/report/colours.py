@@ -10,7 +10,7 @@ import json
 from itertools import cycle
 from pathlib import Path
 
-from gd_analyze.level_names import LEVEL_NAMES
+from gd_analyze.text import LEVEL_NAMES
 
 TEMPLATES = Path(__file__).parent / "templates"
 

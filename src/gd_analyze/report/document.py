@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from gd_analyze.formatting import figures, percent, pretty
 from gd_analyze.report.arm_data import arm_data
 from gd_analyze.report.harmonic_data import harmonic_data
 from gd_analyze.report.joint_document import beyond, joints, longest_bar
@@ -23,6 +22,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import element_rows
 from gd_analyze.results.words import CONTRIBUTIONS, LETTERS, SYMBOLS, VERDICTS, told
+from gd_analyze.text import figures, percent, pretty
 
 
 def document(findings: Findings) -> dict[str, Any]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.elements import Element
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.results.findings import Findings
-from gd_analyze.vectors import FloatArray
 
 
 def rank_of(findings: Findings, element: Element) -> int:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.report.canvas import Canvas
 from gd_analyze.report.motion import skeleton
 from gd_analyze.report.panel import MOST_POINTS, WIDTH, Panel, add_frame, ticks
 from gd_analyze.report.thinning import breaks, broken, evenly, thinned
 from gd_analyze.report.views import View, oblique_view, plain_views, upright_frame
 from gd_analyze.results.findings import Findings
-from gd_analyze.vectors import FloatArray
 
 POSES = 9
 # Places of the arm to look at, of a long trajectory: ten for each that the path of the hand shows.

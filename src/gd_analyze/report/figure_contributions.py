@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.formatting import amount, pretty
 from gd_analyze.report.canvas import Canvas
 from gd_analyze.report.panel import MOST_POINTS, WIDTH, Panel, Scale, add_frame, ticks, whole_range
 from gd_analyze.report.thinning import breaks, broken, thinned
@@ -12,6 +11,7 @@ from gd_analyze.results import summary
 from gd_analyze.results.contributions import Contributions
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.parts import Joint
+from gd_analyze.text import amount, pretty
 
 _HEAD, _FOOT, _LEFT, _GAP = 12.0, 20.0, 22.0, 12.0
 # A limit farther from zero than this many times the torque would leave no room to see what it is made of.

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from gd_analyze.dynamics.elements import Element, elements
-from gd_analyze.formatting import figures
 from gd_analyze.report.canvas import Canvas
 from gd_analyze.report.colours import COLOURS
 from gd_analyze.report.element_curves import element_curves, rank_of
@@ -23,6 +22,7 @@ from gd_analyze.report.panel import (
 from gd_analyze.report.thinning import breaks
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.words import LETTERS
+from gd_analyze.text import figures
 
 # Dash and width tell curves apart in greyscale.
 _CURVES: dict[str, tuple[float, dict[str, Any]]] = {

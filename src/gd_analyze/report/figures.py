@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gd_analyze.formatting import pretty
+from gd_analyze.arrays import FloatArray
 from gd_analyze.report.canvas import Canvas
 from gd_analyze.report.motion import motion_curve, motion_unit
 from gd_analyze.report.panel import WIDTH, Panel, Scale, add_curve, add_frame, ticks, value_range, whole_range
@@ -15,7 +15,7 @@ from gd_analyze.report.thinning import breaks
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.torque_curves import measured_joints, torque_curves
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import pretty
 
 # Above, below and beside the rows of a figure.
 _HEAD, _FOOT, _NAME_WIDTH = 12.0, 16.0, 66.0

@@ -7,11 +7,10 @@ from typing import Any
 
 from markupsafe import Markup
 
-from gd_analyze import formatting
+from gd_analyze import text as formatting
 from gd_analyze.dynamics.elements import elements
 from gd_analyze.formulas.formula import Legend
 from gd_analyze.formulas.mathml import PageMathML
-from gd_analyze.labels import inertia_label
 from gd_analyze.report.beyond_chart import beyond_chart, place
 from gd_analyze.report.budget_equations import budget_equations
 from gd_analyze.report.budget_path import DECADES, BudgetPath
@@ -30,6 +29,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import Row, dropped_parts, element_rows, joint_rows, trade_off_rows
 from gd_analyze.results.words import CONTRIBUTIONS, kind_name
+from gd_analyze.text import inertia_label
 
 SCRIPTS = ("chart.js", "trade_off.js", "plots.js", "viewer.js", "budget.js", "table.js", "page.js", "fold.js")
 # What the appendices are called where there is little room.

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.dynamics.elements import elements
-from gd_analyze.formatting import pretty
 from gd_analyze.report.colours import OF_LEVEL
 from gd_analyze.report.element_curves import element_curves, rank_of
 from gd_analyze.report.motion import motion_curve, motion_unit, skeleton
@@ -25,7 +25,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.recording_words import is_recorded
 from gd_analyze.results.torque_curves import measured_joints, torque_curves
 from gd_analyze.results.words import CONTRIBUTIONS, kind_name
-from gd_analyze.vectors import Array, FloatArray
+from gd_analyze.text import pretty
 
 # A panel is some hundred pixels wide, so more points than this cannot be told apart.
 MOST_POINTS = 1500

@@ -6,13 +6,13 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from gd_analyze.formatting import amount, mass, number, percent_cell, pretty, rounded_up, share_up
 from gd_analyze.report.cells import formatted, in_fitting_units, share, torque
 from gd_analyze.report.motion import motion_unit
 from gd_analyze.results import summary
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import Row, joint_rows
 from gd_analyze.robots.parts import Joint
+from gd_analyze.text import amount, mass, number, percent_cell, pretty, rounded_up, share_up
 
 _TORQUES = (
     *("peak_torque", "allowed_error", "largest_error", "rms_error", "tube_certified", "tube_worst_found"),

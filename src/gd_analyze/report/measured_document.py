@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from gd_analyze.formatting import amount, figures, pretty, with_error
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import Row
 from gd_analyze.results.torque_words import (
@@ -14,6 +13,7 @@ from gd_analyze.results.torque_words import (
     share_told,
     torque_sentence,
 )
+from gd_analyze.text import amount, figures, pretty, with_error
 
 _UNKNOWN = "–"
 

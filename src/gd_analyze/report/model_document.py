@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from gd_analyze.formatting import percent, percent_cell, pretty
 from gd_analyze.formulas.parts import part_symbol
 from gd_analyze.formulas.typst import Typst
-from gd_analyze.labels import inertia_label, joined
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.report.cells import formatted, in_fitting_units, share, torque
 from gd_analyze.report.harmonic_data import equation_data
@@ -16,6 +14,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import Row, dropped_parts, trade_off_rows
 from gd_analyze.results.words import kind_name
+from gd_analyze.text import inertia_label, joined, percent, percent_cell, pretty
 
 # The longest budget that a table has room for.
 _LONGEST_BUDGET = 12

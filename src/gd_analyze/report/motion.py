@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.declared_values import UNITS
+from gd_analyze.arrays import FloatArray, set_points_last
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint
-from gd_analyze.vectors import FloatArray, set_points_last
+from gd_analyze.schema import UNITS
 
 
 def skeleton(arm: RobotArm, q: FloatArray) -> FloatArray:

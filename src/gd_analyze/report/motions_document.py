@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from gd_analyze.formatting import amount, number, percent, pretty
 from gd_analyze.results import summary
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.motion_words import Row, changing, mark_of, motion_rows
 from gd_analyze.results.words import VERDICTS
+from gd_analyze.text import amount, number, percent, pretty
 
 # Motions that have a column each; of more it is counted how many are of which verdict.
 MOST_COLUMNS = 12

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from markupsafe import Markup, escape
 
-from gd_analyze import formatting
+from gd_analyze import text as formatting
 from gd_analyze.formulas.formula import Symbol, as_formula
 from gd_analyze.formulas.mathml import PageMathML
 from gd_analyze.formulas.parts import part_symbol

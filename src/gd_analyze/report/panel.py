@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.formatting import prefixed, pretty
+from gd_analyze.arrays import FloatArray
 from gd_analyze.report.canvas import Canvas, Frame
 from gd_analyze.report.thinning import breaks, broken, thinned
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import prefixed, pretty
 
 # Set points to draw of a long trajectory: some four per point (1/72 in) of a wide panel.
 MOST_POINTS = 500

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from gd_analyze.formatting import figures, percent_cell, pretty
 from gd_analyze.formulas.typst import Typst
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.report.cells import formatted, in_fitting_units, share, torque
@@ -13,6 +12,7 @@ from gd_analyze.results import summary
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import Row
 from gd_analyze.results.words import SYMBOLS, told
+from gd_analyze.text import figures, percent_cell, pretty
 
 # Rows of the ranking of single terms.
 _TERMS = 20

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.results.findings import Findings
-from gd_analyze.vectors import FloatArray
 
 # Length of what is drawn large, in periods of the cut-off, and readings at least.
 _PERIODS, _FEWEST = 6.0, 40

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from gd_analyze.formatting import amount, figures, percent, pretty
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.recording_words import is_recorded, noise_rows, recording_told
 from gd_analyze.results.rows import Row
+from gd_analyze.text import amount, figures, percent, pretty
 
 
 def recording_document(findings: Findings) -> dict[str, Any] | None:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from itertools import groupby
 from typing import Any, NamedTuple
 
-from gd_analyze.formatting import percent
 from gd_analyze.formulas.formula import Formula, Symbol
 from gd_analyze.formulas.typst import Typst
 from gd_analyze.motions.states import states_of
@@ -17,6 +16,7 @@ from gd_analyze.simplification.left_out import Omission, omissions
 from gd_analyze.simplification.link_parameters import LinkParameter, link_parameters
 from gd_analyze.simplification.recursion_reading import MEANINGS
 from gd_analyze.simplification.recursive import RECURSIVE
+from gd_analyze.text import percent
 
 _TYPST = Typst()
 

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from markupsafe import Markup
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.report.motion import skeleton
 from gd_analyze.report.thinning import breaks, evenly
 from gd_analyze.report.views import oblique_view, plain_views, upright_frame
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
 
 WIDTH, HEIGHT, MARGIN = 640.0, 420.0, 24.0
 POSTURES = 6

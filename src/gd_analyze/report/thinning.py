@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.vectors import FloatArray
+from gd_analyze.arrays import FloatArray
 
 
 def evenly(count: int, most: int) -> NDArray[np.intp]:

@@ -7,8 +7,8 @@ from itertools import combinations
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from math import isinf
 from typing import NamedTuple
 
-from gd_analyze.formatting import amount, at_most, rounded_up, share_up
+from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.states import in_words
 from gd_analyze.results.words import drives_told
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.norm_share import NormShare
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import amount, at_most, rounded_up, share_up
 
 
 class WorstError(NamedTuple):

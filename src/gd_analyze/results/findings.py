@@ -10,16 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.formatting import amount, rounded_up
+from gd_analyze.arrays import FloatArray
 from gd_analyze.harmonics.terms import Torques
-from gd_analyze.labels import joint_name
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.drawn import drawn
 from gd_analyze.results.error_words import nothing_gained, off_by
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.shown import html_of
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import amount, html_of, joint_name, rounded_up
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.vectors import Array
+from gd_analyze.arrays import Array
 
 # Oldest and newest version of the format to write; HDF5 1.10 is of 2016.
 VERSIONS = ("v110", "v110")

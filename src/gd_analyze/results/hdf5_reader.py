@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import Array
 from gd_analyze.errors import StoreError
 from gd_analyze.results.hdf5_layout import COORDINATES, DIMS, OF_SCALES, restored
 from gd_analyze.results.refusal import damage_named
 from gd_analyze.schema import GROUPS, require_numbers, validate
-from gd_analyze.vectors import Array
 
 if TYPE_CHECKING:
     import h5py

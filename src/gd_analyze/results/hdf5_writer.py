@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gd_analyze.arrays import CHUNK, chunks
 from gd_analyze.results.hdf5_layout import COORDINATES, DIMS, VERSIONS, stored
 from gd_analyze.results.sound_file import SoundFile, sound_file
 from gd_analyze.schema import require_numbers
-from gd_analyze.vectors import CHUNK, chunks
 
 if TYPE_CHECKING:
     import h5py

@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray, round_off_of
 from gd_analyze.dynamics.dominance import rank
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.motions.motions import Motion
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.round_off import round_off_of
 from gd_analyze.schema import table
 from gd_analyze.simplification.accuracy import Accuracy
-from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from importlib.metadata import version as installed_version
 from typing import Any
 
-from gd_analyze.run import mark_of
+from gd_analyze.files import mark_of
 from gd_analyze.version import __version__
 
 _PASSING = ("created", "command")
@@ -36,7 +36,7 @@ def provenance_of_run(
     command
         What the user typed.
     asked, everything
-        As for `gd_analyze.run.mark_of`; versions are added.
+        As for `gd_analyze.files.mark_of`; versions are added.
     repeats
         Whether the same inputs give the same results, and so the same mark whenever it is run.
     """

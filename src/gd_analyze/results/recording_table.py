@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.elements import elements
 from gd_analyze.motions.logged import ColumnUse
 from gd_analyze.motions.recording import Recording
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import table
-from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.formatting import amount, figures, named_joints, percent
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import Row
+from gd_analyze.text import amount, figures, named_joints, percent
 
 # Labels of elements that a sentence lists.
 _MOST_LISTED = 8

@@ -12,7 +12,7 @@ import numpy as np
 
 from gd_analyze.dynamics.long_decomposition import MOST_KEPT
 from gd_analyze.errors import Location, StoreError
-from gd_analyze.files import replacing
+from gd_analyze.files import replacing, warn_of_others
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.fit import require_models_fit, require_tables_fit, require_terms_fit
@@ -25,7 +25,6 @@ from gd_analyze.results.seal import require_sealed, seal
 from gd_analyze.results.tables import gaps_in
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import arm_from_description, describe_in_full
-from gd_analyze.run import warn_of_others
 from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS, SCHEMA_VERSION, table
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.model_schema import ModelDocument, checked_model, document_of

@@ -6,7 +6,6 @@ from collections import Counter
 from typing import Any
 
 from gd_analyze.dynamics.dominance import text_verdicts
-from gd_analyze.formatting import number, percent
 from gd_analyze.results.error_words import WorstError
 from gd_analyze.results.error_words import measure_told as measure_told
 from gd_analyze.results.error_words import nothing_gained as nothing_gained
@@ -31,6 +30,7 @@ from gd_analyze.results.words import drives_told
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.text import number, percent
 
 
 def title(findings: Findings) -> str:

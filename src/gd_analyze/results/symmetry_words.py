@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from gd_analyze.labels import joined
 from gd_analyze.results.findings import Findings
+from gd_analyze.text import joined
 
 
 def unsymmetric(findings: Findings) -> list[tuple[int, int]]:

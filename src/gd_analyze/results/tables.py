@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.certification.margin import Margin
 from gd_analyze.certification.tube import Tube
@@ -15,7 +16,6 @@ from gd_analyze.formulas.plain import Plain
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.round_off import ROUND_OFF_SHARE
 from gd_analyze.schema import table
 from gd_analyze.simplification.accuracy import ErrorTable
 from gd_analyze.simplification.exact import ExactDynamics
@@ -25,7 +25,6 @@ from gd_analyze.simplification.parts import parts_of
 from gd_analyze.simplification.payload_effect import PayloadEffect
 from gd_analyze.simplification.ranking import TermRanking
 from gd_analyze.simplification.trade_off import TradeOffPoint, curves
-from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
     import xarray as xr

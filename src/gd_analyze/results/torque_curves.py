@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.friction import TERMS
 from gd_analyze.results.findings import Findings
-from gd_analyze.vectors import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,13 +6,13 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from gd_analyze.declared_values import UNITS
 from gd_analyze.dynamics.torque_verdict import CONTRADICTING
-from gd_analyze.formatting import named_joints, number, percent, prefixed, with_error
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import Row
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.schema import UNITS
+from gd_analyze.text import named_joints, number, percent, prefixed, with_error
 
 if TYPE_CHECKING:
     import xarray as xr

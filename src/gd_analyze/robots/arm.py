@@ -16,15 +16,13 @@ from typing import Literal
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError
-from gd_analyze.formatting import amount, pretty
-from gd_analyze.labels import joint_name
 from gd_analyze.robots.constants import keep
 from gd_analyze.robots.impossible import impossibility
 from gd_analyze.robots.names import require_name, require_sentences
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link
-from gd_analyze.shown import html_of
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import amount, html_of, joint_name, pretty
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,6 +17,7 @@ import numpy as np
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError, Location
 from gd_analyze.files import megabytes, read_at_most
 from gd_analyze.robots.arm import RobotArm
@@ -34,8 +35,7 @@ from gd_analyze.robots.parts import Drive, Joint, Link, Placement
 from gd_analyze.robots.placement_schema import PlacedJointTable, PlacedLinkTable, PlacementFile
 from gd_analyze.robots.slips import warn_of_implausible
 from gd_analyze.robots.toml_lines import TableLines
-from gd_analyze.vectors import FloatArray
-from gd_analyze.visible import in_python
+from gd_analyze.text import in_python
 
 _EXAMPLE = "`gd-analyze arms puma560 --to toml` prints a complete example"
 _LONG_INTEGER = re.compile(r"\d[\d_]{4000}")

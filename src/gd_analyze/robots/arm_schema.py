@@ -8,11 +8,11 @@ from typing import Annotated, Any, Generic, Literal, TypeVar
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-from gd_analyze.given_numbers import LARGEST
+from gd_analyze.arrays import FloatArray
 from gd_analyze.robots.inertia import of_point_mass, symmetric_tensor
 from gd_analyze.robots.link_uncertainty import LinkUncertainty
 from gd_analyze.robots.parts import DHRow, JointKind
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import LARGEST
 
 UNIT_SUFFIXES = {"_deg": math.pi / 180, "_mm": 1e-3}
 # NaN and infinity are refused by the tables.

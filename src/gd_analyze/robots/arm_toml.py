@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_schema import UNIT_SUFFIXES
@@ -19,7 +20,6 @@ from gd_analyze.robots.denavit_hartenberg import CONVENTIONS, placements_of
 from gd_analyze.robots.link_uncertainty import LinkUncertainty
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
 from gd_analyze.robots.turns import angles_of, roll_pitch_yaw
-from gd_analyze.vectors import FloatArray
 
 # Digits up to which an angle is short enough in degrees to be a person's.
 _SHORT = 6

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
 
 # A full turn or half a metre each way, and brisk but ordinary rates, in rad or m and per s, s^2.
 _RANGE = {"revolute": np.pi, "prismatic": 0.5}

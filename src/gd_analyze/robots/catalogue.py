@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gd_analyze.errors import ArmError, Location
-from gd_analyze.resources import shipped
+from gd_analyze.files import shipped
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm
 from gd_analyze.robots.chain import Pick
@@ -19,7 +19,7 @@ from gd_analyze.robots.limits_given import Given, with_limits
 from gd_analyze.robots.reduced import arm_of_tree
 from gd_analyze.robots.robot_file import is_pinocchio_model, is_xml, read_tree, tree_of_model
 from gd_analyze.robots.slips import warn_of_implausible
-from gd_analyze.visible import in_python
+from gd_analyze.text import in_python
 
 if TYPE_CHECKING:
     import pinocchio

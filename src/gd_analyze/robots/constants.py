@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gd_analyze.arrays import FloatArray, are_possible
 from gd_analyze.errors import ArmError, Location
-from gd_analyze.given_numbers import LARGEST, are_possible
-from gd_analyze.vectors import FloatArray
-from gd_analyze.visible import in_python
+from gd_analyze.text import LARGEST, in_python
 
 
 def require_possible(values: ArrayLike, what: str, where: Location | str) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from gd_analyze.formatting import percent
 from gd_analyze.robots.parts import MEASUREMENT_TOLERANCE, Link, moments_told
+from gd_analyze.text import percent
 
 _REMEDY = "units (cm against m) and the point the inertia is about (com or origin)"
 

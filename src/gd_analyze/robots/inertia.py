@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.vectors import Array, FloatArray
+from gd_analyze.arrays import Array, FloatArray
 
 
 def symmetric_tensor(

@@ -6,8 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from gd_analyze.errors import UsageError
-from gd_analyze.given_numbers import LARGEST, number_in
-from gd_analyze.visible import in_python
+from gd_analyze.text import LARGEST, in_python, number_in
 
 _UNITS = {"deg": math.pi / 180, "mm": 1e-3, "rad": 1.0, "m": 1.0}
 

@@ -19,7 +19,7 @@ from gd_analyze.files import megabytes, read_at_most
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.joint_values import value_in
 from gd_analyze.robots.parts import Joint
-from gd_analyze.visible import in_python, visible
+from gd_analyze.text import in_python, visible
 
 # MoveIt writes 0.2 kB per joint.
 LARGEST_FILE = 200_000

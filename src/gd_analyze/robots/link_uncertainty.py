@@ -7,9 +7,9 @@ from typing import Literal
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.constants import keep
-from gd_analyze.vectors import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gd_analyze.formatting import number
 from gd_analyze.robots.parts import Link
+from gd_analyze.text import number
 
 if TYPE_CHECKING:
     from gd_analyze.robots.arm import RobotArm

@@ -14,14 +14,14 @@ from typing import Any
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError, Location
 from gd_analyze.robots.mjcf_bodies import Bodies, defaults, kept
 from gd_analyze.robots.quiet_parser import parsed
 from gd_analyze.robots.right_angles import straight
 from gd_analyze.robots.tree import Loop, Mimic, Tree, identifier, joints_of, limits_of, title_of
 from gd_analyze.robots.xml_nodes import Node
-from gd_analyze.vectors import FloatArray
-from gd_analyze.visible import visible
+from gd_analyze.text import visible
 
 _EXPANDED_BY_MUJOCO = ("include", "frame", "replicate", "attach", "composite", "flexcomp")
 _OF_COMPILER = ("angle", "eulerseq", "autolimits")

@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError, Location
 from gd_analyze.robots.right_angles import Straightened
 from gd_analyze.robots.xml_nodes import Node
-from gd_analyze.vectors import FloatArray
-from gd_analyze.visible import visible
+from gd_analyze.text import visible
 
 _POSE = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
 _OF_INERTIAL = ("mass", "diaginertia", "fullinertia")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from gd_analyze.errors import ArmError, Location
-from gd_analyze.visible import in_python, visible
+from gd_analyze.text import in_python, visible
 
 # More than any column or figure has room for.
 LONGEST_NAME = 200

@@ -8,12 +8,12 @@ from typing import Literal
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError, Location
 from gd_analyze.robots.constants import keep
 from gd_analyze.robots.link_uncertainty import LinkUncertainty
 from gd_analyze.robots.names import require_name
-from gd_analyze.vectors import FloatArray
-from gd_analyze.visible import in_python
+from gd_analyze.text import in_python
 
 JointKind = Literal["revolute", "prismatic"]
 

@@ -9,14 +9,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gd_analyze.arrays import FloatArray, array_of
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, UsageError
-from gd_analyze.given_numbers import array_of, number_in
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.impossible import impossibility
 from gd_analyze.robots.inertia import of_point_mass, symmetric_tensor
 from gd_analyze.robots.parts import Link
 from gd_analyze.robots.slips import LEAST_FAR, heaviest_carried
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import number_in
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError, Location
-from gd_analyze.given_numbers import LARGEST
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.chain import Chain, Pick, chain_of
 from gd_analyze.robots.constants import require_possible
 from gd_analyze.robots.parts import Drive, Joint, Link, Placement
 from gd_analyze.robots.right_angles import straight, without_round_off
 from gd_analyze.robots.tree import Limits, Tree, TreeJoint
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import LARGEST
 
 _MOST_NAMED = 8
 

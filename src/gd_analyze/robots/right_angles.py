@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gd_analyze.vectors import FloatArray
+from gd_analyze.arrays import FloatArray
 
 # 1.5708 is 3.7e-6 rad off pi/2, 3.1416 is 7.3e-6 off pi; no joint is assembled as exactly as that.
 RIGHT = 1e-5

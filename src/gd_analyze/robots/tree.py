@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import Location
 from gd_analyze.robots.right_angles import Straightened
-from gd_analyze.vectors import FloatArray
-from gd_analyze.visible import shortened, visible
+from gd_analyze.text import shortened, visible
 
 # Joints of arms do 40 rad/s and end within some turns, or 100 m on a gantry.
 _NO_RATE, _NO_RANGE = 100.0, 1000.0

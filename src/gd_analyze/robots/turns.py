@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from gd_analyze.vectors import FloatArray
+from gd_analyze.arrays import FloatArray
 
 
 def exact_cos_sin(angle: float) -> tuple[float, float]:

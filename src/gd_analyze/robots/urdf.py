@@ -18,7 +18,7 @@ from gd_analyze.robots.right_angles import Straightened
 from gd_analyze.robots.tree import Limits, Mimic, Tree, identifier, joints_of, title_of
 from gd_analyze.robots.urdf_structure import end_of, name_of, refuse_xacro, require_tree
 from gd_analyze.robots.xml_nodes import Node
-from gd_analyze.visible import visible
+from gd_analyze.text import visible
 
 _KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 _INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.xml_nodes import Node
-from gd_analyze.visible import visible
+from gd_analyze.text import visible
 
 
 def name_of(node: Node) -> str:

@@ -9,10 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gd_analyze.round_off import peak_magnitude, round_off_of
+from gd_analyze.arrays import FloatArray, peak_magnitude, round_off_of
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.norm_share import NormShare
-from gd_analyze.vectors import FloatArray
 
 # Behind a budget that is proven for a whole box.
 CERTIFIED = ", certified"

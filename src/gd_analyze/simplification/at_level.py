@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.simplification import dropping, pruned
 from gd_analyze.simplification.budget import Budget
@@ -16,7 +17,6 @@ from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.search import Progress
 from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.within_norm import within_norm
-from gd_analyze.vectors import FloatArray
 
 # --operations: the smallest multiple of the budget, and by what it is widened where a quick count promised
 # too much. How close it is searched, and how often tightened then: among candidates, and in a recursion, of

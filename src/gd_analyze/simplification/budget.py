@@ -10,12 +10,11 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import UsageError
-from gd_analyze.given_numbers import LARGEST, UNSIGNED
 from gd_analyze.simplification.norm_share import NormShare
 from gd_analyze.simplification.reference_torques import ReferenceTorques
-from gd_analyze.vectors import FloatArray
-from gd_analyze.visible import in_python
+from gd_analyze.text import LARGEST, UNSIGNED, in_python
 
 # What an amount may be a share of, and how amounts are written.
 _WHOLES = ("peak", "limit", "friction", "uncertainty")

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import UsageError
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.simplification.effort import Effort
@@ -16,7 +17,6 @@ from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.level import CandidateLevel, Costs, Level, Terms
 from gd_analyze.simplification.many_terms import has_more_terms
-from gd_analyze.vectors import FloatArray
 
 Kept = NDArray[np.bool_]
 

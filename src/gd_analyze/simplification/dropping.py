@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.candidates import Kept, candidates_of
 from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH
@@ -16,7 +17,6 @@ from gd_analyze.simplification.level import CandidateLevel
 from gd_analyze.simplification.search import Progress, search
 from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.work import Work
-from gd_analyze.vectors import FloatArray
 
 # Writing a program to count it takes as long as so many multiplications for each term.
 _WRITING = 3e5

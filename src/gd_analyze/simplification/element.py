@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 from pydantic import TypeAdapter
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula
 from gd_analyze.formulas.parts import parts_formulas
@@ -17,7 +18,6 @@ from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.level import CandidateLevel, Checked, Costs, Terms
 from gd_analyze.simplification.part_costs import part_costs
 from gd_analyze.simplification.parts import Part, kept_effects, parts_of, torque_by_part, trace_parts
-from gd_analyze.vectors import FloatArray
 
 
 class _PartEntry(Checked):

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.simplification.candidates import Candidates, Kept
 from gd_analyze.simplification.work import Work
-from gd_analyze.vectors import FloatArray
 
 # A refit of P numbers takes some P^3 multiplications; after so many candidates have gone that it comes to
 # this for each, the next is due.

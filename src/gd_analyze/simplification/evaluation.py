@@ -10,20 +10,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ModelError
-from gd_analyze.formatting import amount, percent
-from gd_analyze.labels import joint_name
 from gd_analyze.motions.pool import GivenMotions
 from gd_analyze.motions.states import States, require_dataset
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import fingerprint
-from gd_analyze.shown import html_of
 from gd_analyze.simplification.accuracy import ErrorTable
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.norm_share import NormShare
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import amount, html_of, joint_name, percent
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray, peak_magnitude, round_off_of
 from gd_analyze.dynamics.decomposition import decompose_states, torque_of
 from gd_analyze.dynamics.mass_matrix import require_positive_definite
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
@@ -21,7 +22,6 @@ from gd_analyze.motions.states import States, motions_in, require_dataset, state
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
-from gd_analyze.round_off import ROUND_OFF_SHARE, peak_magnitude, round_off_of
 from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, ErrorTable
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.exact_form import ExactForm
@@ -29,7 +29,6 @@ from gd_analyze.simplification.measures import USUAL_STATES, Measure, NormMeasur
 from gd_analyze.simplification.norm_share import NormShare
 from gd_analyze.simplification.reference_torques import ReferenceTorques
 from gd_analyze.simplification.uncertainty import torque_uncertainty
-from gd_analyze.vectors import FloatArray
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from gd_analyze.arrays import ROUND_OFF_SHARE, Array, FloatArray
 from gd_analyze.dynamics import newton_euler_regrouped
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
@@ -21,13 +22,11 @@ from gd_analyze.operations.rewriting import rewritten
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import describe_in_full
-from gd_analyze.round_off import ROUND_OFF_SHARE
 from gd_analyze.simplification.effort import ROUGH, Effort
 from gd_analyze.simplification.kept_programs import Task, inputs_of, kept_programs, some_states
 from gd_analyze.simplification.recursion import Recursion
 from gd_analyze.simplification.recursion_names import Quantity, components
 from gd_analyze.simplification.torque_program import torque_program
-from gd_analyze.vectors import Array, FloatArray
 
 # Joints up to which sums of terms may take fewer operations than the recursion: terms grow with the fourth
 # power of the joints and more, the recursion's operations with the first.

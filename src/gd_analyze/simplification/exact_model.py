@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.simplification.accuracy import Accuracy
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.vectors import FloatArray
 
 
 def no_dearer(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.tape import Tape
-from gd_analyze.vectors import FloatArray
 
 # Powers on the way to a high one, and steps with each; with a power p a step is 1 / (p - 1) of the usual.
 _POWERS, _STEPS = (4.0, 8.0, 14.0), 2

@@ -12,6 +12,7 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.legend import torque_legend
@@ -28,7 +29,6 @@ from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.level import CandidateLevel, Costs, Terms
 from gd_analyze.simplification.torque_program import torque_program, torque_programs
 from gd_analyze.simplification.torque_variables import TorqueVariables
-from gd_analyze.vectors import FloatArray
 
 # Coefficients that are equal in mathematics, or twice or half each other, and differ by round-off.
 _EQUAL = 1e-9

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.formulas.formula import Power, Product
 from gd_analyze.motions.states import States
 from gd_analyze.operations.trace import Expression
@@ -16,7 +17,6 @@ from gd_analyze.simplification.recursion import CONSTANT, NUMBER, Changes, Recur
 from gd_analyze.simplification.recursion_names import Names, Quantity, merged, unsigned
 from gd_analyze.simplification.recursion_scales import scales
 from gd_analyze.simplification.torque_alone import Instead, torque_alone
-from gd_analyze.vectors import FloatArray
 
 # Shares of peak torque that rounding makes, and ratios that are one.
 _NOTHING, _EQUAL = 1e-12, 1e-9

@@ -15,15 +15,15 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
-from gd_analyze.given_numbers import LARGEST_COEFFICIENT
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.effort import THOROUGH, Effort
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import LARGEST_COEFFICIENT
 
 # What a model is made of: a number by term, or by change of a program, of whatever kind the level's are.
 Terms = Mapping[Any, float]
@@ -63,7 +63,7 @@ class Level(ABC):
     Parameters
     ----------
     name
-        As users call it, see `gd_analyze.level_names`.
+        As users call it, see `gd_analyze.text.LEVEL_NAMES`.
     keeps
         What its models are made of, in the plural.
     has_torque_terms

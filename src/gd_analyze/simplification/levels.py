@@ -5,8 +5,8 @@ from __future__ import annotations
 from importlib import import_module
 
 from gd_analyze.errors import UsageError
-from gd_analyze.level_names import LEVEL_NAMES
 from gd_analyze.simplification.level import Level
+from gd_analyze.text import LEVEL_NAMES
 
 LEVELS: dict[str, Level] = {
     name: getattr(import_module(f"gd_analyze.simplification.{name}"), name.upper()) for name in LEVEL_NAMES

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from gd_analyze.dynamics.regrouped_links import regrouped
 from gd_analyze.formulas.formula import Power, Symbol
 from gd_analyze.formulas.printer import PRIME
-from gd_analyze.labels import joined
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.recursion import Changes
 from gd_analyze.simplification.recursion_names import INWARD, Quantity
 from gd_analyze.simplification.recursion_scales import scales
 from gd_analyze.simplification.recursion_told import Told
+from gd_analyze.text import joined
 
 _AXES = "xyz"
 # Of every link in this order: mass, first moments, second moments, and the drive's inertia.

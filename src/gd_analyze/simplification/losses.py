@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.arrays import chunks
 from gd_analyze.simplification.accuracy import share_of
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.parts import parts_of, torque_by_part
-from gd_analyze.vectors import chunks
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.vectors import FloatArray
+from gd_analyze.arrays import FloatArray
 
 # Of PSDM's two figures: the share of the states that keep them.
 USUAL_STATES = (0.95, 0.999)

@@ -8,16 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray, array_of, require_possible, set_points_last
 from gd_analyze.errors import ModelError
-from gd_analyze.formatting import amount, percent
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.plain import Plain
-from gd_analyze.given_numbers import array_of, require_possible
 from gd_analyze.harmonics.terms import Torques
-from gd_analyze.labels import joint_name
 from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.shown import html_of
 from gd_analyze.simplification.accuracy import Accuracy
 from gd_analyze.simplification.derived_programs import (
     coriolis_centrifugal_program,
@@ -27,7 +24,7 @@ from gd_analyze.simplification.derived_programs import (
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.level import Level, Terms
 from gd_analyze.simplification.notice import budget_notice
-from gd_analyze.vectors import FloatArray, set_points_last
+from gd_analyze.text import amount, html_of, joint_name, percent
 
 # Terms up to which equations are shown in a notebook.
 _MOST_SHOWN = 500

@@ -10,9 +10,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from gd_analyze.errors import GdAnalyzeError, Location, ModelError
-from gd_analyze.files import megabytes, read_at_most, write_text
+from gd_analyze.files import megabytes, read_at_most, warn_of_others, write_text
 from gd_analyze.robots.slips import warn_of_implausible
-from gd_analyze.run import warn_of_others
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_schema import (
@@ -24,7 +23,7 @@ from gd_analyze.simplification.model_schema import (
     model_of,
 )
 from gd_analyze.simplification.old_files import from_version_1
-from gd_analyze.visible import in_python
+from gd_analyze.text import in_python
 
 # A term takes some hundred bytes, and models of a hundred thousand of them are not worth the name.
 LARGEST_FILE = 100_000_000

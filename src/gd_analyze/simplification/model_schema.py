@@ -7,6 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field, SerializerFunctionWrapHandler, TypeAdapter, model_serializer
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.operations.written import read_back, written
 from gd_analyze.robots.description import arm_from_description, describe_with_drives, fingerprint
@@ -18,7 +19,6 @@ from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.norm_share import NormShare
 from gd_analyze.simplification.program_check import require_terms_computed
 from gd_analyze.simplification.statements import measured_where_possible, require_consistent, require_equal
-from gd_analyze.vectors import FloatArray
 
 FORMAT = "gd-analyze simplified model"
 VERSION = 2

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.vectors import FloatArray
 
 # How far in position, joints that turn and that slide, and as shares of each joint's peak rate and
 # acceleration; as the default of `certification.Margin`.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import NamedTuple, Self
 
-from gd_analyze.given_numbers import LARGEST, UNSIGNED
+from gd_analyze.text import LARGEST, UNSIGNED
 
 _NORM = re.compile(
     rf"(?P<share>{UNSIGNED})\s*%\s*(?:of\s+(?:the\s+)?)?norm"

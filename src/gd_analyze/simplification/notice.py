@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.formatting import amount, named_joints
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import Accuracy
 from gd_analyze.simplification.budget import Allowance, Budget
 from gd_analyze.simplification.reference_torques import ReferenceTorques
+from gd_analyze.text import amount, named_joints
 
 # What a budget may lie below, and what takes that into account.
 _TAKEN_INTO_ACCOUNT = {

@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 
+from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.dynamics import composite_moments as composite
 from gd_analyze.dynamics.elements import Element, elements
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import Array, FloatArray
 
 
 @dataclass(frozen=True)

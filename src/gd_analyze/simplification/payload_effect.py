@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray, chunks
 from gd_analyze.dynamics.regressor import regressor
 from gd_analyze.motions.states import States, states_for
-from gd_analyze.round_off import ROUND_OFF_SHARE
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.vectors import FloatArray, chunks
 
 
 @dataclass(frozen=True, eq=False)

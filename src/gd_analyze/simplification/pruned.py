@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.effort import COUNTING, POINT, ROUGH, THOROUGH
@@ -21,7 +22,6 @@ from gd_analyze.simplification.recursion import Change
 from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.search import Progress
 from gd_analyze.simplification.search_options import SearchOptions
-from gd_analyze.vectors import FloatArray
 
 # Shares of a usual search's effort, a minute. For one of many searches, or one that is not thorough: hardly
 # more than the first descent, which always ends. Otherwise seconds beyond it for six joints, 20 for seven, by

@@ -16,6 +16,7 @@ from random import Random
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.tape import Tape
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.fitting import Aim, Columns, Fit, columns_of, fitted, norm, unfitted
@@ -31,7 +32,6 @@ from gd_analyze.simplification.recursion import (
 )
 from gd_analyze.simplification.replacement import Replacement, replacements, told
 from gd_analyze.simplification.work import Work
-from gd_analyze.vectors import FloatArray
 
 # States looked at, beside those that turn out to matter, which join in bunches.
 _STATES, _JOINING = 300, 40

@@ -7,17 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.formatting import percent
+from gd_analyze.arrays import FloatArray
 from gd_analyze.formulas.plain import Plain
 from gd_analyze.formulas.writing import term_formula
-from gd_analyze.shown import html_of
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import candidates_of
 from gd_analyze.simplification.elimination import eliminate
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.term import TERM
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import html_of, percent
 
 # Terms shown in a notebook.
 _MOST_SHOWN = 12

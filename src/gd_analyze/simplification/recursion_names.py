@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gd_analyze.arrays import Array
 from gd_analyze.formulas.formula import Function, Power, Product, Symbol
 from gd_analyze.formulas.printer import PRIME
-from gd_analyze.labels import joined
 from gd_analyze.operations.trace import Expression
-from gd_analyze.vectors import Array
+from gd_analyze.text import joined
 
 # In the order of the steps of one link.
 OUTWARD = ("p", "pd", "omega'", "omega", "omegad'", "omegad", "r", "a''", "a'", "a", "A")

@@ -12,6 +12,7 @@ from collections.abc import Sequence, Set
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.formulas.printer import PRIME
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Program
@@ -21,7 +22,6 @@ from gd_analyze.simplification.kept_programs import inputs_of
 from gd_analyze.simplification.recursion import Changes
 from gd_analyze.simplification.recursion_names import Quantity
 from gd_analyze.simplification.recursion_told import Told
-from gd_analyze.vectors import FloatArray
 
 # Moments act as torques, and rates come from outside: these only may be larger.
 _FREE = ("f", "a", "A", "omegad", "omega")

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.drives import least_friction
 from gd_analyze.errors import UsageError
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
 
 # What to state in an arm file, by what a budget may be a share of.
 _TO_STATE = {

@@ -14,10 +14,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.simplification.candidates import Candidates
 from gd_analyze.simplification.selection import add_rows
 from gd_analyze.simplification.work import Work
-from gd_analyze.vectors import FloatArray
 
 # States that a quadratic fit errs most at start the set; further ones join in bunches, and at most so many
 # stay for the next selection.

@@ -17,10 +17,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.tape import Tape
 from gd_analyze.simplification.fitting import Fit, columns_of, sizes_of, snapped
 from gd_analyze.simplification.recursion import NUMBER
-from gd_analyze.vectors import FloatArray
 
 # Steps beside which a second is looked for, and what is looked at closely.
 _FIRST, _CLOSELY = 2, 120

@@ -12,13 +12,13 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.simplification.candidates import Candidates, Kept
 from gd_analyze.simplification.elimination import Elimination, eliminate
 from gd_analyze.simplification.refit import Refit
 from gd_analyze.simplification.selection import select
 from gd_analyze.simplification.tying import share_coefficients
 from gd_analyze.simplification.work import Work
-from gd_analyze.vectors import FloatArray
 
 # A selection, shape (K,), and the factors of its coefficients, shape (K,), all 1 without refit.
 Step = tuple[Kept, FloatArray]

@@ -16,7 +16,7 @@ class SearchOptions:
     Parameters
     ----------
     level
-        A name of `gd_analyze.level_names`, or the level itself; by default the one that takes the fewest
+        A name of `gd_analyze.text.LEVEL_NAMES`, or the level itself; by default the one that takes the fewest
         operations of those that are promising for the arm.
     refit
         Change kept coefficients to absorb what is dropped; level recursive always does.

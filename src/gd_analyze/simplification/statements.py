@@ -17,18 +17,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, ModelError
 from gd_analyze.motions.csv_file import read_trajectory, shipped_trajectories
 from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.round_off import ROUND_OFF_SHARE
 from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, ErrorTable
 from gd_analyze.simplification.exact import ExactDynamics, allowed_by
 from gd_analyze.simplification.measures import share_at
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.norm_share import NormShare
 from gd_analyze.simplification.reference_torques import ReferenceTorques
-from gd_analyze.vectors import FloatArray
 
 # A budget is written with six digits, the least precise of which are 1.00000.
 _SIX_DIGITS = 5e-6

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray, chunks
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import UFUNCS
 from gd_analyze.operations.trace import Expression, reached
 from gd_analyze.simplification.kept_programs import inputs_of
 from gd_analyze.simplification.recursion import CONSTANT, NUMBER, Recursion
-from gd_analyze.vectors import FloatArray, chunks
 
 # What stands in for a step: numbers by the source they multiply.
 Instead = dict[int, float]

@@ -8,6 +8,7 @@ from itertools import zip_longest
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import SWEEP, Candidates, Kept, TooManyTermsError, candidates_of
@@ -21,7 +22,6 @@ from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.pruned import pruned_path
 from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.vectors import FloatArray
 
 # Level and refit: every level, and every level once more with a refit that can have one.
 Kind = tuple[Level, bool]

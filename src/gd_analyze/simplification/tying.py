@@ -13,10 +13,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.simplification.candidates import Candidates
 from gd_analyze.simplification.refit import Refit
 from gd_analyze.simplification.work import Work
-from gd_analyze.vectors import FloatArray
 
 # Pairs tried in all, and how far apart the coefficients of a pair may be, as a factor.
 _TRIALS, _APART = 60, 1.5

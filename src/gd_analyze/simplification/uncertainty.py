@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray, chunks
 from gd_analyze.dynamics.regressor import inertial_parameters, regressor
 from gd_analyze.motions.states import States, states_for
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.inertia import of_point_mass
 from gd_analyze.robots.parts import Link
-from gd_analyze.vectors import FloatArray, chunks
 
 
 def torque_uncertainty(arm: RobotArm, states: States, drives: bool | None = None) -> FloatArray | None:

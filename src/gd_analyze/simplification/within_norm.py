@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import UsageError
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.effort import THOROUGH
@@ -19,7 +20,6 @@ from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.level import CandidateLevel
 from gd_analyze.simplification.measures import NormMeasure
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.vectors import FloatArray
 
 # Finds a model whose every error, as it counts at its state, is within what is allowed, N m, shape (n,);
 # thoroughly or not, and going on from a model where there is one and the level can.

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.interface import Method, torque_of_states
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.dynamics.pinocchio_check import largest_differences, pinocchio_dynamics, round_off_bounds
 from gd_analyze.motions.states import States
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
 
 # Products of 4x4 or 3x3 matrices take twice the roundings per joint of turning a vector, and probing adds up
 # whole torques: each of two formulations may be off by twice what `round_off_bounds` allows.

@@ -8,13 +8,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.formatting import amount, percent
+from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.simplification.accuracy import Accuracy
 from gd_analyze.simplification.evaluation import Evaluation
 from gd_analyze.studies.beside_measured import BesideMeasured
 from gd_analyze.studies.box_exits import BoxExit
-from gd_analyze.vectors import Array, FloatArray
+from gd_analyze.text import amount, percent
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,19 +17,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray
 from gd_analyze.certification.certificate import certify
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import Program
-from gd_analyze.round_off import ROUND_OFF_SHARE
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.studies.controllers import Bank, Controller
 from gd_analyze.studies.loop import World
 from gd_analyze.studies.plant import Dynamics, Plant
 from gd_analyze.studies.reference import Reference, at_speed
-from gd_analyze.vectors import FloatArray
 
 # Margins beyond which a bound says nothing, rad (m) and per s and s^2; positions that a certificate looks at.
 _FARTHEST, _EFFORT = 10.0, 25_000

@@ -8,11 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.motions.limits import ROUNDING, Quantity, Violation
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import Array, FloatArray
 
 
 @dataclass(frozen=True)

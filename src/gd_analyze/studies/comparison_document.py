@@ -8,12 +8,12 @@ from typing import Any
 
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.dynamics.pinocchio_check import QUANTITIES
-from gd_analyze.formatting import number
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.studies.compare import Comparison
 from gd_analyze.studies.cost_explanations import explanation
 from gd_analyze.studies.text_costs import text_costs
+from gd_analyze.text import number
 
 
 def comparison_document(comparison: Comparison) -> dict[str, Any]:

@@ -10,7 +10,6 @@ from typing import Any, Literal
 from markupsafe import Markup
 
 from gd_analyze.dynamics.methods import METHODS
-from gd_analyze.formatting import figures, pretty
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.colours import TEMPLATES
 from gd_analyze.report.page_environment import environment, style
@@ -21,6 +20,7 @@ from gd_analyze.studies.compare import Comparison, names_of
 from gd_analyze.studies.comparison_chart import PAPER, SCREEN, Palette, growth_chart
 from gd_analyze.studies.comparison_document import comparison_document, provenance_rows
 from gd_analyze.studies.study_files import as_json, write_study
+from gd_analyze.text import figures, pretty
 
 FILES = {"html": "comparison.html", "pdf": "comparison.pdf", "json": "comparison.json"}
 

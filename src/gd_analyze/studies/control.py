@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.energy import kinetic_energy, potential_energy
 from gd_analyze.errors import ArmError, GdAnalyzeWarning
 from gd_analyze.motions.checks import check_against_arm, require_joints
@@ -33,7 +34,6 @@ from gd_analyze.studies.loop import Course, Loop, World, follow
 from gd_analyze.studies.reference import Reference, followable
 from gd_analyze.studies.settings import ControlSettings
 from gd_analyze.studies.study import ControlStudy, TrackedLoop
-from gd_analyze.vectors import FloatArray
 
 
 def control(

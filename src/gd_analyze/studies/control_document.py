@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.formatting import number, percent, rounded_up
+from gd_analyze.arrays import FloatArray
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.studies.control_verdict import (
     EXACT,
@@ -25,7 +25,7 @@ from gd_analyze.studies.control_verdict import (
 from gd_analyze.studies.controllers import CONTROLLERS, Controller
 from gd_analyze.studies.settings import CONTINUOUS
 from gd_analyze.studies.study import ControlStudy, TrackedLoop
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import number, percent, rounded_up
 
 
 def control_document(study: ControlStudy) -> dict[str, Any]:

@@ -6,7 +6,6 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any
 
-from gd_analyze.formatting import pretty
 from gd_analyze.report.canvas import Canvas
 from gd_analyze.report.colours import ON_PAPER, TEMPLATES
 from gd_analyze.report.inline_svg import inline_svg
@@ -17,6 +16,7 @@ from gd_analyze.studies.control_figures import LOOKS, error_figure, speed_figure
 from gd_analyze.studies.controllers import CONTROLLERS
 from gd_analyze.studies.study import ControlStudy
 from gd_analyze.studies.study_files import as_json, write_study
+from gd_analyze.text import pretty
 
 FILES = {"html": "control.html", "pdf": "control.pdf", "json": "control.json"}
 

@@ -7,11 +7,11 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from gd_analyze.formatting import named_joints, number, percent, rounded_up
+from gd_analyze.arrays import FloatArray
 from gd_analyze.studies.controllers import Controller
 from gd_analyze.studies.settings import CONTINUOUS
 from gd_analyze.studies.study import ControlStudy, TrackedLoop
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import named_joints, number, percent, rounded_up
 
 EXACT, SIMPLIFIED, FIXED_GAINS, WITHOUT_H = (
     Controller("computed_torque", "exact"),

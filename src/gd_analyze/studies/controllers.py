@@ -19,11 +19,11 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.batch import Batch
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.studies.gains import Gains
-from gd_analyze.vectors import FloatArray
 
 Law = Literal["computed_torque", "fixed_gains", "pd"]
 Knows = Literal["nothing", "gravity", "without_h", "simplified", "exact"]

@@ -6,13 +6,18 @@ from collections.abc import Collection
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
-from gd_analyze.files import replacing_together, require_formats, require_writable
+from gd_analyze.files import (
+    RESULT_FILES,
+    replacing_together,
+    require_formats,
+    require_one_run,
+    require_writable,
+)
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import frame_of
 from gd_analyze.results.store import write_results
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.run import RESULT_FILES, require_one_run
 from gd_analyze.simplification.model_file import model_text
 from gd_analyze.studies.settings_main import Settings
 
@@ -76,7 +81,7 @@ def require_folder(
 ) -> tuple[Path, ...]:
     """Fail early, before any computing, when the files of these formats could not or should not be written.
 
-    Parameters and what is returned are those of `gd_analyze.run.require_one_run`.
+    Parameters and what is returned are those of `gd_analyze.files.require_one_run`.
 
     Raises
     ------

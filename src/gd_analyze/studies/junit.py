@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from xml.etree import ElementTree
 
-from gd_analyze.labels import joint_name
 from gd_analyze.studies.along import ValidatedMotion
 from gd_analyze.studies.validate import Validation
-from gd_analyze.visible import visible
+from gd_analyze.text import joint_name, visible
 
 
 def junit_xml(validation: Validation) -> str:

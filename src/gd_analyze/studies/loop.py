@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import UsageError
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.studies.controllers import Bank, Controller, Knowledge
@@ -22,7 +23,6 @@ from gd_analyze.studies.gains import Gains
 from gd_analyze.studies.plant import Plant
 from gd_analyze.studies.reference import Reference
 from gd_analyze.studies.settings import CONTINUOUS
-from gd_analyze.vectors import FloatArray
 
 LONGEST_STEP = 2e-3
 """Of an integration, s: some hundredth of what a loop of a bandwidth of 5 Hz takes to settle."""

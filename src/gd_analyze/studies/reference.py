@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.between import Between
 from gd_analyze.motions.derived_rates import FEWEST_SET_POINTS, complete_rates
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.vectors import FloatArray
 
 # The polynomials' accelerations go with those given where they are at most so many times as large, and where
 # they are below so many rad/s^2 (m/s^2).

@@ -8,13 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.studies.bounds import CertifiedTracking, FeedbackLeft
 from gd_analyze.studies.controllers import Controller
 from gd_analyze.studies.settings import ControlSettings
-from gd_analyze.vectors import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,8 +7,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from gd_analyze.files import replacing_together, require_formats
-from gd_analyze.run import mark_of, require_one_run
+from gd_analyze.files import mark_of, replacing_together, require_formats, require_one_run
 
 
 def require_folder(
@@ -19,7 +18,7 @@ def require_folder(
     *,
     overwrite: bool = False,
 ) -> tuple[Path, ...]:
-    """Check that a study may go there, see `gd_analyze.run.require_one_run`.
+    """Check that a study may go there, see `gd_analyze.files.require_one_run`.
 
     Parameters
     ----------

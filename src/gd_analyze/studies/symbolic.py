@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from gd_analyze.arrays import Array
 from gd_analyze.dynamics.methods import known_method
 from gd_analyze.errors import UsageError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint
-from gd_analyze.vectors import Array
 
 if TYPE_CHECKING:
     import sympy

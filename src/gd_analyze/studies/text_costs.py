@@ -9,8 +9,8 @@ from fractions import Fraction
 from functools import cache
 from typing import Any
 
+from gd_analyze.files import data_folder
 from gd_analyze.operations.program import OperationCount
-from gd_analyze.resources import data_folder
 from gd_analyze.studies.polynomial import Polynomial
 
 

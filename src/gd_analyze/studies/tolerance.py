@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import UsageError
-from gd_analyze.given_numbers import LARGEST, UNSIGNED
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import LARGEST, UNSIGNED
 
 _UNITS = {
     "deg": ("turning", math.pi / 180),

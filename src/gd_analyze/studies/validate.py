@@ -8,14 +8,12 @@ from typing import Literal
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import box_of
 from gd_analyze.errors import UsageError
-from gd_analyze.formatting import amount, percent
-from gd_analyze.labels import joint_name
 from gd_analyze.motions.checks import require_joints
 from gd_analyze.motions.pool import GivenMotions, motions_of
-from gd_analyze.shown import html_of
 from gd_analyze.simplification.accuracy import Accuracy, share_of
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.evaluation import Evaluation, evaluate
@@ -25,7 +23,7 @@ from gd_analyze.simplification.reference_torques import ReferenceTorques
 from gd_analyze.studies.along import ValidatedMotion
 from gd_analyze.studies.beside_measured import BesideMeasured
 from gd_analyze.studies.box_exits import box_exits
-from gd_analyze.vectors import FloatArray
+from gd_analyze.text import amount, html_of, joint_name, percent
 
 # In the place of an error that joints may have: what the model promises itself.
 PROMISE = "promise"

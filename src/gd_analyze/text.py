@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+import unicodedata
 from decimal import ROUND_CEILING, Decimal
+from typing import TYPE_CHECKING
 
 from markupsafe import Markup, escape
+
+if TYPE_CHECKING:
+    from collections.abc import Container, Iterable, Sequence
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -238,3 +242,199 @@ def markup_of_powers(text: str) -> Markup:
     """HTML of a polynomial: what follows a caret is raised."""
     typeset = str(markup(text)).replace(" - ", " − ")
     return Markup(re.sub(r"\^([\d.]+)", r"<sup>\1</sup>", typeset))
+
+
+# Of a long text so much of the end stays: where a path has its name, and a message its line and column.
+_END = 40
+
+
+def visible(text: str) -> str:
+    r"""Write out every sign of a text that shows nothing but acts: control, format and line signs.
+
+    Examples
+    --------
+    >>> visible("red \x1b[31m")
+    'red \\x1b[31m'
+    """
+    if text.isprintable():
+        return text
+    return "".join(sign if _shows(sign) else _written_out(sign) for sign in text)
+
+
+def in_python(value: object) -> str:
+    """Write a value as Python does; of one that Python refuses to write, such as 10**5000, only its kind.
+
+    Examples
+    --------
+    >>> in_python("0.1"), in_python(10**5000)
+    ("'0.1'", 'int, too large to be shown')
+    """
+    try:
+        return repr(value)
+    except (ValueError, RecursionError):
+        return f"{type(value).__name__}, too large to be shown"
+
+
+def shortened(text: str, most: int) -> str:
+    """Cut the middle out of a text of more than `most` signs, and say how long it was.
+
+    Examples
+    --------
+    >>> shortened("x" * 1000, 100)
+    'xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx ... (1000 characters) ... xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx'
+    """
+    if len(text) <= most:
+        return text
+    gap = f" ... ({len(text)} characters) ... "
+    return f"{text[: most - _END - len(gap)]}{gap}{text[-_END:]}"
+
+
+def _shows(sign: str) -> bool:
+    # Spaces of every width are no printable signs to Python, yet do no harm.
+    return sign.isprintable() or unicodedata.category(sign) == "Zs"
+
+
+def _written_out(sign: str) -> str:
+    return sign.encode("unicode_escape").decode("ascii")
+
+
+def joined(joints: Iterable[int]) -> str:
+    """Write joints, which count from 0, the way labels have them, from 1.
+
+    Examples
+    --------
+    >>> joined((0, 1)), joined((0, 9)), joined((9,))
+    ('12', '1,10', '10')
+    """
+    numbers = [str(joint + 1) for joint in joints]
+    return ("," if any(len(number) > 1 for number in numbers) else "").join(numbers)
+
+
+def parted(index: str, n_joints: int, lengths: Container[int]) -> tuple[int, ...] | None:
+    """Read what `joined` wrote; commas may also part one digit from the other.
+
+    Parameters
+    ----------
+    index
+        Digits and commas.
+    n_joints
+        Joints of the arm.
+    lengths
+        How many indices there may be.
+
+    Returns
+    -------
+    tuple of int or None
+        Joints, from 0; None where this names none, or could name several.
+
+    Examples
+    --------
+    >>> parted("12", 10, {2}), parted("1,10", 10, {2}), parted("10", 10, {1}), parted("10", 9, {1})
+    ((0, 1), (0, 9), (9,), None)
+    """
+    readings = {tuple(index.split(","))} | (set() if "," in index else {tuple(index)})
+    found = {
+        tuple(int(number) - 1 for number in reading)
+        for reading in readings
+        if len(reading) in lengths and all(number.isdecimal() for number in reading)
+    }
+    found = {joints for joints in found if all(0 <= joint < n_joints for joint in joints)}
+    return found.pop() if len(found) == 1 else None
+
+
+def inertia_label(i: int, j: int) -> str:
+    """Label of an element of the symmetric matrix D; joints count from 0."""
+    return f"D{joined(sorted((i, j)))}"
+
+
+def short_name(name: str, most: int) -> str:
+    """Leave out the middle of a name of more than so many characters; names differ at their ends.
+
+    Examples
+    --------
+    >>> short_name("left_gripper_extension_joint_r", 16), short_name("elbow_joint", 16)
+    ('left_gri…joint_r', 'elbow_joint')
+    """
+    if len(name) <= most:
+        return name
+    ends = max(most - 1, 2)
+    return f"{name[: ends - ends // 2]}…{name[len(name) - ends // 2 :]}"
+
+
+def joint_name(number: int, name: str) -> str:
+    """A joint's number, and its name where that says more."""
+    return name if name == str(number) else f"{number} {name}"
+
+
+# SI: a billion tonnes, seven times as far as the sun, 32 000 years. What is larger is a slip of the unit or
+# a damaged file. It also keeps results finite: torque is of the first power in mass and of the second in
+# lengths and in rates, so that its square stays below 1e130; doubles end at 1.8e308.
+LARGEST = 1e12
+
+# A term's coefficient is made of a mass and two lengths, 1e36 at most; a program may add them up and divide
+# one by another. What is larger was never written, and its products would end beyond the doubles.
+LARGEST_COEFFICIENT = 1e100
+
+# float() also takes 1_000, digits of other scripts, "infinity" and "nan", which nobody means in a table.
+UNSIGNED = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+_NUMBER = re.compile(rf"[-+]?{UNSIGNED}")
+
+
+def number_in(text: str) -> float | None:
+    """Read a number in decimal digits of ASCII; None where there is none, infinity where it overflows.
+
+    Examples
+    --------
+    >>> number_in(" -1.5e3 "), number_in("1_000"), number_in("nan")
+    (-1500.0, None, None)
+    """
+    stripped = text.strip()
+    return float(stripped) if _NUMBER.fullmatch(stripped) else None
+
+
+_WORDS = "text-align: left"
+
+
+def html_of(
+    title: str, headings: Sequence[str], rows: Iterable[Sequence[str]], note: str = "", more: str = ""
+) -> str:
+    """Write a value as HTML; names in it may be anybody's, and are escaped.
+
+    Parameters
+    ----------
+    title, headings, rows
+        Its table; cells that begin with a letter stand on the left.
+    note
+        A sentence below.
+    more
+        Lines that are folded away.
+
+    Examples
+    --------
+    >>> html_of("an arm", ["joint"], [["1 <waist>"]])
+    '<table><caption>an arm</caption><tr><th>joint</th></tr><tr><td>1 &lt;waist&gt;</td></tr></table>'
+    """
+    head = "".join(f"<th>{_text(heading)}</th>" for heading in headings)
+    body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in rows)
+    table = f"<table><caption>{_text(title)}</caption><tr>{head}</tr>{body}</table>"
+    below = f"<p>{_text(note)}</p>" if note else ""
+    lines = "\n".join(_text(line) for line in more.splitlines())
+    folded = f"<details><summary>equations</summary><pre>{lines}</pre></details>" if more else ""
+    return table + below + folded
+
+
+def _cell(text: str) -> str:
+    style = f' style="{_WORDS}"' if text[:1].isalpha() else ""
+    return f"<td{style}>{_text(text)}</td>"
+
+
+def _text(text: str) -> str:
+    return str(escape(visible(text)))
+
+
+LEVEL_NAMES = {
+    "element": "parts of D and h as a whole, the founding text's method",
+    "term": "torque terms one by one: the fewest operations for arms of few terms",
+    "recursive": "the recursion of Newton and Euler, pruned step by step: for arms of many terms",
+    "energy": "the model remains a mechanical system, with symmetric D and its own energy",
+}

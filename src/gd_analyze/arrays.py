@@ -8,11 +8,17 @@ symbols), whose methods `cos` and `sin` NumPy's functions of these names call.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from gd_analyze.text import LARGEST, in_python
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from gd_analyze.errors import GdAnalyzeError
 
 Array = NDArray[Any]
 FloatArray = NDArray[np.float64]
@@ -94,3 +100,73 @@ def turn_about(axis: Array, cos_q: Array, sin_q: Array) -> Array:
 def set_points_last(states: Array) -> Array:
     """Turn ``(..., n)`` states into ``(n, N)`` with N contiguous."""
     return np.ascontiguousarray(states.reshape(-1, states.shape[-1]).T)
+
+
+# Torques of every joint come from the same forces. Below this share of the arm's largest torque a number is
+# what cancellation leaves: thousands of roundings (eps = 2e-16), yet far below any joint's real torque.
+ROUND_OFF_SHARE = 1e-12
+
+
+def round_off_of(torque: FloatArray, explained: float = 0.0) -> float:
+    """Torque (N m) that is only round-off among torques (N, n).
+
+    Parameters
+    ----------
+    torque
+        Torques, N m, shape (N, n).
+    explained
+        What round-off explains where no joint needs any torque, as `pinocchio_check.round_off_bounds` has it:
+        then there is no real torque to take a share of.
+    """
+    largest = float(np.abs(torque).max())
+    return explained if largest <= explained else ROUND_OFF_SHARE * largest
+
+
+def peak_magnitude(torque: FloatArray, explained: float = 0.0) -> FloatArray:
+    """Largest magnitude of torques (N, n) per joint, shape (n,); exactly 0 where it is round-off."""
+    peak = np.abs(torque).max(axis=0)
+    return np.where(peak > round_off_of(torque, explained), peak, 0.0)
+
+
+def falling(value: float) -> float:
+    """Sort key for falling magnitude, the same for values that only round-off tells apart."""
+    return -float(f"{abs(value):.9e}")
+
+
+def are_possible(values: ArrayLike) -> bool:
+    """Whether all numbers are finite and none is larger than `LARGEST`."""
+    return bool((np.abs(np.asarray(values, dtype=float)) <= LARGEST).all())
+
+
+def array_of(values: Any, name: str, error: type[GdAnalyzeError]) -> FloatArray:
+    """Take an array, or a list of numbers, as floats; nothing is copied that need not be.
+
+    Raises
+    ------
+    GdAnalyzeError
+        The one that is named, if something is no number, or rows differ in length.
+    """
+    try:
+        array = np.asarray(values)
+    except ValueError:
+        array = np.array(None)
+    if array.dtype.kind not in "fiub":
+        raise error(
+            f"{name} is not made of numbers",
+            where=name,
+            expected="an array of numbers",
+            found=in_python(values),
+        )
+    return array.astype(float, copy=False)
+
+
+def require_possible(array: FloatArray, name: str, error: type[GdAnalyzeError]) -> None:
+    """Raise an error, the one that is named, where a number is not finite or larger than `LARGEST`."""
+    wrong = ~(np.abs(array) <= LARGEST)
+    if wrong.any():
+        raise error(
+            f"{name} is {'too large' if np.isfinite(array).all() else 'not finite'}",
+            where=f"{name}{list(map(int, np.argwhere(wrong)[0]))}",
+            expected=f"finite numbers up to {LARGEST:g}",
+            found=str(array[wrong][0]),
+        )
