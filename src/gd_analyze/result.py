@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 
-# How a person reads a column's values; JSON keeps them as they are.
-Shown = Literal["number", "percent", "times", "count", "text", "flag", "bound", "bound_percent"]
+from gd_analyze.text import amount, fitting, joint_name, number, percent, pretty, rounded_up, share_up
+
+# How a person reads a value; JSON has it as it is. A "bound" is rounded up, a "name" may be shortened.
+Shown = Literal["number", "percent", "times", "count", "text", "name", "flag", "bound", "bound_percent"]
+UNKNOWN = "–"
 
 
 @dataclass(frozen=True)
@@ -19,19 +23,19 @@ class Fact:
     Parameters
     ----------
     key
-        Name in JSON.
+        Name in JSON. "" shows the fact to people only.
     label
         Noun phrase: "Torque error, proven near the motion". "" keeps the fact to JSON.
     value
-        A JSON value or a NumPy number.
+        A JSON value, a NumPy number or array, or a list or mapping of these.
     unit
-        Unit of a number, in words that pint reads.
+        Unit of a number, such as "N m", or what follows it: "of peak torque".
     shown
         How a number is written.
     text
         How a person reads the value, where number and unit do not say it.
     note
-        What stands behind it: "joint 5".
+        What stands behind it in brackets: "joint 5".
     """
 
     key: str
@@ -42,6 +46,12 @@ class Fact:
     text: str | None = None
     note: str = ""
 
+    @property
+    def written(self) -> str:
+        """The value as a person reads it: "1.4 % of peak torque (joint 5)"."""
+        text = written(self.value, self.unit, self.shown) if self.text is None else self.text
+        return f"{text} ({self.note})" if self.note else text
+
 
 @dataclass(frozen=True)
 class Column:
@@ -50,13 +60,13 @@ class Column:
     Parameters
     ----------
     key
-        Name in JSON.
+        Name in JSON. "" shows the column to people only.
     label
         Heading. "" keeps the column to JSON.
     values
         One per row; None or nan where there is none.
     unit
-        Of all rows, or one per row.
+        Of all rows, or one per row. JSON has no units: where rows differ, a column of its own names them.
     shown
         How values are written.
     meaning
@@ -70,20 +80,47 @@ class Column:
     shown: Shown = "number"
     meaning: str = ""
 
+    @property
+    def is_text(self) -> bool:
+        """Whether the cells stand on the left."""
+        return self.shown in ("text", "name", "flag")
+
+    def cells(self, top: int | None = None) -> tuple[str, list[str]]:
+        """The unit for the heading, and the first `top` cells as a person reads them.
+
+        A prefix of the unit keeps numbers short. Where units differ, they stand in the cells.
+        """
+        values = self.values[:top]
+        units = {self.unit} if isinstance(self.unit, str) else {*self.unit[:top]}
+        if len(units) > 1:
+            pairs = zip(values, self.unit, strict=False)
+            return "", [written(*pair, self.shown) for pair in pairs]
+        unit = units.pop() if units else ""
+        if self.shown not in ("number", "bound"):
+            return pretty(unit), [written(value, "", self.shown) for value in values]
+        factor, unit = fitting([float(value) for value in values if _is_number(value)], unit)
+        cells = [written(v / factor if _is_number(v) else v, "", self.shown) for v in values]
+        return pretty(unit), cells
+
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of named columns; `note` stands below. JSON has a list of rows under `key`."""
+    """Rows of named columns; `note` stands below. People see `top` rows, JSON has all under `key`."""
 
     key: str
     title: str
     columns: tuple[Column, ...]
     note: str = ""
+    top: int | None = None
+
+    @property
+    def n_rows(self) -> int:
+        """How many rows there are."""
+        return len(self.columns[0].values) if self.columns else 0
 
     def rows(self) -> list[dict[str, Any]]:
-        """Rows as JSON values; units that differ by row stand beside their column, as `KEY_unit`."""
-        named = {column.key: column.values for column in self.columns}
-        named |= {f"{c.key}_unit": c.unit for c in self.columns if not isinstance(c.unit, str)}
+        """Rows as JSON values."""
+        named = {column.key: column.values for column in self.columns if column.key}
         return [
             {key: plain(value) for key, value in zip(named, row, strict=True)}
             for row in zip(*named.values(), strict=True)
@@ -102,18 +139,23 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Equations:
-    """Formulas (`gd_analyze.formulas`), and the legend of the symbols that they introduce."""
+    """Formulas, for pages that typeset them, and the same in plain characters, for terminal and JSON.
+
+    `legend` and `legend_lines` explain the symbols. `gd_analyze.formulas.plain.equations` makes one.
+    """
 
     key: str
     title: str
-    formulas: tuple[Any, ...]
+    lines: tuple[str, ...]
+    formulas: tuple[Any, ...] = ()
     legend: Any = None
+    legend_lines: tuple[str, ...] = ()
     note: str = ""
 
 
 @dataclass(frozen=True)
 class Section:
-    """Parts under a heading, with a line of text."""
+    """Parts under a heading, with a line of text; JSON nests them under `key`, where there is one."""
 
     key: str
     title: str
@@ -153,33 +195,80 @@ class Result:
     provenance: Mapping[str, str] = field(default_factory=dict)
 
     def document(self) -> dict[str, Any]:
-        """All of it as JSON values: facts and tables by their keys."""
-        found: dict[str, Any] = {}
-        for part in _flat((*self.facts, *self.parts)):
-            if isinstance(part, Fact):
-                found[part.key] = plain(part.value)
-            elif isinstance(part, Table):
-                found[part.key] = part.rows()
-            elif isinstance(part, Equations):
-                found[part.key] = [str(formula) for formula in part.formulas]
-        found["notices"] = list(self.notices)
+        """All of it as JSON values: facts, tables, equations and sections by their keys."""
+        found = {"headline": self.headline} if self.headline else {}
+        found |= _document((*self.facts, *self.parts)) | {"notices": list(self.notices)}
         return found | ({"provenance": dict(self.provenance)} if self.provenance else {})
 
 
-def _flat(parts: Sequence[Part]) -> Iterator[Part]:
-    for part in parts:
-        if isinstance(part, Section):
-            yield from _flat(part.parts)
-        else:
-            yield part
+def joint_columns(joints: Sequence[Any]) -> tuple[Column, ...]:
+    """Columns that begin a table of an arm's joints (`arm.joints`): number, name and unit of torque."""
+    names = [joint.name for joint in joints]
+    numbers = range(1, len(names) + 1)
+    return (
+        Column("joint", "", numbers),
+        Column("joint_name", "", names),
+        Column("effort_unit", "", [joint.effort_unit for joint in joints]),
+        Column("", "joint", [joint_name(*pair) for pair in zip(numbers, names, strict=True)], shown="name"),
+    )
+
+
+def written(value: Any, unit: str = "", shown: Shown = "number") -> str:
+    """Write one value as a person reads it, with its unit."""
+    if _is_unknown(value):
+        return UNKNOWN
+    if isinstance(value, str) or shown in ("text", "name"):
+        return str(value)
+    if shown == "flag" or isinstance(value, bool | np.bool_):
+        return "yes" if value else "no"
+    if isinstance(value, Sequence | np.ndarray):
+        return ", ".join(written(entry, unit, shown) for entry in value)
+    if shown in ("number", "bound"):
+        return pretty(amount(rounded_up(value) if shown == "bound" else value, unit)).rstrip()
+    if shown in ("percent", "bound_percent"):
+        text = percent(share_up(value) if shown == "bound_percent" else value)
+    else:
+        text = f"{value:d}" if shown == "count" else f"{number(value)} times"
+    return f"{text} {pretty(unit)}".rstrip()
 
 
 def plain(value: Any) -> Any:
-    """Make a JSON value of what NumPy gives; nan is None."""
-    if isinstance(value, np.ndarray | list | tuple):
-        return [plain(entry) for entry in value]
+    """Make a JSON value of what NumPy gives; nan and infinity are None."""
     if isinstance(value, Mapping):
         return {key: plain(entry) for key, entry in value.items()}
+    if isinstance(value, np.ndarray | list | tuple | range):
+        return [plain(entry) for entry in value]
     if isinstance(value, np.generic):
         value = value.item()
-    return None if isinstance(value, float) and value != value else value
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _is_unknown(value: Any) -> bool:
+    return value is None or (isinstance(value, float) and value != value)
+
+
+def _is_number(value: Any) -> bool:
+    return not isinstance(value, str) and not _is_unknown(value)
+
+
+def _document(parts: Sequence[Part]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key, value in _entries(parts):
+        if key in found:
+            raise ValueError(f"two parts of a result are called {key!r}")
+        found[key] = value
+    return found
+
+
+def _entries(parts: Sequence[Part]) -> Iterator[tuple[str, Any]]:
+    for part in parts:
+        if isinstance(part, Section) and not part.key:
+            yield from _entries(part.parts)
+        elif isinstance(part, Section):
+            yield part.key, _document(part.parts)
+        elif part.key and isinstance(part, Fact):
+            yield part.key, plain(part.value)
+        elif part.key and isinstance(part, Table):
+            yield part.key, part.rows()
+        elif part.key and isinstance(part, Equations):
+            yield part.key, list(part.lines)

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from gd_analyze.cli.log_options import STAGE
 from gd_analyze.cli.options import together
-from gd_analyze.cli.terminal import Stages, line, print_json, stages, warnings_told
+from gd_analyze.cli.terminal import Stages, line, print_json, show_result, stages, warnings_told
 from gd_analyze.simplification.cache import without_cache
+
+if TYPE_CHECKING:
+    from gd_analyze.result import Result
 
 
 @dataclass
@@ -38,17 +41,25 @@ class Output:
 
     def give(
         self,
-        document: Callable[[], Any],
-        show: Callable[[], None] = lambda: None,
-        wrote: Path | None = None,
+        result: Result | Callable[[], Any],
+        show: Callable[[], None] | None = None,
+        wrote: Path | Sequence[Path] | None = None,
     ) -> None:
-        """Print the result the way that was asked for, and which file holds it."""
+        """Print a result the way that was asked for, and which files hold it."""
+        files = [] if wrote is None else [wrote] if isinstance(wrote, Path) else [*wrote]
         if self.as_json:
-            print_json(document())
+            if callable(result):
+                print_json(result())
+            else:
+                ends = {"warnings": self.warnings, "files": [str(path) for path in files]}
+                print_json(result.document() | ends)
         elif not self.quiet:
-            show()
-            if wrote is not None:
-                line(f"wrote {wrote}")
+            if callable(result):
+                (show or (lambda: None))()
+            else:
+                show_result(result)
+            for path in files:
+                line(f"wrote {path}")
 
 
 def reporting(function: Callable[..., None]) -> Callable[..., None]:

@@ -24,6 +24,8 @@ from gd_analyze.text import visible
 if TYPE_CHECKING:
     from rich.progress import Progress, ProgressColumn
 
+    from gd_analyze.result import Result
+
 # What every terminal shows, and a file or a mail as well; taken where the terminal's own is unknown.
 WIDTH = 80
 _UNIT = re.compile(r"(?<=\d) (?:%|[nµmkM]?N m\b|[nµmkM]?N\b|s\b|rad\b|m\b|kg\b)")
@@ -83,6 +85,13 @@ def table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]], si
     sentence(title, bold=True)
     for drawn_line in drawn.getvalue().split("\n")[:-1]:
         line(drawn_line.rstrip())
+
+
+def show_result(result: Result) -> None:
+    """Print a result for people."""
+    from gd_analyze.report.terminal import text_of
+
+    click.echo(text_of(result, width(), lambda text: click.style(text, bold=True)), nl=False, color=_colour())
 
 
 def print_json(value: Any) -> None:

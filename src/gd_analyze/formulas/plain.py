@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from gd_analyze.formulas.formula import Formula, Symbol
+from collections.abc import Iterable
+
+from gd_analyze.formulas.formula import Formula, Legend, Symbol
 from gd_analyze.formulas.printer import PRIME, Printer
+from gd_analyze.result import Equations
 
 
 class Plain(Printer):
@@ -39,3 +42,17 @@ class Plain(Printer):
 
 def _superscript(exponent: int) -> str:
     return str(exponent).translate(str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")) if exponent != 1 else ""
+
+
+def equations(
+    key: str,
+    title: str,
+    formulas: Iterable[Formula],
+    legend: Legend | None = None,
+    note: str = "",
+    digits: int = 3,
+) -> Equations:
+    """Make formulas a part of a result, weights with so many digits."""
+    plain, formulas = Plain(digits), tuple(formulas)
+    explained = () if legend is None else plain.legend(legend)
+    return Equations(key, title, tuple(map(plain.line, formulas)), formulas, legend, explained, note)

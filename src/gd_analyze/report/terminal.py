@@ -1,0 +1,154 @@
+"""A result as text of a terminal: one renderer for every verb."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+import unicodedata
+from collections.abc import Callable, Iterator, Sequence
+
+from gd_analyze.result import Equations, Fact, Part, Result, Section, Table
+from gd_analyze.text import short_name, visible
+
+WIDTH = 80
+# Of a name that is shortened stay so many characters.
+_LEAST_NAME = 12
+_NARROWEST_HEADING = 9
+_UNIT = re.compile(r"(?<=\d) (?:%|[nµmkM]?N m\b|[nµmkM]?N\b|s\b|rad\b|m\b|kg\b|×)")
+
+
+def text_of(result: Result, width: int = WIDTH, bold: Callable[[str], str] = str) -> str:
+    """Write a result as lines of `width` columns; a table that needs more is written at its full width.
+
+    `bold` marks up headings.
+    """
+    lines = [bold(line) for line in wrapped(f"{result.title} {result.subtitle}".strip(), width)]
+    lines += wrapped(result.headline, width)
+    lines += _parts((*result.facts, *result.parts), width, bold)
+    for notice in result.notices:
+        lines += ["", *wrapped(notice, width)]
+    return "\n".join(lines) + "\n"
+
+
+def wrapped(text: str, width: int, indent: str = "") -> list[str]:
+    """Wrap a text between words, each number together with its unit; `indent` begins further lines."""
+    held = _UNIT.sub(lambda found: found[0].replace(" ", "\u00a0"), visible(text))
+    lines = textwrap.wrap(
+        held, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+    )
+    return [line.replace("\u00a0", " ") for line in lines]
+
+
+def _parts(parts: Sequence[Part], width: int, bold: Callable[[str], str]) -> Iterator[str]:
+    """Lines of parts, a blank one before each; facts that follow each other stand together."""
+    facts: list[Fact] = []
+    for part in (*parts, None):
+        if isinstance(part, Fact):
+            facts += [part] if part.label else []
+            continue
+        yield from _facts(facts, width)
+        facts = []
+        lines: list[str] = []
+        if isinstance(part, Table):
+            lines = _table(part, width)
+        elif isinstance(part, Equations) and part.lines:
+            lines = [line for each in part.lines for line in _formula(each, width)]
+            lines += ["", *part.legend_lines] if part.legend_lines else []
+        elif isinstance(part, Section):
+            lines = [*wrapped(part.note, width), *_parts(part.parts, width, bold)]
+        if part is not None and lines:
+            yield ""
+            title = f"{part.title}{_first_of(part) if isinstance(part, Table) else ''}"
+            yield from (bold(line) for line in wrapped(title, width))
+            yield from lines
+            if part.note and not isinstance(part, Section):
+                yield from wrapped(part.note, width)
+
+
+def _facts(facts: Sequence[Fact], width: int) -> Iterator[str]:
+    if facts:
+        yield ""
+    room = min(max((_length(fact.label) for fact in facts), default=0), 3 * width // 5)
+    for fact in facts:
+        label = visible(fact.label)
+        start = label + " " * max(room - _length(label), 0) + "  "
+        yield from wrapped_after(start, fact.written, width, room + 2)
+
+
+def wrapped_after(start: str, text: str, width: int, indent: int) -> list[str]:
+    """Wrap a text that follows `start` on its line; its further lines begin at column `indent`."""
+    room = max(width - _length(start), 16)
+    first, *rest = wrapped(text, room) or [""]
+    more = wrapped(" ".join(rest), max(width - indent, 16)) if rest else []
+    return [(start + first).rstrip(), *(" " * indent + line for line in more)]
+
+
+def _first_of(table: Table) -> str:
+    return "" if table.top is None or table.top >= table.n_rows else f" ({table.top} of {table.n_rows})"
+
+
+def _table(table: Table, width: int) -> list[str]:
+    """Headings, which wrap, a rule, and the rows; nothing of a table without rows to be shown."""
+    count = table.n_rows if table.top is None else min(table.top, table.n_rows)
+    columns = [column for column in table.columns if column.label]
+    if not count or not columns:
+        return []
+    blocks, sides = [], []
+    for column in columns:
+        unit, cells = column.cells(count)
+        cells = [visible(cell) for cell in cells]
+        words = visible(column.label).split(" ")
+        room = max(_NARROWEST_HEADING, *map(_length, cells), *map(_length, words))
+        heading = [*wrapped(column.label, room), *([unit] if unit else [])]
+        blocks.append((heading, cells))
+        sides.append(column.is_text)
+    excess = sum(_width(*block) + 2 for block in blocks) - 2 - width
+    for k, column in enumerate(columns):
+        if column.shown == "name" and excess > 0:
+            heading, cells = blocks[k]
+            room = max(_LEAST_NAME, _width(heading, cells) - excess)
+            excess -= max(_width(heading, cells) - room, 0)
+            blocks[k] = heading, [short_name(cell, room) for cell in cells]
+    deepest = max(len(heading) for heading, _ in blocks)
+    whole = [[""] * (deepest - len(heading)) + heading + cells for heading, cells in blocks]
+    padded = [
+        [_padded(cell, max(map(_length, cells)), left) for cell in cells]
+        for cells, left in zip(whole, sides, strict=True)
+    ]
+    lines = ["  ".join(row).rstrip() for row in zip(*padded, strict=True)]
+    rule = "  ".join("─" * _length(cells[0]) for cells in padded)
+    return [*lines[:deepest], rule, *lines[deepest:]]
+
+
+def _formula(line: str, width: int) -> list[str]:
+    """Wrap a formula between its summands, with a hanging indent behind the sign of equality."""
+    left, equals, right = line.partition(" = ")
+    if not equals:
+        return [line]
+    indent = len(left) + 3
+    lines = [f"{left} ="]
+    for summand in re.split(r" (?=[+-] )(?![^(]*\))", right):
+        if len(lines[-1]) + 1 + len(summand) <= width or lines[-1].endswith("="):
+            lines[-1] += f" {summand}"
+        else:
+            lines.append(" " * indent + summand)
+    return lines
+
+
+def _width(heading: Sequence[str], cells: Sequence[str]) -> int:
+    return max(map(_length, (*heading, *cells)))
+
+
+def _padded(cell: str, room: int, left: bool) -> str:
+    gap = " " * (room - _length(cell))
+    return cell + gap if left else gap + cell
+
+
+def _length(text: str) -> int:
+    """Columns of a terminal that a text takes: signs of East Asian scripts take two, accents none."""
+    if text.isascii():
+        return len(text)
+    return sum(
+        0 if unicodedata.combining(sign) else 2 if unicodedata.east_asian_width(sign) in "WF" else 1
+        for sign in text
+    )
