@@ -7,9 +7,9 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.trace import Expression
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.kept_programs import inputs_of
+from gd_analyze.simplification.program_cache import inputs_of
 from gd_analyze.simplification.recursion import CONSTANT, NUMBER, Change, Changes, Recursion
-from gd_analyze.simplification.torque_alone import torque_alone
+from gd_analyze.simplification.recursion_losses import torque_alone
 
 
 def random_changes(recursion: Recursion, share: float, seed: int) -> dict[Change, float]:

@@ -9,7 +9,7 @@ import pytest
 
 from gd_analyze.operations import rewriting, sharing
 from gd_analyze.simplification.cache import without_cache
-from gd_analyze.simplification.kept_programs import kept_programs
+from gd_analyze.simplification.program_cache import kept_programs
 
 # Of 400 and 500.
 _TRIES = 10

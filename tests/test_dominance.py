@@ -17,7 +17,7 @@ from gd_analyze.dynamics.elements import elements
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, Link
-from gd_analyze.simplification.parts import parts_of, torque_by_part
+from gd_analyze.simplification.element import parts_of, torque_by_part
 from strategies import arms_with_states, examples, motions
 
 EPS = float(np.finfo(float).eps)

@@ -19,7 +19,7 @@ from gd_analyze.report.interactive import page_data
 from gd_analyze.results import drawn as drawn_module
 from gd_analyze.results.drawn import STRETCHES, drawn
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.losses import losses
+from gd_analyze.simplification.evaluation import losses
 
 LONG = MOST_KEPT + CHUNK + 17
 

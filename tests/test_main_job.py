@@ -11,8 +11,7 @@ import pytest
 import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeError, OutputError, TrajectoryError, UsageError
 from gd_analyze.robots.payload import with_payload
-from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.parts import parts_of
+from gd_analyze.simplification.element import ELEMENT, parts_of
 from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.studies.analyze import analyze, find
 from gd_analyze.studies.folder import FILES, default_folder, require_folder, write_findings
@@ -183,7 +182,7 @@ def test_provenance_is_flat(puma_findings):
 
 
 def test_an_arm_of_many_terms_is_simplified_in_its_recursion(two_link, swing, monkeypatch) -> None:
-    monkeypatch.setattr("gd_analyze.simplification.many_terms.MOST_TERMS", 3)
+    monkeypatch.setattr("gd_analyze.simplification.exact_form.MOST_TERMS", 3)
     findings = find(two_link, swing)
     model = findings.model
     assert model.level is RECURSIVE

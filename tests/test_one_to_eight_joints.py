@@ -60,7 +60,7 @@ def assert_goes_through(arm: RobotArm, folder: Path) -> None:
 def test_it_goes_through_the_main_job(make, tmp_path, monkeypatch):
     if len(MAKES[make]) > 6:
         # This is about what follows a search, which takes a minute of so many axes askew.
-        monkeypatch.setattr("gd_analyze.simplification.pruned.prune", summands_dropped)
+        monkeypatch.setattr("gd_analyze.simplification.pruning.prune", summands_dropped)
     assert_goes_through(arm_of(MAKES[make], np.random.default_rng(3)), tmp_path / "results")
 
 

@@ -17,12 +17,11 @@ from gd_analyze.results.hdf5_layout import OF_SCALES
 from gd_analyze.results.store import load_findings, load_results, save_results
 from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS, require_numbers
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.budget_path import budget_path
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.ranking import rank_terms
 from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.term import TERM
-from gd_analyze.simplification.trade_off import KINDS, trade_off
+from gd_analyze.simplification.trade_off import KINDS, budget_path, trade_off
 from gd_analyze.studies.folder import write_findings
 
 

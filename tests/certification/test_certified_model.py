@@ -82,8 +82,8 @@ def test_a_budget_below_what_a_bound_can_resolve(two_link, swing):
 
 
 def test_levels_and_steps_are_told_of_the_certified_model(two_link, swing, monkeypatch):
-    monkeypatch.setattr("gd_analyze.simplification.cheapest._FEW_JOINTS", 0)
-    monkeypatch.setattr("gd_analyze.simplification.cheapest._FEW", 0.0)
+    monkeypatch.setattr("gd_analyze.simplification.simplify._FEW_JOINTS", 0)
+    monkeypatch.setattr("gd_analyze.simplification.simplify._FEW", 0.0)
     exact = ExactDynamics.of(two_link, swing)
     box = Box.around(*exact.states.arrays)
     model, _ = simplify_certified(exact, "60%", box, effort=0.01)

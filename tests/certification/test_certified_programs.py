@@ -14,8 +14,8 @@ from gd_analyze.motions.states import States
 from gd_analyze.simplification.accuracy import Accuracy
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.kept_programs import inputs_of
 from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.program_cache import inputs_of
 from gd_analyze.simplification.recursion import NUMBER, Change
 from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.term import TERM

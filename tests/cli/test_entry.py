@@ -74,7 +74,7 @@ def test_the_version_and_where_the_cache_is(run, monkeypatch):
 )
 def test_without_the_cache_nothing_is_kept_and_all_is_the_same(run, monkeypatch, tmp_path, words):
     from gd_analyze.simplification.cache import VARIABLE
-    from gd_analyze.simplification.kept_programs import kept_programs
+    from gd_analyze.simplification.program_cache import kept_programs
 
     def told(*given: str) -> dict:
         kept_programs.cache_clear()

@@ -9,10 +9,9 @@ import gd_analyze as gd
 from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.payload import with_payload
-from gd_analyze.simplification.evaluation import evaluate
+from gd_analyze.simplification.evaluation import evaluate, payload_effect
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.model_file import save_model
-from gd_analyze.simplification.payload_effect import payload_effect
 from gd_analyze.simplification.simplify import simplify
 from gd_analyze.text import named_joints
 from made_models import by_elements

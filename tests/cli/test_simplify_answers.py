@@ -112,7 +112,7 @@ def test_the_curve_is_in_the_terms_of_the_budget(run):
 @pytest.fixture
 def quickly(monkeypatch):
     """Without a search: this is about what is told of a model."""
-    monkeypatch.setattr("gd_analyze.simplification.pruned.prune", summands_dropped)
+    monkeypatch.setattr("gd_analyze.simplification.pruning.prune", summands_dropped)
 
 
 @pytest.mark.usefixtures("quickly")

@@ -16,8 +16,8 @@ from gd_analyze.dynamics.regrouping import KINDS
 from gd_analyze.formulas.printer import PRIME
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.schema import GROUPS
-from gd_analyze.simplification.link_parameters import KINDS as OF_LINKS
-from gd_analyze.simplification.recursion_names import INWARD, OUTWARD, Quantity
+from gd_analyze.simplification.recursion import INWARD, OUTWARD, Quantity
+from gd_analyze.simplification.recursion_losses import KINDS as OF_LINKS
 from gd_analyze.simplification.recursion_reading import MEANINGS
 
 PAGE = ROOT / "docs" / "notation.md"

@@ -141,7 +141,7 @@ def test_traced_formulation_computes_the_torque(puma, rng):
     """The whole formulation, run on expressions, against the same code run on numbers."""
     from gd_analyze.dynamics.decomposition import decompose_states
     from gd_analyze.dynamics.pinocchio_check import round_off_bounds
-    from gd_analyze.simplification.parts import parts_of, trace_parts
+    from gd_analyze.simplification.element import parts_of, trace_parts
 
     traced = trace_parts(puma)
     program = Program.of(traced.trace, list(traced.torque(parts_of(6), None)))

@@ -19,7 +19,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import JointKind
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.parts import parts_of
+from gd_analyze.simplification.element import parts_of
 from gd_analyze.studies.find import find
 from gd_analyze.studies.settings_main import Settings
 

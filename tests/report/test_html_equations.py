@@ -15,7 +15,7 @@ from gd_analyze.report.html import TERMS_SHOWN, render_html
 from gd_analyze.report.terms import exact_elements, tallies
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.words import SYMBOLS
-from gd_analyze.simplification.parts import kept_effects, parts_of
+from gd_analyze.simplification.element import kept_effects, parts_of
 
 MATHS = PageMathML()
 

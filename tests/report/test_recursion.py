@@ -33,7 +33,7 @@ def findings() -> Findings:
     motion, origin = read_trajectory("wrist-move", arm), Origin("gd-analyze puma560 wrist-move")
     with pytest.MonkeyPatch.context() as patch:
         # This is about what is told of a model, not how it is found.
-        patch.setattr("gd_analyze.simplification.pruned.prune", summands_dropped)
+        patch.setattr("gd_analyze.simplification.pruning.prune", summands_dropped)
         return find(arm, motion, Settings(level="recursive"), origin=origin)
 
 

@@ -20,9 +20,7 @@ from gd_analyze.cli.terminal import line, sentence
 
 if TYPE_CHECKING:
     from gd_analyze.robots.payload import Payload
-    from gd_analyze.simplification.evaluation import Evaluation
-    from gd_analyze.simplification.losses import Loss
-    from gd_analyze.simplification.payload_effect import PayloadEffect
+    from gd_analyze.simplification.evaluation import Evaluation, Loss, PayloadEffect
 
 # Shares of peak torque below this are printed as "< 0.01 %".
 _WORTH_A_LINE = 1e-4
@@ -83,8 +81,7 @@ def evaluate(
         stage("reading")
         from gd_analyze.files import write_text
         from gd_analyze.robots.payload import parse_payload
-        from gd_analyze.simplification.evaluation import torque_csv
-        from gd_analyze.simplification.losses import losses
+        from gd_analyze.simplification.evaluation import losses, torque_csv
 
         body = None if payload is None else parse_payload(payload)
         loaded = gd.load_model(model)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from gd_analyze.operations.program import OperationCount
     from gd_analyze.robots.arm import RobotArm
     from gd_analyze.simplification.accuracy import Accuracy, ErrorTable
-    from gd_analyze.simplification.norm_share import NormShare
+    from gd_analyze.simplification.measures import NormShare
 
 # Characters that a joint's number and name take at least, however narrow the terminal.
 _LEAST_NAME = 12

@@ -12,9 +12,8 @@ if TYPE_CHECKING:
     import gd_analyze as gd
     from gd_analyze.formulas.plain import Plain
     from gd_analyze.motions.states import States
-    from gd_analyze.simplification.left_out import Omission
-    from gd_analyze.simplification.link_parameters import LinkParameter
-    from gd_analyze.simplification.losses import Loss
+    from gd_analyze.simplification.evaluation import Loss
+    from gd_analyze.simplification.recursion_losses import LinkParameter, Omission
 
 _WORDS = (("M", "M mass, MX MY MZ first moment"), ("P", "P second moment"), ("J", "J drive's inertia"))
 # Of what is left out, so many lines are shown, with sums of so many characters.
@@ -24,8 +23,7 @@ _ROWS, _LONGEST = 12, 24
 def recursion_document(model: gd.SimplifiedModel, states: States, digits: int) -> dict[str, Any]:
     """All of it as JSON has it; torque left out is that at some states."""
     from gd_analyze.formulas.plain import Plain
-    from gd_analyze.simplification.left_out import omissions
-    from gd_analyze.simplification.link_parameters import link_parameters
+    from gd_analyze.simplification.recursion_losses import link_parameters, omissions
 
     plain = Plain(digits)
     return {
@@ -59,8 +57,7 @@ def recursion_document(model: gd.SimplifiedModel, states: States, digits: int) -
 def show_recursion(model: gd.SimplifiedModel, states: States, digits: int) -> None:
     """Print which parameters it keeps, what it leaves out that makes most torque, and its equations."""
     from gd_analyze.formulas.plain import Plain
-    from gd_analyze.simplification.left_out import omissions
-    from gd_analyze.simplification.link_parameters import link_parameters
+    from gd_analyze.simplification.recursion_losses import link_parameters, omissions
     from gd_analyze.simplification.recursion_reading import MEANINGS
     from gd_analyze.simplification.recursive import RECURSIVE
 
@@ -108,8 +105,8 @@ def losses_of_changes(model: gd.SimplifiedModel, states: States) -> tuple[Loss, 
     """What a changed recursion leaves out, as what a model of parts does; by what is allowed of it."""
     from gd_analyze.formulas.plain import Plain
     from gd_analyze.simplification.accuracy import share_of
-    from gd_analyze.simplification.left_out import omissions
-    from gd_analyze.simplification.losses import Loss
+    from gd_analyze.simplification.evaluation import Loss
+    from gd_analyze.simplification.recursion_losses import omissions
 
     plain, out = Plain(), []
     for one in omissions(model.form, model.terms, states):

@@ -165,7 +165,7 @@ def _document(
 
 
 def _labels(model: gd.SimplifiedModel, dropped: bool = False) -> list[str]:
-    from gd_analyze.simplification.parts import parts_of
+    from gd_analyze.simplification.element import parts_of
 
     return [p.label for p in parts_of(model.arm.n_joints) if (p in model.terms) != dropped]
 

@@ -13,7 +13,7 @@ from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.derived_programs import (
+from gd_analyze.simplification.model import (
     coriolis_centrifugal_program,
     gravity_loading_program,
     inertia_program,

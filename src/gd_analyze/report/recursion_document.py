@@ -12,8 +12,7 @@ from gd_analyze.motions.states import states_of
 from gd_analyze.report.harmonic_data import equation_data
 from gd_analyze.results import summary
 from gd_analyze.results.findings import Findings
-from gd_analyze.simplification.left_out import Omission, omissions
-from gd_analyze.simplification.link_parameters import LinkParameter, link_parameters
+from gd_analyze.simplification.recursion_losses import LinkParameter, Omission, link_parameters, omissions
 from gd_analyze.simplification.recursion_reading import MEANINGS
 from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.text import percent

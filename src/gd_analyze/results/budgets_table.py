@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.schema import table
-from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.element import ELEMENT, parts_of
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.parts import parts_of
 from gd_analyze.simplification.ranking import TermRanking
 
 if TYPE_CHECKING:

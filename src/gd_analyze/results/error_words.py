@@ -10,8 +10,8 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.states import in_words
 from gd_analyze.results.words import drives_told
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.measures import NormShare
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.norm_share import NormShare
 from gd_analyze.text import amount, at_most, rounded_up, share_up
 
 

@@ -13,10 +13,9 @@ from gd_analyze.harmonics.terms import Torques
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import describe
 from gd_analyze.schema import OPTIONAL
-from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.element import ELEMENT, parts_of
 from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.parts import parts_of
 
 if TYPE_CHECKING:
     import xarray as xr

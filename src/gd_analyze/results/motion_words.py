@@ -11,7 +11,7 @@ from gd_analyze.motions.motions import in_words
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.words import LETTERS
 from gd_analyze.simplification.accuracy import share_of
-from gd_analyze.simplification.reference_torques import ReferenceTorques
+from gd_analyze.simplification.budget import ReferenceTorques
 from gd_analyze.text import amount, named_joints, number, percent
 
 Row = dict[str, Any]

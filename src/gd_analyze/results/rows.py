@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from gd_analyze.dynamics.dominance import text_verdicts
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
-from gd_analyze.simplification.parts import kept_effects
+from gd_analyze.simplification.element import kept_effects
 
 Row = dict[str, Any]
 

@@ -14,9 +14,8 @@ from gd_analyze.errors import UsageError
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.simplification.effort import Effort
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact_form import ExactForm, has_more_terms
 from gd_analyze.simplification.level import CandidateLevel, Costs, Level, Terms
-from gd_analyze.simplification.many_terms import has_more_terms
 
 Kept = NDArray[np.bool_]
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.simplification.candidates import Candidates, Kept
-from gd_analyze.simplification.work import Work
+from gd_analyze.simplification.effort import Work
 
 # A refit of P numbers takes some P^3 multiplications; after so many candidates have gone that it comes to
 # this for each, the next is due.

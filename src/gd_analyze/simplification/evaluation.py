@@ -1,4 +1,4 @@
-"""A model held against the exact dynamics along any trajectory, or at any states."""
+"""A model compared with the exact dynamics at any states: errors, effect of a payload, cost of each loss."""
 
 from __future__ import annotations
 
@@ -10,17 +10,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray
+from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray, chunks
+from gd_analyze.dynamics.regressor import regressor
 from gd_analyze.errors import ModelError
 from gd_analyze.motions.pool import GivenMotions
-from gd_analyze.motions.states import States, require_dataset
+from gd_analyze.motions.states import States, require_dataset, states_for
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import fingerprint
-from gd_analyze.simplification.accuracy import ErrorTable
+from gd_analyze.simplification.accuracy import ErrorTable, share_of
+from gd_analyze.simplification.element import parts_of, torque_by_part
 from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.measures import NormShare
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.norm_share import NormShare
 from gd_analyze.text import amount, html_of, joint_name, percent
 
 if TYPE_CHECKING:
@@ -149,3 +151,107 @@ def torque_csv(trajectory: Trajectory, evaluation: Evaluation) -> str:
     names = ["time", *(f"{kind}{joint}" for kind in ("exact", "simplified") for joint in joints)]
     rows = np.column_stack([trajectory.time, evaluation.dynamics.torque, evaluation.torque])
     return pd.DataFrame(rows, columns=names).to_csv(index=False, lineterminator="\n")
+
+
+@dataclass(frozen=True, eq=False)
+class PayloadEffect:
+    """What a point mass in the hand, at the last link frame's origin, does to a model over some states.
+
+    Parameters
+    ----------
+    torque_per_kg
+        Largest torque that the mass needs at each joint, N m per kg (N per kg for a sliding joint), shape
+        (n,).
+    mass_within_budget
+        Largest mass, kg, for which each joint's error stays within the model's budget, shape (n,): 0 where
+        it is beyond the budget without any, infinite where no mass acts on the joint. Infinite everywhere,
+        too, where the budget is of the norm and no joint has one of its own.
+    """
+
+    torque_per_kg: FloatArray
+    mass_within_budget: FloatArray
+
+    @property
+    def largest_mass(self) -> float:
+        """Largest mass, kg, for which every joint's error stays within the budget."""
+        return float(self.mass_within_budget.min())
+
+    @property
+    def limiting_joint(self) -> int | None:
+        """The joint, from 1, that leaves its budget first; None where no mass acts on any."""
+        return int(self.mass_within_budget.argmin()) + 1 if np.isfinite(self.largest_mass) else None
+
+
+def payload_effect(model: SimplifiedModel, states: States) -> PayloadEffect:
+    """Find what a payload needs at every joint, and how much of it a model's budget allows.
+
+    Torque is linear in a mass at a fixed point of the last link, so the error at a state is e - m g, with g
+    the torque of one kilogram, and leaves the budget b at m = (b +- e) / abs(g).
+
+    Parameters
+    ----------
+    model
+        Made for the arm without the payload.
+    states
+        The states in question; the result says nothing of others.
+    """
+    states = states_for(model.arm, states)
+    exact = ExactDynamics(model.form, states)
+    error = model.torque(*states.arrays) - exact.torque
+    # One column of the regressor, N m, shape (N, n).
+    of_a_kilogram = np.empty(error.shape)
+    for chunk in chunks(len(states)):
+        of_a_kilogram[chunk] = regressor(model.arm, *states.at(chunk).last)[:, -1, 0].T
+    # Cancelled terms leave round-off behind, where there is neither an error nor an effect.
+    no_error = exact.round_off
+    no_effect = ROUND_OFF_SHARE * max(of_a_kilogram.max(), -of_a_kilogram.min())
+    accuracy = model.accuracy
+    allowed = accuracy.allowed if accuracy.asked.norm is None else np.full(model.arm.n_joints, np.inf)
+    torque, mass = np.zeros(model.arm.n_joints), np.full(model.arm.n_joints, np.inf)
+    for chunk in chunks(len(states)):
+        size, sign = np.abs(of_a_kilogram[chunk]), np.sign(of_a_kilogram[chunk])
+        here = np.where(np.abs(error[chunk]) <= no_error, 0.0, error[chunk])
+        acts = size > no_effect
+        most = np.full(size.shape, np.inf)
+        np.divide(allowed + sign * here, size, out=most, where=acts)
+        most[np.abs(here) > allowed] = 0.0
+        torque = np.maximum(torque, np.where(acts, size, 0.0).max(axis=0))
+        mass = np.minimum(mass, most.min(axis=0))
+    return PayloadEffect(torque, mass)
+
+
+@dataclass(frozen=True)
+class Loss:
+    """One part left out: its largest torque, at the joint where that is most of the peak torque.
+
+    Parameters
+    ----------
+    part
+        Label of the part.
+    torque_peak
+        Largest torque of the part at joint `torque_joint` (from 1), N m.
+    torque_share
+        The same over that joint's peak torque; infinite where the joint has none.
+    """
+
+    part: str
+    torque_peak: float
+    torque_joint: int
+    torque_share: float
+
+
+def losses(model: SimplifiedModel, exact: ExactDynamics) -> tuple[Loss, ...]:
+    """Rank the parts that a model of parts left out by their torque at given states, largest share first."""
+    parts = tuple(part for part in parts_of(model.arm.n_joints) if part not in model.terms)
+    largest = np.zeros((len(parts), model.arm.n_joints))
+    for chunk in chunks(len(exact.states)):
+        some = exact.at(exact.states.at(chunk))
+        torque = np.abs(torque_by_part(some.quantities, some.states.qdd, parts))
+        np.maximum(largest, torque.max(axis=2, initial=0.0), out=largest)
+    shares = share_of(largest, exact.peak_torque)
+    joints = shares.argmax(axis=1)
+    rows = [
+        Loss(part.label, float(largest[p, joint]), int(joint) + 1, float(shares[p, joint]))
+        for p, (part, joint) in enumerate(zip(parts, joints, strict=True))
+    ]
+    return tuple(sorted(rows, key=lambda loss: -loss.torque_share))

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray, peak_magnitude, round_off_of
+from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray, chunks, peak_magnitude, round_off_of
 from gd_analyze.dynamics.decomposition import decompose_states, torque_of
 from gd_analyze.dynamics.mass_matrix import require_positive_definite
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
+from gd_analyze.dynamics.regressor import inertial_parameters, regressor
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.motions.motions import Motion, listed
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
@@ -22,16 +23,92 @@ from gd_analyze.motions.states import States, motions_in, require_dataset, state
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.robots.inertia import of_point_mass
+from gd_analyze.robots.parts import Link
 from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, ErrorTable
-from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.exact_form import ExactForm
-from gd_analyze.simplification.measures import USUAL_STATES, Measure, NormMeasure, PeakMeasure, share_at
-from gd_analyze.simplification.norm_share import NormShare
-from gd_analyze.simplification.reference_torques import ReferenceTorques
-from gd_analyze.simplification.uncertainty import torque_uncertainty
+from gd_analyze.simplification.measures import (
+    USUAL_STATES,
+    Measure,
+    NormMeasure,
+    NormShare,
+    PeakMeasure,
+    share_at,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+def torque_uncertainty(arm: RobotArm, states: States, drives: bool | None = None) -> FloatArray | None:
+    """Standard uncertainty of the torque that follows from those stated for the arm's parameters.
+
+    The stated uncertainties are independent of each other, so the squares of their effects add up. Torque is
+    linear in masses, first moments and inertias about the link frames' origins; the effect of a parameter is
+    the torque of their change, to first order in that of a centre of mass.
+
+    Parameters
+    ----------
+    arm, states
+        Arm and states.
+    drives
+        Whether the drives' inertia is part of the torque, and its uncertainty with it; by default where the
+        arm describes drives.
+
+    Returns
+    -------
+    numpy.ndarray or None
+        N m (N for a sliding joint), shape (N, n); None where no uncertainty is stated of anything that is
+        part of the torque. A parameter without a stated one counts as known exactly.
+
+    Examples
+    --------
+    >>> import gd_analyze as gd
+    >>> from gd_analyze.motions.states import states_in_box
+    >>> puma = gd.load_arm("puma560")
+    >>> torque_uncertainty(puma, states_in_box(puma, 10)).shape
+    (10, 6)
+    """
+    changes = [None if link.uncertainty is None else _changes(link) for link in arm.links]
+    of_drives = [drive.inertia_uncertainty for drive in arm.drives if arm.counts_drives(drives)]
+    if all(change is None for change in changes) and all(u is None for u in of_drives):
+        return None
+    q, qd, qdd = states_for(arm, states).last
+    squares = np.zeros(q.shape)
+    for chunk in chunks(q.shape[1]):
+        per_unit = regressor(arm, q[:, chunk], qd[:, chunk], qdd[:, chunk])
+        for s, change in enumerate(changes):
+            if change is not None:
+                effects = np.einsum("pk,ikn->pin", change, per_unit[: s + 1, s])
+                squares[: s + 1, chunk] += np.einsum("pin,pin->in", effects, effects)
+    for i, uncertainty in enumerate(of_drives):
+        if uncertainty is not None:
+            squares[i] += (uncertainty * qdd[i]) ** 2
+    return np.sqrt(squares).T
+
+
+def _changes(link: Link) -> FloatArray:
+    """One standard uncertainty of each of P quantities of a link, as its inertial parameters, (P, 10)."""
+    stated = link.uncertainty
+    assert stated is not None  # the caller asks of uncertain links only
+    mass = link.mass if stated.body_mass is None else stated.body_mass
+    com = link.com if stated.body_com is None else stated.body_com
+    # Where the inertia is known about the centre of mass, that about the origin moves along with it.
+    moves = float(stated.inertia_about == "com")
+    rows = []
+    if stated.mass is not None:
+        rows.append(stated.mass * inertial_parameters(1.0, com, of_point_mass(moves, com)))
+    if stated.com is not None:
+        for step in mass * np.diag(stated.com):
+            crossed = np.outer(com, step)
+            about_origin = 2 * (com @ step) * np.eye(3) - crossed - crossed.T
+            rows.append(inertial_parameters(0.0, step, moves * about_origin))
+    if stated.inertia is not None:
+        entries = inertial_parameters(0.0, np.zeros(3), stated.inertia)
+        rows += list(np.diag(entries)[4:])
+    return np.array(rows).reshape(-1, 10)
+
 
 # States that a search looks at; of a longer trajectory some stand for all, until others turn out to matter.
 MOST_STATES = 5000

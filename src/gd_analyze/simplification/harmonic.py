@@ -27,8 +27,7 @@ from gd_analyze.simplification.effort import Effort
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.level import CandidateLevel, Costs, Terms
-from gd_analyze.simplification.torque_program import torque_program, torque_programs
-from gd_analyze.simplification.torque_variables import TorqueVariables
+from gd_analyze.simplification.torque_program import TorqueVariables, torque_program, torque_programs
 
 # Coefficients that are equal in mathematics, or twice or half each other, and differ by round-off.
 _EQUAL = 1e-9

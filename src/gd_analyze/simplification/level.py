@@ -20,6 +20,7 @@ from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.operations.program import Program
+from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.effort import THOROUGH, Effort
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm
@@ -192,3 +193,22 @@ class CandidateLevel(Level):
     def numbers(self, form: ExactForm, terms: Sequence[Any]) -> Numbers:
         """Free numbers of a refit: by default every term has its own."""
         return Numbers(np.arange(len(terms)), np.ones(len(terms)))
+
+
+class Found(NamedTuple):
+    """What a model is made of, and how it was found.
+
+    Parameters
+    ----------
+    terms, program, refitted
+        As of `gd_analyze.simplification.model.SimplifiedModel`.
+    steps, solved, cut_short
+        As of `gd_analyze.simplification.accuracy.Accuracy`.
+    """
+
+    terms: Terms
+    program: Program
+    refitted: bool
+    steps: tuple[SearchStep, ...]
+    solved: bool = False
+    cut_short: bool = False

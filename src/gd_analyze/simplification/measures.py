@@ -1,21 +1,63 @@
-"""Whether a torque error keeps a budget, and how much it counts where: measures that searches ask.
+"""Whether a torque error keeps a budget, and how much it counts where.
 
-A budget per joint holds at every state, and its measure is the largest error over what is allowed. PSDM's
-(Lloyd, Irani, Ahmadi 2021) is the norm of the torque error over the norm of the torque, state by state, and a
-share of the states may break it.
+A budget per joint holds at every state. That of PSDM (Lloyd, Irani, Ahmadi 2021) is the norm of the torque
+error over the norm of the torque, state by state, and a share of the states may break it.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
+from gd_analyze.text import LARGEST, UNSIGNED
+
+_NORM = re.compile(
+    rf"(?P<share>{UNSIGNED})\s*%\s*(?:of\s+(?:the\s+)?)?norm"
+    rf"(?:\s+at\s+(?:all|every|(?P<states>{UNSIGNED})\s*%)(?:\s+(?:of\s+(?:the\s+)?)?states?)?)?",
+    re.IGNORECASE,
+)
+
+
+class NormShare(NamedTuple):
+    """An error that is allowed to all joints together: norm of the torque error over norm of the torque.
+
+    Joints that turn and joints that slide each have a norm; both must keep it.
+
+    Parameters
+    ----------
+    share
+        The share (1 % is 0.01).
+    states
+        Share of the states that must keep it, above 0; 1 where all must.
+    """
+
+    share: float
+    states: float = 1.0
+
+    @classmethod
+    def parse(cls, text: str) -> Self | None:
+        """Read "1% norm" or "1% of norm at 95% of states"; None where it is nothing of this kind."""
+        match = _NORM.fullmatch(text.strip())
+        if match is None:
+            return None
+        share, states = float(match["share"]), float(match["states"] or 100.0)
+        # 99.9 / 100 is not 0.999, but for the last digits.
+        return (
+            cls(share / 100, round(states / 100, 15)) if share <= LARGEST and 0.0 < states <= 100.0 else None
+        )
+
+    def __str__(self) -> str:
+        where = "all states" if self.states == 1.0 else f"{self.states * 100:.12g}% of states"
+        return f"{self.share * 100:.12g}% norm at {where}"
+
 
 # Of PSDM's two figures: the share of the states that keep them.
 USUAL_STATES = (0.95, 0.999)

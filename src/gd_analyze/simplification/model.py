@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,18 +13,56 @@ from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.plain import Plain
 from gd_analyze.harmonics.terms import Torques
+from gd_analyze.operations.derivative import derivative
 from gd_analyze.operations.program import OperationCount, Program
+from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.accuracy import Accuracy
-from gd_analyze.simplification.derived_programs import (
-    coriolis_centrifugal_program,
-    gravity_loading_program,
-    inertia_program,
-)
+from gd_analyze.simplification.accuracy import Accuracy, budget_notice
+from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.level import Level, Terms
-from gd_analyze.simplification.notice import budget_notice
 from gd_analyze.text import amount, html_of, joint_name, percent
+
+
+def inertia_program(program: Program, n: int, symmetric: bool = False) -> Program:
+    """D, its rows one after another: torque is linear in accelerations, column j its derivative by qdd_j.
+
+    Parameters
+    ----------
+    program
+        Of the torque of n joints.
+    n
+        Number of joints.
+    symmetric
+        Whether D is known to be: then what is above the diagonal is taken for what is below it.
+    """
+    still, trace = _zeros(n, "qd", "qdd"), Trace()
+    columns = []
+    for j in range(n):
+        column = derivative(program, {f"qdd{j + 1}": 1.0}, still)
+        of = column.folded(trace, {})
+        columns.append([of(output) for output in column.outputs])
+    places = [(min(i, j), max(i, j)) if symmetric else (i, j) for i in range(n) for j in range(n)]
+    return Program.of(trace, [columns[j][i] for i, j in places])
+
+
+def coriolis_centrifugal_program(program: Program, n: int) -> Program:
+    """H, homogeneous of degree 2 in the rates: half its derivative along them (Euler)."""
+    along: dict[str, float | str] = {f"qd{j + 1}": f"qd{j + 1}" for j in range(n)}
+    twice = derivative(program, along, _zeros(n, "qdd"))
+    trace = Trace()
+    of = twice.folded(trace, {})
+    return Program.of(trace, [trace.multiply(0.5, of(output)) for output in twice.outputs])
+
+
+def gravity_loading_program(program: Program, n: int) -> Program:
+    """Torque at rest."""
+    return program.with_values(_zeros(n, "qd", "qdd"))
+
+
+def _zeros(n: int, *names: str) -> dict[str, float]:
+    return {f"{name}{j + 1}": 0.0 for name in names for j in range(n)}
+
 
 # Terms up to which equations are shown in a notebook.
 _MOST_SHOWN = 500
@@ -215,3 +253,38 @@ class SimplifiedModel:
             inputs |= {f"{name}{i + 1}": row for i, row in enumerate(set_points_last(array))}
         values = program.run(inputs)
         return np.ascontiguousarray(values.T).reshape(*leading, len(values))
+
+
+def no_dearer(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
+    """Give the exact model in place of one that saves nothing; what was searched remains said."""
+    if model.saves:
+        return model
+    everything = exactly(exact, model.level, model.accuracy.allowed, model.accuracy.budget)
+    stated = everything.accuracy
+    accuracy = replace(model.accuracy, errors=stated.errors, motions=stated.motions, norms=stated.norms)
+    return replace(everything, accuracy=accuracy, provenance=model.provenance)
+
+
+def exactly(exact: ExactDynamics, level: Level, allowed: FloatArray, budget: str) -> SimplifiedModel:
+    """Keep everything, in the fewest operations known."""
+    form = exact.form
+    model = SimplifiedModel(
+        level=level,
+        form=form,
+        terms=level.terms(form),
+        program=form.program,
+        operations_full=form.operations,
+        accuracy=Accuracy(
+            allowed,
+            budget,
+            exact.errors_of(exact.torque),
+            exact.states.described,
+            uncertainty=exact.uncertainty,
+        ),
+    )
+    return measured(exact, model)
+
+
+def measured(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
+    """State the errors that a model's own program makes."""
+    return replace(model, accuracy=exact.held(model.accuracy, model.torque(*exact.states.arrays)))

@@ -12,9 +12,57 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from gd_analyze.arrays import Array
+from gd_analyze.formulas.formula import Symbol
+from gd_analyze.formulas.printer import PRIME
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Expression, Trace
-from gd_analyze.simplification.recursion_names import Quantity
+from gd_analyze.text import joined
+
+# In the order of the steps of one link.
+OUTWARD = ("p", "pd", "omega'", "omega", "omegad'", "omegad", "r", "a''", "a'", "a", "A")
+INWARD = ("f", "n", "tau", "f'", "f''", "n'", "n''")
+_AXES = "xyz"
+
+
+class Quantity(NamedTuple):
+    """A component of a quantity of a link.
+
+    Parameters
+    ----------
+    kind
+        As `docs/notation.md` has it; a prime says that it is expressed in the link's frame before its joint
+        turns, two that it is in the frame of the link before.
+    link
+        From 0.
+    component
+        "x", "xy", or "" of what has only one.
+    """
+
+    kind: str
+    link: int
+    component: str = ""
+
+    @property
+    def symbol(self) -> Symbol:
+        """Its symbol."""
+        kind = self.kind.rstrip(PRIME)
+        dots = {"p": 1, "pd": 2, "omegad": 1}.get(kind, 0)
+        index = joined((self.link,)) + self.component
+        return Symbol(kind.removesuffix("d"), index, dots, primes=len(self.kind) - len(kind))
+
+
+def components(kind: str, link: int, values: Array) -> list[tuple[Quantity, Any]]:
+    """Name the components of a quantity, shape (..., 1)."""
+    if kind == "p":
+        return [(Quantity("p", link), values[0, 0]), (Quantity("pd", link), values[1, 0])]
+    return [
+        (Quantity(kind, link, "".join(_AXES[k] for k in index[:-1])), values[index])
+        for index in np.ndindex(values.shape)
+    ]
+
 
 # In the place of a step that stands in for another: a number alone, or the changed step's own constant.
 NUMBER, CONSTANT = -1, -2

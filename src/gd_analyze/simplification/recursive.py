@@ -16,8 +16,7 @@ from gd_analyze.simplification.effort import COUNTING, POINT, Effort
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.level import Checked, Coefficient, Level, Terms
 from gd_analyze.simplification.recursion import CONSTANT, NUMBER, Change
-from gd_analyze.simplification.recursion_reading import Reading, read
-from gd_analyze.simplification.recursion_scales import scales
+from gd_analyze.simplification.recursion_reading import Reading, read, scales
 
 # Rearrangements of a model that is only looked at: tenths of a second.
 _FEW_TRIES = 60

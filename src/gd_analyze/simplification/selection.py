@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.simplification.work import Work
+from gd_analyze.simplification.effort import Work
 
 # HiGHS accepts solutions that break a row by 1e-6; asking for that much less keeps the promise exact.
 _FEASIBILITY_MARGIN = 2e-6

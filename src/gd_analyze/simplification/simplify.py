@@ -2,26 +2,256 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.motions.pool import GivenMotions
 from gd_analyze.motions.states import States
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.at_level import at_level
+from gd_analyze.simplification.accuracy import LevelTried
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.cheapest import cheapest
+from gd_analyze.simplification.candidates import TooManyTermsError
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.level import Level
+from gd_analyze.simplification.exact_form import has_many_terms, many_terms_told
+from gd_analyze.simplification.level import CandidateLevel, Level
 from gd_analyze.simplification.levels import level_named
-from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.search import Progress
+from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, no_dearer
+from gd_analyze.simplification.pruning import pruned, quick_pruned_count
+from gd_analyze.simplification.recursive import RECURSIVE
+from gd_analyze.simplification.search import Progress, dropped, quick_count
 from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.term import TERM
+from gd_analyze.simplification.within_norm import within_norm
 
 if TYPE_CHECKING:
     import xarray as xr
+
+# --operations: the smallest multiple of the budget, and by what it is widened where a quick count promised
+# too much. How close it is searched, and how often tightened then: among candidates, and in a recursion, of
+# which every count takes seconds.
+_LEAST, _WIDER = 1e-6, 1.05
+_CLOSE, _CLOSE_IN_RECURSION = (1.02, 4), (1.1, 1)
+
+
+def at_level(
+    exact: ExactDynamics, budget: Budget, level: Level, how: SearchOptions, progress: Progress = None
+) -> SimplifiedModel:
+    """Simplify at a level, whatever `how` says of it; exact dynamics as they are `ExactDynamics.under` it."""
+    if how.operations is None:
+        return _within(exact, budget, level, how, progress)
+    return _of_few_operations(exact, budget, level, how, how.operations, progress)
+
+
+def _within(
+    exact: ExactDynamics, budget: Budget, level: Level, how: SearchOptions, progress: Progress = None
+) -> SimplifiedModel:
+    """Search under what the budget allows every joint; or, of the norm, under what keeps that."""
+
+    def search(
+        exact: ExactDynamics,
+        allowed: FloatArray,
+        thorough: bool = True,
+        start: SimplifiedModel | None = None,
+    ) -> SimplifiedModel:
+        # Written shortly, one that takes more operations than exact may still take fewer.
+        trial = how if thorough else replace(how, thorough=False, write=False, dearer=True)
+        return _within_allowed(exact, allowed, str(budget), level, trial, progress, start)
+
+    allowed = exact.allowed(budget)
+    if budget.norm is None:
+        return _required(search(exact, allowed), allowed)
+    return within_norm(exact, budget, search, exactly(exact, level, allowed, str(budget)))
+
+
+def _within_allowed(
+    exact: ExactDynamics,
+    allowed: FloatArray,
+    budget: str,
+    level: Level,
+    how: SearchOptions,
+    progress: Progress,
+    start: SimplifiedModel | None,
+) -> SimplifiedModel:
+    """Search on some of the states if there are very many; those that break the budget join them."""
+    known, margin = exact.thinned(), 1.0  # what is added counts a little more every time, so it ends
+    while True:
+        model = _searched(known, margin * allowed, budget, level, how, progress, start)
+        if known is exact:
+            return model
+        torque = model.torque(*exact.states.arrays)
+        if (exact.errors_of(torque).counting <= allowed).all():
+            return replace(model, accuracy=exact.held(replace(model.accuracy, allowed=allowed), torque))
+        off, weights = np.abs(torque - exact.torque), exact.states.weights
+        worst = exact.states.at(np.unique((off if weights is None else off * weights).argmax(axis=0)))
+        known = known.at(known.states.joined_by(*worst.arrays, worst.weights))
+        margin *= 0.98
+
+
+def _searched(
+    exact: ExactDynamics,
+    allowed: FloatArray,
+    budget: str,
+    level: Level,
+    how: SearchOptions,
+    progress: Progress,
+    start: SimplifiedModel | None,
+) -> SimplifiedModel:
+    if isinstance(level, CandidateLevel):
+        found = dropped(exact, level, allowed, how, progress)
+    else:
+        found = pruned(exact, allowed, how, progress, None if start is None else start.terms)
+    everything = exactly(exact, level, allowed, budget)
+    accuracy = replace(everything.accuracy, steps=found.steps, solved=found.solved, cut_short=found.cut_short)
+    model = measured(
+        exact,
+        replace(
+            everything,
+            terms=found.terms,
+            program=found.program,
+            refitted=found.refitted,
+            accuracy=accuracy,
+        ),
+    )
+    return model if how.dearer else no_dearer(exact, model)
+
+
+def _required(model: SimplifiedModel, allowed: FloatArray) -> SimplifiedModel:
+    """Refuse a model that misses what was allowed: a search that does so is at fault."""
+    if not (model.accuracy.errors.counting <= allowed).all():
+        raise GdAnalyzeError(
+            "the simplified model misses its budget",
+            expected=str(allowed.tolist()),
+            found=str(model.accuracy.errors.counting.tolist()),
+            next_step="please report this with the arm file and the states",
+        )
+    return model
+
+
+def _of_few_operations(
+    exact: ExactDynamics,
+    budget: Budget,
+    level: Level,
+    how: SearchOptions,
+    operations: int,
+    progress: Progress,
+) -> SimplifiedModel:
+    """Scale the budget until the model takes no more operations than asked for.
+
+    A quick count tells about where; whole searches then close in from there.
+    """
+    allowed = exact.allowed(budget)
+    if operations >= exact.form.operations.total:
+        return exactly(exact, level, allowed, str(budget))
+    some = exact.thinned()
+    if isinstance(level, CandidateLevel):
+        quick, (close, attempts) = quick_count(some, level, allowed), _CLOSE
+    else:
+        quick, (close, attempts) = quick_pruned_count(some, allowed), _CLOSE_IN_RECURSION
+    few, many = _LEAST, 1.0
+    while quick(many) > operations:
+        few, many = many, 2.0 * many
+    while many / few > close:
+        middle = (few * many) ** 0.5
+        few, many = (middle, many) if quick(middle) > operations else (few, middle)
+    best = _within(exact, budget.scaled(many), level, how, progress)
+    while best.operations.total > operations:
+        many *= _WIDER
+        best = _within(exact, budget.scaled(many), level, how, progress)
+    step = 0.8
+    for _ in range(attempts):
+        trial = _within(exact, budget.scaled(many * step), level, how)
+        if trial.operations.total <= operations:
+            best, many = trial, many * step
+        else:
+            step **= 0.5
+    return best
+
+
+# Where terms take less than this share of the exact torque's operations, the recursion is not tried: it was
+# found to take half to four fifths at states of all the arm's limits, at 1 % of peak torque. At few states it
+# may take fewer than terms, as its numbers are fitted to them, and then errs the more between them.
+# Nor is it tried for so few joints, whose equations are short.
+_FEW, _FEW_JOINTS = 0.65, 4
+# Where a quick count finds that terms left take more than so many times the exact torque's operations, they
+# are not searched: the search and a program written with care were found to save up to two fifths of it.
+_MANY = 1.7
+# Levels that are tried; the others are for more than few operations: a mechanical system, or the founding
+# text's conclusions.
+_TRIED = (TERM, RECURSIVE)
+
+
+def cheapest(
+    exact: ExactDynamics,
+    budget: Budget,
+    how: SearchOptions,
+    progress: Progress = None,
+    stage: Callable[[str], object] = lambda _: None,
+) -> SimplifiedModel:
+    """Simplify at every promising level, and give the model of fewest operations.
+
+    Of models of a given number of operations it is the one of the smallest budget. What was tried, and what
+    was not, is said in `Accuracy.levels`.
+    """
+    models: list[SimplifiedModel] = []
+    tried: list[LevelTried] = []
+    for level in _TRIED:
+        why = _unpromising(exact, level, models if how.operations is None else [])
+        if not why and level is TERM and how.operations is None:
+            why = _too_long(exact, budget)
+        if not why:
+            stage(f"searching at level {level}")
+            try:
+                models.append(at_level(exact, budget, level, how, progress))
+            except TooManyTermsError as error:
+                why = error.what
+        operations = None if why else models[-1].operations.total
+        tried.append(LevelTried(level.name, operations, why))
+    best = min(models, key=_operations if how.operations is None else _allowed)
+    return replace(best, accuracy=replace(best.accuracy, levels=tuple(tried)))
+
+
+def _unpromising(exact: ExactDynamics, level: Level, models: Sequence[SimplifiedModel]) -> str:
+    """Why a level cannot take fewer operations than the models there are; "" where it may."""
+    if level is TERM:
+        return f"the arm has {many_terms_told(exact.form)}" if has_many_terms(exact.form) else ""
+    if models and exact.arm.n_joints <= _FEW_JOINTS:
+        return f"the arm has at most {_FEW_JOINTS} joints, and its numbers would be fitted to the states"
+    full = exact.form.operations.total
+    least = min((model.operations.total for model in models), default=full)
+    if least < _FEW * full:
+        return f"{least} of {full} operations are few, and its numbers would be fitted to the states"
+    return ""
+
+
+def _too_long(exact: ExactDynamics, budget: Budget) -> str:
+    """Why the terms that a budget leaves are no short way to write the torque; "" where they may be."""
+    full = exact.form.operations.total
+    if budget.norm is not None or exact.arm.n_joints <= _FEW_JOINTS:
+        return ""
+    try:
+        about = quick_count(exact.thinned(), TERM, exact.allowed(budget))(1.0)
+    except TooManyTermsError as error:
+        return error.what
+    return (
+        f"the terms left take about {about} operations, the exact torque {full}"
+        if about > _MANY * full
+        else ""
+    )
+
+
+def _operations(model: SimplifiedModel) -> float:
+    return model.operations.total
+
+
+def _allowed(model: SimplifiedModel) -> float:
+    return float(model.accuracy.allowed.max())
+
 
 _USUAL = SearchOptions()
 

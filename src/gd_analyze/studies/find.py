@@ -35,22 +35,19 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.description import describe_in_full
 from gd_analyze.robots.slips import warn_of_implausible
-from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.budget_path import FACTORS, budget_path
+from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.energy import ENERGY
+from gd_analyze.simplification.evaluation import payload_effect
 from gd_analyze.simplification.exact import ExactDynamics, warn_without_torque
-from gd_analyze.simplification.exact_model import no_dearer
+from gd_analyze.simplification.exact_form import has_many_terms, many_terms_told
 from gd_analyze.simplification.levels import level_named
-from gd_analyze.simplification.many_terms import has_many_terms, many_terms_told
-from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.payload_effect import payload_effect
+from gd_analyze.simplification.model import SimplifiedModel, no_dearer
 from gd_analyze.simplification.ranking import TermRanking, rank_terms
-from gd_analyze.simplification.reference_torques import ReferenceTorques
 from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.term import TERM
-from gd_analyze.simplification.trade_off import kinds_for, trade_off
+from gd_analyze.simplification.trade_off import PATH_FACTORS, budget_path, kinds_for, trade_off
 from gd_analyze.studies.settings_main import Origin, Progress, Settings, Silent
 
 if TYPE_CHECKING:
@@ -174,7 +171,7 @@ def find(
             "parts": tables.parts_table(elements, exact, dominance),
             "terms": tables.terms_table(ranking, arm, not many),
             "trade_off": tables.trade_off_table(points, arm, how.asked.shares_of),
-            "budgets": budgets_table(path, FACTORS, ranking),
+            "budgets": budgets_table(path, PATH_FACTORS, ranking),
             "beyond": _beyond(exact, model, ranking, efforts),
             "tube": _tube(exact, model, trajectory, Margin.of(how.margin), efforts),
             **recorded,

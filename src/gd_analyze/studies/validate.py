@@ -15,11 +15,10 @@ from gd_analyze.errors import UsageError
 from gd_analyze.motions.checks import require_joints
 from gd_analyze.motions.pool import GivenMotions, motions_of
 from gd_analyze.simplification.accuracy import Accuracy, share_of
-from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.evaluation import Evaluation, evaluate
 from gd_analyze.simplification.exact import allowed_by
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.reference_torques import ReferenceTorques
 from gd_analyze.studies.along import ValidatedMotion
 from gd_analyze.studies.beside_measured import BesideMeasured
 from gd_analyze.studies.box_exits import box_exits

@@ -1,0 +1,234 @@
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gd_analyze.dynamics.drives import least_friction
+from gd_analyze.errors import UsageError
+from gd_analyze.robots.parts import Drive
+from gd_analyze.simplification.budget import Allowance, Budget, ReferenceTorques
+from strategies import examples
+
+WHOLES = ("peak", "limit", "friction", "uncertainty", "torque")
+PEAK = np.array([10.0, 20.0, 5.0, 1.0, 0.5, 0.0])
+UNCERTAINTY = np.array([1.0, 2.0, 0.3, 0.2, 0.1, 0.05])
+
+
+@pytest.fixture
+def by(puma):
+    return ReferenceTorques(puma, PEAK, UNCERTAINTY)
+
+
+@pytest.mark.parametrize(
+    ("text", "entries"),
+    [
+        ("1%", [[(0.01, "peak")]]),
+        (" 2.5 % ", [[(0.025, "peak")]]),
+        ("1% of peak", [[(0.01, "peak")]]),
+        ("0.5", [[(0.5, "torque")]]),
+        ("0.5 N m", [[(0.5, "torque")]]),
+        ("0.5Nm", [[(0.5, "torque")]]),
+        ("3 N", [[(3.0, "torque")]]),
+        ("1e-3", [[(1e-3, "torque")]]),
+        ("0", [[(0.0, "torque")]]),
+        ("0%", [[(0.0, "peak")]]),
+        ("1%,0.2,5%", [[(0.01, "peak")], [(0.2, "torque")], [(0.05, "peak")]]),
+        (".5%", [[(0.005, "peak")]]),
+        ("10% friction", [[(0.1, "friction")]]),
+        ("10% of Friction", [[(0.1, "friction")]]),
+        ("1% or 10% friction", [[(0.01, "peak"), (0.1, "friction")]]),
+        ("1%  OR uncertainty", [[(0.01, "peak"), (1.0, "uncertainty")]]),
+        ("50% uncertainty", [[(0.5, "uncertainty")]]),
+        (
+            "1% or 0.5% limit or 0.05 N m",
+            [[(0.01, "peak"), (0.005, "limit"), (0.05, "torque")]],
+        ),
+        ("1% or friction, 2", [[(0.01, "peak"), (1.0, "friction")], [(2.0, "torque")]]),
+    ],
+)
+def test_what_is_understood(text, entries):
+    assert [[tuple(one) for one in entry] for entry in Budget.parse(text).entries] == entries
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        " ",
+        "%",
+        "one",
+        "-1%",
+        "-0.5",
+        "nan",
+        "inf",
+        "1e999",
+        "1..2",
+        "1%%",
+        "1% 2%",
+        "1 kg",
+        "1%,",
+        "1;2",
+        "0x1",
+        "or",
+        "1% or",
+        "or 1%",
+        "1%or2%",
+        "1% or or 2%",
+        "1 friction",
+        "0.5 N m friction",
+        "10% rust",
+        "1% and 2",
+    ],
+)
+def test_what_is_refused(text):
+    with pytest.raises(UsageError, match="budget is not understood") as caught:
+        Budget.parse(text)
+    assert caught.value.details["where"].startswith("--budget, entry")
+    assert "1%" in caught.value.details["expected"]
+
+
+def test_the_entry_to_blame_is_named():
+    with pytest.raises(UsageError) as caught:
+        Budget.parse("1%,2%,1% or x")
+    assert caught.value.details["where"] == "--budget, entry 3"
+    assert caught.value.details["found"] == "'1% or x'"
+
+
+@pytest.mark.parametrize(
+    "allowance",
+    [(-0.1, "peak"), (float("nan"), "peak"), (float("inf"), "torque"), (0.1, "rust")],
+)
+def test_an_impossible_budget_is_refused(allowance):
+    with pytest.raises(UsageError, match="cannot be that"):
+        Budget(((Allowance(*allowance),),))
+
+
+@pytest.mark.parametrize("entries", [(), ((),), ((Allowance(0.1),), ())])
+def test_a_budget_that_allows_nothing_is_refused(entries):
+    with pytest.raises(UsageError, match="allows nothing"):
+        Budget(entries)
+
+
+def test_one_place_takes_a_budget_its_text_or_none():
+    budget = Budget.parse("2% or 1 N m")
+    assert Budget.of(budget) is budget
+    assert Budget.of("2% or 1 N m") == budget
+    assert Budget.of(None) == Budget() == Budget.parse("1%")
+
+
+def test_allowed_error_of_each_joint(by):
+    assert Budget.parse("10%").allowed(by).tolist() == [1.0, 2.0, 0.5, 0.1, 0.05, 0.0]
+    assert Budget.parse("0.5").allowed(by).tolist() == [0.5] * 6
+    assert Budget.parse("10%,0.5,1,1,0,100%").allowed(by).tolist() == [1.0, 0.5, 1.0, 1.0, 0.0, 0.0]
+    assert Budget.parse("uncertainty").allowed(by).tolist() == UNCERTAINTY.tolist()
+
+
+def test_each_joint_is_allowed_the_larger_of_its_amounts(puma, by):
+    limit = np.array([drive.torque_limit for drive in puma.drives])
+    found = Budget.parse("5% or 0.5% limit or 0.11 N m").allowed(by)
+    np.testing.assert_array_equal(found, np.maximum(np.maximum(0.05 * PEAK, 0.005 * limit), 0.11))
+    # Each of them is the larger one somewhere.
+    assert all((found == part).any() for part in (0.05 * PEAK, 0.005 * limit, np.full(6, 0.11)))
+    found = Budget.parse("1% or 10% friction").allowed(by)
+    np.testing.assert_array_equal(found, np.maximum(0.01 * PEAK, 0.1 * least_friction(puma)))
+
+
+def test_friction_is_that_of_the_direction_with_less_of_it_at_the_joint(puma):
+    expected = [abs(d.gear_ratio) * min(d.coulomb[0], -d.coulomb[1]) for d in puma.drives]
+    # A product, rounded once on either side.
+    np.testing.assert_allclose(least_friction(puma), expected, rtol=4e-16)
+    assert least_friction(puma)[5] == pytest.approx(0.304, abs=5e-4)  # not 0.805, that of the other way
+
+
+@pytest.mark.parametrize(
+    ("whole", "silent", "key"),
+    [("friction", {"coulomb": (0.0, 0.0)}, "coulomb"), ("limit", {"torque_limit": None}, "torque_limit")],
+)
+def test_what_an_arm_does_not_state_cannot_be_shared(puma, whole, silent, key):
+    drives = list(puma.drives)
+    drives[2] = dataclasses.replace(drives[2], **silent)
+    by = ReferenceTorques(dataclasses.replace(puma, drives=tuple(drives)), PEAK)
+    with pytest.raises(UsageError, match=f"cannot be a share of {whole}") as caught:
+        Budget.parse(f"1% or 10% {whole}").allowed(by)
+    details = caught.value.details
+    assert details["where"] == "--budget, joint 3, elbow, of puma560"
+    assert f"`{key}`" in details["expected"]
+    assert "one entry per joint" in details["next"]
+    entry = f"1% or 10% {whole}"
+    allowed = Budget.parse(",".join([entry, entry, "1%", entry, entry, entry])).allowed(by)
+    assert allowed[2] == 0.01 * PEAK[2]
+
+
+def test_an_arm_without_drives_or_uncertainty_says_so(two_link):
+    by = ReferenceTorques(two_link, np.ones(2))
+    for whole in ("limit", "friction", "uncertainty"):
+        with pytest.raises(UsageError, match=f"share of {whole}") as caught:
+            Budget.parse(f"1% or {whole}").allowed(by)
+        assert caught.value.details["where"] == "--budget, joint 1, shoulder, of two_link"
+    with_drives = dataclasses.replace(two_link, drives=(Drive(1.0), Drive(1.0)))
+    with pytest.raises(UsageError, match="share of friction"):
+        Budget.parse("friction").allowed(ReferenceTorques(with_drives, np.ones(2)))
+
+
+def test_one_entry_or_one_per_joint(by):
+    with pytest.raises(UsageError, match="wrong number of entries") as caught:
+        Budget.parse("1%,2%").allowed(by)
+    assert caught.value.details["expected"] == "1 or 6"
+
+
+@examples(50)
+@given(st.floats(0.1, 10.0))
+def test_a_scaled_budget_scales_everything(factor):
+    budget = Budget.parse("1% or 10% friction, 0.2 or uncertainty or 1% limit")
+    scaled = budget.scaled(factor)
+    assert [[one.of for one in entry] for entry in scaled.entries] == [
+        [one.of for one in entry] for entry in budget.entries
+    ]
+    for entry, own in zip(scaled.entries, budget.entries, strict=True):
+        assert [one.amount for one in entry] == [factor * one.amount for one in own]
+
+
+@examples(100)
+@given(
+    st.lists(
+        st.lists(st.tuples(st.floats(0, 1e6), st.sampled_from(WHOLES)), min_size=1, max_size=4),
+        min_size=1,
+        max_size=6,
+    )
+)
+def test_what_is_printed_can_be_read_back(entries):
+    budget = Budget(tuple(tuple(Allowance(*one) for one in entry) for entry in entries))
+    again = Budget.parse(str(budget))
+    assert str(again) == str(budget)
+    for entry, own in zip(again.entries, budget.entries, strict=True):
+        assert [one.of for one in entry] == [one.of for one in own]
+        # Printed to 6 significant digits, for the eye: half a unit of the sixth.
+        np.testing.assert_allclose([one.amount for one in entry], [one.amount for one in own], rtol=5.1e-6)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "1%",
+        "0.5 N m",
+        "1% or 10% friction",
+        "uncertainty, 0.5% limit or 2 N m",
+        "50% uncertainty or friction",
+    ],
+)
+def test_what_is_printed_is_canonical(text):
+    assert str(Budget.parse(text)) == text
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [("1% or 10% frction", "friction"), ("5% peek", "peak"), ("10% rust", None), ("?", None)],
+)
+def test_a_misspelt_word_is_answered_with_the_likely_one(text, meant):
+    with pytest.raises(UsageError) as caught:
+        Budget.parse(text)
+    assert caught.value.details.get("next") == (meant and f"did you mean {meant}?")

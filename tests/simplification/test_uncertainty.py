@@ -1,0 +1,267 @@
+"""Torque uncertainty: every parameter moved in turn, Monte Carlo, closed forms, and what must add up."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gd_analyze.arrays import CHUNK, FloatArray
+from gd_analyze.dynamics import newton_euler_link
+from gd_analyze.dynamics.pinocchio_check import round_off_bounds
+from gd_analyze.motions.states import States, states_in_box, states_of
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.link_uncertainty import LinkUncertainty
+from gd_analyze.robots.parts import Drive, Joint, Link, Placement
+from gd_analyze.robots.payload import with_payload
+from gd_analyze.simplification.exact import torque_uncertainty
+from strategies import arms_with_states, examples
+
+EPS = float(np.finfo(float).eps)
+
+
+def torque(arm: RobotArm, states) -> FloatArray:
+    return newton_euler_link.torque(arm, states.q.T, states.qd.T, states.qdd.T).T
+
+
+def stated(arm: RobotArm, link: int, uncertainty: LinkUncertainty | None) -> RobotArm:
+    """The arm with an uncertainty of one link (from 0); those of the others stay."""
+    links = list(arm.links)
+    links[link] = dataclasses.replace(links[link], uncertainty=uncertainty)
+    return dataclasses.replace(arm, links=tuple(links))
+
+
+def with_link(arm: RobotArm, link: int, **changes) -> RobotArm:
+    links = list(arm.links)
+    links[link] = dataclasses.replace(links[link], **changes)
+    return dataclasses.replace(arm, links=tuple(links))
+
+
+def steiner(mass: float, com: FloatArray) -> FloatArray:
+    return mass * ((com @ com) * np.eye(3) - np.outer(com, com))
+
+
+def moved(link: Link, about: str, mass: float, com: FloatArray, inertia: FloatArray) -> dict[str, object]:
+    """What a link is when its mass, centre of mass and inertia about the stated point are off by this."""
+    new_mass, new_com = link.mass + mass, link.com + com
+    known = link.inertia_com + inertia
+    if about == "origin":
+        known = known + steiner(link.mass, link.com) - steiner(new_mass, new_com)
+    return {"mass": new_mass, "com": new_com, "inertia_com": known}
+
+
+def parameters(uncertainty: LinkUncertainty) -> list[tuple[float, FloatArray, FloatArray]]:
+    """Each parameter's own change by one standard uncertainty."""
+    out = [(uncertainty.mass, np.zeros(3), np.zeros((3, 3)))]
+    out += [(0.0, uncertainty.com[k] * np.eye(3)[k], np.zeros((3, 3))) for k in range(3)]
+    for a in range(3):
+        for b in range(a, 3):
+            entry = np.zeros((3, 3))
+            entry[a, b] = entry[b, a] = uncertainty.inertia[a, b]
+            out.append((0.0, np.zeros(3), entry))
+    return out
+
+
+def small(rng: np.random.Generator, about: str) -> LinkUncertainty:
+    """So small that a moved link of `strategies.arms` is still a possible one."""
+    inertia = rng.uniform(0, 1e-3, (3, 3))
+    return LinkUncertainty(
+        rng.uniform(0, 1e-3), rng.uniform(0, 1e-3, 3), np.triu(inertia) + np.triu(inertia, 1).T, about
+    )
+
+
+@examples(60)
+@given(
+    arms_with_states(max_joints=5, massive=True),
+    st.sampled_from(["com", "origin"]),
+    st.integers(0, 2**32 - 1),
+)
+def test_it_is_the_root_of_the_squares_of_what_each_parameter_does(case, about, seed):
+    """Half of what moving a parameter to both sides does is of first order: torque is quadratic in it."""
+    arm, states = case
+    rng = np.random.default_rng(seed)
+    squares = np.zeros(states.q.shape)
+    uncertain = arm
+    for s, link in enumerate(arm.links):
+        uncertainty = small(rng, about)
+        uncertain = stated(uncertain, s, uncertainty)
+        for change in parameters(uncertainty):
+            there, back = (
+                torque(with_link(arm, s, **moved(link, about, *(sign * part for part in change))), states)
+                for sign in (1.0, -1.0)
+            )
+            squares += (0.5 * (there - back)) ** 2
+    found = torque_uncertainty(uncertain, states)
+    assert found is not None
+    # Differences of torques leave their round-off behind: as many parameters as the arm has, in the root.
+    bound = round_off_bounds(arm, *states.arrays)["torque"]
+    assert np.abs(found - np.sqrt(squares)).max() <= 2 * bound * np.sqrt(10 * arm.n_joints)
+
+
+def test_monte_carlo_over_the_parameters(two_link, rng):
+    states = states_in_box(two_link, 5)
+    uncertainties = [
+        LinkUncertainty(0.02, np.array([0.004, 0.003, 0.002]), 0.01 * np.eye(3)),
+        LinkUncertainty(0.01, np.array([0.003, 0.002, 0.004]), 0.005 * np.ones((3, 3)), "origin"),
+    ]
+    thick = two_link
+    for s in range(2):
+        thick = with_link(thick, s, inertia_com=np.diag([0.15, 0.2, 0.2]))
+    draws = []
+    for _ in range(4000):
+        arm = thick
+        for s, uncertainty in enumerate(uncertainties):
+            weights = rng.normal(size=10)
+            parts = [
+                tuple(w * part for part in p) for w, p in zip(weights, parameters(uncertainty), strict=True)
+            ]
+            change = [sum(p[k] for p in parts) for k in range(3)]
+            arm = with_link(arm, s, **moved(thick.links[s], uncertainty.inertia_about, *change))
+        draws.append(torque(arm, states))
+    for s, uncertainty in enumerate(uncertainties):
+        thick = stated(thick, s, uncertainty)
+    found = torque_uncertainty(thick, states)
+    # A standard deviation of N draws is itself uncertain by 1 / sqrt(2 N), 1.1 % here; four times that. What
+    # goes beyond the first order is com's relative uncertainty squared, below 1e-4.
+    np.testing.assert_allclose(found, np.std(draws, axis=0), rtol=4 / np.sqrt(2 * 4000))
+
+
+def pendulum(uncertainty: LinkUncertainty | None, drives: tuple[Drive, ...] = ()) -> RobotArm:
+    """A rod of 2 kg, hanging in a vertical plane, com at 0.4 m of 1 m from the joint."""
+    link = Link(
+        "rod",
+        2.0,
+        np.array([-0.6, 0.0, 0.0]),
+        np.diag([0.1, 0.3, 0.3]),
+        Placement(np.eye(3), np.array([1.0, 0.0, 0.0])),
+        uncertainty=uncertainty,
+    )
+    return RobotArm("pendulum", (Joint("1"),), (link,), np.array([0.0, -9.8062, 0.0]), drives=drives)
+
+
+ANGLE, RATE, ACCELERATION = (np.array([[0.3], [-2.0], [1.1]]) for _ in range(3))
+STATES = States(ANGLE, RATE, ACCELERATION)
+
+
+@pytest.mark.parametrize(
+    ("uncertainty", "effect"),
+    [
+        # tau = (I + m (x^2 + y^2)) qdd + m g (x cos q - y sin q); from the joint, com is at x = 0.4 m, y = 0.
+        (
+            LinkUncertainty(mass=0.1),
+            0.1 * (0.16 * ACCELERATION + 9.8062 * 0.4 * np.cos(ANGLE)),
+        ),
+        (
+            LinkUncertainty(com=np.array([0.01, 0.0, 0.0])),
+            0.01 * 2.0 * (2 * 0.4 * ACCELERATION + 9.8062 * np.cos(ANGLE)),
+        ),
+        (LinkUncertainty(com=np.array([0.0, 0.01, 0.0])), 0.01 * 2.0 * 9.8062 * np.sin(ANGLE)),
+        (LinkUncertainty(com=np.array([0.0, 0.0, 0.01])), 0.0 * ANGLE),
+        (LinkUncertainty(inertia=np.diag([0.01, 0.02, 0.03])), 0.03 * ACCELERATION),
+        # About the frame's origin I_o = I + m 0.6^2 stays, so that I + m x^2 = I_o + m (0.4^2 - 0.6^2).
+        (
+            LinkUncertainty(mass=0.1, inertia_about="origin"),
+            0.1 * ((0.16 - 0.36) * ACCELERATION + 9.8062 * 0.4 * np.cos(ANGLE)),
+        ),
+    ],
+)
+def test_closed_forms_of_a_pendulum(uncertainty, effect):
+    found = torque_uncertainty(pendulum(uncertainty), STATES)
+    # Some ten products of numbers of order 1, and a root of their squares.
+    np.testing.assert_allclose(found, np.abs(effect), rtol=0, atol=40 * EPS)
+
+
+def test_what_slides_lifts_its_mass():
+    link = Link("slide", 2.0, np.zeros(3), np.zeros((3, 3)), uncertainty=LinkUncertainty(mass=0.1))
+    lift = RobotArm("lift", (Joint("1", "prismatic"),), (link,))
+    np.testing.assert_allclose(
+        torque_uncertainty(lift, STATES), 0.1 * np.abs(ACCELERATION + 9.8062), rtol=4 * EPS
+    )
+
+
+def test_drives_count_where_they_are_part_of_the_torque(puma):
+    silent = dataclasses.replace(
+        puma, links=tuple(dataclasses.replace(link, uncertainty=None) for link in puma.links)
+    )
+    states = states_in_box(puma, 20)
+    assert torque_uncertainty(silent, states, drives=False) is None
+    of_drives = torque_uncertainty(silent, states)
+    expected = np.abs(states.qdd) * [drive.inertia_uncertainty for drive in puma.drives]
+    # A product, its square and the root.
+    np.testing.assert_allclose(of_drives, expected, rtol=4 * EPS)
+    of_links = torque_uncertainty(puma, states, drives=False)
+    # Variances add up; a handful of roundings each.
+    np.testing.assert_allclose(
+        torque_uncertainty(puma, states) ** 2, of_drives**2 + of_links**2, rtol=16 * EPS
+    )
+
+
+def test_nothing_stated_is_not_zero_stated(two_link, swing):
+    states = states_of(swing)
+    assert torque_uncertainty(two_link, states) is None
+    assert torque_uncertainty(two_link, states, drives=True) is None
+    known = stated(two_link, 1, LinkUncertainty(0.0, np.zeros(3), np.zeros((3, 3))))
+    assert not torque_uncertainty(known, states).any()
+    assert torque_uncertainty(known, states).shape == swing.q.shape
+    known = dataclasses.replace(two_link, drives=(Drive(1.0, 0.0), Drive(1.0)))
+    assert torque_uncertainty(known, states, drives=False) is None
+    assert not torque_uncertainty(known, states, drives=True).any()
+
+
+@examples(40)
+@given(arms_with_states(max_joints=5, massive=True), st.integers(0, 2**32 - 1), st.floats(0.1, 10.0))
+def test_variances_add_up_and_uncertainties_scale(case, seed, factor):
+    arm, states = case
+    rng = np.random.default_rng(seed)
+    whole, squares, scaled = arm, np.zeros(states.q.shape), arm
+    for s in range(arm.n_joints):
+        u = small(rng, "com")
+        whole = stated(whole, s, u)
+        scaled = stated(scaled, s, LinkUncertainty(factor * u.mass, factor * u.com, factor * u.inertia))
+        for part in (LinkUncertainty(u.mass), LinkUncertainty(com=u.com), LinkUncertainty(inertia=u.inertia)):
+            squares += torque_uncertainty(stated(arm, s, part), states) ** 2
+    found = torque_uncertainty(whole, states)
+    # The same numbers, summed in another order: roundings of some ten parameters per link, all positive.
+    np.testing.assert_allclose(found**2, squares, rtol=100 * EPS, atol=0)
+    # Each effect is a sum that may cancel: roundings of the largest.
+    again = torque_uncertainty(scaled, states)
+    np.testing.assert_allclose(again, factor * found, rtol=0, atol=1000 * EPS * factor * found.max())
+
+
+@examples(40)
+@given(arms_with_states(max_joints=5, massive=True), st.integers(0, 2**32 - 1))
+def test_a_payload_known_exactly_leaves_it_as_it_is(case, seed):
+    """Although mass, centre of mass and inertia of the last link are others then."""
+    arm, states = case
+    rng = np.random.default_rng(seed)
+    for about in ("com", "origin"):
+        uncertain = stated(arm, arm.n_joints - 1, small(rng, about))
+        carrying = with_payload(uncertain, 2.0, rng.uniform(-0.05, 0.05, 3), [0.1, 0.1, 0.1])
+        np.testing.assert_array_equal(
+            torque_uncertainty(carrying, states),
+            torque_uncertainty(uncertain, states),
+        )
+
+
+def test_more_states_than_one_chunk(puma):
+    states = states_in_box(puma, CHUNK + 7)
+    whole = torque_uncertainty(puma, states, drives=True)
+    end = states.at(slice(CHUNK, None))
+    # The same arithmetic at the same states; vector instructions may round the ends of arrays otherwise.
+    np.testing.assert_allclose(whole[CHUNK:], torque_uncertainty(puma, end, drives=True), rtol=100 * EPS)
+
+
+def test_it_is_fast_enough_for_every_report(puma):
+    """Measured: 2 ms for 31 states, 12 ms for 4000; the limits leave room for a slow machine."""
+    for count, seconds in ((31, 0.025), (4000, 1.0)):
+        states = states_in_box(puma, count)
+        best = np.inf
+        for _ in range(5):
+            start = time.perf_counter()
+            torque_uncertainty(puma, states, drives=True)
+            best = min(best, time.perf_counter() - start)
+        assert best < seconds
