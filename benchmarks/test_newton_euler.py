@@ -12,8 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 import gd_analyze as gd
-from gd_analyze.dynamics.interface import torque_of_states
-from gd_analyze.dynamics.methods import METHODS
+from gd_analyze.dynamics.methods import METHODS, torque_of_states
 from gd_analyze.dynamics.pinocchio_check import pinocchio_model, round_off_bounds
 
 N_OURS = 100_000

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from gd_analyze.arrays import peak_magnitude
 from gd_analyze.dynamics.decomposition import decompose
-from gd_analyze.dynamics.dominance import DEFAULT_BUDGET, DOMINANCE_THRESHOLD, rank, text_verdicts
-from gd_analyze.dynamics.elements import elements
+from gd_analyze.dynamics.dominance import DEFAULT_BUDGET, DOMINANCE_THRESHOLD, elements, rank, text_verdicts
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, Link

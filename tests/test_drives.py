@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.dynamics.decomposition import decompose_states
-from gd_analyze.dynamics.drives import drive_contributions
+from gd_analyze.dynamics.drivetrain import drive_contributions
 from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.parts import Drive

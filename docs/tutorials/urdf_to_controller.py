@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 import gd_analyze as gd
-from gd_analyze.dynamics.simulate import simulate
+from gd_analyze.dynamics.simulation import simulate
 
 arm = gd.load_arm("my_robot.urdf", limits=("all=15",))
 model = gd.simplify(arm, gd.states_in_box(arm), "1%")

@@ -7,12 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from gd_analyze.dynamics.accelerations import joint_accelerations
 from gd_analyze.dynamics.decomposition import decompose_states, torque_of
 from gd_analyze.dynamics.drivetrain import Drivetrain
 from gd_analyze.dynamics.energy import kinetic_energy, potential_energy
-from gd_analyze.dynamics.integration import Integration
-from gd_analyze.dynamics.simulate import simulate
+from gd_analyze.dynamics.simulation import Integration, joint_accelerations, simulate
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.operations.program import Program

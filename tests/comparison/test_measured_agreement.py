@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given
 
 from gd_analyze.arrays import CHUNK
-from gd_analyze.dynamics.interface import torque_of_states
-from gd_analyze.dynamics.methods import METHODS
+from gd_analyze.dynamics.methods import METHODS, torque_of_states
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.motions.csv_file import read_trajectory
 from gd_analyze.motions.states import States, states_in_box

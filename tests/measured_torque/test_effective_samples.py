@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gd_analyze.dynamics.effective_samples import correlation_time
+from gd_analyze.dynamics.friction import correlation_time
 
 
 def autoregressive(alike: float, count: int, seed: int = 0) -> np.ndarray:

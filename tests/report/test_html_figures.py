@@ -11,7 +11,7 @@ import pytest
 from page_reader import Page
 from report_arms import swing
 
-from gd_analyze.dynamics.elements import elements
+from gd_analyze.dynamics.dominance import elements
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.beyond_chart import beyond_chart
 from gd_analyze.report.document import document

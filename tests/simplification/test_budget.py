@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.dynamics.drives import least_friction
+from gd_analyze.dynamics.drivetrain import least_friction
 from gd_analyze.errors import UsageError
 from gd_analyze.robots.parts import Drive
 from gd_analyze.simplification.budget import Allowance, Budget, ReferenceTorques

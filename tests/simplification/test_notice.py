@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.dynamics.drives import least_friction
+from gd_analyze.dynamics.drivetrain import least_friction
 from gd_analyze.simplification.accuracy import budget_notice
 from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gd_analyze.dynamics.drivetrain import NO_DRIVES, Drivetrain
-from gd_analyze.dynamics.integration import Integration
-from gd_analyze.dynamics.simulate import Simulation, simulate
+from gd_analyze.dynamics.simulation import Integration, Simulation, simulate
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, Link, Placement
 

@@ -15,9 +15,8 @@ from tolerances import energy_bound, per_step
 
 from gd_analyze.dynamics.decomposition import decompose, decompose_states
 from gd_analyze.dynamics.drivetrain import NO_DRIVES, Drivetrain
-from gd_analyze.dynamics.integration import Integration
 from gd_analyze.dynamics.methods import METHODS
-from gd_analyze.dynamics.simulate import simulate
+from gd_analyze.dynamics.simulation import Integration, simulate
 from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm

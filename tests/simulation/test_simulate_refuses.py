@@ -9,8 +9,7 @@ import pytest
 from simulated import DRIVEN, LENGTH, limp, pendulum, undriven
 
 from gd_analyze.dynamics.drivetrain import Drivetrain
-from gd_analyze.dynamics.integration import Integration
-from gd_analyze.dynamics.simulate import simulate
+from gd_analyze.dynamics.simulation import Integration, simulate
 from gd_analyze.errors import ArmError, GdAnalyzeError, UsageError
 
 TIME, VALUES = [0.0, 0.5, 1.0], np.zeros((3, 2))

@@ -6,7 +6,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.decomposition import decompose_states
-from gd_analyze.dynamics.simulate import Simulation
+from gd_analyze.dynamics.simulation import Simulation
 from gd_analyze.motions.states import States
 from gd_analyze.robots.arm import RobotArm
 

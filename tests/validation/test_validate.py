@@ -8,8 +8,7 @@ import pytest
 import gd_analyze as gd
 from gd_analyze.certification.box import Box
 from gd_analyze.dynamics.drivetrain import Drivetrain
-from gd_analyze.dynamics.integration import Integration
-from gd_analyze.dynamics.simulate import simulate
+from gd_analyze.dynamics.simulation import Integration, simulate
 from gd_analyze.errors import TrajectoryError, UsageError
 from gd_analyze.motions.pool import pool, taken_apart
 from gd_analyze.motions.trajectory import Trajectory

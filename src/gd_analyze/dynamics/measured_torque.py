@@ -1,18 +1,16 @@
-"""The exact model's torque beside the measured one."""
+"""The exact model's torque beside the measured one, joint by joint, with a verdict."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal, get_args
 
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray, chunks
 from gd_analyze.dynamics.decomposition import torque_of
-from gd_analyze.dynamics.friction import Friction, JointFit, fit_joint
-from gd_analyze.dynamics.regimes import direction, far_from_jumps, settled
-from gd_analyze.dynamics.torque_verdict import Verdict, verdict_of
-from gd_analyze.dynamics.triangle import spread, triangle
+from gd_analyze.dynamics.friction import Friction, JointFit, fit_joint, spread, triangle
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.checks import require_joints
 from gd_analyze.motions.pool import trajectory_of
@@ -21,6 +19,140 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.text import amount, html_of, number, percent
+
+# A zero-phase low-pass spreads a jump over half a period of its cut-off: of a Butterworth filter's step, some
+# hundredths are left there.
+_SETTLED = 0.5
+# Noise decides the sign of a rate beyond so many of its standard deviations in one of a thousand readings.
+_SIGMAS = 3.0
+# And a joint slower than this part of its fastest is not sliding: teeth and bearings stick and creep first,
+# so that friction grows with the rate before it is Coulomb's. B. Armstrong-Helouvry, P. Dupont, C. Canudas
+# de Wit, A survey of models, analysis tools and compensation methods for the control of machines with
+# friction, Automatica 30 (1994).
+_CREEPING = 0.05
+
+
+def settled(trajectory: Trajectory) -> Array:
+    """Set points at which the filter's own start and end are over, (N,); all where none would be left."""
+    wait = _settling(trajectory)
+    inside = np.ones(trajectory.n_set_points, dtype=bool)
+    for stretch in trajectory.stretches:
+        time = trajectory.time[stretch]
+        inside[stretch] = (time - time[0] >= wait) & (time[-1] - time >= wait)
+    return inside if inside.any() else np.ones_like(inside)
+
+
+def direction(trajectory: Trajectory, joint: int) -> FloatArray:
+    """1 where the joint moves forwards, -1 backwards, 0 where it hardly moves, (N,)."""
+    rate, recording = trajectory.qd[:, joint], trajectory.recording
+    noise = 0.0
+    if recording is not None:
+        # The spectrum S of noise gives positions, rates and accelerations the variances of S, w^2 S and w^4 S
+        # summed over frequencies w, so by Cauchy and Schwarz the rate's is at most the root of the product of
+        # the other two, whatever the filter.
+        noise = float(np.sqrt(recording.noise_q[joint] * recording.noise_qdd[joint]))
+    still = max(_SIGMAS * np.nan_to_num(noise), _CREEPING * float(np.abs(rate).max()))
+    return np.where(np.abs(rate) > still, np.sign(rate), 0.0)
+
+
+def far_from_jumps(trajectory: Trajectory, way: FloatArray) -> Array:
+    """Set points far enough from those where the direction changes for friction's jump to be over, (N,)."""
+    time, wait = trajectory.time, _settling(trajectory)
+    after = np.flatnonzero(np.diff(way) != 0.0)
+    jumps = np.concatenate([[-np.inf], (time[after] + time[after + 1]) / 2.0, [np.inf]])
+    following = np.searchsorted(jumps, time)
+    far = np.minimum(time - jumps[following - 1], jumps[following] - time) >= wait
+    return np.asarray(far)
+
+
+def _settling(trajectory: Trajectory) -> float:
+    """Seconds that the torques' filter, the fastest of the joints', needs; none where there is none."""
+    recording = trajectory.recording
+    if recording is None or recording.cutoff is None:
+        return 0.0
+    known = recording.cutoff[np.isfinite(recording.cutoff) & (recording.cutoff > 0.0)]
+    return _SETTLED / float(known.max()) if len(known) else 0.0
+
+
+Verdict = Literal[
+    "follows",
+    "follows but for friction",
+    "too light",
+    "too heavy",
+    "other sign",
+    "another joint's",
+    "below friction",
+    "does not follow",
+    "not measured",
+]
+VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
+# Of these the robot file is to blame, or how the log was read.
+CONTRADICTING: tuple[Verdict, ...] = (
+    "too light",
+    "too heavy",
+    "other sign",
+    "another joint's",
+    "does not follow",
+)
+
+# Share of the measured variance from which on the model alone is enough: what is left is, as RMS, less than a
+# third (sqrt(0.1)) of what was measured.
+FOLLOWS = 0.9
+# Correlation beside friction from which on the model's torque is taken to be there: it makes two thirds
+# (0.8^2) of the variance that friction leaves.
+THERE = 0.8
+# Factor up to which model and measurement are as large: torque constants and gears' efficiencies, by which
+# currents become torques, are known to some 20 %.
+AS_LARGE = 4.0 / 3.0
+# Friction is Coulomb's and viscous to within this part of it: it depends on load, warmth and place as well.
+FRICTION_IS_KNOWN = 0.2
+# Standard errors from which on a difference is one.
+SIGMAS = 3.0
+
+
+def verdict_of(fit: JointFit, explained: float, explained_by: FloatArray, joint: int) -> tuple[Verdict, int]:
+    """Judge one joint.
+
+    Parameters
+    ----------
+    fit
+        Friction beside the model.
+    explained
+        Share of the measured variance that the model alone explains.
+    explained_by
+        The same for every joint's model, shape (n,).
+    joint
+        Which of them it is, from 0.
+
+    Returns
+    -------
+    verdict, joint
+        And which other joint's model the measurement is, from 1; 0 where it is none's.
+    """
+    if explained >= FOLLOWS:
+        return "follows", 0
+    others = np.delete(explained_by, joint)
+    best = float(others.max(initial=-np.inf))
+    if best >= max(FOLLOWS, fit.explained):
+        return "another joint's", int(np.flatnonzero(explained_by == best)[0]) + 1
+    if np.isfinite(fit.slope) and abs(fit.slope) > SIGMAS * fit.slope_error:
+        if fit.partial <= -THERE:
+            return "other sign", 0
+        if fit.partial >= THERE:
+            return _by_size(fit), 0
+    # Were the model right, friction beside it would leave at least the model's own torque.
+    hidden = fit.own <= max(fit.left, FRICTION_IS_KNOWN * fit.like_friction)
+    return ("below friction" if hidden else "does not follow"), 0
+
+
+def _by_size(fit: JointFit) -> Verdict:
+    sure = abs(fit.slope - 1.0) > SIGMAS * fit.slope_error
+    if fit.slope > AS_LARGE and sure:
+        return "too light"
+    if fit.slope < 1.0 / AS_LARGE and sure:
+        return "too heavy"
+    return "follows but for friction"
+
 
 # Readings from which on a joint is judged, and friction fitted to a moving one: five for each of three terms
 # and a slope.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.dynamics.elements import Element
+from gd_analyze.dynamics.dominance import Element
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.results.findings import Findings
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from gd_analyze.dynamics.elements import Element, elements
+from gd_analyze.dynamics.dominance import Element, elements
 from gd_analyze.report.canvas import Canvas
 from gd_analyze.report.colours import COLOURS
 from gd_analyze.report.element_curves import element_curves, rank_of

@@ -8,7 +8,7 @@ from typing import Any
 from markupsafe import Markup
 
 from gd_analyze import text as formatting
-from gd_analyze.dynamics.elements import elements
+from gd_analyze.dynamics.dominance import elements
 from gd_analyze.formulas.formula import Legend
 from gd_analyze.formulas.mathml import PageMathML
 from gd_analyze.report.beyond_chart import beyond_chart, place

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import Array, FloatArray
-from gd_analyze.dynamics.elements import elements
+from gd_analyze.dynamics.dominance import elements
 from gd_analyze.report.colours import OF_LEVEL
 from gd_analyze.report.element_curves import element_curves, rank_of
 from gd_analyze.report.motion import motion_curve, motion_unit, skeleton

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.dynamics.elements import elements
+from gd_analyze.dynamics.dominance import elements
 from gd_analyze.dynamics.long_decomposition import MOST_KEPT
 
 if TYPE_CHECKING:

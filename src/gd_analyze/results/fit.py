@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.dynamics.elements import elements
+from gd_analyze.dynamics.dominance import elements
 from gd_analyze.errors import StoreError
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.robots.arm import RobotArm

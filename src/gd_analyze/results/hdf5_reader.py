@@ -113,7 +113,7 @@ def _require_plain(dataset: Any) -> None:
 
 def _later(file: h5py.File, dataset: Any) -> Any:
     """Values of a long variable, read when they are asked for; referring to the file holds it open."""
-    from gd_analyze.dynamics.on_demand import on_demand
+    from gd_analyze.dynamics.long_decomposition import on_demand
 
     *_, group, name = dataset.name.split("/")
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.dynamics.elements import elements
+from gd_analyze.dynamics.dominance import elements
 from gd_analyze.motions.logged import ColumnUse
 from gd_analyze.motions.recording import Recording
 from gd_analyze.motions.trajectory import Trajectory

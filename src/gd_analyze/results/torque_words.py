@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from gd_analyze.dynamics.torque_verdict import CONTRADICTING
+from gd_analyze.dynamics.measured_torque import CONTRADICTING
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import Row

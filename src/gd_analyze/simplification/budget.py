@@ -11,7 +11,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.dynamics.drives import least_friction
+from gd_analyze.dynamics.drivetrain import least_friction
 from gd_analyze.errors import UsageError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.measures import NormShare

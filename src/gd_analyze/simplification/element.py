@@ -13,7 +13,7 @@ from pydantic import TypeAdapter
 
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.dynamics import composite_moments as composite
-from gd_analyze.dynamics.elements import Element, elements
+from gd_analyze.dynamics.dominance import Element, elements
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import ModelError

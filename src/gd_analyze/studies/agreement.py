@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.dynamics.interface import Method, torque_of_states
-from gd_analyze.dynamics.methods import METHODS
+from gd_analyze.dynamics.methods import METHODS, Method, torque_of_states
 from gd_analyze.dynamics.pinocchio_check import largest_differences, pinocchio_dynamics, round_off_bounds
 from gd_analyze.motions.states import States
 from gd_analyze.robots.arm import RobotArm

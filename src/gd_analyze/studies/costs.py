@@ -9,8 +9,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from gd_analyze.dynamics.interface import Method
-from gd_analyze.dynamics.methods import METHODS
+from gd_analyze.dynamics.methods import METHODS, Method
 from gd_analyze.operations.counting import count_operations
 from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.operations.trace import Trace

@@ -11,8 +11,7 @@ from statistics import median
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.dynamics.interface import torque_of_states
-from gd_analyze.dynamics.methods import METHODS
+from gd_analyze.dynamics.methods import METHODS, torque_of_states
 from gd_analyze.dynamics.pinocchio_check import pinocchio_model
 from gd_analyze.motions.states import States
 from gd_analyze.robots.arm import RobotArm
