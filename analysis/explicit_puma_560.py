@@ -57,12 +57,15 @@ def one_percent_rule(torques: Torques) -> dict[TorqueTerm, float]:
     in_equation: dict[object, float] = defaultdict(float)
     of_joint: dict[object, float] = defaultdict(float)
     for term, weight in torques.items():
-        for largest, key in ((in_equation, (term.row, term.rates)), (of_joint, (term.row, term.quantity))):
+        for largest, key in (
+            (in_equation, (term.row, term.velocities)),
+            (of_joint, (term.row, term.quantity)),
+        ):
             largest[key] = max(largest[key], abs(weight))
     return {
         term: weight
         for term, weight in torques.items()
-        if abs(weight) >= SHARE * in_equation[term.row, term.rates]
+        if abs(weight) >= SHARE * in_equation[term.row, term.velocities]
         and abs(weight) >= SHARE * of_joint[term.row, term.quantity]
     }
 

@@ -14,7 +14,7 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.harmonics import products
-from gd_analyze.harmonics.conversion import to_terms
+from gd_analyze.harmonics.products import to_terms
 from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, Link, Placement
@@ -120,7 +120,7 @@ def test_all_products_at_once_against_one_by_one(benchmark, monkeypatch) -> None
     parts = harmonics.inertia[0, 1]
 
     def written() -> object:
-        return to_terms(parts, harmonics.rates, harmonics.noise[0])
+        return to_terms(parts, harmonics.velocities, harmonics.noise[0])
 
     at_once = seconds(written)
     benchmark.pedantic(written, rounds=3)

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from gd_analyze.operations import rewriting, sharing
+from gd_analyze.operations import sharing
 from gd_analyze.simplification.cache import without_cache
 from gd_analyze.simplification.program_cache import kept_programs
 
@@ -23,8 +23,8 @@ def few_tries() -> Iterator[None]:
     torques and saves operations is tested with the operations, and of exact programs with the levels.
     """
     with pytest.MonkeyPatch.context() as patch, without_cache():
-        for module in (rewriting, sharing):
-            patch.setattr(module, "_TRIES", _TRIES)
+        for name in ("_TRIES", "_REARRANGEMENTS"):
+            patch.setattr(sharing, name, _TRIES)
         kept_programs.cache_clear()
         yield
     kept_programs.cache_clear()

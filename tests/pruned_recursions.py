@@ -59,8 +59,8 @@ def round_off(model: SimplifiedModel, q: FloatArray, qd: FloatArray, qdd: FloatA
 
 def searched(model: SimplifiedModel, box: Box, joint: int, rng: np.random.Generator) -> FloatArray:
     """State (3, n) that climbing in all its numbers finds, from the best of many drawn."""
-    lower = np.stack([box.lower, -box.rate, -box.acceleration])
-    upper = np.stack([box.upper, box.rate, box.acceleration])
+    lower = np.stack([box.lower, -box.velocity, -box.acceleration])
+    upper = np.stack([box.upper, box.velocity, box.acceleration])
 
     def value(states: FloatArray) -> FloatArray:
         return errors_at(model, *states.transpose(1, 0, 2))[:, joint]

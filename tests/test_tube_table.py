@@ -46,12 +46,14 @@ def test_it_survives_its_file(puma_findings, tmp_path):
 
 def test_it_is_said_in_a_sentence(puma_findings):
     said = tube_sentence(puma_findings)
-    assert said.startswith("Proven: no state within 1 degree, 2 % of peak rate and 5 % of peak acceleration")
+    assert said.startswith(
+        "Proven: no state within 1 degree, 2 % of peak velocity and 5 % of peak acceleration"
+    )
     assert "between its set points too" in said
     assert said.endswith(puma_findings.tables["tube"].attrs["note"])
 
 
-@pytest.mark.parametrize("margin", ["3deg,qd=6%", gd.Margin(turning=np.radians(3.0), rate=0.06)])
+@pytest.mark.parametrize("margin", ["3deg,qd=6%", gd.Margin(revolute=np.radians(3.0), velocity=0.06)])
 def test_the_margin_is_a_setting(two_link, swing, margin):
     table = find(two_link, swing, Settings(margin=margin, budget="5%")).tables["tube"]
     assert table.attrs["margin"] == "3deg,1mm,qd=6%,qdd=5%"

@@ -110,7 +110,7 @@ def test_a_weight_times_what_it_stands_with_is_a_torque(mixed_findings):
     seen = set()
     for term, unit in zip(mixed_findings.ranked_terms, table.weight_unit.values.tolist(), strict=True):
         made = 1 * parsed(unit)
-        for rate in term.rates:
+        for rate in term.velocities:
             made *= parsed(f"{arm.joints[rate.joint].unit}/s^{rate.order}")
         for factor in term.monomial:
             made *= parsed("m") if factor.kind == "power" else 1

@@ -1,8 +1,8 @@
 from gd_analyze.certification.box import Box as Box
 from gd_analyze.certification.certificate import certify as certify
 from gd_analyze.certification.certified_model import simplify_certified as simplify_certified
-from gd_analyze.certification.margin import Margin as Margin
 from gd_analyze.certification.positive_definite import certify_positive_definite as certify_positive_definite
+from gd_analyze.certification.tube import Margin as Margin
 from gd_analyze.certification.tube import Tube as Tube
 from gd_analyze.dynamics.base_parameters import BaseParameter as BaseParameter
 from gd_analyze.dynamics.base_parameters import BaseParameters as BaseParameters

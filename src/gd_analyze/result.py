@@ -141,7 +141,7 @@ class Drawing:
 class Equations:
     """Formulas, for pages that typeset them, and the same in plain characters, for terminal and JSON.
 
-    `legend` and `legend_lines` explain the symbols. `gd_analyze.formulas.plain.equations` makes one.
+    `legend` and `legend_lines` explain the symbols. `gd_analyze.formulas.languages.equations` makes one.
     """
 
     key: str

@@ -11,13 +11,12 @@ import gd_analyze as gd
 from gd_analyze.certification.certificate import certify
 from gd_analyze.certification.certified_model import simplify_certified
 from gd_analyze.certification.error_field import ErrorField
-from gd_analyze.certification.margin import Margin
 from gd_analyze.certification.motion import Motion
 from gd_analyze.certification.taylor import TaylorForm
-from gd_analyze.certification.tube import Tube
+from gd_analyze.certification.tube import Margin, Tube
 from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.errors import UsageError
-from gd_analyze.harmonics.torque_rows import rate_factors
+from gd_analyze.harmonics.expansion import velocity_factors
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.motions.csv_file import read_trajectory
 from gd_analyze.motions.states import States
@@ -49,7 +48,7 @@ def errors_at(model: SimplifiedModel, states: np.ndarray) -> np.ndarray:
 def round_off(model: SimplifiedModel, tube: Tube) -> float:
     """Two programs of one torque: some hundred eps of the largest, whose terms may be larger than it."""
     box = tube.enclosing
-    farthest = np.stack([box.farthest, box.rate, box.acceleration])[None]
+    farthest = np.stack([box.farthest, box.velocity, box.acceleration])[None]
     torque = np.abs(model.torque(*farthest.transpose(1, 0, 2))).max() + errors_at(model, farthest).max()
     return 1e-12 * float(torque) * (1.0 + float(box.farthest.max())) ** 2
 
@@ -129,15 +128,17 @@ def test_the_worst_found_is_an_error_at_a_state_of_the_tube(arm: RobotArm, seed:
 @examples(30)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 3))
 def test_taylor_bounds_hold_in_boxes_of_any_size(seed: int, n: int) -> None:
-    """Of polynomials of any waves, with sliding variables of up to the third power."""
+    """Of polynomials of any waves, with prismatic variables of up to the third power."""
     rng = np.random.default_rng(seed)
-    sliding = tuple(bool(x) for x in rng.random(n) < 0.4)
+    prismatic = tuple(bool(x) for x in rng.random(n) < 0.4)
     multiples = np.unique(
-        np.where(sliding, rng.integers(0, 4, (12, n)), rng.integers(-2, 3, (12, n))), axis=0
+        np.where(prismatic, rng.integers(0, 4, (12, n)), rng.integers(-2, 3, (12, n))), axis=0
     )
-    factors = rate_factors(n)
+    factors = velocity_factors(n)
     shape = (len(factors), len(multiples))
-    waves = TrigonometricPolynomial(sliding, multiples, rng.normal(size=shape) + 1j * rng.normal(size=shape))
+    waves = TrigonometricPolynomial(
+        prismatic, multiples, rng.normal(size=shape) + 1j * rng.normal(size=shape)
+    )
     field = ErrorField(waves, Motion(n, factors), 0.0, 0.0)
     form = TaylorForm(field)
     centre = rng.uniform(-1.0, 1.0, (3 * n, 20))

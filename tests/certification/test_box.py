@@ -35,12 +35,12 @@ def test_around_states_holds_all_of_them_and_no_more(n: int, count: int, seed: i
     states = random_states(n, count, seed)
     box = Box.around(states.q, states.qd, states.qdd)
     assert ((box.lower <= states.q) & (states.q <= box.upper)).all()
-    assert (np.abs(states.qd) <= box.rate).all()
+    assert (np.abs(states.qd) <= box.velocity).all()
     assert (np.abs(states.qdd) <= box.acceleration).all()
     # Every limit is met by a state, so nothing smaller would do.
     for limits, seen in ((box.lower, states.q), (box.upper, states.q)):
         assert (limits == seen).any(axis=0).all()
-    assert (box.rate == np.abs(states.qd)).any(axis=0).all()
+    assert (box.velocity == np.abs(states.qd)).any(axis=0).all()
     assert (box.acceleration == np.abs(states.qdd)).any(axis=0).all()
 
 
@@ -60,7 +60,7 @@ GOOD = ([-1.0, 0.0], [1.0, 0.0], [1.0, 2.0], [3.0, 0.0])
     ("place", "value", "message"),
     [
         (0, [2.0, 0.0], "lower, joint 1"),
-        (2, [1.0, -0.5], "rate, joint 2"),
+        (2, [1.0, -0.5], "velocity, joint 2"),
         (3, [-1.0, 0.0], "acceleration, joint 1"),
         (1, [1.0, np.inf], "upper, joint 2"),
         (0, [np.nan, 0.0], "lower, joint 1"),

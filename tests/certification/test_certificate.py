@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import Certificate, certify
-from gd_analyze.certification.harmonics_slack import harmonics_slack
+from gd_analyze.certification.error_field import harmonics_slack
 from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
@@ -56,19 +56,19 @@ def errors_at(model: SimplifiedModel, q: np.ndarray, qd: np.ndarray, qdd: np.nda
 
 
 def drawn_states(box: Box, count: int, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
-    """States of the box, most of them with rates, accelerations and some positions at their limits."""
+    """States of the box, most of them with velocities, accelerations and some positions at their limits."""
     n = box.n_joints
     signs = np.where(rng.random((2, count, n)) < 0.5, 1.0, -1.0)
     q = rng.uniform(box.lower, box.upper, (count, n))
     q = np.where(rng.random((count, n)) < 0.2, np.where(signs[0] > 0, box.lower, box.upper), q)
     shares = rng.choice([1.0, 0.5, 0.0], (count, n), p=[0.8, 0.1, 0.1])
-    return q, signs[0] * shares * box.rate, signs[1] * box.acceleration
+    return q, signs[0] * shares * box.velocity, signs[1] * box.acceleration
 
 
 def round_off(model: SimplifiedModel, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> float:
     """The two torques compared have a round-off of their own: some hundred eps of the largest torque.
 
-    Terms may be larger than the torques they add up to, sliding variables of up to 5 m to the second power.
+    Terms may be larger than the torques they add up to, prismatic variables of up to 5 m to the second power.
     """
     return 1e-12 * float(np.abs(model.torque(q, qd, qdd)).max() + errors_at(model, q, qd, qdd).max())
 
@@ -97,7 +97,7 @@ def test_the_worst_found_is_an_error_of_the_box(arm: RobotArm, seed: int) -> Non
     certificate = certify(model, box, effort=500)
     q, qd, qdd = certificate.worst_states
     assert ((box.lower <= q) & (q <= box.upper)).all()
-    assert (np.abs(qd) <= box.rate).all()
+    assert (np.abs(qd) <= box.velocity).all()
     assert (np.abs(qdd) <= box.acceleration).all()
     there = np.diag(errors_at(model, q, qd, qdd))
     assert certificate.worst_found == pytest.approx(there, rel=0, abs=round_off(model, q, qd, qdd))
@@ -142,7 +142,7 @@ def test_noise_of_any_size_is_in_it(arm: RobotArm, seed: int) -> None:
     box = box_of(arm, rng)
     # Written with the cut of the true form, so that rewriting changes nothing.
     written = dataclasses.replace(noisy, cut=known.cut)
-    model = model_with(arm, torques_of_energies(energy_terms(written), known.rates))
+    model = model_with(arm, torques_of_energies(energy_terms(written), known.velocities))
     states = drawn_states(box, 1000, rng)
     found = errors_at(model, *states).max(axis=0)
     slack = harmonics_slack(noisy, box)
@@ -154,8 +154,8 @@ def test_the_identifications_noise_is_small(puma: RobotArm) -> None:
     certified = certify(model).certified
     peak = np.abs(model.torque(*drawn_states(Box.of(puma), 2000, np.random.default_rng(0)))).max()
     assert (certified > 0.0).all()
-    # Noise of 1e-11 kg m^2 in each of some hundred coefficients of D and in their slopes, times rates of up
-    # to 8 rad/s squared, beside a torque of some ten N m.
+    # Noise of 1e-11 kg m^2 in each of some hundred coefficients of D and in their slopes, times velocities
+    # of up to 8 rad/s squared, beside a torque of some ten N m.
     assert (certified < 1e-7 * peak).all()
 
 
@@ -204,7 +204,7 @@ def test_more_effort_is_tighter(puma_model: SimplifiedModel) -> None:
 
 def test_a_smaller_box_has_a_smaller_bound(puma: RobotArm, puma_model: SimplifiedModel) -> None:
     box = Box.of(puma)
-    slower = dataclasses.replace(box, rate=0.5 * box.rate, acceleration=0.5 * box.acceleration)
+    slower = dataclasses.replace(box, velocity=0.5 * box.velocity, acceleration=0.5 * box.acceleration)
     wide, narrow = (certify(puma_model, b, effort=20_000) for b in (box, slower))
     assert (narrow.certified < wide.certified).all()
 

@@ -29,7 +29,7 @@ def largest_errors(model, box: Box, count: int, seed: int) -> np.ndarray:
     q = rng.uniform(box.lower, box.upper, (count, n))
     signs = rng.choice([-1.0, 1.0], (2, count, n))
     size = np.where(rng.random((count, 1)) < 0.5, 1.0, rng.random((count, n)))
-    qd, qdd = signs[0] * size * box.rate, signs[1] * size * box.acceleration
+    qd, qdd = signs[0] * size * box.velocity, signs[1] * size * box.acceleration
     exact = decompose_states(model.arm, States(q, qd, qdd), christoffel=False, drives=model.drives)["torque"]
     return np.abs(model.torque(q, qd, qdd) - exact).max(axis=0)
 

@@ -59,7 +59,7 @@ def test_a_budget_is_proven_in_few_rounds(monkeypatch: pytest.MonkeyPatch) -> No
     box = Box(np.full(4, -2.0), np.full(4, 2.0), np.ones(4), np.full(4, 5.0))
     q, signs = rng.uniform(box.lower, box.upper, (200, 4)), rng.choice([-1.0, 1.0], (2, 200, 4))
     states = States(
-        q, signs[0] * box.rate, signs[1] * box.acceleration, {"box": "drawn", "states": 200, "seed": 3}
+        q, signs[0] * box.velocity, signs[1] * box.acceleration, {"box": "drawn", "states": 200, "seed": 3}
     )
     exact = ExactDynamics.of(arm, states)
     monkeypatch.setattr("gd_analyze.certification.certified_model.simplify_exact", pruned_within)

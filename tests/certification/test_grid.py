@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.grid import Grid, Reached, grid_of, shared_out
-from gd_analyze.harmonics.conversion import to_waves
+from gd_analyze.harmonics.products import to_polynomial
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from strategies import examples
 
@@ -21,7 +21,7 @@ EPS = float(np.finfo(float).eps)
 def drawn(seed: int, joints: int, polynomials: int = 3) -> tuple[list[dict], TrigonometricPolynomial, Box]:
     """Polynomials of degree at most 2 in everything, and a box that may be a circle, narrow or a point."""
     rng = np.random.default_rng(seed)
-    sliding = [bool(rng.random() < 0.3) for _ in range(joints)]
+    prismatic = [bool(rng.random() < 0.3) for _ in range(joints)]
     written = []
     for _ in range(polynomials):
         polynomial = {}
@@ -29,13 +29,13 @@ def drawn(seed: int, joints: int, polynomials: int = 3) -> tuple[list[dict], Tri
             monomial = []
             for k in range(joints):
                 unit = tuple(int(j == k) for j in range(joints))
-                kinds = ["power"] if sliding[k] else ["cos", "sin"]
+                kinds = ["power"] if prismatic[k] else ["cos", "sin"]
                 monomial += [(str(rng.choice(kinds)), unit) for _ in range(rng.integers(0, 3))]
             polynomial[tuple(sorted(monomial))] = float(rng.normal())
         written.append(polynomial)
     middle, half = rng.uniform(-2.0, 2.0, joints), rng.choice([0.0, 0.2, 1.5, 3.5], joints)
     nothing = np.zeros(joints)
-    return written, to_waves(written, sliding), Box(middle - half, middle + half, nothing, nothing)
+    return written, to_polynomial(written, prismatic), Box(middle - half, middle + half, nothing, nothing)
 
 
 def directly(polynomials: list[dict], q: np.ndarray) -> np.ndarray:
@@ -98,7 +98,7 @@ def test_nothing_larger_hides_between_the_nodes(seed: int, joints: int, effort: 
 
 def test_the_loss_between_nodes_is_what_a_cosine_needs() -> None:
     """cos q around q = 0 with the nodes at +-h: the bound 1 <= cos h + h^2 / 2 is met to fourth order."""
-    waves = to_waves([{(("cos", (1,)),): 1.0}], [False])
+    waves = to_polynomial([{(("cos", (1,)),): 1.0}], [False])
     box = Box(np.array([-0.1]), np.array([0.1]), np.zeros(1), np.zeros(1))
     grid = grid_of(waves, box, 2)
     assert grid is not None
@@ -121,12 +121,12 @@ def test_groups_and_rest_are_all_the_waves(seed: int, joints: int, effort: int) 
     assert together == pytest.approx(waves(q), rel=0, abs=round_off(waves, box))
 
 
-@pytest.mark.parametrize("sliding", [False, True])
-def test_more_positions_lose_less(sliding: bool) -> None:
+@pytest.mark.parametrize("prismatic", [False, True])
+def test_more_positions_lose_less(prismatic: bool) -> None:
     """Twice as many nodes per joint: a quarter of the loss, within what whole numbers of nodes allow."""
-    kind = "power" if sliding else "cos"
+    kind = "power" if prismatic else "cos"
     square = tuple((kind, tuple(int(j == k) for j in range(2))) for k in (0, 0, 1, 1))
-    waves = to_waves([{square: 1.0}], [sliding, sliding])
+    waves = to_polynomial([{square: 1.0}], [prismatic, prismatic])
     box = Box(*(sign * np.full(2, 1.5) for sign in (-1, 1)), np.zeros(2), np.zeros(2))
     losses = []
     for effort in (400, 1600, 6400):
@@ -137,7 +137,7 @@ def test_more_positions_lose_less(sliding: bool) -> None:
 
 
 def test_what_is_linear_is_largest_at_an_end() -> None:
-    waves = to_waves([{(("power", (1,)),): 1.0}], [True])
+    waves = to_polynomial([{(("power", (1,)),): 1.0}], [True])
     box = Box(np.array([-4.0]), np.array([5.0]), np.zeros(1), np.zeros(1))
     grid = grid_of(waves, box, 10)
     assert grid is not None
@@ -174,7 +174,7 @@ def test_around_a_circle_the_bound_is_that_of_its_degree() -> None:
     """Nine nodes of cos q: the loss is h^2 / 2 of the bound itself, h = pi / 9, not of the amplitudes."""
     count = 9
     turn = Box(np.array([-np.pi]), np.array([np.pi]), np.zeros(1), np.zeros(1))
-    waves = to_waves([{(("cos", (1,)),): 1.0}], [False])
+    waves = to_polynomial([{(("cos", (1,)),): 1.0}], [False])
     grid = grid_of(waves, turn, count, Reached(1.0, 1.0))
     assert grid is not None
     assert grid.counts == (count,)

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.certification.margin import Margin
-from gd_analyze.certification.tube import Tube
+from gd_analyze.certification.tube import Margin, Tube
 from gd_analyze.errors import TrajectoryError, UsageError
 from gd_analyze.motions.between import Between
 from gd_analyze.motions.trajectory import Trajectory
@@ -57,17 +56,17 @@ def test_states_within_the_margins_of_what_is_between_set_points_are_in_it(
 def test_accelerations_that_jump_at_a_set_point_are_in_it_from_both_sides(two_link: RobotArm, side) -> None:
     """A trapezoidal profile, its set points at the corners: either acceleration of a corner may be given."""
     time, pushes = np.array([0.0, 1.0, 3.0, 4.0]), np.array([2.0, 0.0, -2.0])
-    rates = np.concatenate([[0.0], np.cumsum(pushes * np.diff(time))])
-    positions = np.concatenate([[0.0], np.cumsum((rates[1:] + rates[:-1]) / 2 * np.diff(time))])
+    velocities = np.concatenate([[0.0], np.cumsum(pushes * np.diff(time))])
+    positions = np.concatenate([[0.0], np.cumsum((velocities[1:] + velocities[:-1]) / 2 * np.diff(time))])
     given_pushes = np.append(pushes, -2.0) if side else np.insert(pushes, 0, 2.0)
-    q, qd, qdd = (np.outer(x, [1.0, 0.5]) for x in (positions, rates, given_pushes))
+    q, qd, qdd = (np.outer(x, [1.0, 0.5]) for x in (positions, velocities, given_pushes))
     motion = Trajectory(time, q, qd, qdd)
     tube = Tube.along(two_link, motion)
     for interval, push in enumerate(pushes):
         for share in np.linspace(0.0, 1.0, 41):
             t = share * (time[interval + 1] - time[interval])
-            state = np.array([positions[interval] + rates[interval] * t + push * t**2 / 2, 0.0, push])
-            state[1] = rates[interval] + push * t
+            state = np.array([positions[interval] + velocities[interval] * t + push * t**2 / 2, 0.0, push])
+            state[1] = velocities[interval] + push * t
             states = state[:, None] * [1.0, 0.5]
             off = np.stack([tube.margins, -tube.margins])
             assert holds(tube, time[interval] + t, states + off, 1e-12)

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.certificate import Certificate, certify
+from gd_analyze.certification.certificate import Certificate, certify, largest_torque
 from gd_analyze.certification.certified_model import simplify_certified
-from gd_analyze.certification.largest_torque import largest_torque
 from gd_analyze.certification.positive_definite import certify_positive_definite
 from gd_analyze.errors import ModelError, UsageError
 from gd_analyze.motions.states import states_in_box
@@ -32,9 +31,9 @@ def with_added(model: SimplifiedModel, height: float) -> SimplifiedModel:
     """A model whose first torque is off by height cos(q1 - q2) qd2^2, and its terms say nothing of it."""
     trace = Trace()
     of = model.program.folded(trace, {})
-    q1, q2, rate = (trace.record("input", name) for name in ("q1", "q2", "qd2"))
+    q1, q2, velocity = (trace.record("input", name) for name in ("q1", "q2", "qd2"))
     first, *others = (of(output) for output in model.program.outputs)
-    added = height * np.cos(q1 - q2) * rate * rate
+    added = height * np.cos(q1 - q2) * velocity * velocity
     return dataclasses.replace(model, program=Program.of(trace, [first + added, *others]))
 
 
@@ -42,7 +41,7 @@ def test_what_the_program_adds_is_in_the_bound(two_link: RobotArm) -> None:
     model = exact_model(two_link)
     box = Box.of(two_link)
     plain, off = certify(model, box), certify(with_added(model, 0.5), box)
-    most = 0.5 * float(box.rate[1]) ** 2
+    most = 0.5 * float(box.velocity[1]) ** 2
     assert plain.certified[0] < 1e-9
     # The arm's ranges reach q1 = q2.
     assert off.worst_found[0] == pytest.approx(most, rel=1e-3)
@@ -83,8 +82,9 @@ def test_the_largest_torque_is_of_the_box(name: str, drives: bool) -> None:
     drawn = ExactDynamics(ExactForm(arm, drives), states_in_box(arm, 20_000)).peak_torque
     assert (found >= drawn).all()
     assert (found <= 3.0 * drawn).all()
-    half = Box(*(0.5 * getattr(Box.of(arm), limit) for limit in ("lower", "upper", "rate", "acceleration")))
-    # A half as large box is within the whole where all ranges hold zero.
+    half = Box(
+        *(0.5 * getattr(Box.of(arm), limit) for limit in ("lower", "upper", "velocity", "acceleration"))
+    )  # A half as large box is within the whole where all ranges hold zero.
     if (Box.of(arm).lower <= 0.0).all():
         assert (largest_torque(model, half) <= found * (1 + 1e-9)).all()
 

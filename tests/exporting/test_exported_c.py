@@ -93,7 +93,7 @@ def test_the_constants_are_the_certificates_and_never_promise_more(library):
         "error_bound": (stated.certified, 1),
         "lower": (box.lower, 1),
         "upper": (box.upper, -1),
-        "rate": (box.rate, -1),
+        "rate": (box.velocity, -1),
         "acceleration": (box.acceleration, -1),
     }
     for name, (true, direction) in pairs.items():

@@ -12,13 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.errors import UsageError
-from gd_analyze.formulas.latex import Latex
-from gd_analyze.formulas.legend import factor_legend
-from gd_analyze.formulas.mathml import MathML
-from gd_analyze.formulas.numbers import number, rounded
-from gd_analyze.formulas.plain import Plain
+from gd_analyze.formulas.languages import Latex, MathML, Plain
+from gd_analyze.formulas.printer import number, rounded
 from gd_analyze.formulas.sympy import sympy_head, sympy_line, to_sympy
-from gd_analyze.formulas.writing import element_formula, term_formula
+from gd_analyze.formulas.writing import element_formula, factor_legend, term_formula
 from gd_analyze.harmonics.equations import Equation, Term, equations
 from gd_analyze.harmonics.terms import EnergyTerm, Factor
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of

@@ -8,11 +8,16 @@ from xml.etree import ElementTree
 import pytest
 
 from gd_analyze.formulas.formula import Formula
-from gd_analyze.formulas.legend import torque_legend
-from gd_analyze.formulas.mathml import MathML, PageMathML
-from gd_analyze.formulas.parts import part_symbol, parts_formulas
-from gd_analyze.formulas.plain import Plain
-from gd_analyze.formulas.writing import element_formula, energy_formulas, term_formula, torque_formulas
+from gd_analyze.formulas.languages import MathML, PageMathML, Plain
+from gd_analyze.formulas.writing import (
+    element_formula,
+    energy_formulas,
+    part_symbol,
+    parts_formulas,
+    term_formula,
+    torque_formulas,
+    torque_legend,
+)
 from gd_analyze.harmonics.equations import equations
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Torques
@@ -61,11 +66,11 @@ def harmonics(request: pytest.FixtureRequest) -> Harmonics:
 
 @pytest.fixture(scope="module")
 def torques(harmonics: Harmonics) -> Torques:
-    return torques_of_energies(energy_terms(harmonics), harmonics.rates)
+    return torques_of_energies(energy_terms(harmonics), harmonics.velocities)
 
 
 def test_torques_read_as_their_plain_form(harmonics: Harmonics, torques: Torques) -> None:
-    formulas = torque_formulas(harmonics.rates, torques)
+    formulas = torque_formulas(harmonics.velocities, torques)
     for formula in formulas:
         assert_reads_as_plain(formula)
         groups = PAGE.by_quantity(formula)
@@ -75,7 +80,7 @@ def test_torques_read_as_their_plain_form(harmonics: Harmonics, torques: Torques
 
 
 def test_no_terms_are_a_zero(harmonics: Harmonics) -> None:
-    last = torque_formulas(harmonics.rates, {})[-1]
+    last = torque_formulas(harmonics.velocities, {})[-1]
     assert [*map(plainly, PAGE.elements(last))] == ["0"]
 
 
@@ -94,10 +99,12 @@ def test_elements_read_as_their_plain_form(harmonics: Harmonics) -> None:
 
 
 def test_the_legend_names_every_shared_rate(harmonics: Harmonics, torques: Torques) -> None:
-    legend = [*map(plainly, PAGE.legend(torque_legend(harmonics.rates, torques)))]
-    for run in harmonics.rates.runs:
+    legend = [*map(plainly, PAGE.legend(torque_legend(harmonics.velocities, torques)))]
+    for run in harmonics.velocities.runs:
         for place, joint in enumerate(run[1:], start=2):
-            same = {j: harmonics.rates.signs[j] == harmonics.rates.signs[joint] for j in run[:place]}
+            same = {
+                j: harmonics.velocities.signs[j] == harmonics.velocities.signs[joint] for j in run[:place]
+            }
             parts = "".join(f"{'+' if same[j] else '-'}qdd{j + 1}" for j in run[:place])
             assert f"pd{joint + 1}={parts.removeprefix('+')}" in legend
     assert any(meaning.startswith("C") and "=cos(" in meaning for meaning in legend)

@@ -7,11 +7,14 @@ import pytest
 import typst
 
 from gd_analyze.formulas.formula import NOTHING, Function, Piece, Power, Product, Symbol, one
-from gd_analyze.formulas.legend import torque_legend
-from gd_analyze.formulas.parts import part_symbol
-from gd_analyze.formulas.plain import Plain
-from gd_analyze.formulas.typst import Typst
-from gd_analyze.formulas.writing import energy_formulas, term_formula, torque_formulas
+from gd_analyze.formulas.languages import Plain, Typst
+from gd_analyze.formulas.writing import (
+    energy_formulas,
+    part_symbol,
+    term_formula,
+    torque_formulas,
+    torque_legend,
+)
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
@@ -66,13 +69,13 @@ def harmonics(request: pytest.FixtureRequest) -> Harmonics:
 
 @pytest.fixture(scope="module")
 def torques(harmonics: Harmonics) -> Torques:
-    return torques_of_energies(energy_terms(harmonics), harmonics.rates)
+    return torques_of_energies(energy_terms(harmonics), harmonics.velocities)
 
 
 def test_every_term_is_written_under_its_quantity(harmonics: Harmonics, torques: Torques) -> None:
     written = Counter(
         (row, piece.quantity)
-        for row, formula in enumerate(torque_formulas(harmonics.rates, torques))
+        for row, formula in enumerate(torque_formulas(harmonics.velocities, torques))
         for piece in formula.pieces
         if piece.quantity != "carried"
     )
@@ -80,7 +83,7 @@ def test_every_term_is_written_under_its_quantity(harmonics: Harmonics, torques:
 
 
 def test_signs_and_brackets_are_in_order(harmonics: Harmonics, torques: Torques) -> None:
-    formulas = torque_formulas(harmonics.rates, torques)
+    formulas = torque_formulas(harmonics.velocities, torques)
     for formula in formulas:
         bodies = [TYPST.body(piece) for piece in formula.pieces]
         assert not any(body.startswith(("-", "+")) for body in bodies)
@@ -89,8 +92,8 @@ def test_signs_and_brackets_are_in_order(harmonics: Harmonics, torques: Torques)
             depth += body.count("paren.l") - body.count("paren.r")
             assert depth in (0, 1)
         assert depth == 0
-    signs = harmonics.rates.signs
-    for run in harmonics.rates.runs:
+    signs = harmonics.velocities.signs
+    for run in harmonics.velocities.runs:
         for inner, outer in pairwise(run):
             first = formulas[inner].pieces[0]
             assert (TYPST.body(first), first.quantity) == (f"tau_({outer + 1})", "carried")
@@ -99,7 +102,7 @@ def test_signs_and_brackets_are_in_order(harmonics: Harmonics, torques: Torques)
 
 def test_brackets_multiply_out_to_the_terms(harmonics: Harmonics, torques: Torques) -> None:
     """With its bracket's sign and factors restored, every piece is one term with its weight."""
-    for row, formula in enumerate(torque_formulas(harmonics.rates, torques)):
+    for row, formula in enumerate(torque_formulas(harmonics.velocities, torques)):
         found, outer, inside = [], 1.0, []
         for piece in formula.pieces:
             if piece.quantity == "carried":
@@ -118,17 +121,17 @@ def test_brackets_multiply_out_to_the_terms(harmonics: Harmonics, torques: Torqu
 
 def test_typst_takes_all_of_it(harmonics: Harmonics, torques: Torques) -> None:
     energies = energy_terms(harmonics)
-    formulas = [*torque_formulas(harmonics.rates, torques), *energy_formulas(energies)]
+    formulas = [*torque_formulas(harmonics.velocities, torques), *energy_formulas(energies)]
     formulas += [term_formula(term, weight) for term, weight in torques.items()]
     written = [part for f in formulas for part in (TYPST.symbol(f.left), *map(TYPST.body, f.pieces))]
-    written += [*map(TYPST.line, formulas), *TYPST.legend(torque_legend(harmonics.rates, torques))]
+    written += [*map(TYPST.line, formulas), *TYPST.legend(torque_legend(harmonics.velocities, torques))]
     source = "\n\n".join(f"${piece}$" for piece in written).encode()
     _, warnings = typst.compile_with_warnings(source, ignore_system_fonts=True)
     assert warnings == []
 
 
 def test_the_legend_says_what_the_plain_one_says(harmonics: Harmonics, torques: Torques) -> None:
-    legend = torque_legend(harmonics.rates, torques)
+    legend = torque_legend(harmonics.velocities, torques)
     plain, written = PLAIN.legend(legend), TYPST.legend(legend)
     assert len(plain) == len(written)
     (other,) = [entry for entry in plain if "p_j" in entry]

@@ -17,7 +17,7 @@ from text_changes import BYTES, TEXT
 from toml_cases import FULL
 from tree_changes import TREE_CHANGES
 
-from gd_analyze.operations.written import written
+from gd_analyze.operations.program import written
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.description import arm_from_description, fingerprint
 from gd_analyze.simplification.effort import ROUGH

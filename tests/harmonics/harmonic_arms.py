@@ -10,7 +10,7 @@ from strategies import States, random_states
 
 
 def states_of(arm: RobotArm, count: int, seed: int) -> States:
-    """Random states; sliding joints within 1 m, where their powers are at most 1 as sines are."""
+    """Random states; prismatic joints within 1 m, where their powers are at most 1 as sines are."""
     states = random_states(arm.n_joints, count, seed)
     scale = np.where(arm.is_revolute, 1.0, 1.0 / np.pi)
     return States(states.q * scale, states.qd, states.qdd)
@@ -21,14 +21,14 @@ def tolerances(harmonics: Harmonics) -> dict[str, float]:
 
     `noise` is 2^runs g, where g bounds the error of a value on the grid. Parseval: the squares of the errors
     of all exponentials sum to at most g^2, and those of the waves, twice an exponential for half of them, to
-    2 g^2; the inverse Vandermonde matrix of a sliding axis makes 6 of it (its squared norm, 2, times 3
+    2 g^2; the inverse Vandermonde matrix of a prismatic axis makes 6 of it (its squared norm, 2, times 3
     places), for which the noise allows 4. By Cauchy and Schwarz K waves of at most 1 make an error of at most
-    sqrt(K) noise, times sqrt(6 / 4) per sliding joint. The numeric value adds g < noise. h is half of three
+    sqrt(K) noise, times sqrt(6 / 4) per prismatic joint. The numeric value adds g < noise. h is half of three
     slopes, each at most twice as steep; c_i is one.
     """
     arm = harmonics.arm
-    sliding = 1.5 ** (arm.is_revolute.count(False) / 2)
+    prismatic = 1.5 ** (arm.is_revolute.count(False) / 2)
     kept = max((len(part) for part in harmonics.inertia_by_link.values()), default=0)
-    inertia = harmonics.noise[0] * (sliding * np.sqrt(arm.n_joints * kept) + 1)
-    gravity = harmonics.noise[1] * (sliding * np.sqrt(len(harmonics.potential_by_link)) + 1)
+    inertia = harmonics.noise[0] * (prismatic * np.sqrt(arm.n_joints * kept) + 1)
+    gravity = harmonics.noise[1] * (prismatic * np.sqrt(len(harmonics.potential_by_link)) + 1)
     return {"inertia": inertia, "christoffel": 3 * inertia, "gravity_loading": gravity}

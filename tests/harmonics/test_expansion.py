@@ -11,8 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.errors import ModelError
-from gd_analyze.harmonics.expansion import Expansion, expanded
-from gd_analyze.harmonics.torque_rows import rate_factors
+from gd_analyze.harmonics.expansion import Expansion, expanded, velocity_factors
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
@@ -26,7 +25,7 @@ from strategies import arms, examples, random_states
 def torque_of(expansion: Expansion, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
     """Value of what was written out, shape (N, n)."""
     factors = []
-    for kind, joints in rate_factors(q.shape[1]):
+    for kind, joints in velocity_factors(q.shape[1]):
         source = qdd if kind == "qdd" else qd
         factors.append(np.prod(source[:, list(joints)], axis=1))
     return np.stack([(row(q.T) * factors).sum(axis=0) for row in expansion.rows], axis=1)
@@ -61,7 +60,7 @@ def test_it_is_what_the_program_computes(arm, seed, level, effort):
 
 
 def test_round_off_is_small(puma):
-    """Of the torque of PUMA's exact program at unit rates, some 1e-13: far below any error worth a bound."""
+    """Some 1e-13 of the torque at unit velocities."""
     form = ExactForm(puma)
     expansion = expanded(form_program(form), slides(puma))
     one = np.ones(6)
@@ -86,7 +85,7 @@ def test_what_cancels_is_gone(puma):
 
 
 def of(make: Callable[[Any, Any, Any], Any]) -> Program:
-    """A program of one output, of two turning joints and a sliding one."""
+    """A program of one output, of two revolute joints and a prismatic one."""
     trace = Trace()
     q, qd, qdd = (trace.inputs(name, 3)[:, 0] for name in ("q", "qd", "qdd"))
     return Program.of(trace, [make(q, qd, qdd)])
@@ -99,7 +98,7 @@ def test_a_sum_of_angles_is_one_wave():
     expansion = expanded(of(lambda q, qd, qdd: np.cos(q[0] - q[1] + q[0]) * q[2] * qd[0] * qd[1]), SLIDING)
     (row,) = expansion.rows
     assert row.multiples.tolist() == [[2, -1, 1]]
-    place = rate_factors(3).index(("qd", (0, 1)))
+    place = velocity_factors(3).index(("qd", (0, 1)))
     assert row.coefficients[place].tolist() == [1.0]
     assert np.count_nonzero(row.coefficients) == 1
 
@@ -120,17 +119,17 @@ def power(x: Any, exponent: int) -> Any:
 NO_TORQUE = {
     "an angle": (lambda q, qd, qdd: q[0], "an angle outside"),
     "an angle to a power": (lambda q, qd, qdd: qdd[0] + power(q[0], 4096), "an angle outside"),
-    "an angle and a rate": (lambda q, qd, qdd: np.cos(q[0] + qd[0]), "an angle"),
+    "an angle and a velocity": (lambda q, qd, qdd: np.cos(q[0] + qd[0]), "an angle"),
     "a sine of a sine": (lambda q, qd, qdd: np.sin(np.sin(q[0])), "no sum of angles"),
-    "a sine of a sliding joint": (lambda q, qd, qdd: np.sin(q[2]), "no sum of angles"),
+    "a sine of a prismatic joint": (lambda q, qd, qdd: np.sin(q[2]), "no sum of angles"),
     "half an angle": (lambda q, qd, qdd: np.cos(0.5 * q[0]), "an angle outside"),
-    "a sliding joint to a power": (lambda q, qd, qdd: power(q[2], 4096), "degree in q3"),
+    "a prismatic joint to a power": (lambda q, qd, qdd: power(q[2], 4096), "degree in q3"),
     "a cosine to a power": (lambda q, qd, qdd: power(np.cos(q[1]), 4096), "degree in q2"),
     "a cosine of many turns": (lambda q, qd, qdd: np.cos(sum([q[0]] * 7)), "degree in q1"),
-    "a cube of a rate": (lambda q, qd, qdd: qd[0] * qd[1] * qd[0], "more than two rates"),
-    "an acceleration times a rate": (lambda q, qd, qdd: qdd[0] * qd[0], "more than two rates"),
+    "a cube of a velocity": (lambda q, qd, qdd: qd[0] * qd[1] * qd[0], "more than two velocities"),
+    "an acceleration times a velocity": (lambda q, qd, qdd: qdd[0] * qd[0], "more than two velocities"),
     "numbers beyond any": (lambda q, qd, qdd: 1e300 * (1e300 * np.cos(q[0])), "overflow"),
-    "a single rate": (lambda q, qd, qdd: np.cos(q[0]) * qd[0], "a single rate"),
+    "a single velocity": (lambda q, qd, qdd: np.cos(q[0]) * qd[0], "a single velocity"),
 }
 
 

@@ -20,7 +20,7 @@ from explicit_puma import (
 )
 
 from gd_analyze.dynamics.decomposition import decompose_states
-from gd_analyze.harmonics.conversion import to_waves
+from gd_analyze.harmonics.products import to_polynomial
 from gd_analyze.harmonics.transform import harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.motions.states import States
@@ -52,7 +52,7 @@ def puma_with(folder: Path, changes: dict[str, str]) -> RobotArm:
 def wave_basis(element: str) -> TrigonometricPolynomial:
     """What multiplies every constant, in the order of NAMES."""
     of_element = polynomials(element)
-    return to_waves([of_element.get(name, {}) for name in NAMES], (False,) * 6)
+    return to_polynomial([of_element.get(name, {}) for name in NAMES], (False,) * 6)
 
 
 def identified(arm: RobotArm) -> tuple[dict[str, float], float]:

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.dynamics.decomposition import decompose_states
-from gd_analyze.formulas.plain import Plain
+from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of, torques_of_energies
 from gd_analyze.harmonics.terms import Torques
@@ -26,16 +26,16 @@ BUILT_IN = ("puma560", "stanford", "two_link")
 QUANTITIES = ("inertia", "coriolis_centrifugal", "gravity_loading")
 
 
-def values(arm: RobotArm, torques: Torques, rates: np.ndarray, states: States) -> dict[str, np.ndarray]:
+def values(arm: RobotArm, torques: Torques, velocities: np.ndarray, states: States) -> dict[str, np.ndarray]:
     """D qdd, h and c by the definition of a torque term; tau = A^-T tau'."""
-    back = np.linalg.inv(rates)
+    back = np.linalg.inv(velocities)
     moving = {1: back @ states.qd.T, 2: back @ states.qdd.T}
     functions = {"cos": np.cos, "sin": np.sin, "power": lambda x: x}
     out = {quantity: np.zeros((arm.n_joints, len(states.q))) for quantity in QUANTITIES}
     for term, weight in torques.items():
         value = np.full(len(states.q), weight)
-        for rate in term.rates:
-            value = value * moving[rate.order][rate.joint]
+        for velocity in term.velocities:
+            value = value * moving[velocity.order][velocity.joint]
         for kind, multiples in term.monomial:
             value = value * functions[kind](states.q @ np.array(multiples, dtype=float))
         out[term.quantity][term.row] += value
@@ -47,18 +47,18 @@ def allowances(harmonics: Harmonics, states: States) -> dict[str, float]:
 
     The waves themselves are as exact as `tolerances` argues. Writing them out leaves products below the noise
     away: at most 2^(runs - 1) per wave, a cosine or sine of every run but for its sign, none of them above 1.
-    An element in absolute rates is a sum of r^2 others, r the longest run, and one in the joints' rates of
-    r^2 of those; h_ijk is half of three slopes, each at most twice as steep.
+    An element in absolute velocities is a sum of r^2 others, r the longest run, and one in the joints'
+    velocities of r^2 of those; h_ijk is half of three slopes, each at most twice as steep.
     """
     n, known = harmonics.arm.n_joints, tolerances(harmonics)
-    run, products = max(map(len, harmonics.rates.runs)), 2 ** (len(harmonics.rates.runs) - 1)
+    run, products = max(map(len, harmonics.velocities.runs)), 2 ** (len(harmonics.velocities.runs) - 1)
     functions = products * max(map(len, harmonics.inertia.values()))
     left_out = run**4 * functions * harmonics.noise[0]
-    rate, acceleration = np.abs(states.qd).max(), np.abs(states.qdd).max()
+    velocity, acceleration = np.abs(states.qd).max(), np.abs(states.qdd).max()
     # Two effects add up.
     return {
         "inertia": (2 * known["inertia"] + left_out) * n * acceleration,
-        "coriolis_centrifugal": (2 * known["christoffel"] + 3 * left_out) * (n * rate) ** 2,
+        "coriolis_centrifugal": (2 * known["christoffel"] + 3 * left_out) * (n * velocity) ** 2,
         "gravity_loading": known["gravity_loading"]
         + 2 * products * len(harmonics.potential) * harmonics.noise[1],
     }
@@ -69,7 +69,7 @@ def assert_exact(arm: RobotArm, seed: int, count: int = 5) -> None:
     drives = bool(arm.drives)
     numeric = decompose_states(arm, states, drives=drives)
     terms = energy_terms(harmonics, arm.drive_inertia if drives else None)
-    found = values(arm, torques_of_energies(terms, harmonics.rates), harmonics.rates.matrix, states)
+    found = values(arm, torques_of_energies(terms, harmonics.velocities), harmonics.velocities.matrix, states)
     inertia = numeric["inertia"].sum(axis=1) + (np.diag(arm.drive_inertia) if drives else 0.0)
     wanted = {
         "inertia": np.einsum("tij,tj->ti", inertia, states.qdd),
@@ -135,7 +135,7 @@ def test_a_scara_collapses_to_few_terms():
     assert_exact(scara(), 3, 50)
     harmonics = harmonics_of(scara())
     energies = energy_terms(harmonics)
-    assert (len(energies), len(torques_of_energies(energies, harmonics.rates))) == (10, 25)
+    assert (len(energies), len(torques_of_energies(energies, harmonics.velocities))) == (10, 25)
     lines = {
         f"{term.i + 1}{term.j + 1}": Plain().right(term_formula(term, 1.0))
         for term in energies
@@ -148,21 +148,21 @@ def test_a_scara_collapses_to_few_terms():
 
 
 def test_absolute_rates_of_a_run(puma):
-    rates = harmonics_of(puma).rates.matrix
+    velocities = harmonics_of(puma).velocities.matrix
     wanted = np.eye(6)
     wanted[2, 1] = -1.0  # qd3 = p3 - p2
-    np.testing.assert_array_equal(rates, wanted)
+    np.testing.assert_array_equal(velocities, wanted)
 
 
 def test_one_term_by_hand():
     """C2 in D'_12: tau'_1 = C2 pd2 + S2 .., where q2 = the difference of the absolute angles."""
     arm = two_link_of(1.0, 1.0, 1.0)
     term = next(t for t in energy_terms(harmonics_of(arm)) if (t.i, t.j) == (0, 1))
-    rates = harmonics_of(arm).rates
+    velocities = harmonics_of(arm).velocities
     cos, sin = (("cos", (0, 1)),), (("sin", (0, 1)),)
     named = {
-        (t.row, tuple((r.order, r.joint) for r in t.rates), t.monomial): weight
-        for t, weight in torques_of(term, rates).items()
+        (t.row, tuple((r.order, r.joint) for r in t.velocities), t.monomial): weight
+        for t, weight in torques_of(term, velocities).items()
         if weight
     }
     # T = cos(a2 - a1) p1 p2, d/dt dT/dp1 - dT/da1 = C2 pd2 - S2 p2^2, and C2 pd1 + S2 p1^2 likewise.

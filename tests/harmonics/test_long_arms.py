@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from gd_analyze.errors import ArmError
 from gd_analyze.harmonics import products as of_products
-from gd_analyze.harmonics.absolute_rates import AbsoluteRates
-from gd_analyze.harmonics.conversion import to_terms
+from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.equations import Equation, each_equation, equations, harmonics_for, work
+from gd_analyze.harmonics.products import to_terms
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.robots.arm import RobotArm
@@ -27,10 +27,10 @@ def test_double_angles_of_all_products_at_once_are_those_of_each_by_itself(arm):
     harmonics = harmonics_of(arm)
     for parts in [*harmonics.inertia.values(), *harmonics.gravity_loading]:
         waves = TrigonometricPolynomial.stacked([parts.total(), parts])
-        at_once = to_terms(waves, harmonics.rates, harmonics.noise[0])
+        at_once = to_terms(waves, harmonics.velocities, harmonics.noise[0])
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(of_products, "has_one_double", lambda table, r: False)
-            one_by_one = to_terms(waves, harmonics.rates, harmonics.noise[0])
+            one_by_one = to_terms(waves, harmonics.velocities, harmonics.noise[0])
         assert [*at_once] == [*one_by_one]
         assert all((at_once[monomial] == weights).all() for monomial, weights in one_by_one.items())
 
@@ -97,8 +97,8 @@ def test_the_work_told_adds_up(labels):
 
 
 def test_an_arm_without_terms():
-    rates = AbsoluteRates.of(general(3))
+    velocities = AbsoluteVelocities.of(general(3))
     nothing = TrigonometricPolynomial(
         (False,) * 3, np.zeros((0, 3), dtype=np.int64), np.zeros((1, 0), dtype=complex)
     )
-    assert to_terms(nothing, rates) == {}
+    assert to_terms(nothing, velocities) == {}

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import UsageError
-from gd_analyze.harmonics.absolute_rates import AbsoluteRates
-from gd_analyze.harmonics.conversion import to_terms, to_waves
+from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.equations import equations
+from gd_analyze.harmonics.products import to_polynomial, to_terms
 from gd_analyze.harmonics.terms import Factor, Monomial
 from gd_analyze.harmonics.transform import harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
@@ -61,13 +61,13 @@ def assert_read_exactly(arm, seed: int) -> None:
         written = sum(term.coefficient * value(term.factors, q) for term in equation.terms)
         # Weights within twice the noise are taken for equal, and products below it left out: once per
         # product, of which a wave makes at most 2^(runs - 1), and run. The rest is a rounding per operation.
-        count = 2 ** len(harmonics.rates.runs) * len(parts)
+        count = 2 ** len(harmonics.velocities.runs) * len(parts)
         size = float(np.abs(parts.coefficients).sum())
-        allowed = 2 * noise * count * len(harmonics.rates.runs) + 10 * count * np.finfo(float).eps * size
+        allowed = 2 * noise * count * len(harmonics.velocities.runs) + 10 * count * np.finfo(float).eps * size
         assert np.abs(values.sum(axis=0) - written).max() <= allowed, equation.symbol
         # By effect as well, where a term may have nothing left in the whole.
         rows = to_terms(
-            TrigonometricPolynomial.stacked([parts.total(), parts]), harmonics.rates, noise, deciding=3
+            TrigonometricPolynomial.stacked([parts.total(), parts]), harmonics.velocities, noise, deciding=3
         )
         for k, exact in enumerate(values):
             written = sum(row[1 + k] * value(factors, q) for factors, row in rows.items())
@@ -97,7 +97,7 @@ def test_reading_loses_nothing_small(rng):
     q = rng.uniform(-3, 3, (2, 50))
     multiples = [(0, 1), (0, 2), (1, 0), (1, 1), (1, 2), (2, 1)]
     polynomial = {(Factor("cos", m),): 1.0 + 1e-11 * (k == 3) for k, m in enumerate(multiples)}
-    rows = to_terms(to_waves([polynomial], [False, False]), AbsoluteRates.of(arm), noise=1e-14)
+    rows = to_terms(to_polynomial([polynomial], [False, False]), AbsoluteVelocities.of(arm), noise=1e-14)
     written = sum(row[0] * value(factors, q) for factors, row in rows.items())
     exact = sum(weight * value(factors, q) for factors, weight in polynomial.items())
     # Twenty roundings of values near 6.

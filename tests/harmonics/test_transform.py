@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.dynamics.decomposition import decompose_states
-from gd_analyze.harmonics.conversion import to_terms
+from gd_analyze.harmonics.products import to_terms
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.robots.catalogue import load_arm
@@ -164,10 +164,10 @@ def two_link_of_the_text() -> Harmonics:
 
 def named(harmonics: Harmonics, waves: TrigonometricPolynomial) -> dict[str, float]:
     from gd_analyze.formulas.formula import Product
-    from gd_analyze.formulas.plain import Plain
+    from gd_analyze.formulas.languages import Plain
     from gd_analyze.formulas.writing import powers
 
-    rows = to_terms(waves, harmonics.rates, harmonics.noise[0])
+    rows = to_terms(waves, harmonics.velocities, harmonics.noise[0])
     return {Plain().product(Product(1.0, powers(key))): float(row[0]) for key, row in rows.items()}
 
 
@@ -211,7 +211,7 @@ def test_two_link_has_the_closed_forms_of_the_text(length, m1, m2, g):
 
 def test_the_puma_collapses_to_few_terms(puma):
     harmonics = harmonics_of(puma)
-    assert harmonics.rates.runs == ((0,), (1, 2), (3,), (4,), (5,))
+    assert harmonics.velocities.runs == ((0,), (1, 2), (3,), (4,), (5,))
     # Both effects together; a grid of 5 angles per joint could hold 21 (5^5 + 1) / 2.
     assert sum(map(len, harmonics.inertia.values())) <= 250
     for (i, _), parts in harmonics.inertia.items():

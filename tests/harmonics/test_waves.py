@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.dynamics.kinematics import solve_kinematics
-from gd_analyze.harmonics.absolute_rates import AbsoluteRates
-from gd_analyze.harmonics.conversion import to_terms, to_waves
+from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
+from gd_analyze.harmonics.products import to_polynomial, to_terms
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial, numbers
 from gd_analyze.robots.arm import RobotArm
 from parallel_axes import arm_of, arms_with_runs
@@ -23,20 +23,20 @@ def random_waves(
     arm: RobotArm, rng: np.random.Generator, count: int = 12, polynomials: int = 2
 ) -> TrigonometricPolynomial:
     """Waves of degree 2 of any multiples, distinct, of m and -m one."""
-    sliding = ~np.array(arm.is_revolute)
+    prismatic = ~np.array(arm.is_revolute)
     multiples = rng.integers(-DEGREE, DEGREE + 1, (count, arm.n_joints))
-    multiples[:, sliding] = np.abs(multiples[:, sliding])
-    mirrored = numbers(multiples * ~sliding) < 0
-    multiples = np.where(mirrored[:, None] & ~sliding, -multiples, multiples)
+    multiples[:, prismatic] = np.abs(multiples[:, prismatic])
+    mirrored = numbers(multiples * ~prismatic) < 0
+    multiples = np.where(mirrored[:, None] & ~prismatic, -multiples, multiples)
     multiples = np.unique(multiples, axis=0)
     real, imaginary = rng.normal(size=(2, polynomials, len(multiples)))
     # Where nothing turns there is no phase.
-    turns = (multiples * ~sliding).any(axis=1)
-    return TrigonometricPolynomial(tuple(sliding.tolist()), multiples, real + 1j * imaginary * turns)
+    turns = (multiples * ~prismatic).any(axis=1)
+    return TrigonometricPolynomial(tuple(prismatic.tolist()), multiples, real + 1j * imaginary * turns)
 
 
 def size(waves: TrigonometricPolynomial) -> float:
-    return float(waves.sizes(np.ones(len(waves.sliding))).sum())
+    return float(waves.sizes(np.ones(len(waves.prismatic))).sum())
 
 
 @examples(30)
@@ -94,8 +94,8 @@ def test_sums_and_stacks_are_those_of_the_values(arm, seed):
 def test_waves_to_terms_and_back(arm, seed):
     waves = random_waves(arm, np.random.default_rng(seed), polynomials=1)
     # Draws may come close to each other by chance; 1e-14 apart never.
-    terms = to_terms(waves, AbsoluteRates.of(arm), 1e-14)
-    back = to_waves([{monomial: float(row[0]) for monomial, row in terms.items()}], waves.sliding)
+    terms = to_terms(waves, AbsoluteVelocities.of(arm), 1e-14)
+    back = to_polynomial([{monomial: float(row[0]) for monomial, row in terms.items()}], waves.prismatic)
     # A wave goes through a sum of some 2^runs products and back: as many roundings of numbers below 5.
     rest = (waves + -1.0 * back).above(1e3 * EPS)
     assert len(rest) == 0
@@ -126,37 +126,37 @@ def test_numbers_order_rows_as_their_places_do():
     ],
 )
 def test_runs(turns, runs, signs, rng):
-    rates = AbsoluteRates.of(arm_of(turns, rng))
-    assert (rates.runs, rates.signs) == (runs, signs)
+    velocities = AbsoluteVelocities.of(arm_of(turns, rng))
+    assert (velocities.runs, velocities.signs) == (runs, signs)
 
 
 @examples(20)
 @given(arms_with_runs(max_joints=6), st.integers(0, 2**32 - 1))
 def test_absolute_rates_and_rows_are_those_of_the_matrix(arm, seed):
     """qd = A p, tau = A^-T tau'."""
-    rates, own = AbsoluteRates.of(arm), np.random.default_rng(seed).normal(size=(arm.n_joints, 4))
-    back = np.linalg.inv(rates.matrix)
+    velocities, own = AbsoluteVelocities.of(arm), np.random.default_rng(seed).normal(size=(arm.n_joints, 4))
+    back = np.linalg.inv(velocities.matrix)
     # Sums of at most six numbers.
-    np.testing.assert_allclose(rates.absolute(own), back @ own, rtol=0, atol=100 * EPS)
-    np.testing.assert_allclose(rates.joint_rows(own), back.T @ own, rtol=0, atol=100 * EPS)
+    np.testing.assert_allclose(velocities.absolute(own), back @ own, rtol=0, atol=100 * EPS)
+    np.testing.assert_allclose(velocities.joint_rows(own), back.T @ own, rtol=0, atol=100 * EPS)
     for joint in range(arm.n_joints):
-        rate = np.zeros(arm.n_joints)
-        for inner, sign in rates.inboard(joint):
-            rate[inner] = sign
-        np.testing.assert_array_equal(back[joint], rate)
+        velocity = np.zeros(arm.n_joints)
+        for inner, sign in velocities.inboard(joint):
+            velocity[inner] = sign
+        np.testing.assert_array_equal(back[joint], velocity)
 
 
 @examples(40)
 @given(arms_with_runs(max_joints=6), st.integers(0, 2**32 - 1))
 def test_absolute_rates_are_those_of_the_links_about_their_axes(arm, seed):
-    rates, states = AbsoluteRates.of(arm), states_of(arm, 3, seed)
+    velocities, states = AbsoluteVelocities.of(arm), states_of(arm, 3, seed)
     axes = solve_kinematics(arm, states.q.T).joint_axes
     own = states.qd.T
-    absolute = rates.absolute(own)
-    for run in (run for run in rates.runs if arm.is_revolute[run[0]]):
+    absolute = velocities.absolute(own)
+    for run in (run for run in velocities.runs if arm.is_revolute[run[0]]):
         omega = np.zeros((3, own.shape[1]))
         for joint in run:
             omega = omega + axes[joint] * own[joint]
-            # A run turns a link about one direction, at this rate. Axes are parallel to 1e-9; some six rates
-            # below 3 add up.
+            # A run turns a link about one direction, at this velocity. Axes are parallel to 1e-9; some six
+            # velocities below 3 add up.
             np.testing.assert_allclose(axes[joint] * absolute[joint], omega, rtol=0, atol=1e-9 * 6 * 3)

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from random_programs import INPUTS, evaluated, program_of, trees, trees_of
 
-from gd_analyze.operations.derivative import derivative
-from gd_analyze.operations.program import Program
+from gd_analyze.operations.program import Program, derivative
 from gd_analyze.operations.trace import Trace
 from strategies import examples
 

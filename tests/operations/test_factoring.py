@@ -7,8 +7,8 @@ from collections.abc import Callable
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.operations.factoring import factored
 from gd_analyze.operations.program import Program
+from gd_analyze.operations.sharing import factored
 from gd_analyze.operations.trace import Trace
 from strategies import examples
 

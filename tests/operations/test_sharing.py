@@ -10,11 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.operations.extraction import extract
-from gd_analyze.operations.monomials import Magnitudes, multiplications, over, split, times
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.rearrangement import rearrange
 from gd_analyze.operations.sharing import shared_sums
-from gd_analyze.operations.sums import Sums
+from gd_analyze.operations.sums import Magnitudes, Sums, multiplications, over, split, times
 from gd_analyze.operations.trace import Trace
 from strategies import examples
 
@@ -72,7 +71,7 @@ def test_rearranged_is_no_more_than_extracted_is_no_more_than_written(given_poly
     extracted, rearranged = ways(given_polynomials)
     assert rearranged.operations <= extracted.operations
     assert extracted.operations <= sum(map(naive_operations, given_polynomials))
-    # A trace may know still more to be equal; turning a difference round can cost it one operation.
+    # A trace may know still more to be equal; revolute a difference round can cost it one operation.
     for sums in (extracted, rearranged):
         turned = {
             product

@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.operations.program import Program
+from gd_analyze.operations.program import Program, read_back, written
 from gd_analyze.operations.trace import Trace
-from gd_analyze.operations.written import read_back, written
 from strategies import examples
 
 

@@ -9,9 +9,8 @@ from pdf_reader import read
 from report_cases import made_findings
 
 from gd_analyze.dynamics.dominance import text_verdicts
-from gd_analyze.formulas.parts import part_symbol
-from gd_analyze.formulas.typst import Typst
-from gd_analyze.formulas.writing import term_formula
+from gd_analyze.formulas.languages import Typst
+from gd_analyze.formulas.writing import part_symbol, term_formula
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.document import document
 from gd_analyze.report.pdf import prepare_pdf

@@ -78,7 +78,7 @@ def test_signs_multiply_to_the_coefficients(puma_findings: Findings, path: Budge
     for torque in budget_equations(puma_findings, path):
         for groups in torque.lines.values():
             for group in groups:
-                assert bool(group.behind) == (len(group.terms) > 1 and bool(group.terms[0].term.rates))
+                assert bool(group.behind) == (len(group.terms) > 1 and bool(group.terms[0].term.velocities))
                 for summand in group.terms:
                     assert (summand.negative != group.negative) == (weights[summand.term] < 0)
 

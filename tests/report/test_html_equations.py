@@ -8,9 +8,8 @@ import pytest
 from page_reader import Page
 
 from gd_analyze.formulas.formula import Product, Symbol
-from gd_analyze.formulas.mathml import PageMathML
-from gd_analyze.formulas.parts import parts_formulas
-from gd_analyze.formulas.writing import term_formula
+from gd_analyze.formulas.languages import PageMathML
+from gd_analyze.formulas.writing import parts_formulas, term_formula
 from gd_analyze.report.html import TERMS_SHOWN, render_html
 from gd_analyze.report.terms import exact_elements, tallies
 from gd_analyze.results.findings import Findings

@@ -11,7 +11,7 @@ from pdf_reader import read
 
 from changed_recursions import summands_dropped
 from few_tries import few_tries
-from gd_analyze.formulas.mathml import PageMathML
+from gd_analyze.formulas.languages import PageMathML
 from gd_analyze.motions.csv_file import read_trajectory
 from gd_analyze.report.html import render_html
 from gd_analyze.report.numbering import numbering

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.harmonics.absolute_rates import AbsoluteRates
+from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.right_angles import RIGHT, Straightened, straight
 from gd_analyze.simplification.exact_form import ExactForm
@@ -46,7 +46,7 @@ def test_they_are_made_right(tmp_path, right):
         np.testing.assert_array_equal(one.placement.rotation, other.placement.rotation)
         assert set(np.abs(one.placement.rotation).ravel()) == {0.0, 1.0}
     assert len(ExactForm(arm).torques) == len(ExactForm(exact).torques)
-    assert AbsoluteRates.of(arm).runs == AbsoluteRates.of(exact).runs
+    assert AbsoluteVelocities.of(arm).runs == AbsoluteVelocities.of(exact).runs
     off = max(abs(float(right) - math.pi / 2), abs(3.14159265359 - math.pi))
     told = arm.assumptions[1]
     assert told.startswith(

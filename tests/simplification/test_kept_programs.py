@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from gd_analyze.operations.program import Program
-from gd_analyze.operations.written import written
+from gd_analyze.operations.program import Program, written
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.simplification.cache import VARIABLE, keep, without_cache
@@ -36,7 +35,7 @@ def thorough(arm: RobotArm) -> Program:
     kept_programs.cache_clear()
     form = ExactForm(arm)
     some = dict(sorted(form.torques.items())[:10])
-    return torque_program(form.rates, some, THOROUGH)
+    return torque_program(form.velocities, some, THOROUGH)
 
 
 @pytest.fixture(params=[exact, thorough], ids=["exact", "some terms"])

@@ -14,7 +14,7 @@ from gd_analyze.certification.positive_definite import certify_positive_definite
 from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.errors import ModelError, UsageError
 from gd_analyze.motions.states import States, states_in_box
-from gd_analyze.operations.derivative import derivative
+from gd_analyze.operations.program import derivative
 from gd_analyze.operations.trace import Expression
 from gd_analyze.simplification.effort import ROUGH
 from gd_analyze.simplification.element import ELEMENT

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 import gd_analyze as gd
-from gd_analyze.certification.margin import Margin
+from gd_analyze.certification.tube import Margin
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.simplification import pruning
 from gd_analyze.simplification.exact import ExactDynamics

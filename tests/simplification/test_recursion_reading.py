@@ -13,7 +13,7 @@ from changed_recursions import random_changes
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.dynamics.regrouped_links import regrouped
 from gd_analyze.formulas.formula import Formula, Function, Product, Symbol
-from gd_analyze.formulas.plain import Plain
+from gd_analyze.formulas.languages import Plain
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Expression, reached

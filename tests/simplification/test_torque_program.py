@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.harmonics.absolute_rates import AbsoluteRates
-from gd_analyze.harmonics.terms import Factor, Rate, TorqueTerm
+from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
+from gd_analyze.harmonics.terms import Factor, TorqueTerm, Velocity
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.simplification.cache import VARIABLE, without_cache
 from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH, Effort
@@ -36,7 +36,7 @@ WEIGHTS = (1.0, -1.0, 2.0, 0.5, 0.7, -0.7, 1.4, 1e-3)
 def term_sets(draw):
     """An arm's absolute rates, and some torque terms of random rates and products: many alike."""
     arm = load_arm(draw(st.sampled_from(ARMS)))
-    rates = AbsoluteRates.of(arm)
+    rates = AbsoluteVelocities.of(arm)
     n = rates.n_joints
     factors = []
     for run in rates.runs:
@@ -49,8 +49,8 @@ def term_sets(draw):
     joints = st.integers(0, n - 1)
     moving = st.one_of(
         st.just(()),
-        joints.map(lambda j: (Rate(2, j),)),
-        st.tuples(joints, joints).map(lambda pair: tuple(Rate(1, j) for j in sorted(pair))),
+        joints.map(lambda j: (Velocity(2, j),)),
+        st.tuples(joints, joints).map(lambda pair: tuple(Velocity(1, j) for j in sorted(pair))),
     )
     monomials = st.lists(st.sampled_from(factors), max_size=3).map(lambda chosen: tuple(sorted(chosen)))
     terms = draw(
@@ -61,14 +61,14 @@ def term_sets(draw):
     return rates, terms
 
 
-def evaluated(rates: AbsoluteRates, terms, states) -> tuple[np.ndarray, np.ndarray]:
+def evaluated(rates: AbsoluteVelocities, terms, states) -> tuple[np.ndarray, np.ndarray]:
     """Torques by the terms' definition, and the sum of the magnitudes of the terms in each."""
     back = np.linalg.inv(rates.matrix)
     moving = {1: states.qd @ back.T, 2: states.qdd @ back.T}
     parts = np.zeros((2, *states.q.shape))
     for term, weight in terms.items():
         value = np.full(len(states.q), weight)
-        for rate in term.rates:
+        for rate in term.velocities:
             value = value * moving[rate.order][:, rate.joint]
         for kind, multiples in term.monomial:
             value = value * FUNCTIONS[kind](states.q @ np.array(multiples, dtype=float))
@@ -82,7 +82,7 @@ def run(program, states) -> np.ndarray:
     return program.run({f"{name}{i + 1}": row for name, array in named for i, row in enumerate(array.T)}).T
 
 
-def assert_ways_agree(rates: AbsoluteRates, terms) -> None:
+def assert_ways_agree(rates: AbsoluteVelocities, terms) -> None:
     states = random_states(rates.n_joints, 20, 5)
     wanted, scale = evaluated(rates, terms, states)
     programs = {effort: torque_program(rates, terms, effort) for effort in EFFORTS}
@@ -101,8 +101,8 @@ def test_every_way_has_the_value_of_the_terms(case):
 def test_so_it_is_for_a_whole_arm():
     form = ExactForm(load_arm("puma560"))
     states = random_states(6, 20, 5)
-    wanted, scale = evaluated(form.rates, form.torques, states)
-    programs = {effort: torque_program(form.rates, form.torques, effort) for effort in (ROUGH, THOROUGH)}
+    wanted, scale = evaluated(form.velocities, form.torques, states)
+    programs = {effort: torque_program(form.velocities, form.torques, effort) for effort in (ROUGH, THOROUGH)}
     for program in programs.values():
         assert (np.abs(run(program, states) - wanted) <= ROUND_OFF * scale).all()
     assert programs[THOROUGH].count.total < programs[ROUGH].count.total
@@ -111,9 +111,9 @@ def test_so_it_is_for_a_whole_arm():
 def test_rows_of_parallel_joints_are_passed_on():
     """Torque on the outer of two parallel joints loads the inner one alike."""
     arm = load_arm("two_link")
-    outer = TorqueTerm(1, (Rate(2, 0),), ())
+    outer = TorqueTerm(1, (Velocity(2, 0),), ())
     states = random_states(2, 3, 1)
-    torque = run(torque_program(AbsoluteRates.of(arm), {outer: 2.0}, COUNTING), states)
+    torque = run(torque_program(AbsoluteVelocities.of(arm), {outer: 2.0}, COUNTING), states)
     np.testing.assert_array_equal(torque[:, 0], torque[:, 1])
     np.testing.assert_array_equal(torque[:, 1], 2.0 * states.qdd[:, 0])
 
@@ -125,11 +125,11 @@ def test_rows_of_parallel_joints_are_passed_on():
 def test_all_terms_of_an_arm_take_few_operations(name, fewest):
     """Extracted once, with a margin of some 5 %; nested, the PUMA takes 639 and the Stanford arm 583."""
     form = ExactForm(load_arm(name))
-    assert torque_program(form.rates, form.torques, Effort(600)).count.total <= fewest
+    assert torque_program(form.velocities, form.torques, Effort(600)).count.total <= fewest
 
 
 def test_no_terms_are_no_torque():
-    rates = AbsoluteRates.of(load_arm("two_link"))
+    rates = AbsoluteVelocities.of(load_arm("two_link"))
     for effort in EFFORTS:
         program = torque_program(rates, {}, effort)
         assert program.count.total == 0
@@ -144,7 +144,7 @@ def test_the_order_of_the_terms_does_not_matter():
         for terms in (form.torques, backwards):
             kept_programs.cache_clear()
             with without_cache():
-                written.append(repr(torque_program(form.rates, terms, effort).outputs))
+                written.append(repr(torque_program(form.velocities, terms, effort).outputs))
         assert written[0] == written[1]
 
 
@@ -167,13 +167,13 @@ def test_steps_end_before_the_first_that_takes_too_many_operations():
     form = ExactForm(load_arm("puma560"))
     listed = [*form.torques.items()]
     steps = [dict(listed[:count]) for count in (20, 25, 30, 35)]
-    counts = [program.count.total for program in torque_programs(form.rates, steps, 10_000)]
+    counts = [program.count.total for program in torque_programs(form.velocities, steps, 10_000)]
     assert counts == sorted(counts)
     # As thorough as each written by itself, but for what goes on from the one before: 10 % at most.
-    alone = [torque_program(form.rates, terms, THOROUGH).count.total for terms in steps]
+    alone = [torque_program(form.velocities, terms, THOROUGH).count.total for terms in steps]
     assert sum(counts) <= 1.1 * sum(alone)
     for most in (counts[0] - 1, counts[1], counts[-1]):
-        fewer = [program.count.total for program in torque_programs(form.rates, steps, most)]
+        fewer = [program.count.total for program in torque_programs(form.velocities, steps, most)]
         assert fewer == [count for count in counts if count <= most]
 
 
@@ -184,7 +184,7 @@ from gd_analyze.simplification.torque_program import torque_program, torque_prog
 from gd_analyze.robots import load_arm
 
 form = ExactForm(load_arm("two_link"))
-print(torque_program(form.rates, form.torques, THOROUGH).outputs)
+print(torque_program(form.velocities, form.torques, THOROUGH).outputs)
 """
 
 

@@ -135,7 +135,7 @@ def test_the_box_is_the_arms_limits_or_the_one_given(two_link, rough):
     beyond = (
         (fast.q < box.lower)
         | (fast.q > box.upper)
-        | (np.abs(fast.qd) > box.rate)
+        | (np.abs(fast.qd) > box.velocity)
         | (np.abs(fast.qdd) > box.acceleration)
     )
     assert beyond.any()

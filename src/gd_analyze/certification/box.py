@@ -21,7 +21,7 @@ class Box:
     ----------
     lower, upper
         Positions lie between them, rad (m), shape (n,).
-    rate, acceleration
+    velocity, acceleration
         Largest magnitudes, per s and s^2, shape (n,).
     where
         What they are, in words.
@@ -34,13 +34,13 @@ class Box:
 
     lower: FloatArray
     upper: FloatArray
-    rate: FloatArray
+    velocity: FloatArray
     acceleration: FloatArray
     where: str = "the box"
 
     def __post_init__(self) -> None:
         shape = array_of(self.lower, "lower", UsageError).shape
-        for what in ("lower", "upper", "rate", "acceleration"):
+        for what in ("lower", "upper", "velocity", "acceleration"):
             array = array_of(getattr(self, what), what, UsageError).copy()
             if array.ndim != 1 or array.shape != shape or not array.size:
                 raise UsageError(
@@ -58,7 +58,7 @@ class Box:
             array.flags.writeable = False
             object.__setattr__(self, what, array)
         self._require(self.lower <= self.upper, "lower", "at most the upper limit", self.lower)
-        self._require(self.rate >= 0.0, "rate", "a magnitude, at least 0", self.rate)
+        self._require(self.velocity >= 0.0, "velocity", "a magnitude, at least 0", self.velocity)
         self._require(self.acceleration >= 0.0, "acceleration", "a magnitude, at least 0", self.acceleration)
 
     def _require(self, holds: NDArray[np.bool_], what: str, expected: str, values: FloatArray) -> None:
@@ -103,13 +103,13 @@ class Box:
     def around(cls, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> Box:
         """Enclose given states: the smallest box that holds all of them.
 
-        Positions lie between the smallest and the largest seen, rates and accelerations have at most the
+        Positions lie between the smallest and the largest seen, velocities and accelerations have at most the
         largest magnitude seen.
 
         Parameters
         ----------
         q, qd, qdd
-            Positions, rates and accelerations, rad (m) and per s, s^2, shape (N, n) each.
+            Positions, velocities and accelerations, rad (m) and per s, s^2, shape (N, n) each.
 
         Raises
         ------
@@ -125,10 +125,10 @@ class Box:
                 expected="three arrays of one shape (N, n)",
                 found=", ".join(str(a.shape) for a in arrays),
             )
-        position, rate, acceleration = arrays
+        position, velocity, acceleration = arrays
         return cls(
             position.min(axis=0),
             position.max(axis=0),
-            np.abs(rate).max(axis=0),
+            np.abs(velocity).max(axis=0),
             np.abs(acceleration).max(axis=0),
         )

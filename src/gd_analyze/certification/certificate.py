@@ -1,11 +1,13 @@
 """A bound on the torque error that no state of a box exceeds, proven from the program that runs.
 
 The error of joint i is e_i = sum_r F_ir(q) r, r running over 1, the accelerations and the products of two
-rates, and F over polynomials in sines, cosines and sliding variables whose coefficients are known. For any
-given rates and accelerations it is such a polynomial itself, so its maximum over all positions of the box
+velocities, and F over polynomials in sines, cosines and prismatic variables whose coefficients are known.
+For any
+given velocities and accelerations it is such a polynomial itself, so its maximum over all positions of the
+box
 exceeds its maximum over a grid by no more than its curvature allows between the nodes (`grid`). That holds
-for the worst rates and accelerations too, whose error at a grid position has a closed bound (`motion`). Waves
-in too many joints for a grid are bounded by their amplitudes.
+for the worst velocities and accelerations too, whose error at a grid position has a closed bound
+(`motion`). Waves in too many joints for a grid are bounded by their amplitudes.
 
 The model's part of it is what its program computes, written out (`harmonics/expansion.py`): what is bounded
 is what runs, whatever the terms beside it say. To this comes what the exact dynamics can be off by, being
@@ -22,15 +24,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.certification.along import Bounded, bound_along
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.error_field import ErrorField
+from gd_analyze.certification.error_field import ErrorField, harmonics_slack
 from gd_analyze.certification.grid import Grid, Reached, shared_out
-from gd_analyze.certification.harmonics_slack import harmonics_slack
+from gd_analyze.certification.taylor import Bounded, bound_along
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
-from gd_analyze.harmonics.expansion import Expansion, expanded
-from gd_analyze.harmonics.torque_rows import exact_row
+from gd_analyze.harmonics.expansion import Expansion, exact_row, expanded, velocity_factors
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.robots.arm import RobotArm
@@ -51,13 +51,14 @@ _STARTS = 8
 _PER_BOX, _LOOSE = 20, 1.1
 # Coefficients beyond which a small box costs more than that.
 _MANY = 4_000
-# Positions whose rates are looked at together, so that all choices fit the cache: first, and then closely.
+# Positions whose velocities are looked at together, so that all choices fit the cache: first, and then
+# closely.
 _BATCH, _CLOSELY = 512, 32
 
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """What is proven and what was found, per joint, N m (N for a sliding joint), shape (n,).
+    """What is proven and what was found, per joint, N m (N for a prismatic joint), shape (n,).
 
     Parameters
     ----------
@@ -68,8 +69,8 @@ class Certificate:
     worst_found
         Largest torque error that the search found in the region; the truth lies between.
     worst_states
-        For every joint the state where it was found: positions, rates and accelerations, shape (n, n) each,
-        row i for joint i.
+        For every joint the state where it was found: positions, velocities and accelerations, shape (n, n)
+        each, row i for joint i.
     along
         Of a tube: no state of a piece has a larger torque error, shape (pieces, n); `certified` is the
         largest of each joint. None for a box.
@@ -174,7 +175,7 @@ def certify(
     harmonics = harmonics or harmonics_of(arm)
     inertia = harmonics.whole_inertia(arm.drive_inertia if model.drives else None)
     runs = expansion_of(model)
-    roundings = runs.round_off(box.farthest, box.rate, box.acceleration)
+    roundings = runs.round_off(box.farthest, box.velocity, box.acceleration)
     found = []
     for i, (row, rounding) in enumerate(zip(runs.rows, roundings, strict=True)):
         field, told = (
@@ -264,11 +265,11 @@ def _bounded(field: ErrorField, box: Box, effort: int, told: _Told) -> tuple[flo
 
 def _expected(field: ErrorField, box: Box) -> Reached:
     """What the error reaches at a few positions, in the box and around the circle."""
-    rng, turning = np.random.default_rng(0), ~np.array(field.waves.sliding)
+    rng, revolute = np.random.default_rng(0), ~np.array(field.waves.prismatic)
     shares = [rng.random(_FEW if degree else 1) for degree in field.waves.degrees]
     lower, width = box.lower, box.upper - box.lower
     found = []
-    for widths in (width, np.where(turning & (width > 0.0), 2 * np.pi, width)):
+    for widths in (width, np.where(revolute & (width > 0.0), 2 * np.pi, width)):
         nodes = [low + share * wide for low, share, wide in zip(lower, shares, widths, strict=True)]
         found.append(max(float(field.motion.quick_bound(v).max()) for v in field.waves.on_grid(nodes)))
     return Reached(*found)
@@ -285,8 +286,8 @@ def _over_grid(
         top = int(rough.argmax())
         tops.append((float(field.motion.bound(values[:, [top]])[0]), before + top))
         largest = max(largest, tops[-1][0])
-        # Most positions are out of the question without a look at the signs of the rates, and most others
-        # without a close one.
+        # Most positions are out of the question without a look at the signs of the velocities, and most
+        # others without a close one.
         near = np.flatnonzero(rough > largest)
         quick = np.concatenate(
             [
@@ -306,3 +307,43 @@ def _over_grid(
         told(0.95 * before / grid.size)
     tops.sort(reverse=True)
     return largest, np.array([index for _, index in tops[:_STARTS]])
+
+
+# Positions looked at, and the best of them from which the search climbs.
+_DRAWN, _CLIMBED = 512, 4
+
+
+def largest_torque(
+    model: SimplifiedModel, region: Box | Tube | None = None, *, harmonics: Harmonics | None = None
+) -> FloatArray:
+    """Largest exact torque of every joint that a search finds among some states, N m (N), shape (n,).
+
+    There may be larger ones: a share of it is rather too large than too small. It follows from the arm and
+    these states alone, not from anything that the model states.
+
+    Parameters
+    ----------
+    model
+        Whose arm it is, and whether drives act.
+    region
+        The states; the arm's own limits by default.
+    harmonics
+        The arm's exact dynamics where they are at hand.
+    """
+    arm = model.arm
+    box = box_of(region.enclosing if isinstance(region, Tube) else region, arm)
+    harmonics = harmonics or harmonics_of(arm)
+    inertia = harmonics.whole_inertia(arm.drive_inertia if model.drives else None)
+    nothing = TrigonometricPolynomial.constant(harmonics.potential.prismatic, 0.0)[
+        [0] * len(velocity_factors(arm.n_joints))
+    ]
+    drawn = np.random.default_rng(0).uniform(box.lower, box.upper, (_DRAWN, arm.n_joints)).T
+    out = np.zeros(arm.n_joints)
+    for i in range(arm.n_joints):
+        field = ErrorField.of(exact_row(harmonics, inertia, i), nothing, 0.0, box)
+        if isinstance(region, Tube):
+            out[i] = bound_along(field, region, 0).found
+        elif len(field.waves):
+            order = np.argsort(-field.motion.reached(field.waves(drawn)), kind="stable")
+            out[i] = field.worst(box, drawn[:, order[:_CLIMBED]])[0]
+    return out

@@ -17,7 +17,7 @@ derivative is no larger than d^2 times that:
 
 Of many waves in many joints the amplitudes add up to several times what f reaches, and d^2 is the lesser. A
 joint of a limited range may be taken around the circle for it. All this holds as well for the largest of many
-such f, as the error is over all rates and accelerations, if K_k bounds all of them.
+such f, as the error is over all velocities and accelerations, if K_k bounds all of them.
 """
 
 from __future__ import annotations
@@ -33,8 +33,61 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.spectrum import Spectra, Spectrum
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
+
+
+@dataclass(frozen=True, eq=False)
+class Spectra:
+    """Amplitudes and curvatures of waves; called with some chosen, shape (W,), it adds them up by joint."""
+
+    sizes: FloatArray
+    curvatures: FloatArray
+    multiples: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, waves: TrigonometricPolynomial, box: Box) -> Spectra:
+        """Those of waves that slide as far as they can in a box."""
+        every = waves.magnitudes()
+        sizes, curvatures = every.sizes(box.farthest), every.curvatures(box.farthest)
+        return cls(sizes[0], curvatures[0], np.abs(waves.multiples))
+
+    def __call__(self, chosen: NDArray[np.bool_]) -> Spectrum:
+        """Add up those chosen."""
+        sizes, most = self.sizes * chosen, int(self.multiples.max(initial=0))
+        by_multiple = [np.bincount(m, weights=sizes, minlength=most + 1) for m in self.multiples.T]
+        return Spectrum(np.array(by_multiple), chosen @ self.curvatures, float(sizes.sum()))
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Amplitudes by joint and |multiple|, shape (n, D + 1), curvatures by joint, (n,), and all amplitudes."""
+
+    amplitudes: FloatArray
+    curvatures: FloatArray
+    total: float
+
+    def beyond(self, joint: int, degree: int) -> tuple[float, float]:
+        """Amplitudes a and curvatures b of what has a higher degree in a joint."""
+        high = np.arange(degree + 1, self.amplitudes.shape[1])
+        return float(self.amplitudes[joint, high].sum()), float(self.amplitudes[joint, high] @ high**2)
+
+    def curvature(self, joint: int, degree: int, largest: float) -> float:
+        """Bound K_k by amplitudes, or by what f reaches."""
+        if not degree:
+            return float(self.curvatures[joint])
+        more, curved = self.beyond(joint, degree)
+        return degree**2 * (largest + more) + curved
+
+    def bound(self, reaches: FloatArray, degrees: Sequence[int], largest: float) -> float:
+        """G_0 from G_n; joints that share of f are moved to their nodes last, so that this is least."""
+        for joint in sorted(range(len(degrees)), key=lambda k: not degrees[k]):
+            loss, degree = float(reaches[joint]) ** 2 / 2, degrees[joint]
+            left = 1.0 - loss * degree**2
+            if not left > 0.0:
+                return math.inf
+            largest = (largest + loss * self.curvature(joint, degree, 0.0)) / left
+        return largest
+
 
 # Gaps per unit of a joint's order, beyond which 1 / (2 gaps^2) of the maximum has nothing left to give.
 _MOST_GAPS = 60.0
@@ -97,7 +150,7 @@ class Reached:
     Parameters
     ----------
     in_box, around
-        Within the box, and with every turning joint going around the circle.
+        Within the box, and with every revolute joint going around the circle.
     """
 
     in_box: float
@@ -152,7 +205,7 @@ class _Axes:
     def orders(self, spectrum: Spectrum) -> tuple[list[float], tuple[int, ...]]:
         """How many gaps every joint takes compared with others, and the degree that it takes so few with.
 
-        What is linear in a sliding joint has no curvature, and its maximum at an end.
+        What is linear in a prismatic joint has no curvature, and its maximum at an end.
         """
         orders, degrees = [], []
         for k, half in enumerate(self.half.tolist()):
@@ -191,13 +244,13 @@ class _Axes:
 
 def _axes(waves: TrigonometricPolynomial, box: Box, reached: Reached | None, total: float) -> list[_Axes]:
     """Ways to go over the box: within it, and around the circle where that is farther."""
-    half, turning = (box.upper - box.lower) / 2, ~np.array(waves.sliding)
-    circle = turning & (half >= np.pi)
+    half, revolute = (box.upper - box.lower) / 2, ~np.array(waves.prismatic)
+    circle = revolute & (half >= np.pi)
     half = np.where(circle, np.pi, half)
     if reached is None:
         return [_Axes(half, circle, np.zeros(len(half), dtype=bool), _TYPICAL * total)]
     within = _Axes(half, circle, circle, reached.in_box)
-    return [within, _Axes(half, circle, turning, reached.around)]
+    return [within, _Axes(half, circle, revolute, reached.around)]
 
 
 def _cheapest(

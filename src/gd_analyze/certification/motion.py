@@ -1,4 +1,4 @@
-"""What rates and accelerations can make of a torque error at one position."""
+"""What velocities and accelerations can make of a torque error at one position."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.harmonics.torque_rows import RateFactor
+from gd_analyze.harmonics.expansion import VelocityFactor
 
-# Above it the signs of the rates are not tried all: 2^9 choices for ten joints.
+# Above it the signs of the velocities are not tried all: 2^9 choices for ten joints.
 _MOST_SIGNED = 10
 # And above this not all of -1, 0 and 1: 3280 choices for eight joints.
 _MOST_THIRDS = 8
@@ -22,8 +22,8 @@ _MOST_THIRDS = 8
 class Motion:
     """The factors r of an error sum_r F_r(q) r.
 
-    Values of F_r(q) max|r| at some positions are given to the methods, so that rates and accelerations are
-    shares of their limits, between -1 and 1.
+    Values of F_r(q) max|r| at some positions are given to the methods, so that velocities and accelerations
+    are shares of their limits, between -1 and 1.
 
     Parameters
     ----------
@@ -34,11 +34,11 @@ class Motion:
     """
 
     n_joints: int
-    factors: tuple[RateFactor, ...]
+    factors: tuple[VelocityFactor, ...]
 
     @cached_property
     def _kinds(self) -> tuple[list[int], list[int], list[int], list[int]]:
-        """Places of 1, accelerations, squares and products of two rates."""
+        """Places of 1, accelerations, squares and products of two velocities."""
         kinds = [kind if len(set(joints)) < 2 else "pair" for kind, joints in self.factors]
         still, pushed, squares, pairs = (
             [p for p, kind in enumerate(kinds) if kind == wanted] for wanted in ("1", "qdd", "qd", "pair")
@@ -46,7 +46,7 @@ class Motion:
         return still, pushed, squares, pairs
 
     def _split(self, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Values that do not move, what accelerations add, and values of squares and products of rates."""
+        """Values without motion, what accelerations add, values of squares and of products of velocities."""
         still, pushed, squares, pairs = self._kinds
         return values[still].sum(axis=0), np.abs(values[pushed]).sum(axis=0), values[squares], values[pairs]
 
@@ -54,12 +54,12 @@ class Motion:
         return sorted({joint for p in factors for joint in self.factors[p][1]})
 
     def _ends(self, factors: list[int]) -> NDArray[np.int64]:
-        """First and second joint of factors of rates, shape (2, K)."""
+        """First and second joint of factors of velocities, shape (2, K)."""
         return np.array([self.factors[p][1] for p in factors], dtype=np.int64).reshape(-1, 2).T
 
     @cached_property
     def _signs(self) -> FloatArray:
-        """Every choice of signs of the rates, up to the sign of all, shape (choices, n)."""
+        """Every choice of signs of the velocities, up to the sign of all, shape (choices, n)."""
         paired = self._joints(self._kinds[3])[1:]
         free = paired if len(paired) < _MOST_SIGNED else []
         out = np.ones((2 ** len(free), self.n_joints))
@@ -68,15 +68,15 @@ class Motion:
 
     @cached_property
     def _pair_signs(self) -> FloatArray:
-        """Sign of every product of two rates in every choice, shape (choices, pairs)."""
+        """Sign of every product of two velocities in every choice, shape (choices, pairs)."""
         a, b = self._ends(self._kinds[3])
         return np.asarray(self._signs[:, a] * self._signs[:, b])
 
     def quick_bound(self, values: FloatArray) -> FloatArray:
-        """Upper bound of the error's magnitude over all rates and accelerations, (K,), from values (P, K).
+        """Upper bound of the error over all velocities and accelerations, (K,), from values (P, K).
 
-        Every acceleration can have the sign that is worst; the products of two rates share signs, of which
-        all choices are tried; a square counts where it adds to the error, for the rate may also be 0.
+        Every acceleration can have the sign that is worst; products of two velocities share signs, of which
+        all choices are tried; a square counts where it adds to the error, for the velocity may also be 0.
         """
         still, pushed, squares, pairs = self._split(values)
         if len(self._signs) < 2 ** max(0, len(self._joints(self._kinds[3])) - 1):
@@ -90,7 +90,7 @@ class Motion:
         """Bound as `quick_bound` does, but let a square that takes from the error count.
 
         From t^2 >= 2 |t| - 1 where it takes and t^2 <= |t| where it adds the error is at most a function that
-        is linear in every single |rate|, and largest where all rates are -1, 0 or 1.
+        is linear in every single |velocity|, and largest where all velocities are -1, 0 or 1.
         """
         quick = self.quick_bound(values)
         if not len(self._thirds):
@@ -105,7 +105,7 @@ class Motion:
 
     @cached_property
     def _thirds(self) -> FloatArray:
-        """|rate| of every square and products of rates of every pair, all rates -1, 0 or 1; none for many.
+        """Values of squares (as |velocity|) and pairs where all velocities are -1, 0 or 1; none for many.
 
         Shape (choices, squares + pairs); of two choices with opposite signs one.
         """
@@ -120,7 +120,7 @@ class Motion:
         return np.where(a == b, np.abs(choices[:, a]), choices[:, a] * choices[:, b])
 
     def reached(self, values: FloatArray) -> FloatArray:
-        """Error's magnitude that rates at their limits, or none, reach at every position, shape (K,)."""
+        """Error's magnitude that velocities at their limits, or none, reach at every position, shape (K,)."""
         return self._at_vertices(values).max(axis=0)
 
     def _at_vertices(self, values: FloatArray) -> FloatArray:
@@ -129,7 +129,7 @@ class Motion:
         return np.abs(np.vstack([still[None], moved])) + pushed
 
     def shares(self, values: FloatArray) -> FloatArray:
-        """Every factor, -1 to 1, where rates and accelerations at their limits are worst, shape (P, K).
+        """Every factor, -1 to 1, where velocities and accelerations at their limits are worst, shape (P, K).
 
         Times the values they add up to what `reached` gives.
         """
@@ -146,10 +146,10 @@ class Motion:
         return out
 
     def worst(self, values: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Search the rates and accelerations of one position's largest error.
+        """Search the velocities and accelerations of one position's largest error.
 
-        From the best vertex on, one rate after the other goes where the error, a quadratic function of it,
-        is largest.
+        From the best vertex on, one velocity after the other goes where the error, a quadratic function of
+        it, is largest.
 
         Parameters
         ----------
@@ -159,25 +159,25 @@ class Motion:
         Returns
         -------
         tuple
-            The error's magnitude, and rates and accelerations between -1 and 1, shape (n,).
+            The error's magnitude, and velocities and accelerations between -1 and 1, shape (n,).
         """
         n = self.n_joints
         place = int(self._at_vertices(values[:, None])[:, 0].argmax())
-        rates = self._signs[place - 1].copy() if place else np.zeros(n)
+        velocities = self._signs[place - 1].copy() if place else np.zeros(n)
         constant, pushed, _, _ = self._split(values)
         form = np.zeros((n, n))
         moving = [*self._kinds[2], *self._kinds[3]]
         for p, (a, b) in zip(moving, self._ends(moving).T, strict=True):
             form[a, b] += values[p] / 2
             form[b, a] += values[p] / 2
-        sign = 1.0 if constant + rates @ form @ rates >= 0.0 else -1.0
+        sign = 1.0 if constant + velocities @ form @ velocities >= 0.0 else -1.0
         for joint in list(range(n)) * 3:
-            curve, slope = sign * form[joint, joint], 2 * sign * (form[joint] @ rates)
-            slope -= 2 * curve * rates[joint]
+            curve, slope = sign * form[joint, joint], 2 * sign * (form[joint] @ velocities)
+            slope -= 2 * curve * velocities[joint]
             choices = [-1.0, 1.0] + ([float(np.clip(-slope / (2 * curve), -1.0, 1.0))] if curve < 0.0 else [])
-            rates[joint] = max(choices, key=lambda t: curve * t * t + slope * t)
-        reached = float(constant + rates @ form @ rates)
+            velocities[joint] = max(choices, key=lambda t: curve * t * t + slope * t)
+        reached = float(constant + velocities @ form @ velocities)
         pushes = np.zeros(n)
         for p in self._kinds[1]:
             pushes[self.factors[p][1][0]] = np.copysign(1.0, values[p] * reached)
-        return abs(reached) + float(pushed), rates, pushes
+        return abs(reached) + float(pushed), velocities, pushes

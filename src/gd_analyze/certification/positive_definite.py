@@ -19,9 +19,9 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import box_of, expansion_of
+from gd_analyze.certification.climbing import local_maximum
 from gd_analyze.certification.error_field import round_off_of
 from gd_analyze.certification.grid import Grid, shared_out
-from gd_analyze.certification.local_maximum import local_maximum
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.simplification.model import SimplifiedModel
@@ -80,7 +80,7 @@ def certify_positive_definite(
     model
         A mechanical system, such as a model of level "energy", whose D is symmetric.
     box
-        The positions; the arm's own ranges by default. Rates and accelerations do not matter.
+        The positions; the arm's own ranges by default. Velocities and accelerations do not matter.
     effort
         Most positions at which D is evaluated; the same effort gives the same result on any machine.
 

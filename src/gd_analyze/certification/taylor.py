@@ -1,6 +1,6 @@
 r"""A torque error over many small boxes of states at once, by Taylor's theorem about their centres.
 
-The error is e = sum_p F_p(q) u_a u_b, (a, b) = (a, b)(p), u = (1, rates, accelerations) and F_p a sum of
+The error is e = sum_p F_p(q) u_a u_b, (a, b) = (a, b)(p), u = (1, velocities, accelerations) and F_p a sum of
 waves Re(C b(q)). In a box of centre x and half widths h, all variables taken together,
 
     |e(x + d)| <= max_s ( s e + sum_k max over |d_k| <= h_k of (s e_k d_k + s e_kk d_k^2 / 2) )
@@ -8,19 +8,21 @@ waves Re(C b(q)). In a box of centre x and half widths h, all variables taken to
 
 with the derivatives at the centre, which are exact. A wave's part of R, what is of third order, follows from
 the sizes of its factors' orders: of exp(i m.q) they are 1, D, D^2/2 and at most D^3/6 for the rest,
-D = sum_k |m_k| h_k; of a power of a sliding variable the terms of the binomial; of u_a |u_a| and h_a.
+D = sum_k |m_k| h_k; of a power of a prismatic variable the terms of the binomial; of u_a |u_a| and h_a.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.error_field import ErrorField
+from gd_analyze.certification.tube import Tube
 
 # Numbers of one wave in all boxes looked at together: they fit the cache.
 _AT_ONCE = 1 << 16
@@ -60,27 +62,27 @@ class Bounds:
 class TaylorForm:
     """One joint's torque error over boxes of states.
 
-    Variables are q, then rates, then accelerations, the latter two as shares of their limits in the field's
-    box; in arrays of shape (3 n, K).
+    Variables are q, then velocities, then accelerations, the latter two as shares of their limits in the
+    field's box; in arrays of shape (3 n, K).
     """
 
     def __init__(self, field: ErrorField) -> None:
         self.field, self.n = field, field.motion.n_joints
         self._real, self._imag = field.waves.parts
         self._sizes = (self._real**2 + self._imag**2) ** 0.5
-        self._sliding = [k for k, slides in enumerate(field.waves.sliding) if slides]
-        turning = [k for k, slides in enumerate(field.waves.sliding) if not slides]
+        self._sliding = [k for k, slides in enumerate(field.waves.prismatic) if slides]
+        revolute = [k for k, slides in enumerate(field.waves.prismatic) if not slides]
         self._used = [k for k, degree in enumerate(field.waves.degrees) if degree]
         self._turns = field.waves.multiples.astype(float)
         self._turns[:, self._sliding] = 0.0
-        pairs = [(k, j) for k in self._used for j in self._used if k <= j and {k, j} <= {*turning}]
+        pairs = [(k, j) for k in self._used for j in self._used if k <= j and {k, j} <= {*revolute}]
         self._pairs = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
         self._first, self._second = self._ends()
         one = np.eye(2 * self.n + 1)
         self._firsts, self._seconds = one[self._first].T, one[self._second].T
 
     def _ends(self) -> NDArray[np.intp]:
-        """Every factor of rates as a product of two of u, shape (2, P)."""
+        """Every factor of velocities as a product of two of u, shape (2, P)."""
         places = []
         for kind, joints in self.field.motion.factors:
             offset = 1 if kind == "qd" else self.n + 1
@@ -184,9 +186,9 @@ class _Basis:
     """Basis functions of waves at positions, exp(i m.q) times powers, and their derivatives."""
 
     def __init__(
-        self, turns: FloatArray, sliding: list[int], multiples: NDArray[np.int64], q: FloatArray
+        self, turns: FloatArray, prismatic: list[int], multiples: NDArray[np.int64], q: FloatArray
     ) -> None:
-        self._turns, self._sliding, self._multiples, self._q = turns, sliding, multiples, q
+        self._turns, self._sliding, self._multiples, self._q = turns, prismatic, multiples, q
         angles = turns @ q
         self._plain = np.cos(angles), np.sin(angles)
 
@@ -228,3 +230,111 @@ def _product(a: list[FloatArray], b: list[FloatArray]) -> list[FloatArray]:
         for j, other in enumerate(b):
             out[min(i + j, 3)] += one * other
     return out
+
+
+# Where no state can be worse than the worst found by more than this, there is nothing left to look for.
+_CLOSE = 1.01
+# Boxes halved at a time.
+_AT_A_TIME = 256
+
+
+class Bounded(NamedTuple):
+    """One joint: bounds of pieces of its states (pieces,), largest error found, and its state (n,)."""
+
+    bounds: FloatArray
+    found: float
+    q: FloatArray
+    qd: FloatArray
+    qdd: FloatArray
+
+
+def bound_along(field: ErrorField, tube: Tube, effort: int) -> Bounded:
+    """Bound one joint's error in every piece of a tube.
+
+    Parameters
+    ----------
+    field
+        The error, over the box that encloses the tube.
+    tube
+        The states.
+    effort
+        Boxes that may be looked at. Every piece is looked at once, however many there are.
+    """
+    box = tube.enclosing
+    limits = np.stack([np.ones(tube.n_joints), box.velocity, box.acceleration])
+    # Where a limit is zero so are all velocities, and any share of it will do.
+    limits = np.where(limits > 0.0, limits, 1.0)
+    form = TaylorForm(field)
+    lower, upper = ((x / limits).reshape(len(tube), -1).T for x in (tube.lower, tube.upper))
+    # Rounding of middles and halves is that of the places of nodes, which the field's round-off has in it.
+    boxes = _Boxes.of(form, (lower + upper) / 2, (upper - lower) / 2, np.arange(len(tube)))
+    worst = boxes.worst
+    spent = len(tube)
+    while True:
+        # What rounding and what cancels amount to is in every bound, however small the box.
+        near = np.flatnonzero(boxes.bounds > _CLOSE * worst.found + field.rest + 8 * field.round_off)
+        if not near.size or spent + 2 > effort:
+            break
+        near = near[np.argsort(-boxes.bounds[near], kind="stable")[: min(_AT_A_TIME, (effort - spent) // 2)]]
+        halves = boxes.at(near).halved(form)
+        worst = max(worst, halves.worst, key=lambda found: found.found)
+        boxes = boxes.at(np.delete(np.arange(len(boxes.bounds)), near)).joined_by(halves)
+        spent += 2 * near.size
+    bounds = np.zeros(len(tube))
+    np.maximum.at(bounds, boxes.pieces, boxes.bounds)
+    state = worst.state.reshape(3, -1) * limits
+    q, qd, qdd = np.clip(state, tube.lower[worst.piece], tube.upper[worst.piece])
+    return Bounded(bounds, worst.found, q, qd, qdd)
+
+
+class _Worst(NamedTuple):
+    """Largest error found, where, and in which piece."""
+
+    found: float
+    state: FloatArray
+    piece: int
+
+
+@dataclass(frozen=True, eq=False)
+class _Boxes:
+    """Boxes, the pieces of the tube they are of, and what is known of the error in each."""
+
+    centre: FloatArray
+    half: FloatArray
+    pieces: NDArray[np.intp]
+    bounds: FloatArray
+    longest: NDArray[np.intp]
+    found: FloatArray
+    states: FloatArray
+
+    @classmethod
+    def of(cls, form: TaylorForm, centre: FloatArray, half: FloatArray, pieces: NDArray[np.intp]) -> _Boxes:
+        known = form.bounds(centre, half)
+        return cls(centre, half, pieces, known.bound, known.longest, known.found, known.state)
+
+    @property
+    def worst(self) -> _Worst:
+        top = int(self.found.argmax())
+        return _Worst(float(self.found[top]), self.states[:, top], int(self.pieces[top]))
+
+    def at(self, chosen: NDArray[np.intp]) -> _Boxes:
+        return _Boxes(*(x[..., chosen] for x in self._arrays))
+
+    def joined_by(self, other: _Boxes) -> _Boxes:
+        pairs = zip(self._arrays, other._arrays, strict=True)
+        return _Boxes(*(np.concatenate(pair, axis=-1) for pair in pairs))
+
+    def halved(self, form: TaylorForm) -> _Boxes:
+        """Both halves of every box; no half's bound is larger than the whole's."""
+        numbers = np.arange(len(self.bounds))
+        half = self.half.copy()
+        half[self.longest, numbers] /= 2
+        step = np.zeros_like(half)
+        step[self.longest, numbers] = half[self.longest, numbers]
+        centres = np.hstack([self.centre - step, self.centre + step])
+        out = _Boxes.of(form, centres, np.hstack([half, half]), np.tile(self.pieces, 2))
+        return replace(out, bounds=np.minimum(out.bounds, np.tile(self.bounds, 2)))
+
+    @property
+    def _arrays(self) -> list[Any]:
+        return [getattr(self, field.name) for field in fields(self)]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+import re
+from dataclasses import dataclass, fields
 from operator import itemgetter
 
 import numpy as np
@@ -10,12 +12,134 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray, chunks
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.margin import Margin
 from gd_analyze.errors import TrajectoryError, UsageError
 from gd_analyze.motions.between import Between
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.text import LARGEST, named_joints
+from gd_analyze.text import LARGEST, UNSIGNED, named_joints
+
+# What is read: which margin an entry is, and what its unit is worth.
+_UNITS = {
+    "deg": ("revolute", math.pi / 180),
+    "rad": ("revolute", 1.0),
+    "mm": ("prismatic", 1e-3),
+    "m": ("prismatic", 1.0),
+    "% velocity": ("velocity", 1e-2),
+    "% acceleration": ("acceleration", 1e-2),
+}
+_KINDS = {"qd": "velocity", "qdd": "acceleration"}
+
+
+@dataclass(frozen=True)
+class Margin:
+    """How far states may be from the motion; what a drive that follows it well stays within by default.
+
+    A joint that is held still has a margin of position only: a share of no velocity is none.
+
+    Parameters
+    ----------
+    revolute, prismatic
+        Of the positions of joints that turn, rad, and that slide, m.
+    velocity, acceleration
+        Of velocities and accelerations, as a share of each joint's largest along the motion.
+
+    Raises
+    ------
+    UsageError
+        If one is negative, not finite or above 1e12.
+    """
+
+    revolute: float = math.radians(1.0)
+    prismatic: float = 1e-3
+    velocity: float = 0.02
+    acceleration: float = 0.05
+
+    def __post_init__(self) -> None:
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            if not 0.0 <= value <= LARGEST:
+                raise UsageError(
+                    "a margin cannot be that",
+                    where=f"Margin, {entry.name}",
+                    expected=f"0 or more, up to {LARGEST:g}",
+                    found=f"{value:g}",
+                )
+
+    @classmethod
+    def of(cls, given: Margin | str | None) -> Margin:
+        """Take a margin, its text, or the default."""
+        return cls.parse(given) if isinstance(given, str) else given or cls()
+
+    @classmethod
+    def parse(cls, text: str) -> Margin:
+        """Read "1deg,1mm,qd=2%,qdd=5%", or some of these: what is not named is as by default.
+
+        Raises
+        ------
+        UsageError
+            If an entry is not understood, or a margin is given twice.
+
+        Examples
+        --------
+        >>> Margin.parse("0.5deg,qd=1%").velocity
+        0.01
+        """
+        given: dict[str, float] = {}
+        for column, entry in enumerate(text.split(","), start=1):
+            match = re.fullmatch(rf"(?:(qdd?)=)?({UNSIGNED}) ?(deg|rad|mm|m|%)", entry.strip())
+            unit = match and (f"% {_KINDS[match[1]]}" if match[1] in _KINDS else match[3])
+            if match is None or unit not in _UNITS or (match[3] == "%") != bool(match[1]):
+                raise UsageError(
+                    "the margin is not understood",
+                    where=f"--margin, entry {column}",
+                    expected="entries such as 1deg or 1mm for positions, qd=2% for velocities and qdd=5% for "
+                    "accelerations, comma-separated",
+                    found=repr(entry.strip()),
+                )
+            name, worth = _UNITS[unit]
+            if name in given:
+                raise UsageError(
+                    "a margin is given twice",
+                    where=f"--margin, entry {column}",
+                    expected="one entry each",
+                    found=repr(text),
+                )
+            given[name] = float(match[2]) * worth
+        return cls(**given)
+
+    def __str__(self) -> str:
+        """As `parse` reads it."""
+        return (
+            f"{math.degrees(self.revolute):.12g}deg,{1e3 * self.prismatic:.12g}mm,"
+            f"qd={100 * self.velocity:.12g}%,qdd={100 * self.acceleration:.12g}%"
+        )
+
+    def in_words(self, arm: RobotArm) -> str:
+        """Say it of an arm's joints.
+
+        Examples
+        --------
+        >>> from gd_analyze.robots.catalogue import load_arm
+        >>> Margin().in_words(load_arm("puma560"))
+        '1 degree, 2 % of peak velocity and 5 % of peak acceleration'
+        """
+        degrees = f"{math.degrees(self.revolute):.6g}"
+        kinds = {
+            "revolute": f"{degrees} degree{'' if degrees == '1' else 's'}",
+            "prismatic": f"{1e3 * self.prismatic:.6g} mm",
+        }
+        positions = " or ".join(
+            words for kind, words in kinds.items() if kind in {j.kind for j in arm.joints}
+        )
+        velocity, acceleration = 100 * self.velocity, 100 * self.acceleration
+        return f"{positions}, {velocity:.6g} % of peak velocity and {acceleration:.6g} % of peak acceleration"
+
+    def along(self, arm: RobotArm, motion: Trajectory) -> FloatArray:
+        """Margins of q, qd and qdd of every joint along a motion, SI, shape (3, n)."""
+        position = np.where(np.array(arm.is_revolute), self.revolute, self.prismatic)
+        peaks = [np.abs(values).max(axis=0) for values in (motion.qd, motion.qdd)]
+        return np.stack([position, self.velocity * peaks[0], self.acceleration * peaks[1]])
+
 
 # Boxes at most, a second's work: a long recording has its set points in common boxes.
 MOST_PIECES = 2048
@@ -184,7 +308,7 @@ class _Path:
             raise TrajectoryError(
                 "no possible motion leads from one set point to the next",
                 where=f"set points {at + 1} and {at + 2} of trajectory {self.motion.name}",
-                expected=f"rates and accelerations up to {LARGEST:g} in SI units",
+                expected=f"velocities and accelerations up to {LARGEST:g} in SI units",
                 found=f"{time[at + 1] - time[at]:.3g} s between them",
                 next_step="check that no two set points share almost the same instant",
             )
@@ -220,7 +344,7 @@ class _Path:
         return sizes
 
     def _reach(self) -> FloatArray:
-        """What positions range over, and the largest rates and accelerations, shape (3, n)."""
+        """What positions range over, and the largest velocities and accelerations, shape (3, n)."""
         # Of those that are known: these take no nan.
         low, high = np.fmin.reduce(self.lower), np.fmax.reduce(self.upper)
         largest = np.maximum(high, -low)
@@ -285,7 +409,7 @@ class _Path:
         most, at, kind, joint = max(map(self._widest, chunks(len(self.unsure))), key=itemgetter(0))
         many = int(self.unsure.any(axis=(1, 2)).sum())
         joints = [int(j) + 1 for j in np.flatnonzero(self.unsure.any(axis=(0, 1)))]
-        what = ("position", "rate", "acceleration")[kind]
+        what = ("position", "velocity", "acceleration")[kind]
         by = f"by {most:.2g} times its margin" if np.isfinite(most) else "though it has no margin"
         return (
             f"The set points are too far apart to tell the motion to within the margins in {many} of "

@@ -57,7 +57,7 @@ def give_parameters(robot: GivenRobot, form: str, digits: int, out: Path | None,
 
 def _show(base: gd.BaseParameters, digits: int) -> None:
     from gd_analyze.cli.joint_table import arm_in_words
-    from gd_analyze.formulas.numbers import number
+    from gd_analyze.formulas.printer import number
 
     combinations = [_combination(one, digits) for one in base]
     zero = sum(one.number == 0.0 for one in base)
@@ -95,7 +95,7 @@ def _show(base: gd.BaseParameters, digits: int) -> None:
 
 def _standing(frame: Placement, digits: int) -> Iterable[str]:
     """Origin, x and z of a frame."""
-    from gd_analyze.formulas.numbers import number
+    from gd_analyze.formulas.printer import number
 
     for vector in (frame.translation, *frame.rotation.T[[0, 2]]):
         yield " ".join(number(x, digits) for x in vector)
@@ -117,8 +117,8 @@ def _wrapped_table(
 
 
 def _combination(parameter: BaseParameter, digits: int) -> str:
-    from gd_analyze.formulas.base_formula import base_formula
-    from gd_analyze.formulas.plain import Plain
+    from gd_analyze.formulas.languages import Plain
+    from gd_analyze.formulas.writing import base_formula
 
     # A line does not break between a number and what it multiplies, nor behind a sign.
     pieces = Plain(digits).pieces(base_formula(parameter))
@@ -147,10 +147,9 @@ def _named(kinds: Sequence[str], of_link: Sequence[str]) -> str:
 
 def _equations(base: Iterable[BaseParameter], form: str, digits: int) -> Iterable[str]:
     """MX2 = mx2 + 0.432 m3..6 = 3.8 kg m, a line each."""
-    from gd_analyze.formulas.base_formula import base_formula
     from gd_analyze.formulas.formula import Product
-    from gd_analyze.formulas.latex import Latex
-    from gd_analyze.formulas.plain import Plain
+    from gd_analyze.formulas.languages import Latex, Plain
+    from gd_analyze.formulas.writing import base_formula
 
     printer: Printer = Latex(digits) if form == "latex" else Plain(digits)
     for one in base:

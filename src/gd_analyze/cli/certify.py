@@ -106,7 +106,7 @@ def _certified(
 ) -> _Shown:
     from gd_analyze.certification import certificate as bounds
     from gd_analyze.certification import positive_definite
-    from gd_analyze.certification.largest_torque import largest_torque
+    from gd_analyze.certification.certificate import largest_torque
 
     harmonics = gd.harmonics_of(model.arm)
     extremes, region = (
@@ -155,7 +155,7 @@ def _document(shown: _Shown) -> dict[str, object]:
         "budget": accuracy.budget,
         "allowed_and_largest_error": "measured" if accuracy.measured else "stated by the file",
         "from": certificate.region.where,
-        "box": {name: getattr(box, name).tolist() for name in ("lower", "upper", "rate", "acceleration")},
+        "box": {name: getattr(box, name).tolist() for name in ("lower", "upper", "velocity", "acceleration")},
         "joints": joint_rows(model.arm, columns),
         "tube": _tube(certificate),
         "positive_definite": definiteness

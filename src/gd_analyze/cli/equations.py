@@ -143,8 +143,8 @@ def equations(
 
 def _show_tables(found: list[Equation], digits: int) -> None:
     from gd_analyze.formulas.formula import Product
-    from gd_analyze.formulas.numbers import number
-    from gd_analyze.formulas.plain import Plain
+    from gd_analyze.formulas.languages import Plain
+    from gd_analyze.formulas.printer import number
     from gd_analyze.formulas.writing import powers
 
     for equation in found:

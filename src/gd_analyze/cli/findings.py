@@ -28,7 +28,7 @@ def print_findings(
 def _document(findings: Findings, files: list[Path], warned: list[str]) -> dict[str, Any]:
     from dataclasses import asdict
 
-    from gd_analyze.formulas.plain import Plain
+    from gd_analyze.formulas.languages import Plain
     from gd_analyze.motions.states import states_of
     from gd_analyze.results import summary
     from gd_analyze.results.frames import rows_of

@@ -46,7 +46,7 @@ def rank(given: Given, level: str, top: int, output: Output) -> None:
 
 
 def _result(exact: gd.ExactDynamics, ranking: TermRanking, level: str, top: int) -> Result:
-    from gd_analyze.formulas.plain import Plain
+    from gd_analyze.formulas.languages import Plain
     from gd_analyze.formulas.writing import term_formula
     from gd_analyze.result import Column, Fact, Result, Table
 

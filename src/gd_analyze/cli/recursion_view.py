@@ -10,7 +10,7 @@ from gd_analyze.cli.terminal import WIDTH, line, lines, sentence, table
 
 if TYPE_CHECKING:
     import gd_analyze as gd
-    from gd_analyze.formulas.plain import Plain
+    from gd_analyze.formulas.languages import Plain
     from gd_analyze.motions.states import States
     from gd_analyze.simplification.evaluation import Loss
     from gd_analyze.simplification.recursion_losses import LinkParameter, Omission
@@ -22,7 +22,7 @@ _ROWS, _LONGEST = 12, 24
 
 def recursion_document(model: gd.SimplifiedModel, states: States, digits: int) -> dict[str, Any]:
     """All of it as JSON has it; torque left out is that at some states."""
-    from gd_analyze.formulas.plain import Plain
+    from gd_analyze.formulas.languages import Plain
     from gd_analyze.simplification.recursion_losses import link_parameters, omissions
 
     plain = Plain(digits)
@@ -56,7 +56,7 @@ def recursion_document(model: gd.SimplifiedModel, states: States, digits: int) -
 
 def show_recursion(model: gd.SimplifiedModel, states: States, digits: int) -> None:
     """Print which parameters it keeps, what it leaves out that makes most torque, and its equations."""
-    from gd_analyze.formulas.plain import Plain
+    from gd_analyze.formulas.languages import Plain
     from gd_analyze.simplification.recursion_losses import link_parameters, omissions
     from gd_analyze.simplification.recursion_reading import MEANINGS
     from gd_analyze.simplification.recursive import RECURSIVE
@@ -103,7 +103,7 @@ def _cell(one: LinkParameter) -> str:
 
 def losses_of_changes(model: gd.SimplifiedModel, states: States) -> tuple[Loss, ...]:
     """What a changed recursion leaves out, as what a model of parts does; by what is allowed of it."""
-    from gd_analyze.formulas.plain import Plain
+    from gd_analyze.formulas.languages import Plain
     from gd_analyze.simplification.accuracy import share_of
     from gd_analyze.simplification.evaluation import Loss
     from gd_analyze.simplification.recursion_losses import omissions

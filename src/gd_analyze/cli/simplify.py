@@ -127,7 +127,7 @@ def _document(
     model: gd.SimplifiedModel, states: gd.States, certificate: Certificate | None, digits: int
 ) -> dict[str, Any]:
     from gd_analyze.cli.joint_table import counts, joint_rows, norm_rows, promise_values
-    from gd_analyze.formulas.plain import Plain
+    from gd_analyze.formulas.languages import Plain
 
     accuracy = model.accuracy
     columns = promise_values(accuracy) | {"certified": None if certificate is None else certificate.certified}
@@ -178,7 +178,7 @@ def _show(
     digits: int,
 ) -> None:
     from gd_analyze.cli.joint_table import arm_in_words, promise_table
-    from gd_analyze.formulas.plain import Plain
+    from gd_analyze.formulas.languages import Plain
     from gd_analyze.motions.states import in_words
     from gd_analyze.results.error_words import errs_by, norms_told
     from gd_analyze.results.summary import nothing_gained, worst_error

@@ -47,7 +47,7 @@ def document(found: Validation, fit_friction: bool) -> dict[str, Any]:
         "passed": None if found.fail_over is None else found.passed,
         "box": {
             "where": box.where,
-            **{name: getattr(box, name).tolist() for name in ("lower", "upper", "rate", "acceleration")},
+            **{name: getattr(box, name).tolist() for name in ("lower", "upper", "velocity", "acceleration")},
         },
         "motions": [_motion(one, found, fit_friction) for one in found.motions],
     }

@@ -11,12 +11,9 @@ from typing import IO, TYPE_CHECKING
 from gd_analyze.cli.joint_table import arm_in_words
 from gd_analyze.cli.terminal import WIDTH, lines
 from gd_analyze.files import replacing
-from gd_analyze.formulas.latex import Latex
-from gd_analyze.formulas.legend import factor_legend
-from gd_analyze.formulas.mathml import MathML
-from gd_analyze.formulas.plain import Plain
+from gd_analyze.formulas.languages import Latex, MathML, Plain
 from gd_analyze.formulas.sympy import sympy_head, sympy_line
-from gd_analyze.formulas.writing import element_formula
+from gd_analyze.formulas.writing import element_formula, factor_legend
 from gd_analyze.text import visible
 
 if TYPE_CHECKING:

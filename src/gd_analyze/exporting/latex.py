@@ -10,8 +10,7 @@ from gd_analyze.exporting.foreign import tex
 from gd_analyze.exporting.templating import filled
 from gd_analyze.exporting.told import proven_rows, told
 from gd_analyze.formulas.formula import Formula, Legend
-from gd_analyze.formulas.latex import Latex
-from gd_analyze.formulas.plain import Plain
+from gd_analyze.formulas.languages import Latex, Plain
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.recursion_reading import MEANINGS
 from gd_analyze.simplification.recursive import RECURSIVE

@@ -65,7 +65,7 @@ def stated(model: SimplifiedModel | None, certificate: Certificate | None) -> Ma
         state("error_bound", "no state within the box has a larger torque error", bounds, math.inf)
         state("lower", "the box: positions from", box.lower, math.inf)
         state("upper", "and to", box.upper)
-        state("rate", "rates up to, either way", box.rate)
+        state("rate", "rates up to, either way", box.velocity)
         state("acceleration", "accelerations up to, either way", box.acceleration)
     return found
 

@@ -81,7 +81,7 @@ def _errors(subject: ExportInput) -> Iterator[str]:
 def proven_rows(certificate: Certificate) -> list[list[float]]:
     """Box and bound, joint by joint, to six digits: no box larger than proven, no bound smaller."""
     box = certificate.box
-    columns = (box.lower, -box.upper, -box.rate, -box.acceleration, certificate.certified)
+    columns = (box.lower, -box.upper, -box.velocity, -box.acceleration, certificate.certified)
     rows = [[up(float(x)) for x in row] for row in zip(*columns, strict=True)]
     return [[lower, *(-x for x in most), bound] for lower, *most, bound in rows]
 

@@ -18,7 +18,7 @@ class Symbol:
     index
         Digits and commas, letters of a component behind them; or a letter that stands for any joint.
     dots
-        1 for a rate, 2 for an acceleration.
+        1 for a velocity, 2 for an acceleration.
     word
         Upright superscript.
     primes
@@ -109,11 +109,11 @@ class Legend(NamedTuple):
     Parameters
     ----------
     shared
-        Rates that add up those of joints with parallel axes.
+        Velocities that add up those of joints with parallel axes.
     others
-        All other rates, one formula per derivative, for any joint j.
+        All other velocities, one formula per derivative, for any joint j.
     factors
-        The longest cosine and sine, which explain the others, and every sliding joint's variable.
+        The longest cosine and sine, which explain the others, and every prismatic joint's variable.
     """
 
     shared: tuple[Formula, ...]

@@ -8,7 +8,35 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from gd_analyze.formulas.formula import Formula, Function, Legend, Piece, Power, Product, Symbol
-from gd_analyze.formulas.numbers import rounded
+
+# Powers of ten that are written out; beyond them 5.9e-5 reads better than 0.000059.
+_EVERYDAY = range(-4, 6)
+
+
+def rounded(value: float, digits: int) -> tuple[str, int]:
+    """Mantissa and power of ten of a positive number; power 0 for everyday numbers, written out.
+
+    Examples
+    --------
+    >>> rounded(0.0712, 2), rounded(1234.0, 2), rounded(5.85e-5, 2)
+    (('0.071', 0), ('1200', 0), ('5.8', -5))
+    """
+    shown, _, power = f"{value:.{digits - 1}e}".partition("e")
+    exponent = int(power)
+    if exponent not in _EVERYDAY:
+        return _trimmed(shown), exponent
+    return _trimmed(f"{float(f'{shown}e{power}'):.{max(digits - 1 - exponent, 0)}f}"), 0
+
+
+def number(value: float, digits: int) -> str:
+    """Write a number in one string: -0.69, 5.85e-5."""
+    mantissa, exponent = rounded(abs(value), digits)
+    return f"{'-' if value < 0 else ''}{mantissa}" + (f"e{exponent}" if exponent else "")
+
+
+def _trimmed(shown: str) -> str:
+    return shown.rstrip("0").rstrip(".") if "." in shown else shown
+
 
 # Of vectors in a frame other than their own.
 PRIME = "'"
@@ -102,7 +130,7 @@ class Printer(ABC):
         return f"{self.symbol(formula.left)} = {self.right(formula)}{unit}"
 
     def legend(self, legend: Legend) -> tuple[str, ...]:
-        """Write what names mean, one entry each; all rates that are plainly a joint's own in one."""
+        """Write what names mean, one entry each; all velocities that are plainly a joint's own in one."""
         others = ", ".join(
             f"{self.symbol(other.left)}{self.words(' is ')}{self.right(other)}" for other in legend.others
         )

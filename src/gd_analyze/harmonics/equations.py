@@ -14,8 +14,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray, falling
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.errors import UsageError
-from gd_analyze.harmonics.conversion import to_products
-from gd_analyze.harmonics.product_table import ProductTable
+from gd_analyze.harmonics.products import ProductTable, to_products
 from gd_analyze.harmonics.terms import Monomial
 from gd_analyze.harmonics.transform import Harmonics, christoffel, harmonics_behind
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial
@@ -42,7 +41,7 @@ class Term:
     coefficient
         SI.
     factors
-        Sines, cosines and sliding variables to be multiplied.
+        Sines, cosines and prismatic variables to be multiplied.
     effect
         "translation", "rotation" or "both"; gravity is translation.
     translation, rotation
@@ -51,7 +50,7 @@ class Term:
         Links whose mass or inertia is in it, from 1.
     share
         How large the term can become over how large the element's largest can: sines and cosines count as
-        1, a sliding joint's variable as its farther limit, or 1 m where the arm states none.
+        1, a prismatic joint's variable as its farther limit, or 1 m where the arm states none.
     """
 
     coefficient: float
@@ -67,7 +66,7 @@ class Term:
 class Equation:
     """One element: "D12", "h112" or "c2" ("D1,10" with two digits), its unit, its terms, largest first.
 
-    The unit is that of the element, not of a coefficient of sliding joints' variables.
+    The unit is that of the element, not of a coefficient of prismatic joints' variables.
     """
 
     symbol: str
@@ -104,7 +103,7 @@ def equations(
     Examples
     --------
     >>> import gd_analyze as gd
-    >>> from gd_analyze.formulas.plain import Plain
+    >>> from gd_analyze.formulas.languages import Plain
     >>> from gd_analyze.formulas.writing import element_formula
     >>> for equation in gd.equations(gd.load_arm("two_link"), ["D12", "h1", "c1"]):
     ...     print(Plain().line(element_formula(equation)))
@@ -215,7 +214,7 @@ def _equation(harmonics: Harmonics, kind: str, indices: Indices, min_share: floa
     links = tuple(range(max(indices), arm.n_joints))
     by_link = [_of_link(harmonics, kind, indices, s) for s in links]
     waves = TrigonometricPolynomial.stacked([effects.total(), effects, *by_link])
-    table = to_products(waves, harmonics.rates, noise, deciding=3)
+    table = to_products(waves, harmonics.velocities, noise, deciding=3)
     table = _large(arm, table.only(np.abs(table.weights[:, 0]) > noise), min_share)
     written = [
         (abs(float(row[0])) * _largest_value(arm, factors), factors, row)

@@ -1,9 +1,11 @@
 """A program written out: what its outputs are at every state, whatever it was made from.
 
-Every step becomes a sum of exponentials exp(i m.q), powers of sliding variables, and products of at most two
-rates or one acceleration, with a number before each. Two programs that compute the same have the same sums,
+Every step becomes a sum of exponentials exp(i m.q), powers of prismatic variables, and products of at most
+two
+velocities or one acceleration, with a number before each. Two programs that compute the same have the same
+sums,
 but for round-off, and a program that computes anything else than a torque, such as an angle itself or a cube
-of a rate, is found out at the step that does. Nothing is sampled.
+of a velocity, is found out at the step that does. Nothing is sampled.
 
 How far the numbers are off follows from the program run on magnitudes: every step's result then is at least
 the sum of its numbers' magnitudes, and each is off by no more than a count of roundings times that.
@@ -11,17 +13,266 @@ the sum of its numbers' magnitudes, and each is off by no more than a count of r
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import cmath
+import itertools
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.arrays import FloatArray
-from gd_analyze.harmonics.torque_algebra import TorqueAlgebra, no_torque
-from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
+from gd_analyze.arrays import Array, FloatArray
+from gd_analyze.errors import ModelError
+from gd_analyze.harmonics.transform import Harmonics, slopes_of
+from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial, numbers
 from gd_analyze.operations.program import Program
 from gd_analyze.text import LARGEST_COEFFICIENT
+
+# "1", an acceleration "qdd" (joint,) or a product of velocities "qd" (joint, joint): the factor of a
+# polynomial.
+VelocityFactor = tuple[str, tuple[int, ...]]
+
+
+def velocity_factors(n: int) -> tuple[VelocityFactor, ...]:
+    """What the polynomials of every joint's torque are multiplied by, in this order."""
+    pairs = itertools.combinations_with_replacement(range(n), 2)
+    return ("1", ()), *(("qdd", (j,)) for j in range(n)), *(("qd", pair) for pair in pairs)
+
+
+def exact_row(
+    harmonics: Harmonics, inertia: Mapping[tuple[int, int], TrigonometricPolynomial], i: int
+) -> tuple[TrigonometricPolynomial, list[int]]:
+    """Summands of the exact torque of joint i, given D, and for each the place of its `velocity_factors`.
+
+    The factor of qd_j qd_k, j < k, is 2 h_ijk, that of qd_j^2 is h_ijj.
+    """
+    n = harmonics.arm.n_joints
+    parts = [harmonics.gravity_loading[i], *(inertia[min(i, j), max(i, j)] for j in range(n))]
+    places = list(range(n + 1))
+    for place, (_, (j, k)) in enumerate(velocity_factors(n)[n + 1 :], start=n + 1):
+        parts += [(1.0 if j == k else 2.0) * slope for slope in slopes_of(inertia, i, j, k)]
+        places += [place] * 3
+    return TrigonometricPolynomial.stacked(parts), places
+
+
+# Largest multiple of an angle, or power, in any step. What a torque has is `DEGREE`; a product of an inertia
+# turned into the base frame with three axes there has more until sines and cosines cancel.
+_HIGHEST = 3 * DEGREE
+# Terms formed at one step and in all: about a second and 0.3 GB, and ten seconds. The exact torque of an arm
+# of seven joints and 19 358 terms forms 2.8 million, all parts of the PUMA's elements 0.7 million.
+_MOST_AT_ONCE, _MOST = 2**22, 2**26
+# Roundings of what was added up that may be left of numbers that cancel.
+_CANCELLED = 32
+_EPS = float(np.finfo(float).eps)
+
+
+class TooLongError(ModelError):
+    """A program may compute a torque, but of more terms than are written out."""
+
+
+class _Angle(NamedTuple):
+    """A sum of angles: how often every joint goes into it, and a constant, rad."""
+
+    multiples: tuple[int, ...]
+    constant: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Sum:
+    """Numbers by key, which are the multiples of all joints as one number, and the velocities beside them.
+
+    Degrees are formal: nothing that is there has a higher one, but it may have cancelled.
+    """
+
+    keys: NDArray[np.int64]
+    numbers: Array
+    degrees: NDArray[np.int64]
+    roundings: int = 0
+
+
+class TorqueAlgebra:
+    """What each operation makes of sums, of angles (whole multiples, by joint) and of plain numbers."""
+
+    def __init__(self, prismatic: Sequence[bool]) -> None:
+        self.prismatic = tuple(prismatic)
+        self.n = len(self.prismatic)
+        self.factors = velocity_factors(self.n)
+        # Single velocities come last: they occur on the way, but in no torque.
+        moving: list[VelocityFactor] = [*self.factors, *(("qd", (j,)) for j in range(self.n))]
+        self.place = {factor: k for k, factor in enumerate(moving)}
+        self.products = _products(moving, self.place)
+        self.weights = [(2 * _HIGHEST + 1) ** (self.n - 1 - j) for j in range(self.n)]
+        self.work = 0
+        if (2 * _HIGHEST + 1) ** self.n * len(moving) >= 2**62:
+            raise no_torque(f"it has {self.n} joints, too many to write it out")
+
+    def given(self, name: str) -> _Angle | Sum:
+        """An input: an angle, or a sum of one term."""
+        kind, joint = name.rstrip("0123456789"), int(name.lstrip("qd")) - 1
+        if kind != "q":
+            return self._term(0, self.place[kind, (joint,)], np.zeros(self.n, dtype=np.int64))
+        alone = np.eye(self.n, dtype=np.int64)[joint]
+        return (
+            self._term(self.weights[joint], 0, alone)
+            if self.prismatic[joint]
+            else _Angle(tuple(alone.tolist()))
+        )
+
+    def lifted(self, x: Any) -> Sum:
+        """Take a number as a sum, and refuse an angle."""
+        if isinstance(x, Sum):
+            return x
+        if isinstance(x, _Angle):
+            raise no_torque("it uses an angle outside of sines and cosines")
+        return self._term(0, 0, np.zeros(self.n, dtype=np.int64), float(x))
+
+    def apply(self, operation: str, *arguments: Any) -> Any:
+        """Carry an operation out."""
+        if operation in ("cos", "sin"):
+            return self._wave(operation, arguments[0])
+        if any(isinstance(x, _Angle) for x in arguments) and operation != "multiply":
+            return self._angle(operation, *arguments)
+        sums = [self.lifted(x) for x in arguments]
+        if operation == "multiply":
+            return self._product(*sums)
+        if operation != "add":
+            last = sums[-1]
+            sums[-1] = Sum(last.keys, -last.numbers, last.degrees, last.roundings)
+        return self._added(*sums) if len(sums) == 2 else sums[0]
+
+    def _angle(self, operation: str, *arguments: Any) -> _Angle:
+        """Sum or difference of angles and constants, or an angle turned round."""
+        none = (0,) * self.n
+        angles = [x if isinstance(x, _Angle) else _Angle(none, x) for x in arguments]
+        if any(isinstance(x.constant, Sum) for x in angles):
+            raise no_torque("it adds an angle to what is none")
+        first, second = angles if len(angles) == 2 else (_Angle(none), angles[0])
+        sign = 1 if operation == "add" else -1
+        multiples = (a + sign * b for a, b in zip(first.multiples, second.multiples, strict=True))
+        return _Angle(tuple(multiples), first.constant + sign * second.constant)
+
+    def waves(self, one: Sum) -> TrigonometricPolynomial:
+        """Write a sum as waves, a polynomial for each of `velocity_factors`."""
+        angles, moving = np.divmod(one.keys, len(self.products))
+        if (moving >= len(self.factors)).any():
+            raise no_torque("an output holds a single velocity")
+        multiples = self._multiples(angles)
+        # Of m and -m, which are conjugate, the one of positive sign counts for both.
+        sign = numbers(multiples * ~np.array(self.prismatic))
+        kept = sign >= 0
+        values = (one.numbers * np.where(sign > 0, 2.0, 1.0))[kept]
+        _, first, column = np.unique(numbers(multiples[kept]), return_index=True, return_inverse=True)
+        out = np.zeros((len(self.factors), len(first)), dtype=complex)
+        out[moving[kept], column] = values
+        return TrigonometricPolynomial(self.prismatic, multiples[kept][first], out)
+
+    def _multiples(self, angles: NDArray[np.int64]) -> NDArray[np.int64]:
+        out = np.empty((len(angles), self.n), dtype=np.int64)
+        for j in reversed(range(self.n)):
+            out[:, j] = (angles + _HIGHEST) % (2 * _HIGHEST + 1) - _HIGHEST
+            angles = (angles - out[:, j]) // (2 * _HIGHEST + 1)
+        return out
+
+    def _term(self, angle: int, moving: int, degrees: NDArray[np.int64], number: float = 1.0) -> Sum:
+        keys = np.array([angle * len(self.products) + moving], dtype=np.int64)
+        return Sum(keys, np.array([number], dtype=complex), degrees)
+
+    def _wave(self, operation: str, argument: Any) -> float | Sum:
+        if isinstance(argument, Sum):
+            raise no_torque(f"it takes the {operation} of what is no sum of angles")
+        multiples, constant = argument if isinstance(argument, _Angle) else ((0,) * self.n, argument)
+        degrees = np.abs(np.array(multiples, dtype=object))
+        self._require_low(degrees)
+        angle = len(self.products) * sum(m * w for m, w in zip(multiples, self.weights, strict=True))
+        if angle == 0:
+            return math.cos(constant) if operation == "cos" else math.sin(constant)
+        half = (0.5 if operation == "cos" else -0.5j) * cmath.exp(1j * constant)
+        halves = (half, half.conjugate())
+        return Sum(
+            np.array([angle, -angle], dtype=np.int64), np.array(halves, complex), degrees.astype(np.int64)
+        )
+
+    def _added(self, a: Sum, b: Sum) -> Sum:
+        self._spend(len(a.keys) + len(b.keys))
+        keys, values = np.concatenate([a.keys, b.keys]), np.concatenate([a.numbers, b.numbers])
+        roundings = max(a.roundings, b.roundings) + 1
+        return _gathered(keys, values, np.maximum(a.degrees, b.degrees), roundings)
+
+    def _product(self, a: Sum, b: Sum) -> Sum:
+        degrees = a.degrees + b.degrees
+        if (degrees > _HIGHEST).any():
+            # Squares of sines and cosines may have cancelled since; their roundings have not.
+            self._require_low(self._degrees(a) + self._degrees(b))
+        self._spend(len(a.keys) * len(b.keys))
+        (angle_a, moving_a), (angle_b, moving_b) = (np.divmod(x.keys, len(self.products)) for x in (a, b))
+        moving = self.products[moving_a[:, None], moving_b]
+        if (moving < 0).any():
+            raise no_torque("it multiplies more than two velocities, or an acceleration by a velocity")
+        keys = ((angle_a[:, None] + angle_b) * len(self.products) + moving).ravel()
+        values = np.outer(a.numbers, b.numbers).ravel()
+        # Of complex numbers' products, and of those that fall on one key.
+        least = min(len(a.keys), len(b.keys))
+        roundings = a.roundings + b.roundings + 2 + least
+        if least == 1:
+            return Sum(keys, values, degrees, roundings)
+        return _gathered(keys, values, degrees, roundings)
+
+    def _spend(self, terms: int) -> None:
+        self.work += terms
+        if terms > _MOST_AT_ONCE or self.work > _MOST:
+            raise TooLongError(
+                "the program is too long to be written out",
+                where="program",
+                expected=f"up to {_MOST_AT_ONCE} terms at every step",
+                found="more",
+                next_step="`gd-analyze evaluate` tries the model at states",
+            )
+
+    def _degrees(self, one: Sum) -> NDArray[np.int64]:
+        """Largest multiple of every joint that is there."""
+        return np.abs(self._multiples(one.keys // len(self.products))).max(axis=0, initial=0)
+
+    def _require_low(self, degrees: NDArray[Any]) -> None:
+        if (degrees > _HIGHEST).any():
+            joint = int(np.argmax(degrees > _HIGHEST))
+            raise no_torque(f"its degree in q{joint + 1} is above {_HIGHEST}")
+
+
+def _products(moving: Sequence[VelocityFactor], place: dict[VelocityFactor, int]) -> NDArray[np.int64]:
+    """Place of the product of two factors; -1 where no torque has it."""
+    out = np.full((len(moving), len(moving)), -1, dtype=np.int64)
+    for (a, (kind, one)), (b, (_, other)) in itertools.product(enumerate(moving), repeat=2):
+        if a == 0 or b == 0:
+            out[a, b] = a + b
+        elif kind == "qd" == moving[b][0] and len(one) == len(other) == 1:
+            out[a, b] = place["qd", tuple(sorted(one + other))]
+    return out
+
+
+def _gathered(keys: NDArray[np.int64], values: Array, degrees: NDArray[np.int64], roundings: int) -> Sum:
+    """Add up the numbers of equal keys; what cancels is gone."""
+    order = np.argsort(keys, kind="stable")
+    keys, values = keys[order], values[order]
+    starts = np.flatnonzero(np.concatenate([[True], keys[1:] != keys[:-1]])) if len(keys) else keys
+    if len(starts) == len(keys):
+        return Sum(keys, values, degrees, roundings)
+    totals = np.add.reduceat(values, starts)
+    # What is no number must stay.
+    gone = np.abs(totals) <= _CANCELLED * _EPS * np.add.reduceat(np.abs(values), starts)
+    return Sum(keys[starts][~gone], totals[~gone], degrees, roundings + _CANCELLED * bool(gone.any()))
+
+
+def no_torque(what: str) -> ModelError:
+    """Say what makes a program no torque of an arm."""
+    return ModelError(
+        f"the program computes no torque of an arm: {what}",
+        where="program",
+        expected="sines and cosines of sums of angles, times at most two velocities or one acceleration",
+        next_step="make the model again with `gd-analyze simplify`",
+    )
+
 
 _EPS = float(np.finfo(float).eps)
 
@@ -35,7 +286,7 @@ class Expansion:
     program
         The program.
     rows
-        For every output a polynomial for each of `rate_factors`.
+        For every output a polynomial for each of `velocity_factors`.
     roundings
         How many roundings follow one another in every output's numbers, shape (outputs,).
     degrees
@@ -61,24 +312,24 @@ class Expansion:
         return np.asarray(_EPS * (2 * self.roundings + arguments) * reached)
 
 
-def expanded(program: Program, sliding: Sequence[bool]) -> Expansion:
+def expanded(program: Program, prismatic: Sequence[bool]) -> Expansion:
     """Write a program out.
 
     Parameters
     ----------
     program
         Of inputs q1 .., qd1 .. and qdd1 ...
-    sliding
+    prismatic
         Whether each joint slides.
 
     Raises
     ------
     ModelError
         If it computes what no torque of an arm is: an angle outside of sines and cosines, a sine or cosine of
-        anything but a sum of angles, more than two rates or an acceleration times a rate, too high a
+        anything but a sum of angles, more than two velocities or an acceleration times a velocity, too high a
         multiple or power; or if its numbers overflow, or it is too long to be written out.
     """
-    algebra = TorqueAlgebra(sliding)
+    algebra = TorqueAlgebra(prismatic)
     with np.errstate(all="ignore"):
         value = program.carried_out(algebra.given, algebra.apply)
         sums = [algebra.lifted(value(output)) for output in program.outputs]
@@ -88,7 +339,7 @@ def expanded(program: Program, sliding: Sequence[bool]) -> Expansion:
         program,
         tuple(algebra.waves(one) for one in sums),
         np.array([one.roundings for one in sums], dtype=np.int64),
-        np.array([one.degrees for one in sums], dtype=np.int64).reshape(-1, len(sliding)),
+        np.array([one.degrees for one in sums], dtype=np.int64).reshape(-1, len(prismatic)),
     )
 
 

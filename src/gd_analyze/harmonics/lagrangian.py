@@ -1,7 +1,8 @@
 """Torque as a sum of terms that follow from the kinetic and potential energy.
 
-Joints with parallel axes turn about the same direction, so the energy knows their absolute angles' rates p_j
-= qd_a + .. + qd_j (a the first joint of the run), and D in these rates has far fewer terms than in the
+Joints with parallel axes turn about the same direction, so the energy knows their absolute angles'
+velocities p_j
+= qd_a + .. + qd_j (a the first joint of the run), and D in these velocities has far fewer terms than in the
 joints' own: for the PUMA 560 70 instead of 98 for i <= j. With q = A p per run and tau = A^-T tau', a term c
 f(q) of D'_ij is a kinetic energy c f p_i p_j (half of it for i = j), and Lagrange's equations give its
 torques,
@@ -9,7 +10,7 @@ torques,
     tau'_i += c (f pd_j + fd p_j),  tau'_j += c (f pd_i + fd p_i),  tau'_m -= c (df/dp_m) p_i p_j
 
 (half of this for i = j), where fd = sum_m (df/dp_m) p_m. A term g(q) of the potential gives dg/dp_m. Every
-torque term is thus a weight times a monomial in sines and cosines times at most two rates or one
+torque term is thus a weight times a monomial in sines and cosines times at most two velocities or one
 acceleration.
 """
 
@@ -23,9 +24,9 @@ from functools import lru_cache
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.harmonics.absolute_rates import AbsoluteRates
-from gd_analyze.harmonics.conversion import to_terms
-from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, Rate, Torques, TorqueTerm
+from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
+from gd_analyze.harmonics.products import to_terms
+from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, Torques, TorqueTerm, Velocity
 from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 
@@ -37,16 +38,16 @@ _ROUND_OFF = 1e-12
 
 
 def energy_terms(harmonics: Harmonics, drive_inertia: FloatArray | None = None) -> dict[EnergyTerm, float]:
-    """Terms of the kinetic energy in absolute rates and of the potential with their coefficients, exact.
+    """Terms of the kinetic energy in absolute velocities and of the potential with their coefficients, exact.
 
     Parameters
     ----------
     harmonics
         The exact dynamics.
     drive_inertia
-        Added to the diagonal of D in the joints' own rates, shape (n,); None without drives.
+        Added to the diagonal of D in the joints' own velocities, shape (n,); None without drives.
     """
-    n, a = harmonics.arm.n_joints, harmonics.rates.matrix
+    n, a = harmonics.arm.n_joints, harmonics.velocities.matrix
     whole = harmonics.whole_inertia(drive_inertia)
     elements = []
     for i, j in itertools.combinations_with_replacement(range(n), 2):
@@ -64,7 +65,7 @@ def energy_terms(harmonics: Harmonics, drive_inertia: FloatArray | None = None) 
         {
             EnergyTerm(i, j, monomial): float(weight[0])
             for i, j, waves, noise in elements
-            for monomial, weight in to_terms(waves, harmonics.rates, noise).items()
+            for monomial, weight in to_terms(waves, harmonics.velocities, noise).items()
             if abs(weight[0]) > noise
         }
     )
@@ -82,12 +83,12 @@ def _without_round_off(terms: dict[EnergyTerm, float]) -> dict[EnergyTerm, float
 
 
 @lru_cache(maxsize=1 << 14)
-def torques_of(term: EnergyTerm, rates: AbsoluteRates) -> Torques:
+def torques_of(term: EnergyTerm, velocities: AbsoluteVelocities) -> Torques:
     """Torque terms of one energy term with unit coefficient."""
     i, j, monomial = term
     slopes = [
         (m, inner, weight)
-        for m, direction in enumerate(rates.matrix.T)
+        for m, direction in enumerate(velocities.matrix.T)
         for inner, weight in slope_of(monomial, direction).items()
     ]
     if term.is_potential:
@@ -95,7 +96,7 @@ def torques_of(term: EnergyTerm, rates: AbsoluteRates) -> Torques:
     out: dict[TorqueTerm, float] = defaultdict(float)
     half = 0.5 if i == j else 1.0
     for row, other in ((i, j), (j, i)):
-        out[TorqueTerm(row, (Rate(2, other),), monomial)] += half
+        out[TorqueTerm(row, (Velocity(2, other),), monomial)] += half
         for m, inner, weight in slopes:
             out[TorqueTerm(row, _pair(other, m), inner)] += half * weight
     for m, inner, weight in slopes:
@@ -103,9 +104,9 @@ def torques_of(term: EnergyTerm, rates: AbsoluteRates) -> Torques:
     return {key: weight for key, weight in out.items() if weight != 0.0}
 
 
-def torques_of_energies(energies: Energies, rates: AbsoluteRates) -> dict[TorqueTerm, float]:
+def torques_of_energies(energies: Energies, velocities: AbsoluteVelocities) -> dict[TorqueTerm, float]:
     """Torque terms of energy terms, each with its coefficient; those that cancel are left out."""
-    return gathered((coefficient, torques_of(term, rates)) for term, coefficient in energies.items())
+    return gathered((coefficient, torques_of(term, velocities)) for term, coefficient in energies.items())
 
 
 def gathered(sources: Iterable[tuple[float, Torques]]) -> dict[TorqueTerm, float]:
@@ -119,8 +120,8 @@ def gathered(sources: Iterable[tuple[float, Torques]]) -> dict[TorqueTerm, float
     return {key: weight for key, weight in out.items() if abs(weight) > _CANCELLED * size[key]}
 
 
-def _pair(j: int, k: int) -> tuple[Rate, Rate]:
-    return Rate(1, min(j, k)), Rate(1, max(j, k))
+def _pair(j: int, k: int) -> tuple[Velocity, Velocity]:
+    return Velocity(1, min(j, k)), Velocity(1, max(j, k))
 
 
 def slope_of(monomial: Monomial, direction: FloatArray) -> dict[Monomial, float]:

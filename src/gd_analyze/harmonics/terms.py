@@ -1,8 +1,8 @@
 """Terms of an arm's torques and energies: the form that is kept, written and stored.
 
-A term is a number times a monomial in sines and cosines of sums of angles and in sliding joints' variables;
-in a torque also times at most two rates or one acceleration. The number stands beside the term: torques and
-energies are mappings from terms to numbers.
+A term is a number times a monomial in sines and cosines of sums of angles and in prismatic joints' variables;
+in a torque also times at most two velocities or one acceleration. The number stands beside the term:
+torques and energies are mappings from terms to numbers.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ FactorKind = Literal["cos", "sin", "power"]
 
 
 class Factor(NamedTuple):
-    """cos or sin of a sum of angles, or a sliding joint's variable.
+    """cos or sin of a sum of angles, or a prismatic joint's variable.
 
     Parameters
     ----------
     kind
         "cos", "sin" or "power".
     multiples
-        How often every joint of the arm goes into the argument; of a sliding joint 1.
+        How often every joint of the arm goes into the argument; of a prismatic joint 1.
     """
 
     kind: FactorKind
@@ -52,7 +52,7 @@ def half_of(monomial: Monomial) -> tuple[int, ...] | None:
     return tuple(m // 2 for m in monomial[0].multiples)
 
 
-class Rate(NamedTuple):
+class Velocity(NamedTuple):
     """One factor of a torque term beside its monomial: order 1 is p_joint, order 2 pd_joint."""
 
     order: int
@@ -60,29 +60,29 @@ class Rate(NamedTuple):
 
 
 class TorqueTerm(NamedTuple):
-    """Row of tau', rates or acceleration, and monomial; joints count from 0."""
+    """Row of tau', velocities or acceleration, and monomial; joints count from 0."""
 
     row: int
-    rates: tuple[Rate, ...]
+    velocities: tuple[Velocity, ...]
     monomial: Monomial
 
     @property
     def quantity(self) -> str:
         """Whether this belongs to D, to h or to c."""
-        return quantity_of(self.rates)
+        return quantity_of(self.velocities)
 
-    def weight_unit(self, turning: Sequence[bool]) -> str:
-        """Unit of its coefficient: that of its torque without rates and sliding variables.
+    def weight_unit(self, revolute: Sequence[bool]) -> str:
+        """Unit of its coefficient: that of its torque without velocities and prismatic variables.
 
         Examples
         --------
         >>> TorqueTerm(0, (Rate(2, 1),), (Factor("power", (0, 1)),)).weight_unit([True, False])
         'kg'
         """
-        metres = 1 + turning[self.row] - sum(factor.kind == "power" for factor in self.monomial)
-        if not self.rates:
+        metres = 1 + revolute[self.row] - sum(factor.kind == "power" for factor in self.monomial)
+        if not self.velocities:
             return f"N{_to_the(metres - 1)}"
-        return f"kg{_to_the(metres - sum(not turning[rate.joint] for rate in self.rates))}"
+        return f"kg{_to_the(metres - sum(not revolute[velocity.joint] for velocity in self.velocities))}"
 
 
 class EnergyTerm(NamedTuple):
@@ -113,8 +113,8 @@ Torques = Mapping[TorqueTerm, float]
 Energies = Mapping[EnergyTerm, float]
 
 
-def quantity_of(rates: tuple[Rate, ...]) -> str:
-    """Whether torque terms with these rates belong to D, to h or to c."""
-    if not rates:
+def quantity_of(velocities: tuple[Velocity, ...]) -> str:
+    """Whether torque terms with these velocities belong to D, to h or to c."""
+    if not velocities:
         return "gravity_loading"
-    return "inertia" if rates[0].order == 2 else "coriolis_centrifugal"
+    return "inertia" if velocities[0].order == 2 else "coriolis_centrifugal"

@@ -1,8 +1,9 @@
 """The exact form of an arm's dynamics, read off from its numbers.
 
 Every element of D is a polynomial of degree 2 in (cos q_k, sin q_k) of each revolute and in q_k of each
-sliding joint, the potential energy of degree 1. Such a function is fixed by its values on a tensor grid of 5
-(3) angles per revolute and 3 (2) places per sliding joint; a discrete Fourier (Vandermonde) transform along
+prismatic joint, the potential energy of degree 1. Such a function is fixed by its values on a tensor grid
+of 5
+(3) angles per revolute and 3 (2) places per prismatic joint; a discrete Fourier (Vandermonde) transform along
 each axis returns its waves. No computer algebra is involved, and effects stay apart because they are apart
 in the values.
 
@@ -24,13 +25,13 @@ from gd_analyze.arrays import Array, FloatArray, chunks
 from gd_analyze.dynamics import composite_moments as composite
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import ArmError
-from gd_analyze.harmonics.absolute_rates import AbsoluteRates
+from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.text import joined
 
-# Largest table of D on a grid. Ten general turning joints take 3.1 GB and 100 s, eleven 19 GB.
+# Largest table of D on a grid. Ten general revolute joints take 3.1 GB and 100 s, eleven 19 GB.
 MOST_BYTES = 4e9
 
 
@@ -40,7 +41,7 @@ class Harmonics:
 
     Parameters
     ----------
-    arm, rates
+    arm, velocities
         The arm and its runs of parallel joints.
     inertia_by_link
         What link s adds to D_ij, i <= j <= s, by (s, i, j) from 0; two polynomials: translation, rotation.
@@ -53,7 +54,7 @@ class Harmonics:
     """
 
     arm: RobotArm
-    rates: AbsoluteRates
+    velocities: AbsoluteVelocities
     inertia_by_link: dict[tuple[int, int, int], TrigonometricPolynomial]
     potential_by_link: TrigonometricPolynomial
     cut: tuple[float, float]
@@ -67,11 +68,11 @@ class Harmonics:
         """Largest coefficient of a product of sines and cosines that round-off can feign, like `cut`.
 
         A product of sines and cosines of r runs is a sum of 2^(r-1) waves of 2^(1-r) of its size. So with r
-        all runs of turning joints the cut leaves out no wave of a product above the noise, and joining waves
+        all runs of revolute joints the cut leaves out no wave of a product above the noise, and joining waves
         of no more than the cut makes none.
         """
-        turning = sum(self.arm.is_revolute[run[0]] for run in self.rates.runs)
-        of_inertia, of_potential = (cut * 2.0 ** (max(turning, 1) - 1) for cut in self.cut)
+        revolute = sum(self.arm.is_revolute[run[0]] for run in self.velocities.runs)
+        of_inertia, of_potential = (cut * 2.0 ** (max(revolute, 1) - 1) for cut in self.cut)
         return of_inertia, of_potential
 
     @property
@@ -103,7 +104,7 @@ class Harmonics:
         """D_ij, i <= j, both effects together; with drives, whose inertia (n,) is added to the diagonal."""
         whole = {key: parts.total() for key, parts in self.inertia.items()}
         for i, added in enumerate(() if drive_inertia is None else drive_inertia):
-            whole[i, i] += TrigonometricPolynomial.constant(whole[i, i].sliding, added)
+            whole[i, i] += TrigonometricPolynomial.constant(whole[i, i].prismatic, added)
         return whole
 
     @cached_property
@@ -185,7 +186,7 @@ def harmonics_behind(arm: RobotArm, first: int) -> Harmonics:
             for j in range(i, s + 1):
                 inertia[s, i, j] = waves[j - i :: s + 1 - i].above(0.0)
     potential, largest = _waves_of(arm, _potential_on_grid(arm), range(arm.n_joints), 1, cut[1])
-    return Harmonics(arm, AbsoluteRates.of(arm), inertia, potential, cut, max(left_out, largest))
+    return Harmonics(arm, AbsoluteVelocities.of(arm), inertia, potential, cut, max(left_out, largest))
 
 
 def _require_affordable(arm: RobotArm, first: int) -> None:
@@ -200,7 +201,7 @@ def _require_affordable(arm: RobotArm, first: int) -> None:
     raise ArmError(
         f"the exact equations of arm {arm.name} take too much memory to be found",
         where=f"arm {arm.name}",
-        expected=f"a grid of at most {MOST_BYTES / 1e9:g} GB, as of 10 turning joints",
+        expected=f"a grid of at most {MOST_BYTES / 1e9:g} GB, as of 10 revolute joints",
         found=f"{n} joints: values on a grid of {size / 1e9:.3g} GB",
         next_step=f"{some}what needs no exact equations takes any number of joints: `gd-analyze ROBOT "
         "TRAJECTORY`, `gd-analyze simplify ROBOT --level element` and `gd-analyze compare`",
@@ -228,9 +229,9 @@ def _cut(arm: RobotArm) -> tuple[float, float]:
 
     A value of D passes some 10 n roundings of terms that add up to at most sum_s m_s L^2 + |I_s| of the arm
     stretched out. A transform's exponential is a mean of values with weights of magnitude 1, and a wave is
-    two of them, for m and -m. The weights for the powers of a sliding joint add up to 2.
+    two of them, for m and -m. The weights for the powers of a prismatic joint add up to 2.
     """
-    # The grid moves sliding joints by up to 1 m, whatever their limits.
+    # The grid moves prismatic joints by up to 1 m, whatever their limits.
     slides = arm.is_revolute.count(False)
     reach = arm.reach + max(float(np.linalg.norm(com)) for com in arm.com) + slides
     reach += float(np.linalg.norm(arm.joints[0].placement.translation))
@@ -241,7 +242,7 @@ def _cut(arm: RobotArm) -> tuple[float, float]:
 
 
 def _axis_nodes(arm: RobotArm, joint: int, degree: int) -> FloatArray:
-    """Evenly spaced angles, or places of a sliding joint around zero."""
+    """Evenly spaced angles, or places of a prismatic joint around zero."""
     if arm.is_revolute[joint]:
         return 2 * np.pi * np.arange(2 * degree + 1) / (2 * degree + 1)
     return np.linspace(-1.0, 1.0, degree + 1) if degree > 1 else np.array([0.0, 1.0])
@@ -289,22 +290,22 @@ def _waves_of(
     arm: RobotArm, values: FloatArray, joints: range, degree: int, cut: float
 ) -> tuple[TrigonometricPolynomial, float]:
     """Waves of more than `cut` from P functions' values on the grid of `joints`; largest other over `cut`."""
-    turning = [a for a, joint in enumerate(joints, start=1) if arm.is_revolute[joint]]
+    revolute = [a for a, joint in enumerate(joints, start=1) if arm.is_revolute[joint]]
     table: Array = values
-    if turning:
-        # Values are real: of the first turning joint's multiples those from zero on say it all.
-        table = np.fft.rfftn(values, axes=(*turning[1:], turning[0]), norm="forward")
+    if revolute:
+        # Values are real: of the first revolute joint's multiples those from zero on say it all.
+        table = np.fft.rfftn(values, axes=(*revolute[1:], revolute[0]), norm="forward")
     digits = [np.arange(size) for size in table.shape[1:]]
     for a, joint in enumerate(joints, start=1):
         if not arm.is_revolute[joint]:
             inverse = np.linalg.inv(np.vander(_axis_nodes(arm, joint, degree), increasing=True))
             table = np.moveaxis(np.tensordot(inverse, table, axes=(1, a)), 0, a)
-        elif a != turning[0]:
+        elif a != revolute[0]:
             digits[a - 1] = (digits[a - 1] + degree) % (2 * degree + 1) - degree
     # Of m and -m, which are conjugate, the lexically larger one counts for both.
     mesh = np.ix_(*digits)
     number = np.zeros((1,) * len(digits), dtype=np.int64)
-    for a in turning:
+    for a in revolute:
         number = number * (2 * degree + 1) + mesh[a - 1]
     shape = table.shape[1:] or (1,)
     table = (table * (1 + np.sign(number))).reshape(len(table), -1)
@@ -314,5 +315,5 @@ def _waves_of(
     multiples = np.zeros((len(found), arm.n_joints), dtype=np.int64)
     for joint, digit, place in zip(joints, digits, np.unravel_index(found, shape), strict=False):
         multiples[:, joint] = digit[place]
-    sliding = tuple(not turns for turns in arm.is_revolute)
-    return TrigonometricPolynomial(sliding, multiples, table[:, found].astype(complex)).above(cut), left_out
+    prismatic = tuple(not turns for turns in arm.is_revolute)
+    return TrigonometricPolynomial(prismatic, multiples, table[:, found].astype(complex)).above(cut), left_out

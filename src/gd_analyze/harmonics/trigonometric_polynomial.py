@@ -1,9 +1,9 @@
-"""Polynomials in sines, cosines and sliding variables as sums of waves.
+"""Polynomials in sines, cosines and prismatic variables as sums of waves.
 
-The wave of multiples m is Re(C prod_k b_k) with b_k = exp(i m_k q_k) of a turning and q_k^m_k of a sliding
+The wave of multiples m is Re(C prod_k b_k) with b_k = exp(i m_k q_k) of a revolute and q_k^m_k of a prismatic
 joint. Waves are what a Fourier transform finds and what bounds and grids can handle: a wave's amplitude |C|
 is the largest it can get, a derivative multiplies C by i m_k or lowers a power. Of m and -m, which are one
-wave, the one that is lexically larger in the turning joints is kept.
+wave, the one that is lexically larger in the revolute joints is kept.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ class TrigonometricPolynomial:
 
     Parameters
     ----------
-    sliding
+    prismatic
         Whether each joint slides.
     multiples
-        m of every wave, shape (W, n), all distinct; of a sliding joint the power.
+        m of every wave, shape (W, n), all distinct; of a prismatic joint the power.
     coefficients
         C, shape (P, W).
     """
 
-    sliding: tuple[bool, ...]
+    prismatic: tuple[bool, ...]
     multiples: NDArray[np.int64]
     coefficients: NDArray[np.complex128]
 
@@ -59,7 +59,7 @@ class TrigonometricPolynomial:
         for part, place in zip(parts, places, strict=True):
             out[row : row + len(part.coefficients), place] = part.coefficients
             row += len(part.coefficients)
-        return cls(parts[0].sliding, multiples, out)
+        return cls(parts[0].prismatic, multiples, out)
 
     @classmethod
     def summed(cls, parts: Sequence[TrigonometricPolynomial]) -> TrigonometricPolynomial:
@@ -68,9 +68,11 @@ class TrigonometricPolynomial:
         return cls.stacked(parts).added([*range(count)] * len(parts), count)
 
     @classmethod
-    def constant(cls, sliding: tuple[bool, ...], value: float) -> TrigonometricPolynomial:
+    def constant(cls, prismatic: tuple[bool, ...], value: float) -> TrigonometricPolynomial:
         """One polynomial that is the same everywhere."""
-        return cls(sliding, np.zeros((1, len(sliding)), dtype=np.int64), np.array([[value]], dtype=complex))
+        return cls(
+            prismatic, np.zeros((1, len(prismatic)), dtype=np.int64), np.array([[value]], dtype=complex)
+        )
 
     def __len__(self) -> int:
         return len(self.multiples)
@@ -81,20 +83,20 @@ class TrigonometricPolynomial:
     def __mul__(self, factor: float | FloatArray) -> TrigonometricPolynomial:
         """Multiply all polynomials, or each by its own factor, shape (P,)."""
         return TrigonometricPolynomial(
-            self.sliding, self.multiples, self.coefficients * np.reshape(factor, (-1, 1))
+            self.prismatic, self.multiples, self.coefficients * np.reshape(factor, (-1, 1))
         )
 
     __rmul__ = __mul__
 
     def __getitem__(self, polynomials: slice | Sequence[int] | NDArray[Any]) -> TrigonometricPolynomial:
-        return TrigonometricPolynomial(self.sliding, self.multiples, self.coefficients[polynomials])
+        return TrigonometricPolynomial(self.prismatic, self.multiples, self.coefficients[polynomials])
 
     def added(self, places: Sequence[int], count: int) -> TrigonometricPolynomial:
         """Sums of the polynomials, `count` of them: the p-th goes into the sum places[p]."""
         out = np.zeros((count, len(self)), dtype=complex)
         for place, row in zip(places, self.coefficients, strict=True):
             out[place] += row
-        return TrigonometricPolynomial(self.sliding, self.multiples, out)
+        return TrigonometricPolynomial(self.prismatic, self.multiples, out)
 
     def total(self) -> TrigonometricPolynomial:
         """Sum of the polynomials: of an element's effects, of a sum's links."""
@@ -102,21 +104,21 @@ class TrigonometricPolynomial:
 
     def only(self, chosen: NDArray[np.bool_]) -> TrigonometricPolynomial:
         """Leave out the other waves."""
-        return TrigonometricPolynomial(self.sliding, self.multiples[chosen], self.coefficients[:, chosen])
+        return TrigonometricPolynomial(self.prismatic, self.multiples[chosen], self.coefficients[:, chosen])
 
     def above(self, floor: float | FloatArray) -> TrigonometricPolynomial:
         """Leave out coefficients of at most `floor`, and waves that are in no polynomial then."""
         kept = np.where(np.abs(self.coefficients) > floor, self.coefficients, 0.0)
-        return TrigonometricPolynomial(self.sliding, self.multiples, kept).only((kept != 0.0).any(axis=0))
+        return TrigonometricPolynomial(self.prismatic, self.multiples, kept).only((kept != 0.0).any(axis=0))
 
     def derivative(self, joint: int) -> TrigonometricPolynomial:
         """Derivative by q_joint (from 0); exact."""
         there = self.only(self.multiples[:, joint] != 0)
         m = there.multiples[:, joint]
-        if not self.sliding[joint]:
-            return TrigonometricPolynomial(self.sliding, there.multiples, there.coefficients * (1j * m))
-        lowered = there.multiples - np.eye(len(self.sliding), dtype=np.int64)[joint]
-        return TrigonometricPolynomial(self.sliding, lowered, there.coefficients * m)
+        if not self.prismatic[joint]:
+            return TrigonometricPolynomial(self.prismatic, there.multiples, there.coefficients * (1j * m))
+        lowered = there.multiples - np.eye(len(self.prismatic), dtype=np.int64)[joint]
+        return TrigonometricPolynomial(self.prismatic, lowered, there.coefficients * m)
 
     @cached_property
     def degrees(self) -> tuple[int, ...]:
@@ -130,23 +132,23 @@ class TrigonometricPolynomial:
     def curvatures(self, farthest: FloatArray) -> FloatArray:
         """Largest second derivatives by every joint, |q| being at most `farthest`, shape (P, W, n)."""
         sizes = self.sizes(farthest)
-        out = np.empty((*sizes.shape, len(self.sliding)))
-        for k, slides in enumerate(self.sliding):
+        out = np.empty((*sizes.shape, len(self.prismatic)))
+        for k, slides in enumerate(self.prismatic):
             m = self.multiples[:, k]
             if not slides:
                 out[..., k] = sizes * m**2
                 continue
             lowered = self.multiples.copy()
             lowered[:, k] = np.maximum(m - 2, 0)
-            out[..., k] = TrigonometricPolynomial(self.sliding, lowered, self.coefficients).sizes(
+            out[..., k] = TrigonometricPolynomial(self.prismatic, lowered, self.coefficients).sizes(
                 farthest
             ) * (m * (m - 1))
         return out
 
     def __call__(self, q: FloatArray) -> FloatArray:
         """Values at positions (n, K), shape (P, K)."""
-        turning = ~np.array(self.sliding)
-        angles = self.multiples[:, turning].astype(float) @ q[turning]
+        revolute = ~np.array(self.prismatic)
+        angles = self.multiples[:, revolute].astype(float) @ q[revolute]
         powers = self._powers(q)
         real, imaginary = self.parts
         return np.asarray(real @ (powers * np.cos(angles)) - imaginary @ (powers * np.sin(angles)))
@@ -165,7 +167,7 @@ class TrigonometricPolynomial:
     def magnitudes(self) -> TrigonometricPolynomial:
         """Sum of all magnitudes as one polynomial: its sizes and curvatures are the sums of all."""
         total = np.abs(self.coefficients).sum(axis=0, keepdims=True)
-        return TrigonometricPolynomial(self.sliding, self.multiples, total.astype(complex))
+        return TrigonometricPolynomial(self.prismatic, self.multiples, total.astype(complex))
 
     def on_grid(self, nodes: Sequence[FloatArray]) -> Iterator[FloatArray]:
         """Values on the tensor grid of every joint's nodes, in pieces (P, K) of its row-major order.
@@ -178,16 +180,16 @@ class TrigonometricPolynomial:
         yield from _on_grid(table.reshape(len(table), -1), bases)
 
     def _powers(self, q: FloatArray) -> FloatArray:
-        """Product of the sliding joints' powers, shape (W, K)."""
+        """Product of the prismatic joints' powers, shape (W, K)."""
         out = np.ones((len(self.multiples), q.shape[1]))
-        for k in np.flatnonzero(self.sliding):
+        for k in np.flatnonzero(self.prismatic):
             out *= q[k] ** self.multiples[:, [k]]
         return out
 
     def _basis(self, joint: int, nodes: FloatArray) -> FloatArray:
         """1, cos, sin, cos 2, sin 2, .. or 1, q, q^2, .. at the nodes, shape (N, B)."""
         degree = self.degrees[joint]
-        if self.sliding[joint]:
+        if self.prismatic[joint]:
             return np.asarray(nodes[:, None] ** np.arange(degree + 1))
         out = np.ones((len(nodes), 2 * degree + 1))
         angles = np.outer(nodes, np.arange(1, degree + 1))
@@ -197,21 +199,21 @@ class TrigonometricPolynomial:
     @cached_property
     def _table(self) -> FloatArray:
         """Coefficients of the products of the joints' basis functions, shape (P, B_1, .., B_n)."""
-        turning = ~np.array(self.sliding)
-        shape = tuple((1 + turning) * self.degrees + 1)
+        revolute = ~np.array(self.prismatic)
+        shape = tuple((1 + revolute) * self.degrees + 1)
         out = np.zeros((len(self.coefficients), *shape))
         for p, row in enumerate(self.coefficients):
             there = np.flatnonzero(row)
             # Of single polynomials most know few joints.
             multiples = self.multiples[there]
             degrees = np.abs(multiples).max(axis=0, initial=0)
-            lowest = degrees * turning
+            lowest = degrees * revolute
             table: Array = np.zeros((1, *(degrees + lowest + 1)), dtype=complex)
             table[(0, *(multiples + lowest).T)] = row[there]
             small = table.shape[1:]
             turns = [
                 _euler(int(d)).T if turns else np.eye(d + 1)
-                for d, turns in zip(degrees, turning, strict=True)
+                for d, turns in zip(degrees, revolute, strict=True)
             ]
             out[p][tuple(slice(size) for size in small)] = _contracted(table[..., None], turns).real.reshape(
                 small

@@ -16,8 +16,7 @@ from heapq import nlargest
 from random import Random
 from typing import NamedTuple
 
-from gd_analyze.operations.monomials import Monomial, over, times, without
-from gd_analyze.operations.sums import Pair, PairProduct, Sums, Terms
+from gd_analyze.operations.sums import Monomial, Pair, PairProduct, Sums, Terms, over, times, without
 
 
 class _Place(NamedTuple):

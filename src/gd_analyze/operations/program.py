@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.trace import Expression, Operation, Trace, reached
+from gd_analyze.text import LARGEST_COEFFICIENT
 
 UFUNCS: dict[Operation, Any] = {
     "add": np.add,
@@ -128,3 +130,165 @@ class Program:
             for row, output in zip(out, self.outputs, strict=True):
                 row[start : start + _CHUNK] = value(output)
         return out
+
+
+class Batch:
+    """A program laid out for so many states; a call costs one vector operation per step and nothing else.
+
+    Parameters
+    ----------
+    program
+        The program.
+    count
+        States of one call.
+    """
+
+    def __init__(self, program: Program, count: int) -> None:
+        self.count = count
+        self._inputs: dict[str, FloatArray] = {}
+        self._calls: list[tuple[Any, tuple[Any, ...]]] = []
+        rows: dict[int, FloatArray] = {}
+
+        def of(x: Any) -> Any:
+            return rows[x.order] if isinstance(x, Expression) else float(x)
+
+        for step in program.steps:
+            row = rows[step.order] = np.zeros(count)
+            if step.operation == "input":
+                self._inputs[step.arguments[0]] = row
+            else:
+                self._calls.append((UFUNCS[step.operation], (*map(of, step.arguments), row)))
+        self._outputs = [of(output) for output in program.outputs]
+
+    def rows(self, name: str, joints: int, *shape: int) -> list[tuple[int, FloatArray]]:
+        """Where values of an input by joint are put, with the joint, from 0; what is not needed has none."""
+        return [
+            (i, self._inputs[f"{name}{i + 1}"].reshape(*shape or (self.count,)))
+            for i in range(joints)
+            if f"{name}{i + 1}" in self._inputs
+        ]
+
+    def run(self) -> FloatArray:
+        """Outputs of what stands in the rows, shape (outputs, count)."""
+        for function, arguments in self._calls:
+            function(*arguments)
+        out = np.empty((len(self._outputs), self.count))
+        for row, output in zip(out, self._outputs, strict=True):
+            row[:] = output
+        return out
+
+
+def derivative(
+    program: Program, along: Mapping[str, float | str], values: Mapping[str, float] | None = None
+) -> Program:
+    """Differentiate a program's outputs along a direction in its inputs.
+
+    Parameters
+    ----------
+    program
+        The program.
+    along
+        Direction: a number by input, or another input's name; 0 for inputs that are not named.
+    values
+        Numbers that inputs have; the others remain inputs.
+
+    Returns
+    -------
+    Program
+        The derivatives of the outputs, with constants folded.
+
+    Examples
+    --------
+    >>> from gd_analyze.operations.program import Program
+    >>> from gd_analyze.operations.trace import Trace
+    >>> trace = Trace()
+    >>> x, y = trace.inputs("x", 2)[:, 0]
+    >>> derivative(Program.of(trace, [x * y]), {"x1": 1.0}).outputs
+    (input('x2',),)
+    """
+    trace = Trace()
+    value = program.folded(trace, values or {})
+    slopes: dict[int, Any] = {}
+
+    def slope(x: Any) -> Any:
+        return slopes[x.order] if isinstance(x, Expression) else 0.0
+
+    for step in program.steps:
+        if step.operation == "input":
+            direction = along.get(step.arguments[0], 0.0)
+            slopes[step.order] = trace.record("input", direction) if isinstance(direction, str) else direction
+        elif step.operation in ("cos", "sin"):
+            (x,) = step.arguments
+            other = trace.apply("sin" if step.operation == "cos" else "cos", value(x))
+            outer = trace.negative(other) if step.operation == "cos" else other
+            slopes[step.order] = trace.multiply(outer, slope(x))
+        elif step.operation == "multiply":
+            x, y = step.arguments
+            slopes[step.order] = trace.add(
+                trace.multiply(slope(x), value(y)), trace.multiply(value(x), slope(y))
+            )
+        else:
+            slopes[step.order] = trace.apply(step.operation, *map(slope, step.arguments))
+    return Program.of(trace, [slope(output) for output in program.outputs])
+
+
+_ARGUMENTS: dict[str, int] = {"input": 1} | {name: ufunc.nin for name, ufunc in UFUNCS.items()}
+
+
+def written(program: Program) -> tuple[list[list[str | float]], list[str | float]]:
+    """Steps and outputs of a program as plain values."""
+    number = {step.order: f"s{k}" for k, step in enumerate(program.steps)}
+
+    def value(x: Any) -> str | float:
+        if isinstance(x, Expression):
+            return number[x.order]
+        return x if isinstance(x, str) else float(x)
+
+    steps: list[list[str | float]] = [
+        [step.operation, *(value(argument) for argument in step.arguments)] for step in program.steps
+    ]
+    return steps, [value(output) for output in program.outputs]
+
+
+def read_back(
+    steps: Sequence[Sequence[str | float]], outputs: Sequence[str | float], inputs: Collection[str]
+) -> Program:
+    """Rebuild a program from what `written` gave.
+
+    Parameters
+    ----------
+    steps, outputs
+        As `written` gave them.
+    inputs
+        Names an input may have.
+
+    Raises
+    ------
+    ValueError
+        If a step is no operation, refers to a later step, or an input or a number is none.
+    """
+    trace = Trace()
+    made: list[Expression] = []
+
+    def value(x: str | float) -> Any:
+        if not isinstance(x, str):
+            if not abs(x) <= LARGEST_COEFFICIENT:
+                raise ValueError(f"{x} is no number of a torque")
+            return float(x)
+        match = re.fullmatch(r"s(0|[1-9][0-9]{0,8})", x)
+        if match is None or int(match[1]) >= len(made):
+            raise ValueError(f"{x!r} is no earlier step")
+        return made[int(match[1])]
+
+    for k, (operation, *arguments) in enumerate(steps):
+        if _ARGUMENTS.get(str(operation)) != len(arguments):
+            raise ValueError(f"step s{k}, {operation} of {len(arguments)}, is no operation")
+        if operation == "input":
+            if arguments[0] not in inputs:
+                raise ValueError(f"step s{k}: there is no input {arguments[0]!r}")
+            made.append(trace.record("input", arguments[0]))
+        else:
+            made.append(trace.record(cast("Operation", operation), *(value(x) for x in arguments)))
+        if len(trace.expressions) != len(made):
+            raise ValueError(f"step s{k} is there twice")
+    return Program(tuple(made), tuple(value(output) for output in outputs))

@@ -10,8 +10,7 @@ from collections.abc import Mapping
 from random import Random
 
 from gd_analyze.operations.extraction import extract
-from gd_analyze.operations.monomials import multiplications, over, times, without
-from gd_analyze.operations.sums import Sums
+from gd_analyze.operations.sums import Sums, multiplications, over, times, without
 
 # Numbers of definitions put back at once, and how far chance may overrule gains then: what did best of what
 # was tried on the models of the arms supplied. Accepting more operations for a while gained nothing.

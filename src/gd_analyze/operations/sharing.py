@@ -2,14 +2,69 @@
 
 from __future__ import annotations
 
+import itertools
+from collections import Counter, defaultdict
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from gd_analyze.operations.extraction import extract
-from gd_analyze.operations.monomials import EQUAL, Magnitudes
+from gd_analyze.operations.program import Program
 from gd_analyze.operations.rearrangement import rearrange
-from gd_analyze.operations.sums import Sums, Terms
+from gd_analyze.operations.sums import EQUAL, Magnitudes, Sums, Terms, times, without
+from gd_analyze.operations.trace import Expression, Trace
+
+Variables = tuple[Hashable, ...]
+
+
+def factored(polynomial: Mapping[Any, float], value: Callable[[Any], Any]) -> Any:
+    """Evaluate a polynomial in nested form (a multivariate Horner scheme).
+
+    The variable in most terms is taken out of them, again and again, inside and in what is left; then the
+    coefficients that several terms share. On traced numbers equal inner sums and products are formed
+    once, also between polynomials.
+
+    Parameters
+    ----------
+    polynomial
+        Coefficients by monomial: a tuple of variables, each as often as its power.
+    value
+        The value of a variable: a number, an array or an expression.
+
+    Returns
+    -------
+    The polynomial's value, of the kind that `value` gives; 0.0 for no terms.
+    """
+    terms = {variables: c for variables, c in polynomial.items() if c != 0.0}
+    counts = Counter(itertools.chain.from_iterable(map(set, terms)))
+    if counts:
+        times = max(counts.values())
+        if times > 1:
+            # Of equally frequent variables always the same one: equal polynomials nest alike.
+            common = max((variable for variable, t in counts.items() if t == times), key=repr)
+            inside, rest = {}, {}
+            for variables, c in terms.items():
+                if common in variables:
+                    inside[without(variables, common)] = c
+                else:
+                    rest[variables] = c
+            nested = value(common) * factored(inside, value)
+            return nested + factored(rest, value) if rest else nested
+    total: Any = 0.0
+    equal = Magnitudes(EQUAL)
+    alike: dict[float, list[Variables]] = defaultdict(list)
+    for variables in sorted(terms, key=repr):
+        alike[abs(equal(terms[variables]))].append(variables)
+    for members in alike.values():
+        coefficient, inner = terms[members[0]], 0.0
+        for variables in members:
+            product: Any = 1.0
+            for variable in sorted(variables, key=repr):
+                product = value(variable) * product
+            inner = inner + (1.0 if terms[variables] * coefficient > 0 else -1.0) * product
+        total = total + coefficient * inner
+    return total
+
 
 Polynomial = Mapping[Any, float]
 Circles = Mapping[Hashable, Hashable]
@@ -166,3 +221,73 @@ class _Growing:
     def found(self) -> SharedSums:
         """Take down what was found so far."""
         return SharedSums.of(self._sums, tuple(self._numbers), len(self._known))
+
+
+# Rearrangements to try, and the same times operations, as those of a long program take longer.
+_REARRANGEMENTS, _REARRANGEMENTS_TIMES_OPERATIONS = 400, 200_000
+
+_PARTNER = {"cos": "sin", "sin": "cos"}
+
+
+def rewritten(program: Program, tries: int = _REARRANGEMENTS) -> Program:
+    """Write a program with the fewest operations that a second or two of rearranging find.
+
+    Sines and cosines, and what they are taken of, remain as they are.
+
+    Parameters
+    ----------
+    program
+        Any program.
+    tries
+        Rearrangements to try at most.
+
+    Returns
+    -------
+    Program
+        The same outputs, but for round-off; never more operations.
+    """
+    leaves = [step for step in program.steps if step.operation in ("input", *_PARTNER)]
+    sums = _sums_of(program, leaves)
+    functions = {(str(leaf.operation), leaf.arguments): k for k, leaf in enumerate(leaves)}
+    partners = {
+        k: functions[_PARTNER[operation], arguments]
+        for (operation, arguments), k in functions.items()
+        if (_PARTNER.get(operation), arguments) in functions
+    }
+    extract(sums)
+    rearrange(sums, min(tries, _REARRANGEMENTS_TIMES_OPERATIONS // max(sums.operations, 1)), partners)
+    trace = Trace()
+    found = SharedSums.of(sums, leaves, len(program.outputs))
+    written = Program.of(trace, found.values(program.folded(trace, {})))
+    return min(program, written, key=lambda one: one.count.total)
+
+
+def _sums_of(program: Program, leaves: list[Expression]) -> Sums:
+    """Take every step as a definition."""
+    sums = Sums([], len(leaves))
+    number = {leaf.order: k for k, leaf in enumerate(leaves)}
+
+    def of(x: Any) -> Terms:
+        if isinstance(x, Expression):
+            return {(number[x.order],): 1.0}
+        return {(): float(x)} if x else {}
+
+    for step in program.steps:
+        if step.order in number:
+            continue
+        terms: Terms = {}
+        a, b = of(step.arguments[0]), of(step.arguments[-1])
+        if step.operation == "multiply":
+            products = {times(x, y): c * d for x, c in a.items() for y, d in b.items()}
+            terms |= products
+        elif step.operation == "negative":
+            terms |= {x: -c for x, c in a.items()}
+        else:
+            sign = -1.0 if step.operation == "subtract" else 1.0
+            for x, c in [*a.items(), *((y, sign * d) for y, d in b.items())]:
+                terms[x] = terms.get(x, 0.0) + c
+        number[step.order] = sums.define(terms)
+    for k, output in enumerate(program.outputs, start=1):
+        for x, c in of(output).items():
+            sums.add(-k, x, c)
+    return sums

@@ -122,7 +122,7 @@ class Tape:
 
     @cached_property
     def degree(self) -> NDArray[np.intp]:
-        """Degree in the motion: 1 of what is linear in rates, 2 of their products and of accelerations."""
+        """Degree in the motion: 1 of velocities, 2 of their products and of accelerations."""
         out = np.zeros(len(self), dtype=np.intp)
         for k, (operation, a, b) in enumerate(self._code):
             degrees = [int(out[x]) if x >= 0 else 0 for x in (a, b)]

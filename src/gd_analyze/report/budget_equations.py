@@ -8,8 +8,8 @@ from typing import NamedTuple
 from markupsafe import Markup
 
 from gd_analyze.formulas.formula import NOTHING, Formula, Product
-from gd_analyze.formulas.mathml import PageMathML
-from gd_analyze.formulas.writing import carried, grouped, powers, rate_powers, torque_symbol
+from gd_analyze.formulas.languages import PageMathML
+from gd_analyze.formulas.writing import carried, grouped, powers, torque_symbol, velocity_powers
 from gd_analyze.harmonics.terms import Torques, TorqueTerm, quantity_of
 from gd_analyze.report.budget_path import BudgetPath
 from gd_analyze.results.findings import Findings
@@ -69,7 +69,7 @@ def budget_equations(findings: Findings, path: BudgetPath) -> tuple[TorqueLines,
 
     Coefficients are the model's, refitted where it is, and of terms that it leaves out the exact ones.
     """
-    model, rates = findings.model, findings.model.form.rates
+    model, rates = findings.model, findings.model.form.velocities
     flags = {
         term: path.flags[rank]
         for rank, term in enumerate(findings.ranked_terms, start=1)
@@ -93,7 +93,7 @@ def budget_equations(findings: Findings, path: BudgetPath) -> tuple[TorqueLines,
 
 def _group(terms: list[TorqueTerm], torques: Torques, flags: dict[TorqueTerm, str], now: Torques) -> Group:
     """Bracket several terms that have rates; the sign of the first that is shown goes before the bracket."""
-    rates = rate_powers(terms[0].rates)
+    rates = velocity_powers(terms[0].velocities)
     bracketed = len(terms) > 1 and bool(rates)
     outer = bracketed and torques[next((term for term in terms if term in now), terms[0])] < 0
     inside = () if bracketed else rates

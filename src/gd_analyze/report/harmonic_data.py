@@ -7,10 +7,9 @@ from collections.abc import Iterable
 from typing import Any
 
 from gd_analyze.formulas.formula import Formula
-from gd_analyze.formulas.legend import torque_legend
-from gd_analyze.formulas.typst import Typst
-from gd_analyze.formulas.writing import energy_formulas
-from gd_analyze.harmonics.terms import EnergyTerm, Rate, TorqueTerm
+from gd_analyze.formulas.languages import Typst
+from gd_analyze.formulas.writing import energy_formulas, torque_legend
+from gd_analyze.harmonics.terms import EnergyTerm, TorqueTerm, Velocity
 from gd_analyze.report.terms import tallies
 from gd_analyze.simplification.model import SimplifiedModel
 
@@ -21,7 +20,7 @@ def harmonic_data(model: SimplifiedModel) -> dict[str, Any] | None:
     """Describe a model for the template; None for one that has no harmonic terms."""
     if not model.level.has_torque_terms:
         return None
-    form, rates = model.form, model.form.rates
+    form, rates = model.form, model.form.velocities
     if model.level.is_mechanical:
         return {
             "equations": [equation_data(formula) for formula in energy_formulas(model.terms)],
@@ -45,7 +44,7 @@ def harmonic_data(model: SimplifiedModel) -> dict[str, Any] | None:
 
 def _with_rates(term: EnergyTerm) -> TorqueTerm:
     """Put an energy term as a torque term, whose names the legend explains."""
-    rates = () if term.is_potential else (Rate(1, term.i), Rate(1, term.j))
+    rates = () if term.is_potential else (Velocity(1, term.i), Velocity(1, term.j))
     return TorqueTerm(0, rates, term.monomial)
 
 

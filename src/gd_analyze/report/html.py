@@ -10,7 +10,7 @@ from markupsafe import Markup
 from gd_analyze import text as formatting
 from gd_analyze.dynamics.dominance import elements
 from gd_analyze.formulas.formula import Legend
-from gd_analyze.formulas.mathml import PageMathML
+from gd_analyze.formulas.languages import PageMathML
 from gd_analyze.report.beyond_chart import beyond_chart, place
 from gd_analyze.report.budget_equations import budget_equations
 from gd_analyze.report.budget_path import DECADES, BudgetPath
@@ -165,7 +165,7 @@ def _mathematics(findings: Findings, path: BudgetPath) -> dict[str, Any]:
         "torque_legend": _legend(torque_names(findings)),
         "tallies": tallies(form.torques, model.torques, n) if has_terms else (),
         "kept_torques": model.torques if has_terms else {},
-        "shared_accelerations": _legend(shared_accelerations(form.rates)),
+        "shared_accelerations": _legend(shared_accelerations(form.velocities)),
         "parts_formulas": findings.element_model.formulas,
         "inertia_labels": [[inertia_label(i, j) for j in range(n)] for i in range(n)],
         "exact_elements": exact_elements(findings),

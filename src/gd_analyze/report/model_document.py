@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from gd_analyze.formulas.parts import part_symbol
-from gd_analyze.formulas.typst import Typst
+from gd_analyze.formulas.languages import Typst
+from gd_analyze.formulas.writing import part_symbol
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.report.cells import formatted, in_fitting_units, share, torque
 from gd_analyze.report.harmonic_data import equation_data

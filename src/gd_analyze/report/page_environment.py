@@ -11,9 +11,8 @@ from markupsafe import Markup, escape
 
 from gd_analyze import text as formatting
 from gd_analyze.formulas.formula import Symbol, as_formula
-from gd_analyze.formulas.mathml import PageMathML
-from gd_analyze.formulas.parts import part_symbol
-from gd_analyze.formulas.writing import term_formula
+from gd_analyze.formulas.languages import PageMathML
+from gd_analyze.formulas.writing import part_symbol, term_formula
 from gd_analyze.report.beyond_chart import place
 from gd_analyze.report.budget_path import DECADES, budget_words
 from gd_analyze.report.colours import TEMPLATES, css_variables

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from gd_analyze.formulas.typst import Typst
+from gd_analyze.formulas.languages import Typst
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.report.cells import formatted, in_fitting_units, share, torque
 from gd_analyze.report.terms import ranked_rows

@@ -7,7 +7,7 @@ from itertools import groupby
 from typing import Any, NamedTuple
 
 from gd_analyze.formulas.formula import Formula, Symbol
-from gd_analyze.formulas.typst import Typst
+from gd_analyze.formulas.languages import Typst
 from gd_analyze.motions.states import states_of
 from gd_analyze.report.harmonic_data import equation_data
 from gd_analyze.results import summary

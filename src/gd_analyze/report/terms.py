@@ -7,11 +7,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from gd_analyze.formulas.formula import Formula, Legend
-from gd_analyze.formulas.legend import torque_legend
-from gd_analyze.formulas.writing import element_formula
-from gd_analyze.harmonics.absolute_rates import AbsoluteRates
+from gd_analyze.formulas.writing import element_formula, torque_legend
+from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.equations import Term, equations
-from gd_analyze.harmonics.terms import Rate, TorqueTerm
+from gd_analyze.harmonics.terms import TorqueTerm, Velocity
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import Row
@@ -42,13 +41,13 @@ def torque_names(findings: Findings) -> Legend:
     model = findings.model
     if model.level.has_torque_terms:
         return model.legend
-    return torque_legend(model.form.rates, findings.ranked_terms)
+    return torque_legend(model.form.velocities, findings.ranked_terms)
 
 
-def shared_accelerations(rates: AbsoluteRates) -> Legend:
+def shared_accelerations(rates: AbsoluteVelocities) -> Legend:
     """Meaning of the accelerations that add up those of parallel joints."""
     outer = [joint for joint, inner in enumerate(rates.before) if inner]
-    return torque_legend(rates, [TorqueTerm(0, (Rate(2, joint),), ()) for joint in outer])
+    return torque_legend(rates, [TorqueTerm(0, (Velocity(2, joint),), ()) for joint in outer])
 
 
 def tallies(
@@ -69,7 +68,7 @@ def tallies(
 
 def _place(term: TorqueTerm) -> tuple[int, str, int]:
     """Row, quantity and the acceleration's joint, -1 without one."""
-    return term.row, term.quantity, term.rates[0].joint if term.quantity == "inertia" else -1
+    return term.row, term.quantity, term.velocities[0].joint if term.quantity == "inertia" else -1
 
 
 def exact_elements(findings: Findings) -> tuple[tuple[Formula, tuple[Term, ...]], ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.certification.margin import Margin
+from gd_analyze.certification.tube import Margin
 from gd_analyze.results.error_words import WorstError, worst_error
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of

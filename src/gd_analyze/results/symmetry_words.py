@@ -15,9 +15,9 @@ def unsymmetric(findings: Findings) -> list[tuple[int, int]]:
     if not model.level.has_torque_terms or model.level.is_mechanical:
         return []
     kept = [
-        (term.row, term.rates[0].joint, term.monomial)
+        (term.row, term.velocities[0].joint, term.monomial)
         for term in model.torques
-        if term.quantity == "inertia" and term.row != term.rates[0].joint
+        if term.quantity == "inertia" and term.row != term.velocities[0].joint
     ]
     places = {(i, j) for i, j, monomial in kept if (j, i, monomial) not in set(kept)}
     return sorted({(min(place) + 1, max(place) + 1) for place in places})

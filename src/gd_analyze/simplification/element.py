@@ -18,7 +18,7 @@ from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula
-from gd_analyze.formulas.parts import parts_formulas
+from gd_analyze.formulas.writing import parts_formulas
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Expression, Trace, is_constant
 from gd_analyze.robots.arm import RobotArm

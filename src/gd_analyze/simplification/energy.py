@@ -43,7 +43,7 @@ class EnergyLevel(HarmonicLevel):
 
     def source(self, form: ExactForm, term: EnergyTerm) -> Torques:
         """Apply Lagrange's equations."""
-        return torques_of(term, form.rates)
+        return torques_of(term, form.velocities)
 
     def numbers(self, form: ExactForm, terms: Sequence[EnergyTerm]) -> Numbers:
         """Number coefficients that are alike the same."""

@@ -13,12 +13,12 @@ from gd_analyze.arrays import ROUND_OFF_SHARE, Array, FloatArray
 from gd_analyze.dynamics import newton_euler_regrouped
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
-from gd_analyze.harmonics.absolute_rates import AbsoluteRates
+from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Energies, Torques
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.operations.program import OperationCount, Program
-from gd_analyze.operations.rewriting import rewritten
+from gd_analyze.operations.sharing import rewritten
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import describe_in_full
@@ -58,9 +58,9 @@ class ExactForm:
         return self.arm.drive_inertia if self.drives else None
 
     @cached_property
-    def rates(self) -> AbsoluteRates:
+    def velocities(self) -> AbsoluteVelocities:
         """The arm's absolute rates."""
-        return AbsoluteRates.of(self.arm)
+        return AbsoluteVelocities.of(self.arm)
 
     @cached_property
     def harmonics(self) -> Harmonics:
@@ -75,7 +75,7 @@ class ExactForm:
     @cached_property
     def torques(self) -> Torques:
         """Every torque term and its weight."""
-        return torques_of_energies(self.energies, self.rates)
+        return torques_of_energies(self.energies, self.velocities)
 
     @cached_property
     def program(self) -> Program:
@@ -113,7 +113,7 @@ class ExactForm:
 def _shortest(form: ExactForm) -> Program:
     ways = [form.recursion.program]
     if form.arm.n_joints <= _FEW_JOINTS:
-        ways += [torque_program(form.rates, form.torques, effort) for effort in (ROUGH, _SHARED)]
+        ways += [torque_program(form.velocities, form.torques, effort) for effort in (ROUGH, _SHARED)]
     return rewritten(min(ways, key=lambda way: way.count.total))
 
 

@@ -15,13 +15,12 @@ from pydantic import Field
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
-from gd_analyze.formulas.legend import torque_legend
-from gd_analyze.formulas.writing import torque_formulas
+from gd_analyze.formulas.writing import torque_formulas, torque_legend
 from gd_analyze.harmonics.lagrangian import gathered
-from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, Rate, Torques, TorqueTerm
+from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, Torques, TorqueTerm, Velocity
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE
-from gd_analyze.operations.monomials import Magnitudes
 from gd_analyze.operations.program import Program
+from gd_analyze.operations.sums import Magnitudes
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.effort import Effort
 from gd_analyze.simplification.exact import ExactDynamics
@@ -55,16 +54,16 @@ class HarmonicLevel(CandidateLevel):
     def effects(self, exact: ExactDynamics, terms: Terms) -> FloatArray:
         """Torque of everything that a term makes; each product of factors and rates is formed once."""
         form, states = exact.form, (x.T for x in exact.states.arrays)
-        values = TorqueVariables(form.rates, states)
-        known: dict[tuple[Rate | Factor, ...], FloatArray] = {}
+        values = TorqueVariables(form.velocities, states)
+        known: dict[tuple[Velocity | Factor, ...], FloatArray] = {}
         rows = np.zeros((exact.arm.n_joints, len(terms), len(exact.states)))
         for k, (term, number) in enumerate(terms.items()):
             for made, weight in self.source(form, term).items():
-                product: tuple[Rate | Factor, ...] = (*made.rates, *made.monomial)
+                product: tuple[Velocity | Factor, ...] = (*made.velocities, *made.monomial)
                 if product not in known:
                     known[product] = reduce(np.multiply, map(values, product), np.ones(len(exact.states)))
                 rows[made.row, k] += number * weight * known[product]
-        return np.stack(form.rates.joint_rows(rows), axis=1)
+        return np.stack(form.velocities.joint_rows(rows), axis=1)
 
     def costs(self, form: ExactForm, terms: Sequence[Any]) -> Costs:
         """Operations by the set of terms that need them: a guess at what factoring will find.
@@ -74,10 +73,10 @@ class HarmonicLevel(CandidateLevel):
         """
         users: dict[TorqueTerm, set[int]] = defaultdict(set)
         products: dict[Monomial, set[int]] = defaultdict(set)
-        brackets: dict[tuple[int, tuple[Rate, ...]], set[int]] = defaultdict(set)
+        brackets: dict[tuple[int, tuple[Velocity, ...]], set[int]] = defaultdict(set)
         for k, term in enumerate(terms):
             for made in self.source(form, term):
-                for needed in (users[made], products[made.monomial], brackets[made.row, made.rates]):
+                for needed in (users[made], products[made.monomial], brackets[made.row, made.velocities]):
                     needed.add(k)
         costs: dict[frozenset[int], int] = defaultdict(int)
         for members in users.values():
@@ -90,13 +89,13 @@ class HarmonicLevel(CandidateLevel):
 
     def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
         """Factor the torques that the terms make."""
-        return torque_program(form.rates, self.torques(form, terms), effort)
+        return torque_program(form.velocities, self.torques(form, terms), effort)
 
     def write_steps(self, form: ExactForm, steps: Sequence[Terms], most: int) -> list[Program]:
         """Write each from the one before, as long as torque terms join and none changes."""
         programs: list[Program] = []
         for chain in _chains([self.torques(form, terms) for terms in steps]):
-            written = torque_programs(form.rates, chain, most)
+            written = torque_programs(form.velocities, chain, most)
             programs += written
             if len(written) < len(chain):
                 break
@@ -104,11 +103,11 @@ class HarmonicLevel(CandidateLevel):
 
     def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
         """Torques in absolute rates, terms with the same rates in brackets before them."""
-        return torque_formulas(form.rates, self.torques(form, terms))
+        return torque_formulas(form.velocities, self.torques(form, terms))
 
     def legend(self, form: ExactForm, terms: Terms) -> Legend:
         """Absolute rates, sines and cosines."""
-        return torque_legend(form.rates, self.torques(form, terms))
+        return torque_legend(form.velocities, self.torques(form, terms))
 
 
 def _chains(steps: Sequence[Torques]) -> list[list[Torques]]:

@@ -11,10 +11,9 @@ import numpy as np
 from gd_analyze.arrays import FloatArray, array_of, require_possible, set_points_last
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
-from gd_analyze.formulas.plain import Plain
+from gd_analyze.formulas.languages import Plain
 from gd_analyze.harmonics.terms import Torques
-from gd_analyze.operations.derivative import derivative
-from gd_analyze.operations.program import OperationCount, Program
+from gd_analyze.operations.program import OperationCount, Program, derivative
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import Accuracy, budget_notice

@@ -14,8 +14,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.states import States
-from gd_analyze.operations.program import Program
-from gd_analyze.operations.written import read_back, written
+from gd_analyze.operations.program import Program, read_back, written
 from gd_analyze.simplification.cache import keep, kept, name_of
 
 # What programs come from; a change there is another program.

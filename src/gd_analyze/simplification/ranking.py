@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.formulas.plain import Plain
+from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import candidates_of

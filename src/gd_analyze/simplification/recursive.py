@@ -10,7 +10,7 @@ from pydantic import TypeAdapter
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.operations.program import Program
-from gd_analyze.operations.rewriting import rewritten
+from gd_analyze.operations.sharing import rewritten
 from gd_analyze.operations.trace import Expression
 from gd_analyze.simplification.effort import COUNTING, POINT, Effort
 from gd_analyze.simplification.exact_form import ExactForm

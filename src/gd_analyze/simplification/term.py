@@ -12,7 +12,7 @@ from pydantic import Field, TypeAdapter
 
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.lagrangian import torques_of
-from gd_analyze.harmonics.terms import Rate, Torques, TorqueTerm
+from gd_analyze.harmonics.terms import Torques, TorqueTerm, Velocity
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.harmonic import (
     FactorEntry,
@@ -50,7 +50,7 @@ class TermLevel(HarmonicLevel):
         """Number terms that one energy's coefficient makes alike; one made by several is on its own."""
         made_by: dict[TorqueTerm, dict[int, float]] = defaultdict(dict)
         for energy, number in numbered(form.energies).items():
-            for term in torques_of(energy, form.rates):
+            for term in torques_of(energy, form.velocities):
                 made_by[term][number] = abs(form.energies[energy])
         alone = enumerate(form.torques.items(), start=len(form.energies))
         numbers = {term: (number, abs(weight)) for number, (term, weight) in alone}
@@ -61,15 +61,15 @@ class TermLevel(HarmonicLevel):
     def to_entry(self, term: TorqueTerm, weight: float) -> Checked:
         """Write row, rates, factors and weight."""
         factors = factor_entries(term.monomial)
-        return _TorqueEntry(row=term.row, rates=list(term.rates), factors=factors, weight=weight)
+        return _TorqueEntry(row=term.row, rates=list(term.velocities), factors=factors, weight=weight)
 
     def from_entry(self, form: ExactForm, entry: _TorqueEntry) -> tuple[TorqueTerm, float]:
         """Read it back, in absolute rates that the arm has."""
-        rates = tuple(Rate(*rate) for rate in entry.rates)
+        rates = tuple(Velocity(*rate) for rate in entry.rates)
         term = TorqueTerm(entry.row, rates, monomial_of(form.arm, entry.factors))
         joints = range(form.arm.n_joints)
-        pairs = combinations_with_replacement([Rate(1, joint) for joint in joints], 2)
-        if term.row not in joints or rates not in {(), *((Rate(2, joint),) for joint in joints), *pairs}:
+        pairs = combinations_with_replacement([Velocity(1, joint) for joint in joints], 2)
+        if term.row not in joints or rates not in {(), *((Velocity(2, joint),) for joint in joints), *pairs}:
             raise ModelError(f"{term} is no term of the arm's equations")
         return term, entry.weight
 

@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.harmonics.absolute_rates import AbsoluteRates
-from gd_analyze.harmonics.terms import Factor, Monomial, Rate, Torques, TorqueTerm
-from gd_analyze.operations.factoring import factored
+from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
+from gd_analyze.harmonics.terms import Factor, Monomial, Torques, TorqueTerm, Velocity
 from gd_analyze.operations.program import UFUNCS, Program
-from gd_analyze.operations.sharing import SharedSums, growing_sums, shared_sums
+from gd_analyze.operations.sharing import SharedSums, factored, growing_sums, shared_sums
 from gd_analyze.operations.trace import Trace
 from gd_analyze.simplification.effort import POINT, Effort
 from gd_analyze.simplification.program_cache import Task, inputs_of, kept_programs, some_states
@@ -31,25 +30,25 @@ class TorqueVariables:
         q, qd and qdd: values of every joint, of any kind that can be added up, n of each.
     """
 
-    def __init__(self, rates: AbsoluteRates, states: Iterable[Any]) -> None:
+    def __init__(self, rates: AbsoluteVelocities, states: Iterable[Any]) -> None:
         self._q, qd, qdd = states
         self._moving = {1: rates.absolute(qd), 2: rates.absolute(qdd)}
-        self._known: dict[Rate | Factor, Any] = {}
+        self._known: dict[Velocity | Factor, Any] = {}
 
     @classmethod
-    def traced(cls, rates: AbsoluteRates, trace: Trace) -> TorqueVariables:
+    def traced(cls, rates: AbsoluteVelocities, trace: Trace) -> TorqueVariables:
         """Expressions on a trace."""
         states = (trace.inputs(name, rates.n_joints)[:, 0] for name in ("q", "qd", "qdd"))
         return cls(rates, states)
 
-    def __call__(self, variable: Rate | Factor) -> Any:
+    def __call__(self, variable: Velocity | Factor) -> Any:
         """Value of a rate or a factor."""
         if variable not in self._known:
             self._known[variable] = self._made(variable)
         return self._known[variable]
 
-    def _made(self, variable: Rate | Factor) -> Any:
-        if isinstance(variable, Rate):
+    def _made(self, variable: Velocity | Factor) -> Any:
+        if isinstance(variable, Velocity):
             return self._moving[variable.order][variable.joint]
         kind, multiples = variable
         argument: Any = 0.0
@@ -62,12 +61,12 @@ class TorqueVariables:
 # Brackets of other rates or rows that are a multiple of a known one share it; equal but for round-off.
 _PROPORTIONAL = 1e-9
 
-_Key = tuple[int, tuple[Rate, ...]]
+_Key = tuple[int, tuple[Velocity, ...]]
 _Polynomial = dict[Monomial, float]
 _Polynomials = dict[_Key, _Polynomial]
 
 
-def nested_program(rates: AbsoluteRates, terms: Torques, *, in_line: bool = False) -> Program:
+def nested_program(rates: AbsoluteVelocities, terms: Torques, *, in_line: bool = False) -> Program:
     """Write torques in nested form: a few milliseconds for some hundred terms.
 
     With `in_line` a bracket of a single term is multiplied out, so that sums of rates are taken out of it.
@@ -75,7 +74,7 @@ def nested_program(rates: AbsoluteRates, terms: Torques, *, in_line: bool = Fals
     polynomials: _Polynomials = defaultdict(dict)
     for term, weight in terms.items():
         if weight != 0.0:
-            polynomials[term.row, term.rates][term.monomial] = weight
+            polynomials[term.row, term.velocities][term.monomial] = weight
     trace = Trace()
     variables = TorqueVariables.traced(rates, trace)
     distinct, places = _distinct(polynomials)
@@ -129,7 +128,7 @@ _NESTED = 1.5
 _PARTNER = {"cos": "sin", "sin": "cos"}
 
 
-def torque_program(rates: AbsoluteRates, terms: Torques, effort: Effort) -> Program:
+def torque_program(rates: AbsoluteVelocities, terms: Torques, effort: Effort) -> Program:
     """Write torques as a program.
 
     Brackets nested take milliseconds. Looking for what all rows share takes 10 ms for 50 terms, 0.1 s for 150
@@ -165,7 +164,7 @@ def torque_program(rates: AbsoluteRates, terms: Torques, effort: Effort) -> Prog
     ]
 
 
-def torque_programs(rates: AbsoluteRates, steps: Sequence[Torques], most: int) -> tuple[Program, ...]:
+def torque_programs(rates: AbsoluteVelocities, steps: Sequence[Torques], most: int) -> tuple[Program, ...]:
     """Write torques that gain terms step by step, each from the one before: as thoroughly, in less time.
 
     Parameters
@@ -195,7 +194,7 @@ def torque_programs(rates: AbsoluteRates, steps: Sequence[Torques], most: int) -
     return kept_programs(Task.of(key, rates.n_joints, lambda: _growing(rates, steps, most), are_right))
 
 
-def _growing(rates: AbsoluteRates, steps: Sequence[Torques], most: int) -> Iterator[Program]:
+def _growing(rates: AbsoluteVelocities, steps: Sequence[Torques], most: int) -> Iterator[Program]:
     hopeful = [*takewhile(lambda terms: _may_take(rates, terms, most), steps)]
     written: Iterable[Program] = (torque_program(rates, terms, POINT) for terms in hopeful)
     if len(hopeful) > 1:
@@ -204,7 +203,7 @@ def _growing(rates: AbsoluteRates, steps: Sequence[Torques], most: int) -> Itera
     yield from takewhile(lambda program: program.count.total <= most, written)
 
 
-def _may_take(rates: AbsoluteRates, terms: Torques, most: int) -> bool:
+def _may_take(rates: AbsoluteVelocities, terms: Torques, most: int) -> bool:
     """Whether a program may be found of so few operations, as one of brackets nested tells."""
     return len(terms) <= POINT.shared and nested_program(rates, terms).count.total <= _NESTED * most
 
@@ -214,18 +213,18 @@ def _listed(terms: Torques) -> list[Any]:
     return [[term, terms[term]] for term in sorted(terms)]
 
 
-def _thorough(rates: AbsoluteRates, terms: Torques, effort: Effort) -> Program:
+def _thorough(rates: AbsoluteVelocities, terms: Torques, effort: Effort) -> Program:
     ways = [nested_program(rates, terms, in_line=in_line) for in_line in (False, True)]
     return min([*ways, *_shared(rates, terms, effort)], key=lambda way: way.count.total)
 
 
-def _is_right(rates: AbsoluteRates, terms: Torques, program: Program) -> bool:
+def _is_right(rates: AbsoluteVelocities, terms: Torques, program: Program) -> bool:
     """Whether a program gives the terms' torques at some states."""
     states = some_states(rates.n_joints)
     values, shape = TorqueVariables(rates, states.last), (rates.n_joints, len(states))
     rows, sizes = np.zeros(shape), np.zeros(shape)
     for term, weight in terms.items():
-        variables: tuple[Rate | Factor, ...] = (*term.rates, *term.monomial)
+        variables: tuple[Velocity | Factor, ...] = (*term.velocities, *term.monomial)
         torque = weight * reduce(np.multiply, map(values, variables), np.ones(len(states)))
         rows[term.row] += torque
         sizes[term.row] += np.abs(torque)
@@ -233,22 +232,22 @@ def _is_right(rates: AbsoluteRates, terms: Torques, program: Program) -> bool:
     return bool((np.abs(program.run(inputs_of(states)) - wanted) <= _SAME * size.max()).all())
 
 
-def _shared(rates: AbsoluteRates, terms: Torques, effort: Effort) -> Iterator[Program]:
+def _shared(rates: AbsoluteVelocities, terms: Torques, effort: Effort) -> Iterator[Program]:
     for sums in shared_sums(_rows(rates, terms), _circles(terms), effort.rearranging):
         yield _program(rates, sums)
 
 
-def _program(rates: AbsoluteRates, sums: SharedSums) -> Program:
+def _program(rates: AbsoluteVelocities, sums: SharedSums) -> Program:
     trace = Trace()
     return Program.of(trace, rates.joint_rows(sums.values(TorqueVariables.traced(rates, trace))))
 
 
-def _rows(rates: AbsoluteRates, terms: Torques) -> list[dict[Any, float]]:
+def _rows(rates: AbsoluteVelocities, terms: Torques) -> list[dict[Any, float]]:
     rows: list[dict[Any, float]] = [{} for _ in range(rates.n_joints)]
     # In an order of its own: the program must not depend on the order the terms came in.
     for term in sorted(terms):
         if terms[term] != 0.0:
-            rows[term.row][(*term.rates, *term.monomial)] = terms[term]
+            rows[term.row][(*term.velocities, *term.monomial)] = terms[term]
     return rows
 
 

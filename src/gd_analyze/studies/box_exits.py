@@ -75,7 +75,7 @@ def _sides(trajectory: Trajectory, box: Box, joint: int) -> Iterator[tuple[Quant
     q, rate, acceleration = trajectory.q[:, joint], trajectory.qd[:, joint], trajectory.qdd[:, joint]
     yield "position", q, float(box.lower[joint]), -1
     yield "position", q, float(box.upper[joint]), 1
-    yield "rate", np.abs(rate), float(box.rate[joint]), 1
+    yield "rate", np.abs(rate), float(box.velocity[joint]), 1
     yield "acceleration", np.abs(acceleration), float(box.acceleration[joint]), 1
 
 

@@ -20,8 +20,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.operations.batch import Batch
-from gd_analyze.operations.program import Program
+from gd_analyze.operations.program import Batch, Program
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.studies.gains import Gains
 

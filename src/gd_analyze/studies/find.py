@@ -11,14 +11,13 @@ import numpy as np
 
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import Certificate, certify, expansion_of
-from gd_analyze.certification.margin import Margin
-from gd_analyze.certification.tube import Tube
+from gd_analyze.certification.tube import Margin, Tube
 from gd_analyze.dynamics.dominance import rank
 from gd_analyze.dynamics.long_decomposition import decompose_on_demand
 from gd_analyze.dynamics.measured_torque import compared, require_torques
 from gd_analyze.dynamics.pinocchio_check import cross_check
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
-from gd_analyze.harmonics.torque_algebra import TooLongError
+from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.motions.checks import check_against_arm
 from gd_analyze.motions.pool import GivenMotions, taken_apart, trajectory_of
 from gd_analyze.motions.states import states_in_box

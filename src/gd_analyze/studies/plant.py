@@ -6,8 +6,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.drivetrain import Drivetrain
-from gd_analyze.operations.batch import Batch
-from gd_analyze.operations.program import Program
+from gd_analyze.operations.program import Batch, Program
 from gd_analyze.simplification.exact_form import ExactForm
 
 

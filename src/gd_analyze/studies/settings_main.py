@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass, fields
 from typing import Any, Protocol
 
-from gd_analyze.certification.margin import Margin
+from gd_analyze.certification.tube import Margin
 from gd_analyze.errors import UsageError
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.level import Level

@@ -1,11 +1,8 @@
-"""Climbing to the state of a box with the largest torque error, from several positions at once.
-
-At every position the worst rates and accelerations are known up to a little (`motion`). With these held, the
-error is one polynomial, and along one joint a polynomial of a few coefficients, whose largest value is
-found at once. So joints take turns, and after each turn of all of them the rates are chosen anew.
-"""
+"""Climbing to a local maximum within a box of positions, from several places at once."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +12,53 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.motion import Motion
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 
-# Times that rates are chosen at most, lest a long ridge be followed for ever.
+# Of the box's width: the first step, and how often it is halved.
+_FIRST_STEP, _HALVINGS = 1 / 32, 9
+# Moves at most, lest a long ridge be followed for ever.
+_MOST_MOVES = 40
+
+
+def local_maximum(
+    value: Callable[[FloatArray], FloatArray], box: Box, starts: FloatArray
+) -> tuple[FloatArray, float]:
+    """Climb from every start, and return the highest place reached and its value.
+
+    Every joint is tried one step to either side; the best of these is taken, and the step halved where none
+    is better.
+
+    Parameters
+    ----------
+    value
+        Of positions (n, K), shape (K,).
+    box
+        Its limits are kept.
+    starts
+        Positions, shape (n, S).
+    """
+    lower, upper = box.lower[:, None], box.upper[:, None]
+    width = box.upper - box.lower
+    moves = np.vstack([np.diag(width), -np.diag(width)])[np.tile(width > 0.0, 2)].T
+    q = np.clip(starts, lower, upper)
+    reached = value(q)
+    step = np.full(q.shape[1], _FIRST_STEP)
+    for _ in range(_MOST_MOVES if moves.size else 0):
+        places = np.flatnonzero(step > _FIRST_STEP / 2**_HALVINGS)
+        if not places.size:
+            break
+        tried = q[:, places, None] + step[places, None] * moves[:, None]
+        tried = np.clip(tried, lower[..., None], upper[..., None])
+        values = value(tried.reshape(len(q), -1)).reshape(tried.shape[1:])
+        best = values.argmax(axis=1)
+        rows = np.arange(len(best))
+        better = values[rows, best] > reached[places]
+        q[:, places[better]] = tried[:, rows[better], best[better]]
+        reached[places[better]] = values[rows[better], best[better]]
+        step[places[~better]] /= 2
+    top = int(reached.argmax())
+    return q[:, top], float(reached[top])
+
+
+# Times that velocities are chosen at most, lest a long ridge be followed for ever.
 _CHOICES = 40
 # Places along a joint that are looked at, and Newton's steps from the best of them.
 _PLACES, _STEPS = 33, 3
@@ -55,8 +98,8 @@ class _Ridge:
         self, waves: TrigonometricPolynomial, coefficients: NDArray[np.complex128], q: FloatArray
     ) -> None:
         self.waves, self.q = waves, q.copy()
-        self.turning = ~np.array(waves.sliding)
-        self.turned = coefficients * np.exp(1j * (waves.multiples[:, self.turning] @ q[self.turning]))
+        self.revolute = ~np.array(waves.prismatic)
+        self.turned = coefficients * np.exp(1j * (waves.multiples[:, self.revolute] @ q[self.revolute]))
 
     def climb(self, joint: int, box: Box) -> None:
         """Move every position to its best place along one joint."""
@@ -64,7 +107,7 @@ class _Ridge:
         orders = np.unique(multiples)
         waves = self._without(joint)
         along = np.stack([waves[multiples == m].sum(axis=0) for m in orders])
-        turns, now = bool(self.turning[joint]), self.q[joint]
+        turns, now = bool(self.revolute[joint]), self.q[joint]
         if turns:
             along *= np.exp(-1j * np.outer(orders, now))
         places = np.linspace(box.lower[joint], box.upper[joint], _PLACES)
@@ -83,7 +126,7 @@ class _Ridge:
     def _without(self, joint: int) -> Array:
         """Waves at the positions, but for the power of one joint if it slides, shape (W, S)."""
         out: Array = self.turned
-        for k in np.flatnonzero(~self.turning):
+        for k in np.flatnonzero(~self.revolute):
             if k != joint:
                 out = out * self.q[k] ** self.waves.multiples[:, [k]]
         return out

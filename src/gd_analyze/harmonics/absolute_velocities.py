@@ -1,9 +1,10 @@
-"""Absolute rates of parallel joints: turning joints whose axes are parallel for every q form a run.
+"""Absolute velocities of parallel joints: revolute joints whose axes are parallel for every q form a run.
 
-The links of a run turn about one direction; sliding joints between them turn nothing. Each turns at the sum
-of the rates up to its joint, counted about that joint's own axis: p_j = qd_j +- p_i, i the joint before it in
+The links of a run turn about one direction; prismatic joints between them turn nothing. Each turns at the sum
+of the velocities up to its joint, counted about that joint's own axis: p_j = qd_j +- p_i, i the joint
+before it in
 the run, minus where their axes are opposite. In matrices qd = A p and tau = A^-T tau', tau' being the torques
-that do work on p. A joint with no parallel one, and every sliding joint, is a run of its own.
+that do work on p. A joint with no parallel one, and every prismatic joint, is a run of its own.
 """
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ class Signed(NamedTuple):
 
 
 @dataclass(frozen=True)
-class AbsoluteRates:
-    """Which joints share a direction, and what follows for rates and torques.
+class AbsoluteVelocities:
+    """Which joints share a direction, and what follows for velocities and torques.
 
     Parameters
     ----------
@@ -43,7 +44,7 @@ class AbsoluteRates:
     signs: tuple[int, ...]
 
     @classmethod
-    def of(cls, arm: RobotArm) -> AbsoluteRates:
+    def of(cls, arm: RobotArm) -> AbsoluteVelocities:
         """Find the runs of an arm."""
         runs: list[tuple[int, ...]] = []
         signs: list[int] = []
@@ -96,7 +97,7 @@ class AbsoluteRates:
         return matrix
 
     def inboard(self, joint: int) -> tuple[Signed, ...]:
-        """Joints whose rates add up to p_joint; those that carry row `joint` of tau' are the same."""
+        """Joints whose velocities add up to p_joint; those that carry row `joint` of tau' are the same."""
         run = next(run for run in self.runs if joint in run)
         return tuple(Signed(k, self.signs[k] * self.signs[joint]) for k in run if k <= joint)
 
@@ -113,7 +114,7 @@ class AbsoluteRates:
         return bool((within[within != 0] == 1).all()) and int(np.ptp(np.flatnonzero(within))) + 1 == len(used)
 
     def absolute(self, own: Iterable[Any]) -> list[Any]:
-        """P from the joints' own rates, or whatever else of each joint can be added up."""
+        """P from the joints' own velocities, or whatever else of each joint can be added up."""
         out = list(own)
         for joint, inner in enumerate(self.before):
             if inner:
