@@ -28,7 +28,7 @@ from gd_analyze.exporting.export import Exported, export, printed
 from gd_analyze.exporting.export_input import subject_of_form
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.denavit_hartenberg import standard_placements
+from gd_analyze.robots.frames import standard_placements
 from gd_analyze.robots.parts import DHRow, Joint, Link
 from gd_analyze.simplification.cache import without_cache
 from gd_analyze.simplification.exact import ExactDynamics
@@ -131,7 +131,7 @@ def arm_of(name: str, profile: str = "fast") -> RobotArm:
                 placement=before,
                 lower=lower,
                 upper=upper,
-                rate_limit=rate,
+                velocity_limit=rate,
                 acceleration_limit=acceleration,
             )
         )

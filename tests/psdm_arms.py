@@ -9,9 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.denavit_hartenberg import standard_placements
-from gd_analyze.robots.inertia import symmetric_tensor
-from gd_analyze.robots.parts import DHRow, Joint, Link
+from gd_analyze.robots.frames import standard_placements
+from gd_analyze.robots.parts import DHRow, Joint, Link, symmetric_tensor
 
 # d, a, alpha; m; centre of mass; Ixx, Iyy, Izz; Ixy, Ixz, Iyz.
 _Row = tuple[
@@ -56,7 +55,7 @@ def _arm(name: str, rows: tuple[_Row, ...]) -> RobotArm:
     for i, ((d, a, alpha), mass, com, (xx, yy, zz), (xy, xz, yz)) in enumerate(rows, start=1):
         row = DHRow(0.0, d / 1000, a / 1000, np.deg2rad(alpha))
         placement, frame = standard_placements("revolute", row)
-        limits = {"lower": -np.pi, "upper": np.pi, "rate_limit": 1.0, "acceleration_limit": 10.0}
+        limits = {"lower": -np.pi, "upper": np.pi, "velocity_limit": 1.0, "acceleration_limit": 10.0}
         joints.append(Joint(f"joint {i}", "revolute", placement, **limits))
         inertia = symmetric_tensor(xx, yy, zz, xy, xz, yz)
         links.append(Link(f"link {i}", mass, np.array(com) / 1000, inertia, frame, as_measured=True))

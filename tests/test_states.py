@@ -10,15 +10,15 @@ import pytest
 
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.motions.states import States, in_words, states_in_box, states_of
-from gd_analyze.robots.box_limits import box_limits
 from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.robots.limits import box_limits
 
 
 def test_states_in_the_box(puma):
     states, again, other = states_in_box(puma, 300), states_in_box(puma, 300), states_in_box(puma, 300, 1)
     for name, low, high in (
         ("q", puma.limits("lower"), puma.limits("upper")),
-        ("qd", -puma.limits("rate_limit"), puma.limits("rate_limit")),
+        ("qd", -puma.limits("velocity_limit"), puma.limits("velocity_limit")),
         ("qdd", -puma.limits("acceleration_limit"), puma.limits("acceleration_limit")),
     ):
         values = getattr(states, name)
@@ -40,9 +40,9 @@ def test_states_of_a_trajectory(pick_and_place):
 
 def test_a_box_that_is_assumed(puma):
     """Only what is not stated: the other joints keep their limits, and what is assumed is said."""
-    joints = (dataclasses.replace(puma.joints[0], rate_limit=None, upper=None), *puma.joints[1:])
+    joints = (dataclasses.replace(puma.joints[0], velocity_limit=None, upper=None), *puma.joints[1:])
     arm = dataclasses.replace(puma, joints=joints)
-    assumed = "a range of +-3.142 rad of joint waist; a rate of 2 rad/s of joint waist"
+    assumed = "a range of +-3.142 rad of joint waist; a velocity of 2 rad/s of joint waist"
     with pytest.warns(GdAnalyzeWarning, match=re.escape(f"for a box of states, {assumed} is assumed")):
         drawn = states_in_box(arm, 500)
     assert drawn.described["box"].endswith(f"acceleration limits (assumed, as none are stated: {assumed})")
@@ -61,7 +61,7 @@ def test_defaults_of_sliding_and_turning_joints_are_told_apart():
     with pytest.warns(GdAnalyzeWarning, match=r"an acceleration of 5 m/s\^2 of joint"):
         limits = box_limits(dataclasses.replace(stanford, joints=joints))
     np.testing.assert_array_equal(limits.acceleration, np.full(6, 5.0))
-    assert "an acceleration of 5 rad/s^2 of joint" in limits.behind
+    assert "an acceleration of 5 rad/s^2 of joint" in limits.remark
 
 
 def test_some_of_them(puma):

@@ -31,7 +31,7 @@ def test_what_is_suspicious_stands_first_with_its_line(run, odd):
         f"read from odd.urdf gravity 0 0 -9.81 m/s² along x, y, z of the base frame Suspicious - line {line}"
         in flowing
     )
-    assert "the inertia of link upper breaks the triangle inequality by 5" in flowing
+    assert "the inertia of link upper violates the triangle inequality by 5" in flowing
     assert said.index("Suspicious") < said.index("Chain") < said.index("Joint frames") < said.index("Links")
     for name in ("shoulder", "elbow", "upper", "lower"):
         assert name in said

@@ -273,7 +273,7 @@ def test_an_inertia_that_makes_d_indefinite_is_told_and_refused(run, here):
         result = run(*words.split())
         assert (result.code, result.out) == (2, "")
         told, error = result.err.split("error: ")
-        assert "line 11: the inertia of link 2 is of no body" in told
+        assert "line 11: the inertia of link 2 is physically inconsistent" in told
         assert "D is not positive definite, by the inertia of link 2" in error
         assert "where: own.toml, line 11" in error
         assert "at set point " in error

@@ -302,9 +302,9 @@ def test_no_positive_energy_is_claimed_of_an_arm_whose_inertias_no_body_has(run,
     (here / "x.csv").write_text(csv(*rows))
     done = run("own.toml", "x.csv", "--level", "energy", "--out", "r", "--format", "html,json")
     assert done.code == 0
-    assert "the inertia of link 2 is of no body" in done.err
+    assert "the inertia of link 2 is physically inconsistent" in done.err
     page = (here / "r" / "report.html").read_text(encoding="utf-8")
-    assert page.count("the inertia of link 2 is of no body") == 2  # among the warnings and the sources
+    assert page.count("the inertia of link 2 is physically inconsistent") == 2
     assert "not claimed here" in page
     for sentence in re.findall(r"[^.>]*positive definite[^.]*\.", page):
         assert "not claimed here" in sentence, sentence

@@ -141,7 +141,7 @@ def test_limits_that_are_not_stated_are_stood_in_for(run, here):
     result = run("evaluate", "model.json")
     assert result.code == 0
     for where in (result.err, result.out):
-        assert "a rate of 2 rad/s of every joint" in " ".join(where.split())
+        assert "a velocity of 2 rad/s of every joint" in " ".join(where.split())
 
 
 def test_errors_stand_beside_what_is_allowed_and_no_share_of_another_peak(run, here, swing, motion):

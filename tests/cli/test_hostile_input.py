@@ -85,7 +85,7 @@ def _set(document, path, value):
         (("arm", "joints", 0, "name"), [1]),
         (("arm", "joints", 0, "name"), "\x1b[2J"),
         (("arm", "joints", 0, "upper"), "3.1"),
-        (("arm", "joints", 0, "rate_limit"), [3]),
+        (("arm", "joints", 0, "velocity_limit"), [3]),
         (("arm", "links", 0, "mass"), "1.0"),
         (("arm", "links", 0, "name"), {"a": 1}),
         (("arm", "title"), None),

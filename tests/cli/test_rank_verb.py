@@ -77,7 +77,7 @@ def test_refused(run, words, told):
 
 def file_of(arm: RobotArm) -> str:
     """An arm with limits to draw states from."""
-    limits = {"lower": -2.0, "upper": 2.0, "rate_limit": 2.0, "acceleration_limit": 5.0}
+    limits = {"lower": -2.0, "upper": 2.0, "velocity_limit": 2.0, "acceleration_limit": 5.0}
     return toml_of(
         dataclasses.replace(arm, joints=tuple(dataclasses.replace(j, **limits) for j in arm.joints))
     )

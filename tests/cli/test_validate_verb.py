@@ -114,7 +114,7 @@ def test_json_holds_everything(run, model, two_link):
     assert result.code == 1
     assert (told["arm"], told["budget"], told["fail_over"], told["passed"]) == ("two_link", "5%", "5%", False)
     assert told["box"]["where"] == "the arm's limits"
-    assert told["box"]["rate"] == two_link.limits("rate_limit").tolist()
+    assert told["box"]["rate"] == two_link.limits("velocity_limit").tolist()
     assert [one["passed"] for one in told["motions"]] == [True, False]
     found = gd.validate(model, [swung(6.0, "slow"), swung(1.0, "fast")], fail_over="5%")
     for said, one in zip(told["motions"], found.motions, strict=True):

@@ -101,7 +101,7 @@ def test_the_example_is_a_possible_arm(example):
         arm = load_arm(example)
     assert [joint.kind for joint in arm.joints] == ["prismatic", "revolute"]
     assert arm.joints[1].upper == pytest.approx(np.deg2rad(150), rel=1e-15)
-    assert arm.joints[1].rate_limit == pytest.approx(np.pi, rel=1e-15)
+    assert arm.joints[1].velocity_limit == pytest.approx(np.pi, rel=1e-15)
     # 0.107 about the frame's origin, less m c^2 = 2 * 0.2^2; a few roundings of 0.107.
     assert arm.inertia_com[1, 2, 2] == pytest.approx(0.027, rel=1e-14)
     assert arm.inertia_com[0, 0, 2] == -0.01
@@ -118,7 +118,7 @@ def test_the_example_is_a_possible_arm(example):
         ("mass = 6.0", "mass = -6.0", "negative"),
         ("inertia = 1.5", "inertia = -1.5", "drives[1].inertia"),
         ("range = [0.0, 0.8]", "range = [0.8, 0.0]", "empty"),
-        ("rate_limit = 0.5", "rate_limit = 0.0", "not positive"),
+        ("velocity_limit = 0.5", "velocity_limit = 0.0", "not positive"),
         ("mass = 2.0", "mass = 2.0\naxial_only = true", "about the joint axis only"),
         ("mass = 2.0", "mass = nan", "links[2].mass"),
         ("mass = 2.0", "weight = 2.0", "links[2]"),

@@ -20,7 +20,7 @@ from strategies import random_states
 
 
 def arm_of(name: str, *kinds: str, mass: float = 1.0) -> RobotArm:
-    limits = {"lower": -3.0, "upper": 3.0, "rate_limit": 3.0, "acceleration_limit": 10.0}
+    limits = {"lower": -3.0, "upper": 3.0, "velocity_limit": 3.0, "acceleration_limit": 10.0}
     joints = tuple(Joint(f"j{k}", kind, **limits) for k, kind in enumerate(kinds))
     inertia = np.eye(3) * 0.1 * mass
     links = tuple(Link(f"l{k}", mass, np.zeros(3), inertia) for k in range(len(kinds)))

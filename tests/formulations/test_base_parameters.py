@@ -19,7 +19,7 @@ from gd_analyze.dynamics.regressor import parameters_of, regressor
 from gd_analyze.dynamics.regrouped_links import regrouped
 from gd_analyze.dynamics.regrouping import KINDS, carried
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.denavit_hartenberg import standard_placements
+from gd_analyze.robots.frames import standard_placements
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
 from parallel_axes import arms_with_runs, scara
 from strategies import arms, examples, random_inertia, random_states

@@ -40,13 +40,13 @@ a_mm = 500.0
 theta = 0.1
 d = 0.2
 range_deg = [-90.0, 90.0]
-rate_limit_deg = 120.0
+velocity_limit_deg = 120.0
 acceleration_limit = 5.0
 [[joints]]
 name = "slide"
 kind = "prismatic"
 range_mm = [100.0, 500.0]
-rate_limit = 1.0
+velocity_limit = 1.0
 acceleration_limit_mm = 2000.0
 [[links]]
 name = "first"
@@ -74,7 +74,7 @@ torque_limit = 97.0
 [[drives]]
 inertia = 0.25
 """
-# With an inertia that breaks the triangle inequality by as much as measurements do, which is told.
+# With an inertia that violates the triangle inequality by as much as measurements do, which is told.
 MEASURED = FULL.replace("zz = 0.01, xy", "zz = 0.0415, xy")
 PLACED = """
 format = "gd-analyze arm 1"

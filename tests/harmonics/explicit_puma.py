@@ -16,7 +16,7 @@ import numpy as np
 
 from gd_analyze.harmonics.terms import Factor, Monomial
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.denavit_hartenberg import modified_placements
+from gd_analyze.robots.frames import modified_placements
 from gd_analyze.robots.parts import DHRow, Joint, Link
 
 TABLE = {

@@ -12,7 +12,7 @@ name = "turn"
 alpha_deg = -90.0
 a_mm = 500.0
 range_deg = [-90.0, 90.0]
-rate_limit = 2.0
+velocity_limit = 2.0
 
 [[joints]]
 name = "slide"

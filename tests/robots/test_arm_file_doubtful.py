@@ -15,7 +15,7 @@ SLIGHTLY_OFF = ARM.replace("zz = 0.01 }", "zz = 0.042 }")  # 0.042 > 0.02 + 0.02
 
 
 def test_a_triangle_inequality_broken_by_a_measurements_error_warns(file):
-    with pytest.warns(GdAnalyzeWarning, match=r"line 17: .*first breaks the triangle inequality by 4\.8 %"):
+    with pytest.warns(GdAnalyzeWarning, match=r"line 17: .*first violates the triangle inequality by 4\.8 %"):
         read_arm(file(SLIGHTLY_OFF))
 
 
@@ -30,8 +30,8 @@ def test_no_measurement_excuses_what_is_far_off(file, measured):
     """0.06 > 0.02 + 0.02 by a third of it."""
     text = ARM.replace("zz = 0.01 }", "zz = 0.06 }").replace("mass = 2.0", f"mass = 2.0{measured}")
     said = (
-        r"line 17: the inertia of link first breaks the triangle inequality by 33 % of its largest principal "
-        r"moment \(0\.02, 0\.02, 0\.06 kg m\^2\): no body has it; check units .* \(com or origin\)"
+        r"line 17: the inertia of link first violates the triangle inequality by 33 % of its .*principal "
+        r"moment \(0\.02, 0\.02, 0\.06 kg m\^2\): physically inconsistent; check units .* \(com or origin\)"
     )
     with pytest.warns(GdAnalyzeWarning, match=said) as told:
         arm = read_arm(file(text))
@@ -44,7 +44,7 @@ def test_a_negative_principal_moment_is_one_warning(file, measured):
     """Of [[0.01, 0.02], [0.02, 0.01]] the moments are 0.01 - 0.02 and 0.01 + 0.02."""
     text = ARM.replace("xy = 0.001", "xy = 0.02").replace("mass = 1.0", f"mass = 1.0{measured}")
     said = (
-        r"line \d+: the inertia of link second is of no body: its smallest principal moment is negative, by "
+        r"line \d+: the inertia of link second is physically inconsistent: its smallest .* negative, by "
         r"33 % of the largest \(-0\.01, 0\.01, 0\.03 kg m\^2\); check the signs of the products"
     )
     with pytest.warns(GdAnalyzeWarning, match=said) as told:

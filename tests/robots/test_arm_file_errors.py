@@ -52,7 +52,12 @@ CASES: dict[str, tuple[str, str, str, str]] = {
         "[[joints]]@1",
     ),
     "reversed range": ("[-90.0, 90.0]", "[90.0, -90.0]", "range of joint turn is empty", "[[joints]]"),
-    "rate limit of zero": ("rate_limit = 2.0", "rate_limit = 0.0", "rate limit of joint turn", "[[joints]]"),
+    "rate limit of zero": (
+        "velocity_limit = 2.0",
+        "velocity_limit = 0.0",
+        "velocity limit of joint turn",
+        "[[joints]]",
+    ),
     "given twice": ("a_mm = 500.0", "a_mm = 500.0\na = 0.5", "joints[1]", "[[joints]]"),
     "degrees of a slide": ("range = [0.0", "range_deg = [0.0", "joints[2].range_deg", "range_deg = [0.0"),
     "a length in degrees": ("a_mm = 500.0", "a_deg = 5.0", "joints[1].a_deg", "a_deg = 5"),

@@ -102,7 +102,7 @@ def test_impossible_names(name):
         ("mass = 2.0", "mas = 2.0", "links[1].mas", "mass"),
         ("com = [0.0, 0.0, 0.1]", "comm = [0.0, 0.0, 0.1]", "links[1].comm", "com"),
         ("mass = 2.0", "mass = 2.0\nas_mesured = true", "links[1].as_mesured", "as_measured"),
-        ("rate_limit = 2.0", "rate_limits = 2.0", "joints[1].rate_limits", "rate_limit"),
+        ("velocity_limit = 2.0", "velocity_limits = 2.0", "joints[1].velocity_limits", "velocity_limit"),
         ("alpha_deg = -90.0", "alfa_deg = -90.0", "joints[1].alfa_deg", "alpha_deg"),
         ("mass = 2.0", "mass_mm = 2.0", "links[1].mass_mm", "mass"),
         ("inertia = 0.25", "inertias = 0.25", "drives[2].inertias", "inertia"),

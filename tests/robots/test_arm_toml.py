@@ -19,8 +19,7 @@ from gd_analyze.robots.arm_file import read_arm
 from gd_analyze.robots.arm_toml import toml_of
 from gd_analyze.robots.catalogue import builtin_arms, load_arm
 from gd_analyze.robots.description import describe_in_full, fingerprint
-from gd_analyze.robots.link_uncertainty import LinkUncertainty
-from gd_analyze.robots.parts import Drive, Joint, Link, Placement
+from gd_analyze.robots.parts import Drive, Joint, Link, LinkUncertainty, Placement
 from gd_analyze.robots.payload import with_payload
 from strategies import arms, examples, random_states
 
@@ -57,7 +56,7 @@ def dressed_arms(draw: st.DrawFn) -> RobotArm:
             joint,
             lower=perhaps(-rng.uniform(0.1, 3.0)),
             upper=perhaps(np.radians(rng.integers(1, 180))),
-            rate_limit=perhaps(rng.uniform(0.1, 3.0)),
+            velocity_limit=perhaps(rng.uniform(0.1, 3.0)),
             acceleration_limit=perhaps(rng.uniform(0.1, 30.0)),
         )
         for joint in arm.joints

@@ -12,9 +12,8 @@ from made_links import link
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import builtin_arms, load_arm
-from gd_analyze.robots.link_uncertainty import LinkUncertainty
-from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
-from gd_analyze.robots.slips import implausible
+from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, LinkUncertainty, Placement
+from gd_analyze.robots.plausibility import implausible
 from strategies import arms, examples
 
 
@@ -62,7 +61,7 @@ def test_limits_that_are_unknown_are_infinite():
     arm = RobotArm("a", (Joint("1"),), (link(),))
     assert arm.limits("lower").tolist() == [-np.inf]
     assert arm.limits("upper").tolist() == [np.inf]
-    assert arm.limits("rate_limit").tolist() == [np.inf]
+    assert arm.limits("velocity_limit").tolist() == [np.inf]
 
 
 @pytest.mark.parametrize("axis", [(0, 0, 2.0), (0, 0, 0), (1, 1, 0), (0, 0, 1 + 1e-5)])
@@ -97,7 +96,7 @@ def test_axis_must_be_a_unit_vector(axis):
             lambda: RobotArm("a", (Joint("1"),), (link(),), dh_table=(DHRow(0.0, 0.0, 0.0, 0.0),) * 2),
             "needs one of its table rows per joint",
         ),
-        (lambda: RobotArm("a", (Joint("1"),), (link(),), convention=7), "an arm's convention is not text"),
+        (lambda: RobotArm("a", (Joint("1"),), (link(),), convention=7), "an arm's convention is not a name"),
         (lambda: Drive(inertia_uncertainty=-0.1), "uncertainty of a drive's inertia is negative"),
         (lambda: Drive(inertia_uncertainty=np.inf), "uncertainty of a drive's inertia is not finite"),
         (lambda: LinkUncertainty(mass=-0.1), "uncertainty of a link's mass is negative"),
@@ -133,8 +132,8 @@ def test_triangle_inequality_by_how_much(excess, told, told_of_a_measurement):
     inertia = np.diag([0.5, 0.5 - excess, 1.0])
     for measured, is_told in ((False, told), (True, told_of_a_measurement)):
         said = slip(link(inertia_com=inertia, as_measured=measured))
-        assert ("breaks the triangle inequality" in said) == is_told
-        assert ("no body has it" in said) == (excess > 0.1)
+        assert ("violates the triangle inequality" in said) == is_told
+        assert (": physically inconsistent" in said) == (excess > 0.1)
 
 
 @pytest.mark.parametrize(("least", "told"), [(-0.0005, ""), (-0.002, "by 0.2 %"), (-1.0, "by 100 %")])

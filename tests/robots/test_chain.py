@@ -36,7 +36,7 @@ def test_one_chain_is_found_by_itself(read):
         ("elbow", "lower"),
     ]
     assert (arm.joints[0].source.line, arm.links[1].source.line) == (5, 4)
-    assert (arm.joints[0].lower, arm.joints[0].upper, arm.joints[0].rate_limit) == (-2.0, 1.5, 3.0)
+    assert (arm.joints[0].lower, arm.joints[0].upper, arm.joints[0].velocity_limit) == (-2.0, 1.5, 3.0)
     assert [drive.torque_limit for drive in arm.drives] == [40.0, 40.0]
     assert arm.gravity.tolist() == [0.0, 0.0, -9.81]
 

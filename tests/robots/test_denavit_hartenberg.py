@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.denavit_hartenberg import modified_placements, standard_placements
+from gd_analyze.robots.frames import exact_cos_sin, modified_placements, standard_placements
 from gd_analyze.robots.parts import DHRow, Joint, Link
-from gd_analyze.robots.turns import exact_cos_sin
 from strategies import examples, random_inertia, random_states
 from transforms import link_frames
 

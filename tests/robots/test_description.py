@@ -12,8 +12,7 @@ from made_links import link
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import arm_from_description, describe, fingerprint
-from gd_analyze.robots.link_uncertainty import LinkUncertainty
-from gd_analyze.robots.parts import Drive, Joint
+from gd_analyze.robots.parts import Drive, Joint, LinkUncertainty
 from gd_analyze.robots.payload import with_payload
 from strategies import arms, examples
 

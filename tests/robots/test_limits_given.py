@@ -54,9 +54,9 @@ def test_words_and_numbers(robot, given, expected):
 
 
 def test_what_is_given_is_told(robot):
-    assert load_arm(robot, limits=["all=4"]).assumptions[-1] == "Limits of acceleration as given: all=4."
+    assert load_arm(robot, limits=["all=4"]).assumptions[-1] == "Acceleration limits as given: all=4."
     told = load_arm(robot, limits={"elbow": 6.0}).assumptions[-1]
-    assert told == "Limits of acceleration as given: elbow 6 rad/s^2."
+    assert told == "Acceleration limits as given, per s^2: elbow 6."
 
 
 def test_built_in_and_toml_arms_take_them_too():
@@ -68,7 +68,7 @@ def test_the_file_of_moveit(robot, tmp_path):
     path.write_text(MOVEIT)
     arm = load_arm(robot, limits=path)
     assert accelerations(arm) == [7.0, None]
-    assert [joint.rate_limit for joint in arm.joints] == [2.5, 1.0]
+    assert [joint.velocity_limit for joint in arm.joints] == [2.5, 1.0]
     assert [joint.lower for joint in arm.joints] == [-2.0, -2.0]
     assert arm.assumptions[-1] == "Limits of shoulder, elbow from joint_limits.yaml."
     assert accelerations(load_arm(robot, limits=[str(path), "elbow=2"])) == [7.0, 2.0]
@@ -88,19 +88,19 @@ def test_toml_of_the_same_names(robot, tmp_path):
     path = tmp_path / "limits.toml"
     path.write_text("[joint_limits.elbow]\nmax_acceleration = 3\nmax_velocity = 2.0\n")
     elbow = load_arm(robot, limits=path).joints[1]
-    assert (elbow.acceleration_limit, elbow.rate_limit) == (3.0, 2.0)
+    assert (elbow.acceleration_limit, elbow.velocity_limit) == (3.0, 2.0)
 
 
 @pytest.mark.parametrize(
     ("given", "what", "text"),
     [
-        (["elbow"], "this is no limit of acceleration", "joint=value, all=value, 2 values with commas"),
-        (["1,2,3"], "this is no limit of acceleration", "3 values in '1,2,3'"),
-        (["elbow=0"], "this is no limit of acceleration", "elbow=0"),
-        (["elbow=fast"], "this is no limit of acceleration", "elbow=fast"),
+        (["elbow"], "this is no acceleration limit", "joint=value, all=value, 2 values with commas"),
+        (["1,2,3"], "this is no acceleration limit", "1,2,3"),
+        (["elbow=0"], "this is no acceleration limit", "elbow=0"),
+        (["elbow=fast"], "this is no acceleration limit", "elbow=fast"),
         (["wrist=1"], "there is no joint 'wrist' to limit", "shoulder, elbow"),
-        ({"elbow": math.inf}, "this is no limit of acceleration", "elbow=inf"),
-        ([3], "this is no limit of acceleration", "3"),
+        ({"elbow": math.inf}, "this is no acceleration limit", "elbow=inf"),
+        ([3], "this is no acceleration limit", "3"),
     ],
 )
 def test_words_that_are_no_limits(robot, given, what, text):
@@ -126,7 +126,7 @@ def test_words_that_are_no_limits(robot, given, what, text):
         (
             "l.yaml",
             "joint_limits: {elbow: {max_acceleration: -1}}",
-            "max_acceleration of joint elbow is not positive",
+            "max_acceleration of joint elbow is no limit",
             "-1",
         ),
         (

@@ -17,7 +17,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.robots.parts import Joint, Link
 from gd_analyze.robots.payload import Payload, parse_payload, with_payload
-from gd_analyze.robots.slips import implausible
+from gd_analyze.robots.plausibility import implausible
 from strategies import arms_with_states, examples, random_inertia
 
 EPS = float(np.finfo(float).eps)
@@ -160,13 +160,13 @@ def test_parsing():
 @pytest.mark.parametrize(
     ("text", "what", "found"),
     [
-        ("1.5,0,0", "wrong count", "3"),
-        ("1.5,0,0,0.1,0.2", "wrong count", "5"),
-        ("1.5,0,zero,0.1", "not a list of numbers", "'zero'"),
-        ("", "not a list of numbers", "''"),
-        ("nan,0,0,0.1", "not a list of numbers", "'nan'"),
-        ("1_0,0,0,0.1", "not a list of numbers", "'1_0'"),
-        ("1.5;0;0;0.1", "not a list of numbers", "'1.5;0;0;0.1'"),
+        ("1.5,0,0", "not 4, 7 or 10", "3 numbers"),
+        ("1.5,0,0,0.1,0.2", "not 4, 7 or 10", "5 numbers"),
+        ("1.5,0,zero,0.1", "not 4, 7 or 10", "'zero'"),
+        ("", "not 4, 7 or 10", "''"),
+        ("nan,0,0,0.1", "not 4, 7 or 10", "'nan'"),
+        ("1_0,0,0,0.1", "not 4, 7 or 10", "'1_0'"),
+        ("1.5;0;0;0.1", "not 4, 7 or 10", "'1.5;0;0;0.1'"),
     ],
 )
 def test_text_that_is_no_payload(text, what, found):
@@ -190,7 +190,7 @@ def test_payloads_that_cannot_be(text, what):
 
 @pytest.mark.parametrize(
     ("moments", "said"),
-    [((0.1, 0.1, 0.3), "breaks the triangle inequality by 33 %"), ((-0.1, 0.1, 0.1), "negative, by 100 %")],
+    [((0.1, 0.1, 0.3), "violates the triangle inequality by 33 %"), ((-0.1, 0.1, 0.1), "negative, by 100 %")],
 )
 def test_a_payload_that_no_body_can_be_is_told_once(puma, moments, said):
     with pytest.warns(GdAnalyzeWarning, match=f"payload: the inertia of link payload .*{said}") as told:

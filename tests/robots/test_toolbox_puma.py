@@ -15,7 +15,7 @@ from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.motions.states import States
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.denavit_hartenberg import standard_placements
+from gd_analyze.robots.frames import standard_placements
 from gd_analyze.robots.parts import DHRow, Joint, Link
 
 # d, a, alpha in right angles; mass, centre of mass, moments; motor inertia, gear ratio.

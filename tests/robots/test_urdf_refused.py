@@ -178,7 +178,7 @@ def test_ranges_that_are_not_stated_are_unknown_and_told(tmp_path):
     assert "robot.urdf, line 6, column " in told[0]
     assert told[0].endswith("joint one is revolute and states no range, which is taken as unknown")
     assert told[1].endswith("joint two is revolute and states a range of 0 .. 0, which is taken as unknown")
-    assert [(joint.lower, joint.upper, joint.rate_limit) for joint in arm.joints] == [
+    assert [(joint.lower, joint.upper, joint.velocity_limit) for joint in arm.joints] == [
         (None, None, None),
         (None, None, None),
         (None, None, 2.0),
@@ -192,8 +192,8 @@ def test_limits_that_stand_for_none(tmp_path):
     joints = [joint("one", "base", "a", limit=far), joint("two", "a", "b", limit=near)]
     path.write_text(urdf(*(link(name) for name in ("base", "a", "b")), *joints))
     one, two = load_arm(path).joints
-    assert (one.lower, one.upper, one.rate_limit) == (None, None, None)
-    assert (two.lower, two.upper, two.rate_limit) == (-1.0, 1.0, 9.0)
+    assert (one.lower, one.upper, one.velocity_limit) == (None, None, None)
+    assert (two.lower, two.upper, two.velocity_limit) == (-1.0, 1.0, 9.0)
     assert load_arm(path).assumptions[-1] == "Limits of 100, 1000 and so on stand for none: joint one."
 
 

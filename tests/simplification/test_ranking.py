@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.robots.link_uncertainty import LinkUncertainty
-from gd_analyze.robots.parts import Drive
+from gd_analyze.robots.parts import Drive, LinkUncertainty
 from gd_analyze.robots.payload import with_payload
 from gd_analyze.simplification.candidates import candidates_of
 from gd_analyze.simplification.effort import ROUGH

@@ -140,7 +140,7 @@ def here_file(tmp_path) -> Path:
 def test_loading_warns_of_nothing(two_link, swing, path):
     """Not even of limits that the trajectory breaks: whoever loads a model did not name the trajectory."""
     slow = dataclasses.replace(
-        two_link, joints=tuple(dataclasses.replace(joint, rate_limit=1e-3) for joint in two_link.joints)
+        two_link, joints=tuple(dataclasses.replace(joint, velocity_limit=1e-3) for joint in two_link.joints)
     )
     save_model(simplify(slow, states_of(swing), Budget.parse("40%")), path)
     with warnings.catch_warnings():

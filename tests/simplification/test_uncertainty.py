@@ -15,8 +15,7 @@ from gd_analyze.dynamics import newton_euler_link
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.link_uncertainty import LinkUncertainty
-from gd_analyze.robots.parts import Drive, Joint, Link, Placement
+from gd_analyze.robots.parts import Drive, Joint, Link, LinkUncertainty, Placement
 from gd_analyze.robots.payload import with_payload
 from gd_analyze.simplification.exact import torque_uncertainty
 from strategies import arms_with_states, examples

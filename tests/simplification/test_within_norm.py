@@ -33,7 +33,7 @@ BUDGET = "2% norm at 95% of states"
 
 @pytest.fixture(scope="module")
 def exact() -> ExactDynamics:
-    limits = {"lower": -np.pi, "upper": np.pi, "rate_limit": 1.0, "acceleration_limit": 10.0}
+    limits = {"lower": -np.pi, "upper": np.pi, "velocity_limit": 1.0, "acceleration_limit": 10.0}
     arm = scara()
     arm = replace(arm, joints=tuple(replace(joint, **limits) for joint in arm.joints))
     return ExactDynamics.of(arm, states_in_box(arm, 300))

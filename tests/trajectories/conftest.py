@@ -29,7 +29,7 @@ def slider() -> RobotArm:
     """A sliding joint with limits behind a turning joint without any."""
     joints = (
         Joint("1"),
-        Joint("slide", kind="prismatic", lower=0.0, upper=0.5, rate_limit=1.0, acceleration_limit=4.0),
+        Joint("slide", kind="prismatic", lower=0.0, upper=0.5, velocity_limit=1.0, acceleration_limit=4.0),
     )
     links = tuple(Link(str(i), 1.0, np.zeros(3), 0.1 * np.eye(3)) for i in (1, 2))
     return RobotArm("slider", joints, links)

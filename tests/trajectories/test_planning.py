@@ -182,7 +182,7 @@ def test_joints_without_limits_are_not_checked_and_said_so(slider: RobotArm) -> 
         "joint 1: no limit stated for position, rate, acceleration; not checked",
     )
     row = planned.limits.rows[0]
-    assert (row.lower, row.upper, row.rate_limit, row.acceleration_limit) == (None,) * 4
+    assert (row.lower, row.upper, row.velocity_limit, row.acceleration_limit) == (None,) * 4
 
 
 def test_messages_about_sliding_joints_speak_of_metres(slider: RobotArm) -> None:

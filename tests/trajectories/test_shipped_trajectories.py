@@ -79,7 +79,7 @@ def test_within_every_limit_all_the_time(name: str) -> None:
 
 def test_the_slew_runs_near_the_rate_limits_of_the_large_joints() -> None:
     rows = limit_report(load_arm("puma560"), shipped("large-slew")).rows
-    shares = [row.rate / row.rate_limit for row in rows if row.rate_limit]
+    shares = [row.rate / row.velocity_limit for row in rows if row.velocity_limit]
     assert min(shares[:2]) > 0.9
     assert shares[2] > 0.5
     assert shares[3:] == [0, 0, 0]

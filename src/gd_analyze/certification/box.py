@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gd_analyze.arrays import FloatArray, array_of
 from gd_analyze.errors import UsageError
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.box_limits import box_limits
+from gd_analyze.robots.limits import box_limits
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,8 +96,8 @@ class Box:
             Of limits that are assumed; `where` says so, too.
         """
         limits = box_limits(arm)
-        where = f"the arm's limits{limits.behind}"
-        return cls(limits.lower, limits.upper, limits.rate, limits.acceleration, where)
+        where = f"the arm's limits{limits.remark}"
+        return cls(limits.lower, limits.upper, limits.velocity, limits.acceleration, where)
 
     @classmethod
     def around(cls, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> Box:

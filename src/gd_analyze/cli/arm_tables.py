@@ -10,8 +10,8 @@ import numpy as np
 import gd_analyze as gd
 from gd_analyze.arrays import FloatArray
 from gd_analyze.cli.terminal import WIDTH, line, sentence, table
+from gd_analyze.robots.frames import angles_of
 from gd_analyze.robots.parts import Placement
-from gd_analyze.robots.turns import angles_of
 from gd_analyze.text import number
 
 _MOMENTS, _PRODUCTS = ("Ixx", "Iyy", "Izz"), ("Ixy", "Ixz", "Iyz")
@@ -205,7 +205,7 @@ def _show_limits(arm: gd.RobotArm) -> None:
         scale, unit = (math.degrees(1.0), "°") if joint.kind == "revolute" else (1.0, "m")
         ends = (joint.lower, joint.upper)
         lower, upper = _cells(end if end is None else end * scale for end in ends)
-        limits = ((joint.rate_limit, "s"), (joint.acceleration_limit, "s²"))
+        limits = ((joint.velocity_limit, "s"), (joint.acceleration_limit, "s²"))
         rows.append(
             [joint.name, "?" if ends == (None, None) else f"{lower} .. {upper} {unit}"]
             + ["?" if limit is None else f"{limit:g} {joint.unit}/{per}" for limit, per in limits]

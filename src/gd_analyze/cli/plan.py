@@ -170,7 +170,7 @@ def _show(made: Plan) -> None:
                 joint_name(row.joint, row.name),
                 f"{shown(row.lowest, scale)} .. {shown(row.highest, scale)}",
                 f"{shown(row.lower, scale)} .. {shown(row.upper, scale)}",
-                f"{shown(row.rate)} / {shown(row.rate_limit)}",
+                f"{shown(row.rate)} / {shown(row.velocity_limit)}",
                 f"{shown(row.acceleration)} / {shown(row.acceleration_limit)}",
             ]
         )

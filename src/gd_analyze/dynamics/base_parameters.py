@@ -17,8 +17,7 @@ from gd_analyze.dynamics.regrouped_links import RegroupedArm, regrouped
 from gd_analyze.dynamics.regrouping import KINDS, Regrouping, carried, moments_of, regroupings
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
-from gd_analyze.robots.inertia import second_moment
-from gd_analyze.robots.parts import Placement
+from gd_analyze.robots.parts import Placement, second_moment
 from gd_analyze.text import html_of, joined
 
 # Of what is added up, some dozen numbers along the arm, rounding leaves less than this share.

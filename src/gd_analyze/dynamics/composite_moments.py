@@ -35,7 +35,7 @@ import numpy as np
 from gd_analyze.arrays import Array, apply, cross, dot, outer, times_constant
 from gd_analyze.dynamics.kinematics import Kinematics, joint_motions
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.inertia import second_moment
+from gd_analyze.robots.parts import second_moment
 
 TRANSLATION, ROTATION = 0, 1
 

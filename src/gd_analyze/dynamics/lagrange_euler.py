@@ -14,8 +14,7 @@ import numpy as np
 
 from gd_analyze.arrays import Array, product, skew, times_constant, turn_about
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.inertia import second_moment_about_origin
-from gd_analyze.robots.parts import Placement
+from gd_analyze.robots.parts import Placement, second_moment_about_origin
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import ArmError
 from gd_analyze.motions.states import States
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.parts import Link, moments_told
+from gd_analyze.robots.parts import Link
 
 
 def require_positive_definite(arm: RobotArm, states: States, drives: bool) -> None:
@@ -103,7 +103,7 @@ def refusal(arm: RobotArm, q: FloatArray, inertia: FloatArray, floor: FloatArray
             f"the mass matrix D is not positive definite, by the inertia of link {link.name}",
             where=_place(arm, link),
             expected="positive eigenvalues: no motion of an arm has negative energy",
-            found=[found, f"principal moments of link {link.name} {moments_told(link.principal_moments)}"],
+            found=[found, f"principal moments of link {link.name} {link.moments_text}"],
             next_step="mend that inertia: the signs of its products, its units, the point it is about; or "
             "count the drives' inertia",
         )

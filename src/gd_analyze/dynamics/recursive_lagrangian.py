@@ -24,7 +24,7 @@ import numpy as np
 
 from gd_analyze.arrays import Array, apply, dot, outer, product, times_constant, turn_parts
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.inertia import second_moment_about_origin
+from gd_analyze.robots.parts import second_moment_about_origin
 
 
 def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = True) -> Array:

@@ -18,7 +18,7 @@ import numpy as np
 from gd_analyze.arrays import Array, FloatArray, apply, cross, outer, rigid_acceleration
 from gd_analyze.dynamics.kinematics import joint_motions, solve_kinematics
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.inertia import of_point_mass
+from gd_analyze.robots.parts import of_point_mass
 
 # Entries of a symmetric tensor in the order of the parameters.
 _ENTRIES = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))

@@ -20,7 +20,7 @@ import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.inertia import second_moment_about_origin
+from gd_analyze.robots.parts import second_moment_about_origin
 
 # Some dozen products and sums of numbers of one magnitude round to less than this share of it.
 _ROUND_OFF = 1e-14

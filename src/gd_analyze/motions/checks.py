@@ -62,7 +62,7 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
 def _slowness(trajectory: Trajectory, arm: RobotArm) -> list[str]:
     """Say where rates come of positions and instants alone, and would be usual ones if these were ms."""
     moving = np.ptp(trajectory.q, axis=0) > _MOVES
-    limits = arm.limits("rate_limit")[moving]
+    limits = arm.limits("velocity_limit")[moving]
     if "qd" not in trajectory.derived or not moving.any() or not ((limits > 0) & np.isfinite(limits)).all():
         return []
     share = float((np.abs(trajectory.qd[:, moving]).max(axis=0) / limits).max())

@@ -81,8 +81,8 @@ def knot_times(arm: RobotArm, knots: FloatArray, duration: float, via_times: Arr
     so (centripetally) overshoot least where short and long stretches meet.
     """
     if via_times is None:
-        rate_limits = arm.limits("rate_limit")
-        weights = 1 / np.where(np.isfinite(rate_limits), rate_limits, 1.0)
+        velocity_limits = arm.limits("velocity_limit")
+        weights = 1 / np.where(np.isfinite(velocity_limits), velocity_limits, 1.0)
         shares = np.sqrt((np.abs(np.diff(knots, axis=0)) * weights).max(axis=1))
         times = np.concatenate([[0.0], np.cumsum(shares) / shares.sum() * duration])
         times[-1] = duration

@@ -81,7 +81,7 @@ class JointExtremes:
         The joint's name and the unit of its variable.
     lowest, highest, lower, upper
         Extremes of the joint variable and its limits.
-    rate, rate_limit
+    rate, velocity_limit
         Largest magnitude of the rate and its limit.
     acceleration, acceleration_limit
         Largest magnitude of the acceleration and its limit.
@@ -95,7 +95,7 @@ class JointExtremes:
     lower: float | None
     upper: float | None
     rate: float
-    rate_limit: float | None
+    velocity_limit: float | None
     acceleration: float
     acceleration_limit: float | None
 
@@ -122,7 +122,7 @@ class LimitReport:
         for row in self.rows:
             stated = {
                 "position": row.lower is not None and row.upper is not None,
-                "rate": row.rate_limit is not None,
+                "rate": row.velocity_limit is not None,
                 "acceleration": row.acceleration_limit is not None,
             }
             missing = [quantity for quantity, known in stated.items() if not known]
@@ -138,7 +138,7 @@ class LimitReport:
         Stretching time by k divides rates by k and accelerations by k^2. Below 1 the motion could be
         faster; None when the arm states no such limit.
         """
-        factors = [row.rate / row.rate_limit for row in self.rows if row.rate_limit is not None]
+        factors = [row.rate / row.velocity_limit for row in self.rows if row.velocity_limit is not None]
         factors += [
             math.sqrt(row.acceleration / row.acceleration_limit)
             for row in self.rows
@@ -174,7 +174,7 @@ def limit_report(arm: RobotArm, motion: Trajectory | PPoly[np.float64]) -> Limit
             lower=joint.lower,
             upper=joint.upper,
             rate=rate.value,
-            rate_limit=joint.rate_limit,
+            velocity_limit=joint.velocity_limit,
             acceleration=acceleration.value,
             acceleration_limit=joint.acceleration_limit,
         )
@@ -182,7 +182,7 @@ def limit_report(arm: RobotArm, motion: Trajectory | PPoly[np.float64]) -> Limit
         checks: list[tuple[Quantity, Extreme, float | None, str, int]] = [
             ("position", lowest, row.lower, "", -1),
             ("position", highest, row.upper, "", 1),
-            ("rate", rate, row.rate_limit, "/s", 1),
+            ("rate", rate, row.velocity_limit, "/s", 1),
             ("acceleration", acceleration, row.acceleration_limit, "/s^2", 1),
         ]
         violations += [

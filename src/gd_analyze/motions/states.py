@@ -16,8 +16,8 @@ from gd_analyze.motions.motions import Motion, listed
 from gd_analyze.motions.motions import in_words as motions_in_words
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.box_limits import box_limits
 from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.robots.limits import box_limits
 from gd_analyze.text import in_python
 
 if TYPE_CHECKING:
@@ -209,10 +209,10 @@ def states_in_box(arm: RobotArm | str | Path, count: int = 4000, seed: int = 0) 
     limits = box_limits(arm)
     random = np.random.default_rng(seed)
     shape = (count, arm.n_joints)
-    box = f"the arm's ranges, rate and acceleration limits{limits.behind}"
+    box = f"the arm's ranges, velocity and acceleration limits{limits.remark}"
     return States(
         random.uniform(limits.lower, limits.upper, shape),
-        random.uniform(-limits.rate, limits.rate, shape),
+        random.uniform(-limits.velocity, limits.velocity, shape),
         random.uniform(-limits.acceleration, limits.acceleration, shape),
         {"box": box, "states": count, "seed": seed},
     )

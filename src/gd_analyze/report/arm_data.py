@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.plausibility import inconsistent_inertias
 from gd_analyze.text import given
 
 
@@ -21,7 +22,7 @@ def arm_data(arm: RobotArm) -> dict[str, Any]:
                 "name": joint.name,
                 "kind": "turns" if joint.kind == "revolute" else "slides",
                 "range": _range(joint.lower, joint.upper, joint.kind == "revolute"),
-                "rate_limit": given(joint.rate_limit),
+                "velocity_limit": given(joint.velocity_limit),
                 "acceleration_limit": given(joint.acceleration_limit),
                 "unit": joint.unit,
             }
@@ -48,7 +49,7 @@ def arm_data(arm: RobotArm) -> dict[str, Any]:
         "drive_inertia": [given(drive.inertia) for drive in arm.drives],
         "sources": list(arm.sources),
         "assumptions": list(arm.assumptions),
-        "doubts": [*arm.doubts, *arm.impossible],
+        "doubts": [*arm.doubts, *inconsistent_inertias(arm)],
     }
 
 

@@ -29,6 +29,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import Row, dropped_parts, element_rows, joint_rows, trade_off_rows
 from gd_analyze.results.words import CONTRIBUTIONS, kind_name
+from gd_analyze.robots.plausibility import inconsistent_inertias
 from gd_analyze.text import inertia_label
 
 SCRIPTS = ("chart.js", "trade_off.js", "plots.js", "viewer.js", "budget.js", "table.js", "page.js", "fold.js")
@@ -99,6 +100,7 @@ def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
         **summary.opening(findings),
         "findings": findings,
         "arm": arm,
+        "doubts": [*arm.doubts, *inconsistent_inertias(arm)],
         "model": model,
         "elements_only": findings.element_model,
         "steps": summary.search_steps(findings),

@@ -9,6 +9,7 @@ holds d, a and alpha.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -18,11 +19,10 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError
-from gd_analyze.robots.constants import keep
-from gd_analyze.robots.impossible import impossibility
-from gd_analyze.robots.names import require_name, require_sentences
-from gd_analyze.robots.parts import DHRow, Drive, Joint, Link
+from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, checked, require_name, require_sentences
 from gd_analyze.text import amount, html_of, joint_name, pretty
+
+_LIMITS = ("lower", "upper", "velocity_limit", "acceleration_limit")
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ class RobotArm:
     sources, assumptions
         Where the numbers come from, and which of them are not published.
     doubts
-        What looked wrong when the arm was read, a sentence each; told as warnings wherever it is used.
+        What looked wrong when the arm was read, a sentence each; warned of wherever the arm is used.
     """
 
     name: str
@@ -63,46 +63,42 @@ class RobotArm:
         where = f"arm {self.name}"
         for name in ("name", "title", "convention"):
             require_name(getattr(self, name), f"an arm's {name}", where)
-        require_sentences(
-            (*self.sources, *self.assumptions, *self.doubts), "a source, an assumption or a doubt", where
-        )
-        keep(self, "gravity", (3,), f"the gravity of {self.name}", where)
+        sentences = (*self.sources, *self.assumptions, *self.doubts)
+        require_sentences(sentences, "a source, an assumption or a doubt", where)
+        gravity = checked(self.gravity, (3,), f"the gravity of {self.name}", where)
+        object.__setattr__(self, "gravity", gravity)
         if not self.joints:
             raise ArmError(f"arm {self.name} has no joints", expected="at least one joint")
-        rows = self.dh_table
-        for what, items in (("links", self.links), ("drives", self.drives), ("table rows", rows)):
-            if (items and len(items) != len(self.joints)) or (what == "links" and not items):
-                raise ArmError(
-                    f"arm {self.name} needs one of its {what} per joint",
-                    where=f"arm {self.name}",
-                    expected=f"{len(self.joints)} {what}",
-                    found=str(len(items)),
-                )
+        n = len(self.joints)
+        for what, items in (("links", self.links), ("drives", self.drives), ("table rows", self.dh_table)):
+            if len(items) != n and (items or what == "links"):
+                expected, found = f"{n} {what}", str(len(items))
+                problem = f"arm {self.name} needs one of its {what} per joint"
+                raise ArmError(problem, where=where, expected=expected, found=found)
         for index, link in enumerate(self.links):
             if link.axial_only and (index > 0 or self.joints[0].kind != "revolute"):
                 raise ArmError(
                     f"link {link.name} states its inertia about the joint axis only",
-                    where=link.source or f"link {link.name}",
+                    where=link.place,
                     expected="this of the first link, behind a revolute joint, at most",
                     found=f"link {index + 1}",
-                    next_step="state the full inertia: every other link turns about several axes",
+                    next_step="state the full inertia",
                 )
 
     def __repr__(self) -> str:
         return f"RobotArm({self.name!r}, {self.n_joints} joints{', drives' if self.drives else ''})"
 
     def _repr_html_(self) -> str:
-        """Its joints, links and drives, for a notebook."""
-        headings = ["joint", "kind", "range", "rate limit", "mass of link"]
+        """Joints, links and drives, for a notebook."""
+        headings = ["joint", "kind", "range", "velocity limit", "mass of link"]
         rows = [
-            [joint_name(i, joint.name), joint.kind, *joint.limits_told, amount(link.mass, "kg")]
+            [joint_name(i, joint.name), joint.kind, *_limits_text(joint), amount(link.mass, "kg")]
             for i, (joint, link) in enumerate(zip(self.joints, self.links, strict=True), start=1)
         ]
         if self.drives:
             headings.append("drive at the joint")
-            units = ("kg m^2" if turns else "kg" for turns in self.is_revolute)
-            for row, drive, unit in zip(rows, self.drives, units, strict=True):
-                row.append(pretty(amount(drive.inertia, unit)))
+            for row, drive, revolute in zip(rows, self.drives, self.is_revolute, strict=True):
+                row.append(pretty(amount(drive.inertia, "kg m^2" if revolute else "kg")))
         g = ", ".join(f"{x:g}" for x in self.gravity)
         return html_of(self.title or self.name, headings, rows, f"{self!r}; gravity ({g}) m/s^2")
 
@@ -112,23 +108,14 @@ class RobotArm:
         return len(self.joints)
 
     @cached_property
-    def impossible(self) -> tuple[str, ...]:
-        """What of its links' inertias no body has, a sentence each that says by how much.
-
-        What is carried was not stated of the link, and is told when it is merged into it.
-        """
-        stated = (link.bare or link for link in self.links)
-        return tuple(f"{link.place}: {told}" for link in stated if (told := impossibility(link)))
-
-    @cached_property
     def reach(self) -> float:
         """Upper bound on the distance from the first joint to the last link frame, m."""
-        slides = sum(
+        travel = sum(
             max(abs(j.lower or 0.0), abs(j.upper or 0.0)) for j in self.joints if j.kind == "prismatic"
         )
         lengths = [np.linalg.norm(j.placement.translation) for j in self.joints[1:]]
         lengths += [np.linalg.norm(link.frame.translation) for link in self.links]
-        return float(sum(lengths) + slides)
+        return float(sum(lengths) + travel)
 
     @cached_property
     def mass(self) -> FloatArray:
@@ -147,10 +134,10 @@ class RobotArm:
 
     @cached_property
     def is_revolute(self) -> tuple[bool, ...]:
-        """Whether each joint turns."""
+        """Whether each joint is revolute."""
         return tuple(joint.kind == "revolute" for joint in self.joints)
 
-    def limits(self, what: Literal["lower", "upper", "rate_limit", "acceleration_limit"]) -> FloatArray:
+    def limits(self, what: Literal["lower", "upper", "velocity_limit", "acceleration_limit"]) -> FloatArray:
         """One limit of every joint, shape (n,); infinite (minus infinite for "lower") where unknown."""
         unknown = -np.inf if what == "lower" else np.inf
         values = [getattr(joint, what) for joint in self.joints]
@@ -158,12 +145,9 @@ class RobotArm:
 
     @property
     def has_all_limits(self) -> bool:
-        """Whether every joint states its range and its rate and acceleration limits."""
-        return bool(
-            np.isfinite(
-                [self.limits(what) for what in ("lower", "upper", "rate_limit", "acceleration_limit")]
-            ).all()
-        )
+        """Whether every joint states its range and its velocity and acceleration limits."""
+        limits = [getattr(joint, what) for joint in self.joints for what in _LIMITS]
+        return all(limit is not None and math.isfinite(limit) for limit in limits)
 
     def counts_drives(self, asked: bool | None = None) -> bool:
         """Whether the drives' inertia counts: as asked for, or else where the arm describes any."""
@@ -186,6 +170,16 @@ class RobotArm:
                 next_step="add the drives to the arm file, or ask for the links alone",
             )
         return _read_only([drive.inertia for drive in self.drives])
+
+
+def _limits_text(joint: Joint) -> tuple[str, str]:
+    """Range (revolute joints: in degrees) and velocity limit with units; a dash where unknown."""
+    ends = [end for end in (joint.lower, joint.upper) if end is not None and math.isfinite(end)]
+    scale, unit = (180 / math.pi, "°") if joint.kind == "revolute" else (1.0, "m")
+    span = " .. ".join(f"{scale * end:.4g}" for end in ends)
+    limit = joint.velocity_limit
+    is_known = limit is not None and math.isfinite(limit)
+    return f"{span} {unit}" if len(ends) == 2 else "–", f"{limit:.4g} {joint.unit}/s" if is_known else "–"
 
 
 def _read_only(values: Sequence[float | FloatArray]) -> FloatArray:

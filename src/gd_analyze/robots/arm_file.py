@@ -1,7 +1,7 @@
 """Reads an arm from a TOML file: schema, units, and the line of the file that is to blame.
 
 Units are SI and radians unless a key says otherwise: `alpha_deg`, `theta_deg`, `a_mm`, `d_mm`, `com_mm`, and
-for a joint's `range`, `rate_limit` and `acceleration_limit` `_deg` where it turns, `_mm` where it slides.
+for a joint's `range`, `velocity_limit` and `acceleration_limit` `_deg` where it turns, `_mm` where it slides.
 """
 
 from __future__ import annotations
@@ -29,11 +29,10 @@ from gd_analyze.robots.arm_schema import (
     LinkTable,
     keys_beside,
 )
-from gd_analyze.robots.denavit_hartenberg import CONVENTIONS, placements_of
-from gd_analyze.robots.names import require_name, require_sentences
-from gd_analyze.robots.parts import Drive, Joint, Link, Placement
+from gd_analyze.robots.frames import CONVENTIONS, placements_of
+from gd_analyze.robots.parts import Drive, Joint, Link, Placement, require_name, require_sentences
 from gd_analyze.robots.placement_schema import PlacedJointTable, PlacedLinkTable, PlacementFile
-from gd_analyze.robots.slips import warn_of_implausible
+from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.robots.toml_lines import TableLines
 from gd_analyze.text import in_python
 
@@ -237,7 +236,7 @@ def _joints_and_links(
                 axis=axis,
                 lower=lower,
                 upper=upper,
-                rate_limit=joint.rate_limit,
+                velocity_limit=joint.velocity_limit,
                 acceleration_limit=joint.acceleration_limit,
                 source=lines.locate(("joints", i)),
             )

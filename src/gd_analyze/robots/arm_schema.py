@@ -9,9 +9,7 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.robots.inertia import of_point_mass, symmetric_tensor
-from gd_analyze.robots.link_uncertainty import LinkUncertainty
-from gd_analyze.robots.parts import DHRow, JointKind
+from gd_analyze.robots.parts import DHRow, JointKind, LinkUncertainty, of_point_mass, symmetric_tensor
 from gd_analyze.text import LARGEST
 
 UNIT_SUFFIXES = {"_deg": math.pi / 180, "_mm": 1e-3}
@@ -19,7 +17,7 @@ UNIT_SUFFIXES = {"_deg": math.pi / 180, "_mm": 1e-3}
 Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 _Nonnegative = Annotated[float, Field(ge=0, le=LARGEST)]
 _Positive = Annotated[float, Field(gt=0, le=LARGEST)]
-_LIMITS = ("range", "rate_limit", "acceleration_limit")
+_LIMITS = ("range", "velocity_limit", "acceleration_limit")
 
 
 def _ends(ends: list[float]) -> list[float]:
@@ -77,7 +75,7 @@ class JointTable(Table):
     name: str | None = None
     kind: JointKind = "revolute"
     range: _Range | None = None
-    rate_limit: Number | None = None
+    velocity_limit: Number | None = None
     acceleration_limit: Number | None = None
 
     @property

@@ -16,10 +16,8 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_schema import UNIT_SUFFIXES
-from gd_analyze.robots.denavit_hartenberg import CONVENTIONS, placements_of
-from gd_analyze.robots.link_uncertainty import LinkUncertainty
-from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
-from gd_analyze.robots.turns import angles_of, roll_pitch_yaw
+from gd_analyze.robots.frames import CONVENTIONS, angles_of, placements_of, roll_pitch_yaw
+from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, LinkUncertainty, Placement
 
 # Digits up to which an angle is short enough in degrees to be a person's.
 _SHORT = 6
@@ -72,7 +70,7 @@ _COMMENTS = {
     "rotation": "the same as a matrix, row by row",
     "axis": "in the joint frame",
     "range": "rad (m of a joint that slides)",
-    "rate_limit": "rad/s (m/s)",
+    "velocity_limit": "rad/s (m/s)",
     "acceleration_limit": "rad/s^2 (m/s^2)",
     "mass": "kg",
     "com": "m, in the link frame",
@@ -163,7 +161,7 @@ def _joint(joint: Joint, row: DHRow | None) -> Iterator[_Entry]:
     upper = math.inf if joint.upper is None else joint.upper
     if math.isfinite(lower) or math.isfinite(upper):
         yield _angles("range", [lower, upper]) if turns else ("range", _numbers([lower, upper]))
-    for key in ("rate_limit", "acceleration_limit"):
+    for key in ("velocity_limit", "acceleration_limit"):
         limit = getattr(joint, key)
         if limit is not None and math.isfinite(limit):
             yield _angles(key, limit) if turns else (key, _number(limit))

@@ -14,11 +14,10 @@ from gd_analyze.files import shipped
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm
 from gd_analyze.robots.chain import Pick
-from gd_analyze.robots.joint_values import locks_of
-from gd_analyze.robots.limits_given import Given, with_limits
+from gd_analyze.robots.limits import Given, locks_of, with_limits
+from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.robots.reduced import arm_of_tree
 from gd_analyze.robots.robot_file import is_pinocchio_model, is_xml, read_tree, tree_of_model
-from gd_analyze.robots.slips import warn_of_implausible
 from gd_analyze.text import in_python
 
 if TYPE_CHECKING:

@@ -12,8 +12,7 @@ import numpy as np
 
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.link_uncertainty import LinkUncertainty
-from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
+from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, LinkUncertainty, Placement
 
 
 def describe(arm: RobotArm) -> dict[str, Any]:

@@ -1,32 +1,112 @@
-"""The parts an arm is made of: placements, joints, links and drives, each valid once it exists."""
+"""Parts of an arm: placements, joints, links and drives, each checked when it is made and read-only after."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from gd_analyze.arrays import FloatArray
+from gd_analyze.arrays import Array, FloatArray, are_possible
 from gd_analyze.errors import ArmError, Location
-from gd_analyze.robots.constants import keep
-from gd_analyze.robots.link_uncertainty import LinkUncertainty
-from gd_analyze.robots.names import require_name
-from gd_analyze.text import in_python
+from gd_analyze.text import LARGEST, in_python, visible
 
 JointKind = Literal["revolute", "prismatic"]
 
 # A rotation typed with 6 digits is orthonormal to about 1e-6; anything worse is a mistake.
 ORTHONORMAL_TOLERANCE = 1e-6
-# Inertias measured by swinging a link are good to about 10 % (Armstrong, Khatib, Burdick 1986), so a triangle
-# inequality broken by less is a measurement's error, not an impossible link; rounding to 3 digits is neither.
-MEASUREMENT_TOLERANCE = 0.1
-ROUNDING_TOLERANCE = 1e-3
 # Products of inertia are typed once and mirrored; a rotation into other axes adds round-off only.
-SYMMETRY_TOLERANCE = 1e-9
-# Radius of gyration of what is no body but a point, m: moved over metres, round-off leaves a zero of 1e-8.
+_SYMMETRY_TOLERANCE = 1e-9
+# Radius of gyration of a point mass, m: moved over metres, round-off leaves a zero of 1e-8.
 _POINT = 1e-6
+# No column or figure has room for more characters.
+_LONGEST_NAME = 200
+
+
+def checked(
+    values: ArrayLike, shape: tuple[int, ...], what: str, where: Location | str, *, nonnegative: bool = False
+) -> FloatArray:
+    """Copy numbers into a read-only array.
+
+    Raises
+    ------
+    ArmError
+        If something is no number, the shape differs, or a number is not finite, too large or (on request)
+        negative.
+    """
+    given = np.array(values)
+    found = in_python(given.tolist())
+    if given.dtype.kind not in "fiu":
+        raise ArmError(f"{what} is not made of numbers", where=where, expected="numbers", found=found)
+    array = given.astype(float)
+    if array.shape != shape:
+        raise ArmError(
+            f"{what} has the wrong shape", where=where, expected=str(shape), found=str(array.shape)
+        )
+    if not np.isfinite(array).all():
+        raise ArmError(f"{what} is not finite", where=where, expected="finite numbers", found=found)
+    if not are_possible(array):
+        expected = f"numbers up to {LARGEST:g} in SI units"
+        raise ArmError(f"{what} is too large for any arm", where=where, expected=expected, found=found)
+    if nonnegative and (array < 0).any():
+        raise ArmError(f"{what} is negative", where=where, expected="0 or more", found=found)
+    array.flags.writeable = False
+    return array
+
+
+def _keep(
+    owner: object,
+    name: str,
+    shape: tuple[int, ...],
+    what: str,
+    where: Location | str,
+    nonnegative: bool = False,
+) -> FloatArray:
+    """Replace a field of a frozen value by its checked copy, a float where the shape is ()."""
+    array = checked(getattr(owner, name), shape, what, where, nonnegative=nonnegative)
+    object.__setattr__(owner, name, array if shape else float(array))
+    return array
+
+
+def require_name(name: object, what: str, where: Location | str) -> None:
+    """Raise an ArmError unless a name is one short line of printable text."""
+    if not isinstance(name, str) or visible(name) != name or len(name) > _LONGEST_NAME:
+        expected = f"one line of printable text, at most {_LONGEST_NAME} characters"
+        raise ArmError(f"{what} is not a name", where=where, expected=expected, found=in_python(name))
+
+
+def require_sentences(texts: Iterable[object], what: str, where: Location | str) -> None:
+    """Raise an ArmError unless texts of one or more lines are printable."""
+    for text in texts:
+        if not isinstance(text, str) or visible(" ".join(text.split())) != " ".join(text.split()):
+            expected = "text without control characters"
+            raise ArmError(f"{what} is not printable", where=where, expected=expected, found=in_python(text))
+
+
+def symmetric_tensor(
+    xx: float, yy: float, zz: float, xy: float = 0.0, xz: float = 0.0, yz: float = 0.0
+) -> FloatArray:
+    """Symmetric matrix of its entries, shape (3, 3)."""
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def of_point_mass(mass: float, place: FloatArray) -> FloatArray:
+    """Inertia of a point mass about the origin: the shift of the parallel-axis (Steiner) theorem."""
+    added: FloatArray = mass * ((place @ place) * np.eye(3) - np.outer(place, place))
+    return added
+
+
+def second_moment(inertia_com: Array) -> Array:
+    """Second moment of mass, tr(I)/2 - I, about the same point as the inertia."""
+    return 0.5 * np.trace(inertia_com) * np.eye(3) - inertia_com
+
+
+def second_moment_about_origin(mass: float, com: Array, inertia_com: Array) -> Array:
+    """Second moment of mass about the origin that `com` is measured from, shape (3, 3)."""
+    return second_moment(inertia_com) + mass * np.outer(com, com)
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,13 +117,11 @@ class Placement:
     translation: FloatArray = field(default_factory=lambda: np.zeros(3))
 
     def __post_init__(self) -> None:
-        rotation = keep(self, "rotation", (3, 3), "the rotation of a placement", "placement")
-        if (
-            np.abs(rotation.T @ rotation - np.eye(3)).max() > ORTHONORMAL_TOLERANCE
-            or np.linalg.det(rotation) < 0
-        ):
+        rotation = _keep(self, "rotation", (3, 3), "the rotation of a placement", "placement")
+        off = np.abs(rotation.T @ rotation - np.eye(3)).max()
+        if off > ORTHONORMAL_TOLERANCE or np.linalg.det(rotation) < 0:
             raise ArmError("the rotation of a placement is not a rotation", found=str(rotation.tolist()))
-        keep(self, "translation", (3,), "the translation of a placement", "placement")
+        _keep(self, "translation", (3,), "the translation of a placement", "placement")
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,12 +133,12 @@ class Joint:
     name
         Shown in tables and messages.
     kind
-        "revolute" (turns, rad) or "prismatic" (slides, m).
+        "revolute" (rad) or "prismatic" (m).
     placement
         The joint frame in the previous link's frame; its origin is p_{i-1}.
     axis
         Unit vector z_{i-1} in the joint frame.
-    lower, upper, rate_limit, acceleration_limit
+    lower, upper, velocity_limit, acceleration_limit
         Limits in rad, rad/s, rad/s^2 (m, m/s, m/s^2); None where unknown.
     source
         Where the joint is described, for messages.
@@ -72,7 +150,7 @@ class Joint:
     axis: FloatArray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     lower: float | None = None
     upper: float | None = None
-    rate_limit: float | None = None
+    velocity_limit: float | None = None
     acceleration_limit: float | None = None
     source: Location | None = None
 
@@ -80,41 +158,24 @@ class Joint:
         where = self.place
         require_name(self.name, "a joint's name", where)
         if self.kind not in ("revolute", "prismatic"):
-            raise ArmError(
-                f"joint {self.name} is of an unknown kind",
-                where=where,
-                expected="revolute or prismatic",
-                found=in_python(self.kind),
-            )
-        keep(self, "axis", (3,), f"the axis of joint {self.name}", where)
-        length = float(np.linalg.norm(self.axis))
+            expected, found = "revolute or prismatic", in_python(self.kind)
+            what = f"joint {self.name} is of an unknown kind"
+            raise ArmError(what, where=where, expected=expected, found=found)
+        length = float(np.linalg.norm(_keep(self, "axis", (3,), f"the axis of joint {self.name}", where)))
         if abs(length - 1) > ORTHONORMAL_TOLERANCE:
-            raise ArmError(
-                f"the axis of joint {self.name} is not a unit vector",
-                where=where,
-                expected="length 1",
-                found=f"length {length:g}",
-            )
-        for limit in ("lower", "upper", "rate_limit", "acceleration_limit"):
+            what = f"the axis of joint {self.name} is not a unit vector"
+            raise ArmError(what, where=where, expected="length 1", found=f"length {length:g}")
+        for limit in ("lower", "upper", "velocity_limit", "acceleration_limit"):
             given = getattr(self, limit)
+            what = f"the {limit.replace('_', ' ')} of joint {self.name}"
             if given is not None and not (isinstance(given, float) and math.isinf(given)):
-                what = f"the {limit.replace('_', ' ')} of joint {self.name}"
-                keep(self, limit, (), what, where)
+                _keep(self, limit, (), what, where)
+            if given is not None and limit.endswith("limit") and not given > 0:
+                expected, found = "a positive number", f"{given:g}"
+                raise ArmError(f"{what} is not positive", where=where, expected=expected, found=found)
         if self.lower is not None and self.upper is not None and not self.lower < self.upper:
-            raise ArmError(
-                f"the range of joint {self.name} is empty",
-                where=where,
-                expected="lower < upper",
-                found=f"{self.lower:g} .. {self.upper:g}",
-            )
-        for kind, value in (("rate", self.rate_limit), ("acceleration", self.acceleration_limit)):
-            if value is not None and not value > 0:
-                raise ArmError(
-                    f"the {kind} limit of joint {self.name} is not positive",
-                    where=where,
-                    expected="a positive number",
-                    found=f"{value:g}",
-                )
+            what, found = f"the range of joint {self.name} is empty", f"{self.lower:g} .. {self.upper:g}"
+            raise ArmError(what, where=where, expected="lower < upper", found=found)
 
     @property
     def place(self) -> str:
@@ -127,20 +188,52 @@ class Joint:
         return "rad" if self.kind == "revolute" else "m"
 
     @property
-    def limits_told(self) -> tuple[str, str]:
-        """Range, in degrees where it turns, and rate limit with units; a dash where unknown."""
-        turns = self.kind == "revolute"
-        ends = [end for end in (self.lower, self.upper) if end is not None and math.isfinite(end)]
-        scale, unit = (180 / math.pi, "°") if turns else (1.0, "m")
-        within = " .. ".join(f"{scale * end:.4g}" for end in ends)
-        rate = self.rate_limit
-        is_known = rate is not None and math.isfinite(rate)
-        return f"{within} {unit}" if len(ends) == 2 else "–", f"{rate:.4g} {self.unit}/s" if is_known else "–"
-
-    @property
     def effort_unit(self) -> str:
         """Unit of the generalized torque: N m or N."""
         return "N m" if self.kind == "revolute" else "N"
+
+
+@dataclass(frozen=True, eq=False)
+class LinkUncertainty:
+    """Standard uncertainties of a link's inertial parameters, independent of each other.
+
+    Parameters
+    ----------
+    mass
+        Of the mass, kg; None where not stated, as below.
+    com
+        Of the centre of mass in the link frame, m, shape (3,).
+    inertia
+        Of the entries of the inertia tensor along the axes of the link frame, kg m^2, shape (3, 3),
+        symmetric: xy and yx are one number.
+    inertia_about
+        Point the inertia was stated about, "com" or "origin" of the link frame. About the other point its
+        error would depend on those of mass and centre of mass.
+    body_mass, body_com
+        Mass and centre of mass of the link without its payload, which counts as known exactly; None where
+        the link carries none.
+    """
+
+    mass: float | None = None
+    com: FloatArray | None = None
+    inertia: FloatArray | None = None
+    inertia_about: Literal["com", "origin"] = "com"
+    body_mass: float | None = None
+    body_com: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        for name, shape, what in (
+            ("mass", (), "the uncertainty of a link's mass"),
+            ("com", (3,), "the uncertainty of a link's com"),
+            ("inertia", (3, 3), "the uncertainty of a link's inertia"),
+            ("body_mass", (), "the mass of an uncertain body"),
+            ("body_com", (3,), "the com of an uncertain body"),
+        ):
+            if getattr(self, name) is not None:
+                _keep(self, name, shape, what, "link uncertainty", nonnegative=name != "body_com")
+        if self.inertia is not None and not np.array_equal(self.inertia, self.inertia.T):
+            found = str(self.inertia.tolist())
+            raise ArmError("the uncertainty of a link's inertia is not symmetric", found=found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,32 +249,22 @@ class Link:
     com
         Centre of mass in link frame s, m.
     inertia_com
-        I_s about the centre of mass along the axes of link frame s, kg m^2, shape (3, 3).
+        I_s about the centre of mass along the axes of link frame s, kg m^2, shape (3, 3). It may be
+        physically inconsistent, as published measurements are; `plausibility.py` reports by how much.
     frame
         Link frame s in the joint frame after the joint's motion.
     as_measured
-        The inertia is a measurement kept as published: breaking the triangle inequality by up to 10 % of
-        the largest principal moment is not worth a warning then.
+        The inertia is a measurement kept as published: a triangle inequality violated by up to 10 % of the
+        largest principal moment gives no warning then.
     axial_only
         Only the moment about the joint's axis is known, and only it acts: allowed for the first link of
-        an arm whose first joint turns; such an inertia need not satisfy the triangle inequality.
+        an arm whose first joint is revolute.
     uncertainty
-        Stated standard uncertainties of mass, centre of mass and inertia; None where none is stated.
+        Stated standard uncertainties; None where none is stated.
     source
         Where the link is described, for messages.
     bare
-        The link without a payload that is merged into it: what a person stated of it.
-
-    Raises
-    ------
-    ArmError
-        If a number is not finite, the mass is negative or the inertia is not symmetric.
-
-    Notes
-    -----
-    No body has principal moments that are negative, or one that is more than the other two together; yet
-    dynamics can be computed with them, and `gd_analyze.robots.slips.implausible` says of how far off they
-    are.
+        The link as described, without the payload that is merged into it.
     """
 
     name: str
@@ -198,17 +281,12 @@ class Link:
     def __post_init__(self) -> None:
         where = self.place
         require_name(self.name, "a link's name", where)
-        keep(self, "mass", (), f"the mass of link {self.name}", where, nonnegative="kg")
-        keep(self, "com", (3,), f"the com of link {self.name}", where)
-        inertia = keep(self, "inertia_com", (3, 3), f"the inertia of link {self.name}", where)
-        scale = float(np.abs(inertia).max())
-        if np.abs(inertia - inertia.T).max() > SYMMETRY_TOLERANCE * scale:
-            raise ArmError(
-                f"the inertia of link {self.name} is not symmetric",
-                where=where,
-                expected="I = I^T",
-                found=str(inertia.tolist()),
-            )
+        _keep(self, "mass", (), f"the mass of link {self.name}", where, nonnegative=True)
+        _keep(self, "com", (3,), f"the com of link {self.name}", where)
+        inertia = _keep(self, "inertia_com", (3, 3), f"the inertia of link {self.name}", where)
+        if np.abs(inertia - inertia.T).max() > _SYMMETRY_TOLERANCE * np.abs(inertia).max():
+            what = f"the inertia of link {self.name} is not symmetric"
+            raise ArmError(what, where=where, expected="I = I^T", found=str(inertia.tolist()))
 
     @property
     def place(self) -> str:
@@ -217,7 +295,7 @@ class Link:
 
     @property
     def is_point(self) -> bool:
-        """Whether it has no inertia, or what round-off leaves of one that was moved from place to place."""
+        """Whether it has no inertia, or what round-off leaves of one that was moved."""
         return bool(np.abs(self.inertia_com).max() <= self.mass * _POINT**2)
 
     @property
@@ -226,25 +304,9 @@ class Link:
         return np.linalg.eigvalsh(self.inertia_com).astype(float)
 
     @property
-    def excess(self) -> float:
-        """Share of the largest principal moment by which it is more than the other two: 0 of any body."""
-        least, middle, most = self.principal_moments.tolist()
-        return 0.0 if self.axial_only else self._share(most - least - middle)
-
-    @property
-    def deficit(self) -> float:
-        """Share of the largest principal moment by which the smallest is negative: 0 of any body."""
-        return self._share(-float(self.principal_moments[0]))
-
-    def _share(self, missing: float) -> float:
-        """Share of the largest principal moment; 0 where it is what rounding to 3 digits leaves."""
-        largest = float(np.abs(self.principal_moments).max())
-        return missing / largest if missing > ROUNDING_TOLERANCE * largest and not self.is_point else 0.0
-
-
-def moments_told(values: FloatArray) -> str:
-    """Write moments of inertia."""
-    return ", ".join(f"{value:.4g}" for value in values) + " kg m^2"
+    def moments_text(self) -> str:
+        """Principal moments with their unit."""
+        return ", ".join(f"{value:.4g}" for value in self.principal_moments) + " kg m^2"
 
 
 @dataclass(frozen=True)
@@ -275,16 +337,17 @@ class Drive:
     torque_limit: float | None = None
 
     def __post_init__(self) -> None:
-        keep(self, "inertia", (), "the inertia of a drive", "drive", nonnegative="kg m^2")
-        keep(self, "gear_ratio", (), "the gear ratio of a drive", "drive")
-        keep(self, "viscous", (), "the viscous friction of a drive", "drive", nonnegative="N m s")
-        coulomb = keep(self, "coulomb", (2,), "the Coulomb friction of a drive", "drive")
+        for name, what in (
+            ("inertia", "the inertia of a drive"),
+            ("inertia_uncertainty", "the uncertainty of a drive's inertia"),
+            ("gear_ratio", "the gear ratio of a drive"),
+            ("viscous", "the viscous friction of a drive"),
+            ("torque_limit", "the torque limit of a drive"),
+        ):
+            if getattr(self, name) is not None:
+                _keep(self, name, (), what, "drive", nonnegative=name != "gear_ratio")
+        coulomb = _keep(self, "coulomb", (2,), "the Coulomb friction of a drive", "drive")
         object.__setattr__(self, "coulomb", tuple(coulomb.tolist()))
-        if self.torque_limit is not None:
-            keep(self, "torque_limit", (), "the torque limit of a drive", "drive", nonnegative="N m")
-        if self.inertia_uncertainty is not None:
-            what = "the uncertainty of a drive's inertia"
-            keep(self, "inertia_uncertainty", (), what, "drive", nonnegative="kg m^2")
 
 
 @dataclass(frozen=True)
@@ -298,4 +361,4 @@ class DHRow:
 
     def __post_init__(self) -> None:
         for name in ("theta", "d", "a", "alpha"):
-            keep(self, name, (), f"{name} of a Denavit-Hartenberg row", "dh_table")
+            _keep(self, name, (), f"{name} of a Denavit-Hartenberg row", "dh_table")

@@ -1,4 +1,4 @@
-"""What the hand carries, merged into the last link."""
+"""A payload of the end effector, merged into the last link."""
 
 from __future__ import annotations
 
@@ -12,10 +12,8 @@ from numpy.typing import ArrayLike
 from gd_analyze.arrays import FloatArray, array_of
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, UsageError
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.impossible import impossibility
-from gd_analyze.robots.inertia import of_point_mass, symmetric_tensor
-from gd_analyze.robots.parts import Link
-from gd_analyze.robots.slips import LEAST_FAR, heaviest_carried
+from gd_analyze.robots.parts import Link, of_point_mass, symmetric_tensor
+from gd_analyze.robots.plausibility import check_payload
 from gd_analyze.text import number_in
 
 
@@ -45,11 +43,9 @@ class Payload:
     inertia: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
 
     def __post_init__(self) -> None:
-        # What is wrong with a link is wrong with a payload, so a link is what checks it.
         body = Link("payload", self.mass, self.position, _tensor(self.inertia))
-        object.__setattr__(self, "mass", body.mass)
-        object.__setattr__(self, "position", body.com)
-        object.__setattr__(self, "inertia", body.inertia_com)
+        for name, value in (("mass", body.mass), ("position", body.com), ("inertia", body.inertia_com)):
+            object.__setattr__(self, name, value)
 
 
 def with_payload(
@@ -69,7 +65,7 @@ def with_payload(
     Returns
     -------
     RobotArm
-        The arm whose last link carries the payload, said so among its assumptions.
+        The arm whose last link carries the payload, noted among its assumptions.
 
     Raises
     ------
@@ -79,8 +75,8 @@ def with_payload(
     Warns
     -----
     GdAnalyzeWarning
-        If the payload lies farther out than the whole arm reaches: are the units metres? And if the mass is
-        beyond what such an arm carries: is it in grams? And if no body has its inertia.
+        If the payload is beyond the arm's reach, heavier than such an arm carries, or physically
+        inconsistent.
 
     Examples
     --------
@@ -88,29 +84,13 @@ def with_payload(
     >>> with_payload(load_arm("puma560"), 1.5, [0.0, 0.0, 0.1]).mass[-1].item()
     1.59
     """
-    payload = Payload(mass, array_of(position, "the position of the payload", ArmError), _tensor(inertia))
-    if payload.mass > heaviest_carried(arm.reach):
-        warnings.warn(
-            f"a payload of {payload.mass:g} kg is more than an arm that reaches {arm.reach:.3g} m carries; "
-            "is it in grams?",
-            GdAnalyzeWarning,
-            stacklevel=2,
-        )
-    if impossible := impossibility(Link("payload", payload.mass, payload.position, payload.inertia)):
-        warnings.warn(f"payload: {impossible}", GdAnalyzeWarning, stacklevel=2)
-    distance = float(np.linalg.norm(payload.position))
-    if payload.mass > 0 and distance > max(arm.reach, LEAST_FAR):
-        warnings.warn(
-            f"a payload {distance:.3g} m from the last link's frame is farther out than the whole arm "
-            f"reaches ({arm.reach:.3g} m); are its units metres?",
-            GdAnalyzeWarning,
-            stacklevel=2,
-        )
+    position = array_of(position, "the position of the payload", ArmError)
+    body = Link("payload", mass, position, _tensor(inertia))
+    for message in check_payload(body, arm.reach):
+        warnings.warn(message, GdAnalyzeWarning, stacklevel=2)
     last = arm.links[-1]
-    together = last.mass + payload.mass
-    com = last.com
-    if together > 0:
-        com = (last.mass * last.com + payload.mass * payload.position) / together
+    together = last.mass + body.mass
+    com = (last.mass * last.com + body.mass * body.com) / together if together > 0 else last.com
     stated = last.uncertainty
     if stated is not None and stated.body_mass is None:
         stated = dataclasses.replace(stated, body_mass=last.mass, body_com=last.com)
@@ -120,13 +100,13 @@ def with_payload(
         com=com,
         inertia_com=last.inertia_com
         + of_point_mass(last.mass, last.com - com)
-        + payload.inertia
-        + of_point_mass(payload.mass, payload.position - com),
+        + body.inertia_com
+        + of_point_mass(body.mass, body.com - com),
         uncertainty=stated,
         bare=last.bare or last,
     )
-    place = ", ".join(f"{x:g}" for x in payload.position)
-    note = f"Link {last.name} carries a payload of {payload.mass:g} kg at ({place}) m in its frame."
+    place = ", ".join(f"{x:g}" for x in body.com)
+    note = f"Link {last.name} carries a payload of {body.mass:g} kg at ({place}) m in its frame."
     return dataclasses.replace(arm, links=(*arm.links[:-1], merged), assumptions=(*arm.assumptions, note))
 
 
@@ -143,31 +123,22 @@ def parse_payload(line: str) -> Payload:
     UsageError
         If the line is not 4, 7 or 10 numbers.
     ArmError
-        If no body is like that.
+        If one of them is impossible.
 
     Examples
     --------
     >>> parse_payload("1.5, 0,0,0.1").mass
     1.5
     """
-    expected = "mass,x,y,z in kg and m, then xx,yy,zz (and xy,xz,yz) in kg m^2 if it is no point mass"
-    numbers = []
-    for count, word in enumerate(line.split(","), start=1):
-        number = number_in(word)
-        if number is None:
-            raise UsageError(
-                "the payload is not a list of numbers",
-                where=f"number {count} of {line!r}",
-                expected=expected,
-                found=repr(word.strip()),
-            )
-        numbers.append(number)
-    if len(numbers) not in (4, 7, 10):
+    words = line.split(",")
+    numbers = [value for word in words if (value := number_in(word)) is not None]
+    if len(numbers) != len(words) or len(numbers) not in (4, 7, 10):
+        wrong = next((word.strip() for word in words if number_in(word) is None), None)
         raise UsageError(
-            "the payload has the wrong count of numbers",
+            "the payload is not 4, 7 or 10 numbers",
             where=repr(line),
-            expected=f"4, 7 or 10 of them: {expected}",
-            found=str(len(numbers)),
+            expected="mass,x,y,z in kg and m, then xx,yy,zz (and xy,xz,yz) in kg m^2 if it is no point mass",
+            found=f"{len(words)} numbers" if wrong is None else repr(wrong),
         )
     return Payload(numbers[0], np.array(numbers[1:4]), _tensor(numbers[4:] or None))
 

@@ -9,8 +9,8 @@ from pydantic import AfterValidator, Field, model_validator
 
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.arm_schema import ArmTables, JointTable, LinkTable, Number
+from gd_analyze.robots.frames import roll_pitch_yaw
 from gd_analyze.robots.parts import ORTHONORMAL_TOLERANCE, Placement
-from gd_analyze.robots.turns import roll_pitch_yaw
 
 
 def _is_rotation(rows: list[list[float]]) -> list[list[float]]:

@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import ArmError, Location
+from gd_analyze.errors import Location
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.chain import Chain, Pick, chain_of
-from gd_analyze.robots.constants import require_possible
-from gd_analyze.robots.parts import Drive, Joint, Link, Placement
+from gd_analyze.robots.parts import Drive, Joint, Link, Placement, checked
 from gd_analyze.robots.right_angles import straight, without_round_off
 from gd_analyze.robots.tree import Limits, Tree, TreeJoint
 from gd_analyze.text import LARGEST
@@ -83,8 +82,7 @@ def configuration(tree: Tree, held: Any) -> FloatArray:
 
 
 def _placement(moved: Any, name: str, where: Location | str) -> Placement:
-    translation = np.array(moved.translation)
-    require_possible(translation, f"the place of joint {name}", where)
+    translation = checked(moved.translation, (3,), f"the place of joint {name}", where)
     size = max(1.0, float(np.abs(translation).max()))
     return Placement(straight(np.array(moved.rotation)), without_round_off(translation, size))
 
@@ -98,7 +96,7 @@ def _joint(tree: Tree, joint: TreeJoint, placement: Placement) -> Joint:
         axis=joint.axis,
         lower=limits.lower,
         upper=limits.upper,
-        rate_limit=limits.rate,
+        velocity_limit=limits.rate,
         source=_source(tree.line("joint", joint.name)),
     )
 
@@ -128,15 +126,7 @@ def _drives(tree: Tree, moving: Sequence[TreeJoint]) -> tuple[Drive, ...]:
         at, where = model.idx_vs[joint.index], tree.line("joint", joint.name)
         stated = {"armature": model.armature, "damping": model.damping, "friction": model.friction}
         for what, values in stated.items():
-            require_possible(values[at], f"the {what} of joint {joint.name}", where)
-            if values[at] < 0:
-                raise ArmError(
-                    f"the {what} of joint {joint.name} is negative",
-                    where=where,
-                    expected="0 or more",
-                    found=f"{values[at]:g}",
-                    next_step="mend it",
-                )
+            checked(values[at], (), f"the {what} of joint {joint.name}", where, nonnegative=True)
         inertia, viscous, friction = (float(values[at]) for values in stated.values())
         effort = float(model.effortLimit[at])
         drives.append(

@@ -23,8 +23,7 @@ from gd_analyze.motions.states import States, motions_in, require_dataset, state
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
-from gd_analyze.robots.inertia import of_point_mass
-from gd_analyze.robots.parts import Link
+from gd_analyze.robots.parts import Link, of_point_mass
 from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, ErrorTable
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.exact_form import ExactForm

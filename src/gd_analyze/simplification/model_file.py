@@ -15,7 +15,7 @@ from gd_analyze.errors import GdAnalyzeError, Location, ModelError
 from gd_analyze.files import megabytes, read_at_most, warn_of_others, write_text
 from gd_analyze.operations.program import OperationCount, read_back, written
 from gd_analyze.robots.description import arm_from_description, describe_with_drives, fingerprint
-from gd_analyze.robots.slips import warn_of_implausible
+from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, ErrorTable, LevelTried, SearchStep
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.level import Checked

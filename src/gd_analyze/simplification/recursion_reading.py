@@ -307,7 +307,7 @@ def _is_made_up_for(found: float, group: Set[Quantity], exact: Told, model: Told
 
 def _some_states(arm: RobotArm) -> States:
     """States within the limits that an arm states, or such as arms have."""
-    rate, acceleration = arm.limits("rate_limit"), arm.limits("acceleration_limit")
+    rate, acceleration = arm.limits("velocity_limit"), arm.limits("acceleration_limit")
     ranges = (
         np.full(arm.n_joints, math.pi),
         np.where(np.isfinite(rate), rate, _RATE),

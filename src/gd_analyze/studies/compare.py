@@ -14,9 +14,9 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.results.provenance import provenance_of_run
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.box_limits import box_limits
 from gd_analyze.robots.description import describe_in_full
-from gd_analyze.robots.slips import warn_of_implausible
+from gd_analyze.robots.limits import box_limits
+from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.studies.agreement import Agreement, agreement
 from gd_analyze.studies.costs import SIZES, Cost, Growth, count_cost, growth
@@ -147,7 +147,7 @@ def names_of(arm: RobotArm, trajectory: Trajectory | None) -> tuple[str, str]:
 def _compared(arm: RobotArm, trajectory: Trajectory | None) -> tuple[States, str]:
     """States to compare at, and what they are."""
     if trajectory is None:
-        limits = f"the arm's limits{box_limits(arm).behind}"
+        limits = f"the arm's limits{box_limits(arm).remark}"
         return _drawn(arm, N_RANDOM), f"{N_RANDOM} random states within {limits}"
     require_joints(trajectory, arm)
     every = states_of(trajectory)

@@ -33,7 +33,7 @@ from gd_analyze.results.torque_words import is_described, torque_warning
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.description import describe_in_full
-from gd_analyze.robots.slips import warn_of_implausible
+from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.energy import ENERGY

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.denavit_hartenberg import standard_placements
+from gd_analyze.robots.frames import standard_placements
 from gd_analyze.robots.parts import DHRow, Joint, Link
 
 # Any seed will do: counts depend on which numbers are zero, not on their values.

@@ -147,7 +147,7 @@ class ControlStudy:
     def fastest_within_limits(self) -> float:
         """How many times as fast the arm's rate and acceleration limits allow; infinite if none."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            rate = self.arm.limits("rate_limit") / np.abs(self.motion.qd).max(axis=0)
+            rate = self.arm.limits("velocity_limit") / np.abs(self.motion.qd).max(axis=0)
             acceleration = self.arm.limits("acceleration_limit") / np.abs(self.motion.qdd).max(axis=0)
         return float(np.nanmin([*rate, *np.sqrt(acceleration), np.inf]))
 
