@@ -10,10 +10,9 @@ from hypothesis import given
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.decomposition import decompose
+from gd_analyze.figures.torques import CONTRIBUTIONS, Contributions, torque_by_cause
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.results.contributions import Contributions, torque_by_cause
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.words import CONTRIBUTIONS
 from gd_analyze.robots.arm import RobotArm
 from strategies import examples, motions
 

@@ -11,8 +11,9 @@ from page_reader import Page
 from report_arms import swing
 
 from few_tries import few_tries
+from gd_analyze.figures.colours import COLOURS
 from gd_analyze.motions.csv_file import read_trajectory
-from gd_analyze.report.colours import COLOURS, TEMPLATES
+from gd_analyze.report.compiled_templates import TEMPLATES
 from gd_analyze.report.html import SHORT_TITLES, render_html
 from gd_analyze.report.interactive import page_data
 from gd_analyze.report.numbering import numbering

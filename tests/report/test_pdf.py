@@ -11,14 +11,13 @@ from pdf_reader import read
 from report_cases import HOSTILE, made_findings, resting_findings
 
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.report.colours import TEMPLATES
+from gd_analyze.figures.torques import CONTRIBUTIONS, Contributions
+from gd_analyze.report.compiled_templates import TEMPLATES
 from gd_analyze.report.document import document
 from gd_analyze.report.numbering import numbering
 from gd_analyze.report.pdf import prepare_pdf, report_figures, typeset
 from gd_analyze.results import summary
-from gd_analyze.results.contributions import Contributions
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.words import CONTRIBUTIONS
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import JointKind
 from gd_analyze.text import amount, pretty, rounded_up

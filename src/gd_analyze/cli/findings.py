@@ -221,8 +221,9 @@ def _by_level(findings: Findings) -> str:
 
 
 def _show_ranking(findings: Findings, top: int) -> None:
+    from gd_analyze.figures.elements import LETTERS
     from gd_analyze.results.rows import element_rows
-    from gd_analyze.results.words import LETTERS, VERDICTS, told
+    from gd_analyze.results.words import VERDICTS, told
     from gd_analyze.text import amount, fitting, number, percent, pretty
 
     rows = element_rows(findings)

@@ -78,7 +78,7 @@ def trade_off(given: Given, budget: str, quick: bool, output: Output) -> None:
 
 def _show(exact: gd.ExactDynamics, points: tuple[TradeOffPoint, ...], absent: list[str]) -> None:
     from gd_analyze.cli.joint_table import arm_in_words
-    from gd_analyze.results.words import kind_name
+    from gd_analyze.figures.trade_off import kind_name
     from gd_analyze.simplification.exact_form import many_terms_told
     from gd_analyze.simplification.trade_off import curves
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.report.colours import ON_PAPER
+from gd_analyze.figures.colours import ON_PAPER
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

@@ -12,8 +12,7 @@ from pickle import UnpicklingError
 from jinja2 import FileSystemBytecodeCache
 from jinja2.bccache import Bucket
 
-from gd_analyze.report.colours import TEMPLATES
-
+TEMPLATES = Path(__file__).parent / "templates"
 _SUFFIX = ".template.pyc"
 
 

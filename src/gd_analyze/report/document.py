@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from gd_analyze.figures.elements import LETTERS
+from gd_analyze.figures.torques import CONTRIBUTIONS, Contributions
 from gd_analyze.report.arm_data import arm_data
 from gd_analyze.report.harmonic_data import harmonic_data
 from gd_analyze.report.joint_document import beyond, joints, longest_bar
@@ -11,17 +13,15 @@ from gd_analyze.report.measured_document import measured_document
 from gd_analyze.report.model_document import founding_method, kept_matrix, operations, trade_off
 from gd_analyze.report.motions_document import motions_told
 from gd_analyze.report.numbering import numbering
-from gd_analyze.report.panel import MOST_POINTS
 from gd_analyze.report.ranking_document import elements_ranked, founding_text, terms_ranked
 from gd_analyze.report.recording_document import recording_document
 from gd_analyze.report.recursion_document import recursion_data
 from gd_analyze.results import summary
-from gd_analyze.results.contributions import Contributions
 from gd_analyze.results.error_words import norms_told
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import element_rows
-from gd_analyze.results.words import CONTRIBUTIONS, LETTERS, SYMBOLS, VERDICTS, told
+from gd_analyze.results.words import SYMBOLS, VERDICTS, told
 from gd_analyze.text import figures, percent, pretty
 
 
@@ -35,7 +35,7 @@ def document(findings: Findings) -> dict[str, Any]:
         "letters": LETTERS,
         "n_joints": arm.n_joints,
         "n_set_points": count,
-        "thinned_to": MOST_POINTS if count > MOST_POINTS else 0,
+        "thinned_to": 0,
         "all_turning": all(arm.is_revolute),
         "warnings": list(findings.warnings),
         "budget": model.accuracy.budget,

@@ -9,6 +9,8 @@ from markupsafe import Markup
 
 from gd_analyze import text as formatting
 from gd_analyze.dynamics.dominance import elements
+from gd_analyze.figures.torques import CONTRIBUTIONS
+from gd_analyze.figures.trade_off import kind_name
 from gd_analyze.formulas.formula import Legend
 from gd_analyze.formulas.languages import PageMathML
 from gd_analyze.report.beyond_chart import beyond_chart, place
@@ -28,7 +30,6 @@ from gd_analyze.results.error_words import norms_told
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import Row, dropped_parts, element_rows, joint_rows, trade_off_rows
-from gd_analyze.results.words import CONTRIBUTIONS, kind_name
 from gd_analyze.robots.plausibility import inconsistent_inertias
 from gd_analyze.text import inertia_label
 

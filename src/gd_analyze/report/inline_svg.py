@@ -7,7 +7,7 @@ from xml.sax.saxutils import quoteattr
 
 from markupsafe import Markup
 
-from gd_analyze.report.colours import ON_PAPER
+from gd_analyze.figures.colours import ON_PAPER
 
 # Colours that several names share are the same on a page, too, but for white, which is paper.
 _VARIABLES = {colour: f"var(--{name})" for name, colour in reversed(ON_PAPER.items())}

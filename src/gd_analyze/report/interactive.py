@@ -13,18 +13,18 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.dynamics.dominance import elements
-from gd_analyze.report.colours import OF_LEVEL
-from gd_analyze.report.element_curves import element_curves, rank_of
-from gd_analyze.report.motion import motion_curve, motion_unit, skeleton
-from gd_analyze.report.reading_curves import ReadingCurves
+from gd_analyze.figures.arm import flat_normal, skeleton, upright_frame
+from gd_analyze.figures.colours import OF_LEVEL
+from gd_analyze.figures.elements import _rank as rank_of
+from gd_analyze.figures.elements import element_curves
+from gd_analyze.figures.motion import Readings as ReadingCurves
+from gd_analyze.figures.motion import degrees, motion_unit
+from gd_analyze.figures.torques import CONTRIBUTIONS, Contributions, measured_joints, torque_curves
+from gd_analyze.figures.trade_off import kind_name
 from gd_analyze.report.thinning import breaks, evenly, thinned
-from gd_analyze.report.views import flat_normal, upright_frame
 from gd_analyze.results import summary
-from gd_analyze.results.contributions import Contributions
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.recording_words import is_recorded
-from gd_analyze.results.torque_curves import measured_joints, torque_curves
-from gd_analyze.results.words import CONTRIBUTIONS, kind_name
 from gd_analyze.text import pretty
 
 # A panel is some hundred pixels wide, so more points than this cannot be told apart.
@@ -110,7 +110,7 @@ def _add_motion(drawing: _Drawing, findings: Findings) -> None:
         joints = [(i, joint) for i, joint in enumerate(arm.joints) if joint.kind == kind]
         for name in ("q", "qd", "qdd"):
             curves = {
-                f"joint-{i + 1}: {i + 1} {joint.name}": motion_curve(trajectory, joint, name, i)
+                f"joint-{i + 1}: {i + 1} {joint.name}": degrees(getattr(trajectory, name)[:, i], joint)
                 for i, joint in joints
             }
             drawing.add(f"{name}-{kind}", motion_unit(joints[0][1], name), curves)

@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from gd_analyze.figures.motion import motion_unit
 from gd_analyze.report.cells import formatted, in_fitting_units, share, torque
-from gd_analyze.report.motion import motion_unit
 from gd_analyze.results import summary
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import Row, joint_rows

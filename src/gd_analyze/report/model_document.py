@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from gd_analyze.figures.trade_off import kind_name
 from gd_analyze.formulas.languages import Typst
 from gd_analyze.formulas.writing import part_symbol
 from gd_analyze.operations.program import OperationCount
@@ -13,7 +14,6 @@ from gd_analyze.results import summary
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of
 from gd_analyze.results.rows import Row, dropped_parts, trade_off_rows
-from gd_analyze.results.words import kind_name
 from gd_analyze.text import inertia_label, joined, percent, percent_cell, pretty
 
 # The longest budget that a table has room for.

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from string import ascii_uppercase
 
+from gd_analyze.figures.torques import measured_joints
 from gd_analyze.results import summary
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.motion_words import changing
 from gd_analyze.results.recording_words import is_recorded
 from gd_analyze.results.rows import dropped_parts
-from gd_analyze.results.torque_curves import measured_joints
 
 # By the name that templates call them, in the order in which a reader meets them.
 _FIGURES = {

@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING
 from markupsafe import Markup, escape
 
 from gd_analyze import text as formatting
+from gd_analyze.figures.colours import css_variables
+from gd_analyze.figures.elements import LETTERS
 from gd_analyze.formulas.formula import Symbol, as_formula
 from gd_analyze.formulas.languages import PageMathML
 from gd_analyze.formulas.writing import part_symbol, term_formula
 from gd_analyze.report.beyond_chart import place
 from gd_analyze.report.budget_path import DECADES, budget_words
-from gd_analyze.report.colours import TEMPLATES, css_variables
-from gd_analyze.results.words import LETTERS, SYMBOLS, VERDICTS, told
+from gd_analyze.report.compiled_templates import TEMPLATES
+from gd_analyze.results.words import SYMBOLS, VERDICTS, told
 
 if TYPE_CHECKING:
     from jinja2 import Environment

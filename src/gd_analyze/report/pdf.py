@@ -10,17 +10,18 @@ from pathlib import Path
 from typing import Any
 
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.report.canvas import Canvas
-from gd_analyze.report.colours import TEMPLATES
+from gd_analyze.figures.arm import arm_figure, views_figure
+from gd_analyze.figures.colours import COLOURS
+from gd_analyze.figures.elements import inertia_figure, vector_figure
+from gd_analyze.figures.figure import Figure
+from gd_analyze.figures.motion import motion_figure, recording_figure
+from gd_analyze.figures.svg import figure_svg
+from gd_analyze.figures.torques import contributions_figure, error_figure, measured_figure, measured_joints
+from gd_analyze.figures.trade_off import trade_off_figure
+from gd_analyze.report.compiled_templates import TEMPLATES
 from gd_analyze.report.document import document
-from gd_analyze.report.figure_arm import arm_figure, views_figure
-from gd_analyze.report.figure_contributions import contributions_figure
-from gd_analyze.report.figure_elements import inertia_figure, vector_figure
-from gd_analyze.report.figure_trade_off import trade_off_figure
-from gd_analyze.report.figures import measured_figure, motion_figure, recording_figure, torque_figure
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.recording_words import is_recorded
-from gd_analyze.results.torque_curves import measured_joints
 
 
 def prepare_pdf(findings: Findings) -> Callable[[], bytes]:
@@ -42,7 +43,7 @@ def prepare_pdf(findings: Findings) -> Callable[[], bytes]:
 
 def report_figures(findings: Findings) -> dict[str, str]:
     """Draw every figure of the report, as SVG by its name in the template."""
-    makers: dict[str, Callable[[Findings], Canvas]] = {
+    makers: dict[str, Callable[[Findings], Figure]] = {
         "arm": arm_figure,
         "contributions": contributions_figure,
         "views": views_figure,
@@ -50,14 +51,14 @@ def report_figures(findings: Findings) -> dict[str, str]:
         "inertia": inertia_figure,
         "coriolis": partial(vector_figure, quantity="coriolis_centrifugal"),
         "gravity": partial(vector_figure, quantity="gravity_loading"),
-        "torque": torque_figure,
+        "torque": error_figure,
         "trade_off": trade_off_figure,
     }
     if is_recorded(findings):
         makers["recording"] = recording_figure
     if measured_joints(findings):
         makers["measured"] = measured_figure
-    return {name: make(findings).svg() for name, make in makers.items()}
+    return {name: figure_svg(make(findings)) for name, make in makers.items()}
 
 
 def typeset(template: Path, data: dict[str, Any], figures: Mapping[str, str], created: str) -> bytes:
@@ -77,7 +78,11 @@ def typeset(template: Path, data: dict[str, Any], figures: Mapping[str, str], cr
             template,
             root=template.parent,
             ignore_system_fonts=True,
-            sys_inputs={"data": json.dumps(data, ensure_ascii=False, allow_nan=False), **figures},
+            sys_inputs={
+                "data": json.dumps(data, ensure_ascii=False, allow_nan=False),
+                "colours": json.dumps(COLOURS),
+                **figures,
+            },
             timestamp=datetime.datetime.fromisoformat(created),
         )
     except typst.TypstError as error:

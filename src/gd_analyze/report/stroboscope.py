@@ -8,9 +8,9 @@ import numpy as np
 from markupsafe import Markup
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.report.motion import skeleton
+from gd_analyze.figures.arm import _plain_views as plain_views
+from gd_analyze.figures.arm import _turned, skeleton, upright_frame, view_angles
 from gd_analyze.report.thinning import breaks, evenly
-from gd_analyze.report.views import oblique_view, plain_views, upright_frame
 from gd_analyze.robots.arm import RobotArm
 
 WIDTH, HEIGHT, MARGIN = 640.0, 420.0, 24.0
@@ -37,7 +37,7 @@ def stroboscope(arm: RobotArm, q: FloatArray, gaps: Sequence[int] = ()) -> Marku
     frame = upright_frame(arm)
     plain = plain_views(frame, every)
     # A flat arm is seen head-on.
-    flat = (plain[0] if len(plain) == 1 else oblique_view(frame)).project(every)
+    flat = (plain[0] if len(plain) == 1 else _turned(*view_angles(None))).project(every)
     low, high = flat.min(axis=0), flat.max(axis=0)
     scale = min((np.array([WIDTH, HEIGHT]) - 2 * MARGIN) / np.maximum(high - low, 1e-6))
     placed = (flat - (low + high) / 2) * scale * (1, -1) + (WIDTH / 2, HEIGHT / 2)

@@ -22,7 +22,7 @@ from gd_analyze.text import amount, html_of, joint_name, rounded_up
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gd_analyze.report.plots import Plots
+    from gd_analyze.figures.axes import Plots
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,8 +88,8 @@ class Findings:
 
     @property
     def plot(self) -> Plots:
-        """The report's figures as matplotlib Axes: `plot.torque()`, `plot.errors()`, and more."""
-        from gd_analyze.report.plots import Plots
+        """The report's figures as lists of matplotlib axes: `plot.torque()`, `plot.errors()`, and more."""
+        from gd_analyze.figures.axes import Plots
 
         return Plots(self)
 

@@ -17,18 +17,6 @@ SYMBOLS = {
     "potential": "U",
 }
 
-# What is kept of an element, or dominates it, where there is no room for words.
-LETTERS = {"translation": "T", "rotation": "R", "both": "T+R", "neither": "0", "gravity": "✓"}
-
-# What torque is made of, in the order it is stacked.
-CONTRIBUTIONS = {
-    "gravity": "gravity",
-    "translation": "inertia by translation",
-    "rotation": "inertia by rotation",
-    "velocity": "Coriolis and centrifugal",
-    "drives": "drives",
-}
-
 # Verdicts in the order they are told, and what they are called.
 VERDICTS = {
     "translation": "translation",
@@ -43,11 +31,6 @@ VERDICTS = {
 def drives_told(arm: RobotArm, drives: bool) -> str:
     """Say whether the drives' inertia is part of the torque; "" of an arm that has none."""
     return ("drives included" if drives else "links alone") if arm.counts_drives() else ""
-
-
-def kind_name(level: str, refit: bool) -> str:
-    """Name of a way to simplify."""
-    return f"{level}, refitted" if refit else level
 
 
 def told(row: Mapping[str, Any], what: str = "verdict") -> str:

@@ -9,7 +9,7 @@ from typing import Literal, get_args
 from xml.sax.saxutils import escape
 
 from gd_analyze.dynamics.methods import METHODS
-from gd_analyze.report.colours import ON_PAPER
+from gd_analyze.figures.colours import ON_PAPER
 from gd_analyze.studies.costs import Counted, Growth
 
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58.0, 98.0, 8.0, 32.0
@@ -30,7 +30,7 @@ _SERIES = {name: f"series-{k}" for k, name in enumerate(_MARKERS, start=1)}
 
 @dataclass(frozen=True)
 class Palette:
-    """How the names of `gd_analyze.report.colours` are written in CSS; font as a CSS family; size in px."""
+    """How the names of `gd_analyze.figures.colours` are written in CSS; font as a CSS family; size in px."""
 
     colour: Callable[[str], str]
     font: str

@@ -6,8 +6,9 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any
 
+from gd_analyze.figures.colours import ON_PAPER
 from gd_analyze.report.canvas import Canvas
-from gd_analyze.report.colours import ON_PAPER, TEMPLATES
+from gd_analyze.report.compiled_templates import TEMPLATES
 from gd_analyze.report.inline_svg import inline_svg
 from gd_analyze.report.page_environment import environment, style
 from gd_analyze.report.pdf import typeset

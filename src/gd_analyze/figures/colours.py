@@ -9,18 +9,23 @@ from __future__ import annotations
 import json
 from itertools import cycle
 from pathlib import Path
+from typing import Any
 
 from gd_analyze.text import LEVEL_NAMES
 
-TEMPLATES = Path(__file__).parent / "templates"
-
 # Name: colour on light and on dark paper.
-COLOURS: dict[str, list[str]] = json.loads((TEMPLATES / "colours.json").read_text(encoding="utf-8"))
+COLOURS: dict[str, list[str]] = json.loads(
+    (Path(__file__).parent / "colours.json").read_text(encoding="utf-8")
+)
 ON_PAPER = {name: light for name, (light, _) in COLOURS.items()}
-INK, GREY, PALE = ON_PAPER["ink"], ON_PAPER["soft"], ON_PAPER["line"]
 
 # Colour and mark of every level of simplification in the trade-off.
-_SERIES = (("series-6", "square"), ("series-3", "circle"), ("series-2", "triangle"), ("series-4", "diamond"))
+_SERIES: tuple[tuple[str, Any], ...] = (
+    ("series-6", "square"),
+    ("series-3", "circle"),
+    ("series-2", "triangle"),
+    ("series-4", "diamond"),
+)
 OF_LEVEL = dict(zip(LEVEL_NAMES, cycle(_SERIES)))
 
 

@@ -1,0 +1,278 @@
+"""The arm along its motion: poses and the path of the end effector, in an oblique view and along the axes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations, pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray, set_points_last
+from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.figures.figure import (
+    WIDTH,
+    Axis,
+    Curve,
+    Figure,
+    Item,
+    Panel,
+    Words,
+    broken,
+    evenly,
+    tick_label,
+    ticks,
+)
+from gd_analyze.robots.arm import RobotArm
+
+if TYPE_CHECKING:
+    from gd_analyze.results.findings import Findings
+
+_POSES = 7
+# Places of the end effector on its path, and poses that a page plays.
+_MOST_PLACES, MOST_FRAMES = 600, 240
+_OBLIQUE, _PLAIN = (212.0, 172.0), (WIDTH / 2, 190.0)
+# Torques this far below the largest are what is left of sums that cancel.
+_ROUND_OFF = 1e-14
+
+
+class View(NamedTuple):
+    """An orthographic projection: unit vectors to the right and upward."""
+
+    title: str
+    right: FloatArray
+    up: FloatArray
+
+    def project(self, points: FloatArray) -> FloatArray:
+        """Coordinates in the view of points (..., 3), m, shape (..., 2)."""
+        return np.stack([points @ self.right, points @ self.up], axis=-1)
+
+
+def arm_figure(findings: Findings) -> Figure:
+    """Poses of the arm along the trajectory above a grid of known step, and the path of its end effector."""
+    frame = upright_frame(findings.arm)
+    moved, path = (points @ frame.T for points in _moved(findings))
+    every = np.concatenate([moved.reshape(-1, 3), path])
+    flat = flat_normal(every)
+    view = _turned(*view_angles(flat))
+    low, step, grid = _grid(every, flat)
+    reach = np.concatenate([every, *grid])
+    x, y = _equal_axes(view.project(reach), _OBLIQUE[0] - 16, _OBLIQUE[1] - 28)
+    items: list[Item] = [_spatial(view, line, "line", 0.5) for line in grid]
+    cuts = _cuts(findings)
+    if flat is None:
+        shadow = path.copy()
+        shadow[:, 2] = low[2]
+        items.append(_spatial(view, broken(shadow.T, cuts).T, "soft", 0.6, dashes=(1.5, 2.5)))
+        foot = moved[0, 0] * (1, 1, 0) + (0, 0, low[2])
+        items.append(_spatial(view, np.stack([moved[0, 0], foot]), "combined", 4.0, opacity=0.45))
+    items += _poses(view, moved)
+    line = broken(path.T, cuts).T
+    items.append(_spatial(view, line, "rotation", 1.4))
+    is_closed = np.ptp(view.project(path[[0, -1]]), axis=0).max() < 0.03 * (x.high - x.low)
+    names = (
+        [(0, "start and end" if len(path) > 1 else "end effector")]
+        if is_closed
+        else [(0, "start"), (-1, "end")]
+    )
+    below = view.project(path[0])[1] < view.project(path[-1])[1]
+    for k, name in names:
+        at = path[k]
+        items += [_spatial(view, at[None].repeat(2, axis=0), "rotation", 5.0)]
+        if k == 0:
+            items += [_spatial(view, at[None].repeat(2, axis=0), "paper", 3.0)]
+        u, v = view.project(at)
+        up = -11.0 if (k == 0) == bool(below) and not is_closed else 5.0
+        items.append(Words(u, v, name, "ink", "middle", 7.0, up=up, bold=True))
+    items += [*_axis_names(view, frame, moved[0, 0], 0.8 * step)]
+    items.append(Words(x.low, y.low, f"grid {tick_label(step)} m", size=6.5, up=-9.0))
+    panel = Panel("arm", "", x, y, tuple(items), is_bare=True, margins=(8.0, 16.0, 8.0, 12.0))
+    return Figure(
+        "The arm along the trajectory: poses, and the path of its end effector", ((panel,),), *_OBLIQUE
+    )
+
+
+def views_figure(findings: Findings) -> Figure:
+    """The same along the axes of the base frame: two views, or one of an arm that stays in a plane."""
+    moved, path = _moved(findings)
+    every = np.concatenate([moved.reshape(-1, 3), path])
+    panels, margins = [], (26.0, 12.0, 8.0, 14.0)
+    for view in _plain_views(upright_frame(findings.arm), every):
+        wide, high = _PLAIN[0] - margins[0] - margins[2], _PLAIN[1] - margins[1] - margins[3]
+        x, y = _equal_axes(view.project(every), wide, high)
+        shown = view.project(broken(path.T, _cuts(findings)).T)
+        items = [
+            *_poses(view, moved),
+            Curve(shown[:, 0], shown[:, 1], "rotation", 1.4, label=f"end effector {view.title}"),
+        ]
+        for k, hollow in ((0, True), (-1, False)):
+            end = view.project(path[k])
+            items.append(Curve(end[:1], end[1:], "rotation", 0.0, marker="circle", size=4.5, hollow=hollow))
+        corner = f"{_axis_name(view.right)} to the right, {_axis_name(view.up)} up, m"
+        panels.append(Panel(view.title, view.title, x, y, tuple(items), corner, margins=margins))
+    return Figure("The arm along the axes of its base frame", (tuple(panels),), *_PLAIN)
+
+
+def playable(findings: Findings) -> dict[str, Any]:
+    """Poses that a page plays, and how it projects points in space onto the drawing of `arm_figure`."""
+    arm, motion = findings.arm, findings.trajectory
+    figure, frame = arm_figure(findings), upright_frame(arm)
+    (panel,) = figure.panels
+    moved, path = (points @ frame.T for points in _moved(findings))
+    frames = evenly(motion.n_set_points, MOST_FRAMES)
+    torque = findings.exact_torque
+    torque = np.where(np.abs(torque) > _ROUND_OFF * np.abs(torque).max(), torque, 0.0)[frames]
+    azimuth, elevation = view_angles(flat_normal(np.concatenate([moved.reshape(-1, 3), path])))
+    wide = figure.width - panel.margins[0] - panel.margins[2]
+    return {
+        "point": (frames + 1).tolist(),
+        "time": [float(f"{t:.6g}") for t in motion.time[frames]],
+        "poses": np.round(skeleton(arm, motion.q[frames]) @ frame.T, 4).tolist(),
+        "q": [[float(f"{v:.5g}") for v in row] for row in motion.q[frames]],
+        "torque": [[float(f"{v:.4g}") for v in row] for row in torque],
+        "joints": [[joint.kind == "revolute", joint.effort_unit] for joint in arm.joints],
+        "azimuth": azimuth,
+        "elevation": elevation,
+        "origin": [panel.x.low, panel.y.high],
+        "corner": [panel.margins[0], panel.margins[3]],
+        "scale": wide / (panel.x.high - panel.x.low),
+    }
+
+
+def skeleton(arm: RobotArm, q: FloatArray) -> FloatArray:
+    """Where the arm is at every set point of q, shape (N, n), for drawing.
+
+    Returns
+    -------
+    numpy.ndarray
+        Base origin, then for every joint its origin and its link frame's origin, m, shape (N, 2 n + 1, 3);
+        the last is the end effector.
+    """
+    kinematics = solve_kinematics(arm, set_points_last(q))
+    points = np.zeros((len(q), 2 * arm.n_joints + 1, 3))
+    for i in range(arm.n_joints):
+        points[:, 2 * i + 1] = kinematics.joint_origins[i].T
+        points[:, 2 * i + 2] = kinematics.link_origins[i].T
+    return points
+
+
+def upright_frame(arm: RobotArm) -> FloatArray:
+    """Unit vectors to draw by, rows: two horizontal ones and up, against gravity (z without gravity)."""
+    strength = float(np.linalg.norm(arm.gravity))
+    up = -np.asarray(arm.gravity) / strength if strength > 0 else np.array([0.0, 0.0, 1.0])
+    first = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
+    first = first - (first @ up) * up
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(up, first), up]) + 0.0
+
+
+def flat_normal(points: FloatArray) -> int | None:
+    """Axis, of those of `upright_frame`, that an arm never moves along; None for one that fills space."""
+    across = np.ptp(points.reshape(-1, 3), axis=0)
+    return int(across.argmin()) if across.min() <= 1e-6 * across.max() else None
+
+
+def view_angles(flat: int | None) -> tuple[float, float]:
+    """Azimuth and elevation, degrees, to look from: at a flat arm head-on, at another from above its side."""
+    return {None: (-52.0, 24.0), 0: (0.0, 0.0), 1: (-90.0, 0.0), 2: (-90.0, 90.0)}[flat]
+
+
+def _turned(azimuth: float, elevation: float) -> View:
+    a, e = np.radians([azimuth, elevation])
+    right = np.array([-np.sin(a), np.cos(a), 0.0])
+    return View("oblique view", right, np.array([-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)]))
+
+
+def _plain_views(frame: FloatArray, points: FloatArray) -> tuple[View, ...]:
+    """Views along the frame's axes, largest motion first: two, or one of an arm that stays in a plane."""
+    names = {(0, 1): "from above", (0, 2): "from the front", (1, 2): "from the side"}
+    across = np.ptp(points @ frame.T, axis=0)
+    flat = 1e-6 * float(across.max())
+    pairs = [pair for pair in combinations(range(3), 2) if min(across[list(pair)]) > flat] or [(0, 2)]
+    pairs.sort(key=lambda pair: -across[pair[0]] * across[pair[1]])
+    return tuple(View(names[pair], frame[pair[0]], frame[pair[1]]) for pair in pairs[:2])
+
+
+def _moved(findings: Findings) -> tuple[FloatArray, FloatArray]:
+    """Some poses along the trajectory, and the path of the end effector, m."""
+    arm, motion = findings.arm, findings.trajectory
+    poses = skeleton(arm, motion.q[evenly(motion.n_set_points, _POSES)])
+    return poses, skeleton(arm, motion.q[evenly(motion.n_set_points, _MOST_PLACES)])[:, -1]
+
+
+def _cuts(findings: Findings) -> np.ndarray:
+    """Places of the path before which nothing is known of the motion."""
+    chosen = evenly(findings.trajectory.n_set_points, _MOST_PLACES)
+    return np.unique(np.searchsorted(chosen, findings.trajectory.gaps))
+
+
+def _spatial(
+    view: View,
+    points: FloatArray,
+    colour: str,
+    width: float,
+    dashes: tuple[float, ...] = (),
+    opacity: float = 1.0,
+) -> Curve:
+    """A line through points in the upright frame, shape (N, 3), which a page may turn."""
+    x, y = view.project(points).T
+    return Curve(x, y, colour, width, dashes, opacity=opacity, space=points)
+
+
+def _poses(view: View, moved: FloatArray) -> Iterator[Curve]:
+    """The arm at some set points, the later the darker; the last thick at the base and thin at the end."""
+    for rank, points in enumerate(moved[:-1], start=1):
+        yield _spatial(view, points, "ink", 1.6, opacity=0.1 + 0.4 * rank / len(moved))
+    last = moved[-1]
+    for i, limb in enumerate(pairwise(last)):
+        if np.ptp(limb, axis=0).any():
+            yield _spatial(view, np.array(limb), "ink", 4.0 * (1 - 0.6 * i / len(last)))
+    for joint in last[1::2]:
+        yield _spatial(view, joint[None].repeat(2, axis=0), "paper", 1.6)
+
+
+def _equal_axes(points: FloatArray, width: float, height: float) -> tuple[Axis, Axis]:
+    """Axes of one scale that show points (N, 2) in a room of some pt."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, extent = (low + high) / 2, np.maximum(high - low, 1e-9)
+    scale = 0.94 * min(width / extent[0], height / extent[1])
+    half = np.array([width, height]) / (2 * scale)
+    spans = [(float(middle[c] - half[c]), float(middle[c] + half[c])) for c in range(2)]
+    x, y = (Axis(*span, tuple(ticks(*span, most))) for span, most in zip(spans, (5, 4), strict=True))
+    return x, y
+
+
+def _grid(points: FloatArray, flat: int | None) -> tuple[FloatArray, float, list[FloatArray]]:
+    """Lowest coordinates, step, and lines of a grid under the arm, or in the plane of a flat one."""
+    normal = 2 if flat is None else flat
+    one, two = (k for k in range(3) if k != normal)
+    low, high = points.min(axis=0), points.max(axis=0)
+    found = ticks(0.0, max(high[one] - low[one], high[two] - low[two], 1e-3), 4)
+    step = found[1] - found[0]
+    first = np.floor(low / step + 1e-6) * step
+    last = np.maximum(np.ceil(high / step - 1e-6) * step, first + step)
+    lines = []
+    for axis, other in ((one, two), (two, one)):
+        for value in np.arange(first[axis], last[axis] + step / 2, step):
+            ends = np.zeros((2, 3))
+            ends[:, axis], ends[:, other], ends[:, normal] = value, (first[other], last[other]), low[normal]
+            lines.append(ends)
+    return low, step, lines
+
+
+def _axis_names(view: View, frame: FloatArray, base: FloatArray, length: float) -> Iterator[Item]:
+    """Axes of the base frame, as far as they are seen."""
+    for axis, name in zip(frame.T, "xyz", strict=True):
+        tip = base + length * axis
+        if np.hypot(*view.project(tip - base)) > 0.15 * length:
+            yield _spatial(view, np.stack([base, tip]), "ink", 0.9)
+            u, v = view.project(base + 1.25 * length * axis).tolist()
+            yield Words(u, v, name, "ink", "middle", 7.0, up=-2.5, italic=True)
+
+
+def _axis_name(vector: FloatArray) -> str:
+    """Name of a base-frame axis, with its sign; "tilted" for any other direction."""
+    k = int(np.abs(vector).argmax())
+    if abs(abs(vector[k]) - 1) > 1e-9:
+        return "tilted"
+    return ("−" if vector[k] < 0 else "") + "xyz"[k]

@@ -1,0 +1,328 @@
+"""What a figure shows, as a value: panels with axes, curves, areas and marks, in units of the numbers drawn.
+
+`gd_analyze.figures.svg` draws it for page and paper, `gd_analyze.figures.axes` with matplotlib.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.text import prefixed, pretty
+
+# Width of the type area of a page, pt.
+WIDTH = 493.0
+
+Anchor = Literal["start", "middle", "end"]
+Marker = Literal["circle", "square", "triangle", "down", "diamond", "cross", "star"]
+Margins = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A line through points, which breaks where y is not a number.
+
+    Parameters
+    ----------
+    x, y
+        Shape (N,).
+    colour
+        Name of `gd_analyze.figures.colours`.
+    width, dashes
+        pt; a width of 0 leaves the marks alone.
+    label
+        What the line shows; a page reads its values. "" for a line that is no data.
+    role
+        Word by which a page shows and hides it.
+    hidden
+        Whether it is shown only when asked for.
+    marker, size, hollow
+        Mark at every point, pt.
+    tips
+        What a page tells of each mark.
+    opacity
+        From 0 to 1.
+    space
+        Points of the line in space, m, shape (N, 3), for a page that turns them.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    colour: str = "ink"
+    width: float = 1.1
+    dashes: tuple[float, ...] = ()
+    label: str = ""
+    role: str = ""
+    hidden: bool = False
+    marker: Marker | None = None
+    size: float = 3.6
+    hollow: bool = False
+    tips: tuple[str, ...] = ()
+    opacity: float = 1.0
+    space: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Area:
+    """What lies between two curves over x, shape (N,) each; not a number where it breaks."""
+
+    x: FloatArray
+    near: FloatArray
+    far: FloatArray
+    colour: str
+    label: str = ""
+
+
+@dataclass(frozen=True)
+class Words:
+    """Text at a point of a panel, moved by some pt to the right and up."""
+
+    x: float
+    y: float
+    text: str
+    colour: str = "soft"
+    anchor: Anchor = "start"
+    size: float = 6.0
+    right: float = 0.0
+    up: float = 0.0
+    bold: bool = False
+    italic: bool = False
+
+
+Item = Curve | Area | Words
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A range of numbers, the ticks in it, and the unit in which they are told.
+
+    Parameters
+    ----------
+    low, high
+        Ends.
+    ticks
+        Values with a label.
+    unit
+        Of labels.
+    factor
+        What one of the labels' unit is in the unit of the numbers.
+    is_logarithmic
+        Whether equal distances are equal ratios.
+    grid
+        Whether every tick has a line across the panel.
+    names
+        Labels that are no numbers.
+    """
+
+    low: float
+    high: float
+    ticks: tuple[float, ...] = ()
+    unit: str = ""
+    factor: float = 1.0
+    is_logarithmic: bool = False
+    grid: bool = False
+    names: tuple[str, ...] = ()
+
+    def place(self, values: FloatArray) -> FloatArray:
+        """Where values lie, from 0 at the low end to 1 at the high one."""
+        if self.is_logarithmic:
+            low, high = math.log10(self.low), math.log10(self.high)
+            return (np.log10(np.maximum(values, self.low)) - low) / (high - low)
+        return (np.asarray(values) - self.low) / (self.high - self.low)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Text of every tick."""
+        return self.names or tuple(tick_label(value / self.factor) for value in self.ticks)
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """One plot: title, axes, and what is drawn, in order.
+
+    Parameters
+    ----------
+    key
+        Name of the panel, such as "D12".
+    title
+        Stands above it; the unit of y follows.
+    x, y
+        Axes; with `is_bare`, of numbers that have no axes drawn.
+    items
+        What is drawn.
+    corner, corner_colour
+        Text above its right end.
+    margins
+        Room at the left, below, at the right and above, pt.
+    text
+        Size of the labels, pt.
+    """
+
+    key: str
+    title: str
+    x: Axis
+    y: Axis
+    items: tuple[Item, ...]
+    corner: str = ""
+    corner_colour: str = "soft"
+    is_bare: bool = False
+    margins: Margins = (24.0, 12.0, 6.0, 13.0)
+    text: float = 6.0
+
+
+@dataclass(frozen=True)
+class Key:
+    """Entry of a legend: how it looks and what it means."""
+
+    label: str
+    colour: str
+    kind: Literal["line", "area"] = "line"
+    dashes: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Figure:
+    """Panels of one size in rows and columns, some places empty.
+
+    Parameters
+    ----------
+    label
+        What it shows, for those who do not see it.
+    rows
+        Panels by row.
+    width, height
+        Of a panel with its margins, pt.
+    legend
+        Stands above the panels.
+    """
+
+    label: str
+    rows: tuple[tuple[Panel | None, ...], ...]
+    width: float
+    height: float
+    legend: tuple[Key, ...] = ()
+
+    @property
+    def panels(self) -> tuple[Panel, ...]:
+        """All of them, row by row."""
+        return tuple(panel for row in self.rows for panel in row if panel is not None)
+
+    @property
+    def columns(self) -> int:
+        """Panels side by side."""
+        return max(map(len, self.rows), default=1)
+
+
+def in_columns(
+    label: str, panels: Sequence[Panel], columns: int, height: float, legend: tuple[Key, ...] = ()
+) -> Figure:
+    """Arrange panels row by row over the width of a page, none wider than a third of it unless few."""
+    rows = tuple(tuple(panels[k : k + columns]) for k in range(0, len(panels), columns))
+    return Figure(label, rows, WIDTH / columns, height, legend)
+
+
+def value_axis(unit: str, *curves: FloatArray, floor: float = 0.0, most: int = 4, zero: bool = True) -> Axis:
+    """Axis that holds curves, with room at both ends.
+
+    Parameters
+    ----------
+    unit
+        Of the values; labels have the prefix that fits.
+    curves
+        Values, those that are not numbers left out.
+    floor
+        Values up to this size are round-off: a range of (-1, 1) shows them as zero.
+    most
+        Ticks, or one more.
+    zero
+        Whether zero is in the range.
+    """
+    known = np.concatenate([np.ravel(curve) for curve in curves] or [np.zeros(1)])
+    known = known[np.isfinite(known)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)
+    if zero:
+        low, high = min(low, 0.0), max(high, 0.0)
+    if max(high, -low) <= floor or not high > low:
+        middle = 0.0 if zero or not known.size else low
+        return Axis(middle - 1.0, middle + 1.0, (middle,), pretty(unit))
+    room = max(0.07 * (high - low), 1e-6 * max(abs(low), abs(high)) * (not zero))
+    low, high = low - room, high + room
+    factor, shown = prefixed(max(abs(low), abs(high)), unit)
+    return Axis(low, high, tuple(ticks(low, high, most)), pretty(shown), factor)
+
+
+def time_axis(time: FloatArray, most: int = 4) -> Axis:
+    """Axis from the first to the last time, s."""
+    low, high = float(time[0]), float(time[-1])
+    if high <= low:
+        low, high = low - 0.5, low + 0.5
+    return Axis(low, high, tuple(ticks(low, high, most)), "s")
+
+
+def decades_axis(low: float, high: float, unit: str = "", most: int = 6) -> Axis:
+    """Logarithmic axis with ticks at 1, 2 and 5 of every decade, or at every decade where that is enough."""
+    decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    leads = (1, 2, 5) if len(decades) < most else (1,)
+    every = [lead * 10.0**decade for decade in decades for lead in leads]
+    chosen = tuple(value for value in every if low <= value <= high)
+    return Axis(low, high, chosen, unit, is_logarithmic=True, grid=True)
+
+
+def with_grid(axis: Axis) -> Axis:
+    """The same with a line at every tick."""
+    return replace(axis, grid=True)
+
+
+def ticks(low: float, high: float, most: int = 3) -> list[float]:
+    """Round values inside a range: 1, 2 or 5 of a decade apart, and at most one more than so many."""
+    width = high - low
+    # A round value may have come out a rounding outside the range whose end it is.
+    low, high = low - 1e-9 * width, high + 1e-9 * width
+    decade = 10.0 ** (math.floor(math.log10(width / most)) - 1)
+    found: list[float] = []
+    for lead in (5, 10, 20, 50, 100):
+        step = lead * decade
+        found = [k * step for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
+        if len(found) <= most + 1:
+            break
+    return found
+
+
+def tick_label(value: float) -> str:
+    """Shortest text of a round value, with a true minus sign."""
+    return f"{round(value, 9) + 0.0:g}".replace("-", "−")
+
+
+def broken(values: FloatArray, gaps: Sequence[int] | np.ndarray) -> FloatArray:
+    """Put a value that is not a number before each set point of `gaps`, so that a curve breaks there."""
+    places = np.asarray(gaps, dtype=int)
+    return np.insert(np.asarray(values, dtype=float), places, np.nan, axis=-1) if places.size else values
+
+
+def evenly(count: int, most: int) -> np.ndarray:
+    """Indices of evenly spaced set points, at most so many, first and last among them."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
+
+
+def shortened(name: str, room: float, size: float = 7.0) -> str:
+    """A name as far as it fits into some pt of width."""
+    most = max(int(room / (0.5 * size)), 3)
+    return name if len(name) <= most else f"{name[: most - 1]}…"
+
+
+def apart(ends: Sequence[tuple[float, str, str]], pitch: float, top: float) -> list[tuple[float, str, str]]:
+    """Move names (height, text, colour) at the ends of curves at least `pitch` apart and below `top`."""
+    ordered, low = sorted(ends), -math.inf
+    heights = []
+    for height, *_ in ordered:
+        low = max(height, low + pitch)
+        heights.append(low)
+    for k in reversed(range(len(heights))):
+        top = heights[k] = min(heights[k], top)
+        top -= pitch
+    return [(height, *end[1:]) for height, end in zip(heights, ordered, strict=True)]

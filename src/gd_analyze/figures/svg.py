@@ -1,0 +1,264 @@
+"""Figures as SVG: whole for paper, and panel by panel for a page, whose style and script know the marks.
+
+A unit of the drawing is a twentieth of a point, so that all coordinates are whole numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from xml.sax.saxutils import escape, quoteattr
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.figures.colours import ON_PAPER
+from gd_analyze.figures.figure import Area, Curve, Figure, Key, Panel, Words
+
+UNIT = 20
+# A line may leave out points this near to it, pt.
+_NEAR = 0.04
+# Points of a curve at most: some four per point of a wide panel.
+_MOST_POINTS = 1000
+_LEGEND = 14.0
+
+Paint = Callable[[str], str]
+Placed = Callable[[FloatArray, FloatArray], FloatArray]
+on_page: Paint = "var(--{})".format
+on_paper: Paint = ON_PAPER.__getitem__
+
+
+def figure_svg(figure: Figure) -> str:
+    """Draw a whole figure for paper."""
+    head = _LEGEND if figure.legend else 0.0
+    width, height = figure.columns * figure.width, len(figure.rows) * figure.height + head
+    parts = [_legend(figure.legend)] if figure.legend else []
+    for r, row in enumerate(figure.rows):
+        for c, panel in enumerate(row):
+            if panel is not None:
+                x, y = c * figure.width, r * figure.height + head
+                inside = "".join(_drawn(panel, figure.width, figure.height, on_paper))
+                parts.append(f'<g transform="translate({_int(x)} {_int(y)})">{inside}</g>')
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}pt" height="{height:g}pt" '
+        f'viewBox="0 0 {_int(width)} {_int(height)}" font-family="Libertinus Serif" '
+        f'fill="none" stroke-linejoin="round">{"".join(parts)}</svg>'
+    )
+
+
+def panel_svg(panel: Panel, figure: Figure) -> str:
+    """Draw one panel for a page; its script reads values from the curves, by the axes' ends."""
+    left, bottom, right, top = panel.margins
+    frame = (left, top, figure.width - left - right, figure.height - top - bottom)
+    axes = ""
+    if not panel.is_bare and not (panel.x.is_logarithmic or panel.y.is_logarithmic):
+        low, high = panel.y.low / panel.y.factor, panel.y.high / panel.y.factor
+        axes = (
+            f' data-frame="{" ".join(str(_int(v)) for v in frame)}"'
+            f' data-x="{panel.x.low:g} {panel.x.high:g} {panel.x.unit}"'
+            f' data-y="{low:.6g} {high:.6g} {escape(panel.y.unit)}"'
+        )
+    label = quoteattr(f"{figure.label}: {panel.title}" if panel.title else figure.label)
+    return (
+        f'<svg class="panel" viewBox="0 0 {_int(figure.width)} {_int(figure.height)}" role="img" '
+        f"aria-label={label} data-key={quoteattr(panel.key)}{axes}>"
+        f"{''.join(_drawn(panel, figure.width, figure.height, on_page))}</svg>"
+    )
+
+
+def _drawn(panel: Panel, width: float, height: float, paint: Paint) -> Iterator[str]:
+    """Grid, items, axes and title of a panel; y points downward here."""
+    left, bottom, right, top = panel.margins
+    wide, high = width - left - right, height - top - bottom
+
+    def placed(x: FloatArray, y: FloatArray) -> FloatArray:
+        across, upward = left + wide * panel.x.place(x), top + high * (1.0 - panel.y.place(y))
+        return np.stack([across, upward], axis=-1)
+
+    if not panel.is_bare:
+        yield from _axes(panel, (left, top, wide, high), paint)
+    for item in panel.items:
+        if isinstance(item, Words):
+            x, y = placed(np.array(item.x), np.array(item.y)).tolist()
+            look = ' font-weight="bold"' * item.bold + ' font-style="italic"' * item.italic
+            yield _text(
+                x + item.right, y - item.up, item.text, item.size, paint(item.colour), item.anchor, look
+            )
+        elif isinstance(item, Area):
+            yield _area(item, placed, paint)
+        else:
+            yield from _curve(item, placed, paint)
+    if panel.title:
+        unit = f'<tspan font-weight="normal" fill="{paint("soft")}">, {escape(panel.y.unit)}</tspan>'
+        x = left - 14 if left > 14 else left
+        yield (
+            f'<text x="{_int(x)}" y="{_int(top - 4)}" font-size="{_int(panel.text + 1)}" '
+            f'font-weight="bold" style="fill:{paint("ink")}">{escape(panel.title)}'
+            f"{unit if panel.y.unit and not panel.is_bare else ''}</text>"
+        )
+    if panel.corner:
+        colour = paint(panel.corner_colour)
+        yield _text(left + wide, top - 4, panel.corner, panel.text, colour, "end")
+
+
+def _axes(panel: Panel, frame: tuple[float, float, float, float], paint: Paint) -> Iterator[str]:
+    left, top, wide, high = frame
+    x_at = (left + wide * panel.x.place(np.array(panel.x.ticks))).tolist()
+    y_at = (top + high * (1 - panel.y.place(np.array(panel.y.ticks)))).tolist()
+    bottom, right, size = top + high, left + wide, panel.text
+    grid = [f"M{_int(left)} {_int(y)}h{_int(wide)}" for y in y_at]
+    grid += [f"M{_int(x)} {_int(top)}v{_int(high)}" for x in x_at if panel.x.grid]
+    if grid:
+        yield f'<path class="grid" style="stroke:{paint("line")}" stroke-width="10" d="{"".join(grid)}"/>'
+    base = [f"M{_int(left)} {_int(bottom)}h{_int(wide)}", *(f"M{_int(x)} {_int(bottom)}v40" for x in x_at)]
+    if not panel.y.is_logarithmic and panel.y.low < 0 < panel.y.high:
+        zero = top + high * (1 - float(panel.y.place(np.array(0.0))))
+        base.append(f"M{_int(left)} {_int(zero)}h{_int(wide)}")
+    yield f'<path style="stroke:{paint("soft")}" stroke-width="11" d="{"".join(base)}"/>'
+    soft = paint("soft")
+    for y, label in zip(y_at, panel.y.labels, strict=True):
+        yield _text(left - 2.5, y + 0.32 * size, label, size, soft, "end")
+    named = panel.x.labels
+    for k, (x, label) in enumerate(zip(x_at, named, strict=True)):
+        is_last = k == len(named) - 1
+        shown = f"{label} {panel.x.unit}" if is_last and panel.x.unit else label
+        fits = x + 0.25 * size * len(shown) <= right + panel.margins[2]
+        anchor, at = ("middle", x) if fits else ("end", right + panel.margins[2])
+        yield _text(at, bottom + size + 2.5, shown, size, soft, anchor)
+
+
+def _curve(item: Curve, placed: Placed, paint: Paint) -> Iterator[str]:
+    points, colour = placed(item.x, item.y), paint(item.colour)
+    marked = f' class="{item.role}"' if item.role else ""
+    marked += f" data-label={quoteattr(item.label)}" if item.label else ""
+    marked += ' display="none"' if item.hidden else ""
+    marked += f' opacity="{item.opacity:.2g}"' if item.opacity < 1.0 else ""
+    if item.space is not None and paint is on_page:
+        marked += f' data-space="{" ".join(f"{value:.4g}" for value in np.ravel(item.space))}"'
+    if item.width and len(points) > 1:
+        dashes = " ".join(str(_int(length * item.width)) for length in item.dashes)
+        marked += f' stroke-dasharray="{dashes}"' if dashes else ' stroke-linecap="round"'
+        path = "".join(_path(run) for run in _runs(points))
+        yield (f'<path{marked} style="stroke:{colour}" stroke-width="{_int(item.width)}" d="{path}"/>')
+    dots = item.marker or ("circle" if len(points) == 1 else None)
+    if dots:
+        fill = paint("paper") if item.hollow else colour
+        edge = max(item.size / 4, 0.7)
+        for k, (x, y) in enumerate(points.tolist()):
+            if math.isfinite(y):
+                tip = f"<title>{escape(item.tips[k])}</title>" if item.tips and paint is on_page else ""
+                yield (
+                    f"<path{'' if item.width and len(points) > 1 else marked} "
+                    f'style="fill:{fill};stroke:{colour}" '
+                    f'stroke-width="{_int(edge)}" d="{_mark(dots, x, y, item.size)}">{tip}</path>'
+                )
+
+
+def _area(item: Area, placed: Placed, paint: Paint) -> str:
+    near, far = _runs(placed(item.x, item.near)), _runs(placed(item.x, item.far))
+    path = "".join(f"{_path(forth)}L{_path(back[::-1])[1:]}z" for forth, back in zip(far, near, strict=True))
+    marked = f" data-label={quoteattr(item.label)}" if item.label else ""
+    return f'<path{marked} style="fill:{paint(item.colour)}" d="{path}"/>'
+
+
+def _runs(points: FloatArray) -> list[FloatArray]:
+    """Pieces of a line between points that are not numbers."""
+    known = np.isfinite(points).all(axis=1)
+    if known.all():
+        return [points]
+    cuts = np.flatnonzero(np.diff(known.astype(int))) + 1
+    return [run for run in np.split(points, cuts) if np.isfinite(run[0]).all()]
+
+
+def _path(points: FloatArray) -> str:
+    """Line through points, pt, of which those that nobody could see are left out."""
+    corners = np.rint(UNIT * without_straights(_extremes(points))).astype(int)
+    first, steps = corners[0].tolist(), np.diff(corners, axis=0).ravel().tolist()
+    return (
+        f"M{first[0]} {first[1]}l{' '.join(map(str, steps))}".replace(" -", "-")
+        if steps
+        else (f"M{first[0]} {first[1]}h0")
+    )
+
+
+def _extremes(points: FloatArray) -> FloatArray:
+    """Of a long line the lowest and highest points of equal stretches, in order."""
+    count = len(points)
+    if count <= _MOST_POINTS:
+        return points
+    length = -(-count // (_MOST_POINTS // 4))
+    stretches = -(-count // length)
+    padded = np.pad(points, ((0, stretches * length - count), (0, 0)), mode="edge")
+    windows, starts = padded.reshape(stretches, length, 2), np.arange(stretches) * length
+    found = [(pick(axis=1) + starts[:, None]).ravel() for pick in (windows.argmin, windows.argmax)]
+    return points[np.unique(np.minimum(np.concatenate([[0, count - 1], *found]), count - 1))]
+
+
+def without_straights(points: FloatArray) -> FloatArray:
+    """Leave out points that lie within `_NEAR` of the line between their neighbours, in rounds."""
+    for _ in range(6):
+        if len(points) < 4:
+            break
+        before, after = points[1:-1] - points[:-2], points[2:] - points[1:-1]
+        across = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+        length = np.hypot(*(before + after).T)
+        # A line that turns back has its end where it turns.
+        straight = (np.abs(across) <= _NEAR * length) & ((before * after).sum(axis=1) >= 0.0)
+        straight[1::2] = False
+        if not straight.any():
+            break
+        points = points[np.concatenate([[True], ~straight, [True]])]
+    return points
+
+
+def _mark(shape: str, x: float, y: float, size: float) -> str:
+    r, whole = size / 2, _int(size)
+    corners: dict[str, list[tuple[float, float]]] = {
+        "square": [(-r, -r), (r, -r), (r, r), (-r, r)],
+        "triangle": [(-1.15 * r, r), (1.15 * r, r), (0, -1.1 * r)],
+        "down": [(-1.15 * r, -r), (1.15 * r, -r), (0, 1.1 * r)],
+        "diamond": [(0, -1.3 * r), (1.3 * r, 0), (0, 1.3 * r), (-1.3 * r, 0)],
+        "star": [
+            (length * math.sin(k * math.pi / 5), -length * math.cos(k * math.pi / 5))
+            for k in range(10)
+            for length in ((r, 0.42 * r)[k % 2],)
+        ],
+    }
+    if shape == "cross":
+        return f"M{_int(x - r)} {_int(y - r)}l{whole} {whole}m0-{whole}l-{whole} {whole}"
+    if shape == "circle":
+        arc = f"a{_int(r)} {_int(r)} 0 1 0"
+        return f"M{_int(x - r)} {_int(y)}{arc} {whole} 0{arc}-{whole} 0z"
+    return f"M{'L'.join(f'{_int(x + dx)} {_int(y + dy)}' for dx, dy in corners[shape])}z"
+
+
+def _text(
+    x: float, y: float, text: str, size: float, colour: str, anchor: str = "start", look: str = ""
+) -> str:
+    where = "" if anchor == "start" else f' text-anchor="{anchor}"'
+    return (
+        f'<text x="{_int(x)}" y="{_int(y)}" font-size="{_int(size)}"{where}{look} style="fill:{colour}">'
+        f"{escape(text)}</text>"
+    )
+
+
+def _legend(keys: tuple[Key, ...]) -> str:
+    """Draw a legend in a line."""
+    parts, x, size = [], 0.0, 7.5
+    for key in keys:
+        colour = on_paper(key.colour)
+        if key.kind == "area":
+            parts.append(f'<path style="fill:{colour}" d="M{_int(x)} 80h240v120h-240z"/>')
+        else:
+            dashes = f' stroke-dasharray="{" ".join(str(_int(1.4 * d)) for d in key.dashes)}"' * bool(
+                key.dashes
+            )
+            parts.append(f'<path style="stroke:{colour}" stroke-width="28"{dashes} d="M{_int(x)} 150h300"/>')
+        x += 15.0 if key.kind == "area" else 18.0
+        parts.append(_text(x, 9.6, key.label, size, on_paper("ink")))
+        x += 0.46 * size * len(key.label) + 14.0
+    return "".join(parts)
+
+
+def _int(value: float) -> int:
+    return round(UNIT * value)
