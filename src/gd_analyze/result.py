@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from gd_analyze.text import amount, fitting, joint_name, number, percent, pretty, rounded_up, share_up
+from gd_analyze.text import amount, joint_name, number, percent, prefixed, pretty, rounded_up, share_up
 
 # How a person reads a value; JSON has it as it is. A "bound" is rounded up, a "name" may be shortened.
 Shown = Literal["number", "percent", "times", "count", "text", "name", "flag", "bound", "bound_percent"]
@@ -75,7 +75,7 @@ class Column:
 
     key: str
     label: str
-    values: Sequence[Any]
+    values: Sequence[Any] | np.ndarray
     unit: str | Sequence[str] = ""
     shown: Shown = "number"
     meaning: str = ""
@@ -85,22 +85,16 @@ class Column:
         """Whether the cells stand on the left."""
         return self.shown in ("text", "name", "flag")
 
-    def cells(self, top: int | None = None) -> tuple[str, list[str]]:
-        """The unit for the heading, and the first `top` cells as a person reads them.
+    @property
+    def is_number(self) -> bool:
+        """Whether the cells are numbers whose unit may have a prefix."""
+        return self.shown in ("number", "bound")
 
-        A prefix of the unit keeps numbers short. Where units differ, they stand in the cells.
-        """
-        values = self.values[:top]
-        units = {self.unit} if isinstance(self.unit, str) else {*self.unit[:top]}
-        if len(units) > 1:
-            pairs = zip(values, self.unit, strict=False)
-            return "", [written(*pair, self.shown) for pair in pairs]
-        unit = units.pop() if units else ""
-        if self.shown not in ("number", "bound"):
-            return pretty(unit), [written(value, "", self.shown) for value in values]
-        factor, unit = fitting([float(value) for value in values if _is_number(value)], unit)
-        cells = [written(v / factor if _is_number(v) else v, "", self.shown) for v in values]
-        return pretty(unit), cells
+    @property
+    def only_unit(self) -> str | None:
+        """The unit of all rows; None where they differ."""
+        units = {self.unit} if isinstance(self.unit, str) else {*self.unit}
+        return units.pop() if len(units) == 1 else None if units else ""
 
 
 @dataclass(frozen=True)
@@ -117,6 +111,30 @@ class Table:
     def n_rows(self) -> int:
         """How many rows there are."""
         return len(self.columns[0].values) if self.columns else 0
+
+    def shown(self) -> list[tuple[Column, str, list[str]]]:
+        """Columns that people see, each with the unit for its heading and its cells as text.
+
+        The largest of all numbers in a unit chooses its prefix. Units that differ by row stand in the cells.
+        """
+        out = []
+        for column in self.columns:
+            unit, values = column.only_unit, column.values[: self.top]
+            if column.label and unit is None:
+                cells = [written(*pair, column.shown) for pair in zip(values, column.unit, strict=False)]
+                out.append((column, "", cells))
+            elif column.label:
+                factor, unit = self._prefixed(unit or "") if column.is_number else (1.0, unit or "")
+                scaled = (value / factor if _is_number(value) else value for value in values)
+                out.append((column, pretty(unit), [written(value, "", column.shown) for value in scaled]))
+        return out
+
+    def _prefixed(self, unit: str) -> tuple[float, str]:
+        alike = [
+            c.values[: self.top] for c in self.columns if c.label and c.is_number and c.only_unit == unit
+        ]
+        sizes = [abs(value) for values in alike for value in values if _is_number(value)]
+        return prefixed(max((size for size in sizes if math.isfinite(size)), default=0.0), unit)
 
     def rows(self) -> list[dict[str, Any]]:
         """Rows as JSON values."""
@@ -224,11 +242,11 @@ def written(value: Any, unit: str = "", shown: Shown = "number") -> str:
     if isinstance(value, Sequence | np.ndarray):
         return ", ".join(written(entry, unit, shown) for entry in value)
     if shown in ("number", "bound"):
-        return pretty(amount(rounded_up(value) if shown == "bound" else value, unit)).rstrip()
+        return amount(rounded_up(value) if shown == "bound" else value, pretty(unit)).rstrip()
     if shown in ("percent", "bound_percent"):
         text = percent(share_up(value) if shown == "bound_percent" else value)
     else:
-        text = f"{value:d}" if shown == "count" else f"{number(value)} times"
+        text = f"{value:.0f}" if shown == "count" else f"{number(value)} times"
     return f"{text} {pretty(unit)}".rstrip()
 
 

@@ -56,6 +56,9 @@ def _parts(parts: Sequence[Part], width: int, bold: Callable[[str], str]) -> Ite
             lines += ["", *part.legend_lines] if part.legend_lines else []
         elif isinstance(part, Section):
             lines = [*wrapped(part.note, width), *_parts(part.parts, width, bold)]
+            if not part.title and not part.note:
+                yield from lines
+                continue
         if part is not None and lines:
             yield ""
             title = f"{part.title}{_first_of(part) if isinstance(part, Table) else ''}"
@@ -89,21 +92,18 @@ def _first_of(table: Table) -> str:
 
 def _table(table: Table, width: int) -> list[str]:
     """Headings, which wrap, a rule, and the rows; nothing of a table without rows to be shown."""
-    count = table.n_rows if table.top is None else min(table.top, table.n_rows)
-    columns = [column for column in table.columns if column.label]
-    if not count or not columns:
+    columns = table.shown()
+    if not columns or not columns[0][2]:
         return []
-    blocks, sides = [], []
-    for column in columns:
-        unit, cells = column.cells(count)
-        cells = [visible(cell) for cell in cells]
+    blocks = []
+    for column, unit, texts in columns:
+        cells = list(map(visible, texts))
         words = visible(column.label).split(" ")
         room = max(_NARROWEST_HEADING, *map(_length, cells), *map(_length, words))
-        heading = [*wrapped(column.label, room), *([unit] if unit else [])]
-        blocks.append((heading, cells))
-        sides.append(column.is_text)
+        blocks.append(([*wrapped(column.label, room), *([unit] if unit else [])], cells))
+    sides = [column.is_text for column, _, _ in columns]
     excess = sum(_width(*block) + 2 for block in blocks) - 2 - width
-    for k, column in enumerate(columns):
+    for k, (column, _, _) in enumerate(columns):
         if column.shown == "name" and excess > 0:
             heading, cells = blocks[k]
             room = max(_LEAST_NAME, _width(heading, cells) - excess)

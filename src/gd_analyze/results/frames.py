@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
+
+from gd_analyze.result import Column, Shown, Table
+from gd_analyze.text import joint_name
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -42,6 +46,41 @@ def rows_of(table: xr.Dataset, *dims: str) -> list[dict[str, Any]]:
         {name: None if isinstance(x, float) and x != x else x for name, x in zip(plain, row, strict=True)}
         for row in zip(*plain.values(), strict=True)
     ]
+
+
+def table_of(
+    key: str,
+    title: str,
+    rows: Sequence[Mapping[str, Any]],
+    labels: Mapping[str, tuple[str, ...]],
+    note: str = "",
+    top: int | None = None,
+) -> Table:
+    """Make rows the table of a result: JSON has all of them, people see the columns that have a label.
+
+    Parameters
+    ----------
+    key, title, note, top
+        Of the table.
+    rows
+        Values by the names of columns; "joint_name" beside "joint" names joints. Names that begin with
+        "shown_" are for people only.
+    labels
+        By names of columns: heading, unit, which "@" makes the name of a column of units, and how values are
+        shown.
+    """
+    names = [*labels, *(name for name in (rows[0] if rows else {}) if name not in labels)]
+    columns: list[Column] = []
+    if rows and "joint_name" in rows[0]:
+        pairs = [joint_name(row["joint"], row["joint_name"]) for row in rows]
+        columns.append(Column("", "joint", pairs, shown="name"))
+    for name in names if rows else ():
+        given = labels.get(name, ("",))
+        label, unit, shown = given + ("", "", "number")[len(given) :]
+        units: Any = [row[unit[1:]] for row in rows] if unit.startswith("@") else unit
+        stored = "" if name.startswith("shown_") else name
+        columns.append(Column(stored, label, [row[name] for row in rows], units, cast(Shown, shown)))
+    return Table(key, title, tuple(columns), note, top)
 
 
 def _columns(table: xr.Dataset, dim: str) -> dict[str, np.ndarray]:

@@ -1,0 +1,172 @@
+"""What is said of a simplified model in facts and tables: operations, errors, and what they are shares of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict
+from math import isinf
+from typing import NamedTuple
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.motions.states import in_words
+from gd_analyze.result import Column, Fact, Table, joint_columns, written
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.accuracy import share_of
+from gd_analyze.simplification.measures import NormShare
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.text import at_most
+
+
+class WorstError(NamedTuple):
+    """The error of the joint that is off most; `of` says what a share is of, and is "" of a torque.
+
+    Parameters
+    ----------
+    joint
+        Which one, from 1.
+    value
+        A share, or a torque in `unit`.
+    is_bound
+        Whether it is a bound, which is rounded up.
+    of
+        "peak torque", "allowed error", "" for a torque.
+    unit
+        Of a torque.
+    """
+
+    joint: int
+    value: float
+    is_bound: bool
+    of: str
+    unit: str
+
+    @property
+    def size(self) -> str:
+        """The figure alone: "0.94 %" or "0.93 N m"."""
+        if self.of:
+            return written(self.value, "", "bound_percent" if self.is_bound else "percent")
+        return written(self.value, self.unit, "bound" if self.is_bound else "number")
+
+    @property
+    def text(self) -> str:
+        """The figure and what it is of: "0.94 % of peak torque"."""
+        return f"{self.size} of {self.of}" if self.of else self.size
+
+    def fact(self, key: str, label: str) -> Fact:
+        """Make it a fact."""
+        return Fact(key, label, self.value, text=self.text, note=f"joint {self.joint}")
+
+
+def worst_error(model: SimplifiedModel, bound: FloatArray | None = None) -> WorstError:
+    """Find the joint that is off most, in the terms of the model's budget.
+
+    A budget in shares of peak torque is answered in these, one in N m for all joints in N m, any other in
+    shares of the allowed error.
+
+    Parameters
+    ----------
+    model
+        The model that errs.
+    bound
+        What its joints' errors do not exceed, N m, shape (n,); by default the largest errors that the model
+        states.
+    """
+    asked, arm = model.accuracy.asked, model.arm
+    error = model.accuracy.errors.largest if bound is None else bound
+    in_torque = asked.wholes == {"torque"} and len(set(asked.entries)) == 1 and len(set(arm.is_revolute)) == 1
+    sizes = error if in_torque else model.accuracy.shares_of(error)
+    joint = int(sizes.argmax())
+    of, unit = ("", arm.joints[joint].effort_unit) if in_torque else (asked.shares_of, "")
+    return WorstError(joint + 1, float(sizes[joint]), bound is not None, of, unit)
+
+
+def operation_facts(model: SimplifiedModel) -> tuple[Fact, ...]:
+    """Operations of a model, and of the exact torque in the fewest known."""
+    count, full = model.operations, model.operations_full
+    return (
+        Fact("operations", "Operations of the model", asdict(count), text=str(count)),
+        Fact("operations_full", "Operations of the exact torque", asdict(full), text=str(full)),
+        Fact("saves", "", model.saves),
+    )
+
+
+def joint_errors(model: SimplifiedModel, proven: FloatArray | None = None, key: str = "joints") -> Table:
+    """Errors that a model states of its joints, and what is proven of them, N m, shape (n,), where known."""
+    accuracy, errors, arm = model.accuracy, model.accuracy.errors, model.arm
+    units = [joint.effort_unit for joint in arm.joints]
+    is_norm, of = accuracy.asked.norm is not None, accuracy.asked.shares_of.removesuffix(" torque")
+    of = "of allowed" if of.startswith("allowed") else f"of {of}"
+    nothing = [None] * arm.n_joints
+    known = proven is not None and bool(np.isfinite(proven).all())
+    columns = [
+        *joint_columns(arm.joints),
+        Column("peak_torque", "peak torque", errors.peak_torque, units),
+        Column(
+            "allowed_error", "" if is_norm else "allowed", nothing if is_norm else accuracy.allowed, units
+        ),
+        Column("largest_error", "error" if model.saves else "", errors.largest, units),
+        Column("", of if model.saves else "", accuracy.shares, shown="percent"),
+        Column("rms_error", "RMS" if model.saves and not known else "", errors.rms, units),
+        Column("largest_share", "", errors.largest_share),
+        Column("rms_share", "", errors.rms_share),
+        Column("largest_of_allowed", "", nothing if is_norm else share_of(errors.largest, accuracy.allowed)),
+    ]
+    if proven is not None and known and model.saves:
+        columns += [
+            Column("", "proven", proven, units, "bound"),
+            Column("", of, accuracy.shares_of(proven), shown="bound_percent"),
+        ]
+    return Table(key, f"Torque error by joint, budget {accuracy.budget}", tuple(columns))
+
+
+def norm_facts(norms: Sequence[NormShare], arm: RobotArm) -> tuple[Fact, ...]:
+    """Norm of the torque error over norm of the torque, by the share of the states that keep each."""
+    apart = ", revolute and prismatic joints apart" if len(set(arm.is_revolute)) > 1 else ""
+    rows = [{"states": norm.states, "share": norm.share} for norm in norms]
+    label = f"Norm of the error over norm of the torque{apart}" if norms else ""
+    return (Fact("norms", label, rows, text=norms_text(norms)),)
+
+
+def norms_text(norms: Iterable[NormShare]) -> str:
+    """Such shares: "0.91 % at 95 % of the states, 2.1 % at 99.9 % of the states"."""
+    return ", ".join(
+        f"{'∞' if isinf(norm.share) else at_most(norm.share)} at "
+        + ("all states" if norm.states == 1.0 else f"{100 * norm.states:.10g} % of the states")
+        for norm in norms
+    )
+
+
+def error_text(model: SimplifiedModel) -> str:
+    """How far a model is off, in the terms of its budget, in a few words."""
+    asked = model.accuracy.asked_norm
+    if asked is not None:
+        return f"Error {norms_text([asked])} of the torque's norm"
+    worst = worst_error(model)
+    return f"Torque error at most {worst.text} (joint {worst.joint})"
+
+
+def headline(model: SimplifiedModel, error: str | None = None) -> str:
+    """The answer in a line: "72 operations instead of 308. Torque error at most 1.4 % of peak torque ..."."""
+    full = model.operations_full.total
+    if not model.saves:
+        return (
+            f"Nothing saved: within the budget of {model.accuracy.budget} no model found takes fewer than "
+            f"the {full} operations of the exact torque, which is the result."
+        )
+    return f"{model.operations.total} operations instead of {full}. {error or error_text(model)}."
+
+
+def measure_fact(model: SimplifiedModel) -> Fact:
+    """Over which states the peak torque, or the uncertainty, is that the budget takes shares of."""
+    words = {"peak": "peak torque", "uncertainty": "uncertainty"}
+    wholes = [word for name, word in words.items() if name in model.accuracy.asked.wholes]
+    states = model.accuracy.fitted_on
+    over = in_words(states) if states else "the states that the model was fitted on"
+    return Fact("", f"States of {' and '.join(wholes)}" if wholes else "", over)
+
+
+def drives_text(arm: RobotArm, drives: bool) -> str:
+    """Whether the drives' inertia is part of the torque; "" of an arm that has none."""
+    return ("drives included" if drives else "links alone") if arm.counts_drives() else ""
