@@ -22,7 +22,7 @@ import numpy as np
 
 import gd_analyze as gd
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
-from gd_analyze.exporting.export_input import ExportInput, subject_of_form, subject_of_model
+from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.robots.arm import RobotArm
@@ -112,8 +112,8 @@ def timed(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", gd.GdAnalyzeWarning)
         states = states_in_box(arm, TIMED, seed=1)
-    exact = subject_of_form(ExactForm(arm, model.drives), "arm")
-    simple = subject_of_model(model, "arm")
+    exact = ExportInput.of_exact(ExactForm(arm, model.drives), "arm")
+    simple = ExportInput.of_model(model, "arm")
     casadi = in_casadi(arm, model.drives)
     ways: list[Way] = []
     for flags in FLAGS:

@@ -24,8 +24,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gd_analyze.exporting.export import Exported, export, printed
-from gd_analyze.exporting.export_input import subject_of_form
+from gd_analyze.exporting.export import Exported, export, written
+from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.frames import standard_placements
@@ -231,7 +231,7 @@ def exact_line(name: str) -> str:
     start = time.process_time()
     count = exact.form.operations
     seconds = time.process_time() - start
-    timed = nanoseconds(printed(subject_of_form(exact.form), "c"), exact.states)
+    timed = nanoseconds(written(ExportInput.of_exact(exact.form), "c"), exact.states)
     return (
         f"| {name} | {count.total} ({count.multiplications} + {count.additions}) | {theirs.operations} | "
         f"{theirs.operations / count.total:.0f} | {seconds:.1f} | {theirs.seconds:g} | "

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from levels.changed_files import refused
 
 import gd_analyze as gd
 from few_tries import few_tries
@@ -15,7 +16,6 @@ from gd_analyze.errors import ModelError
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.model_file import load_model, save_model
-from levels.changed_files import refused
 from several_motions import swung
 from strategies import arms_with_states, examples, random_states
 

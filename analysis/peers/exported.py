@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from gd_analyze.exporting.export import printed
+from gd_analyze.exporting.export import written
 from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.motions.states import States
 from peers.timed import Way, library, way
@@ -28,7 +28,7 @@ void many(long passes, long count, const double *q, const double *qd, const doub
 
 def exported(what: str, subject: ExportInput, states: States, folder: Path, flags: str) -> list[Way]:
     """Call `arm_torque` in a loop of C, and `arm_torque_many`, of a subject that is named arm."""
-    sources = dict(printed(subject, "c").files) | {"driver.c": _DRIVER.format(n=subject.n)}
+    sources = dict(written(subject, "c").files) | {"driver.c": _DRIVER.format(n=subject.n)}
     made = library(folder, sources, "gcc", *flags.split())
     one = way(f"{what}, one, {flags}", made.one, states)
     return [one, way(f"{what}, many, {flags}", made.many, states, by_joint=True)]

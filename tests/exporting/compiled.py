@@ -65,7 +65,7 @@ def main_text(subject: ExportInput, scalar: str, counts: Sequence[int]) -> str:
     ]
     lines.insert(4, f"#define NAME(word) {name}_##word")
     for function in subject.functions:
-        sizes = [result.size for result in function.results]
+        sizes = [result.size for result in function.outputs]
         results = [f"results + {sum(sizes[:k])}" for k in range(len(sizes))]
         lines += [
             "    for (s = 0; s < count; s++) {",
@@ -117,7 +117,7 @@ def run_c(
     printed = np.frombuffer(called(program, str(len(states.q)), given=rows.tobytes()), dtype=kind)
     results: dict[str, FloatArray] = {}
     for function in subject.functions:
-        size = sum(result.size for result in function.results) * len(states.q)
+        size = sum(result.size for result in function.outputs) * len(states.q)
         results[function.name] = printed[:size].reshape(len(states.q), -1).T.astype(float)
         printed = printed[size:]
     bulk = []

@@ -8,12 +8,7 @@ import numpy as np
 
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import Certificate
-from gd_analyze.exporting.export_input import (
-    ExportInput,
-    subject_of_decomposition,
-    subject_of_form,
-    subject_of_model,
-)
+from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
@@ -46,9 +41,9 @@ def subject(case: str) -> ExportInput:
     name, _, what = case.partition(" ")
     arm = load_arm(name)
     if what == "decomposition":
-        return subject_of_decomposition(arm)
+        return ExportInput.of_decomposition(arm)
     if not what:
-        return subject_of_form(ExactForm(arm, arm.counts_drives(None)))
+        return ExportInput.of_exact(ExactForm(arm, arm.counts_drives(None)))
     return proven(exact_model(arm, arm.counts_drives(None), LEVELS[what]))
 
 
@@ -66,7 +61,7 @@ def proven(model: SimplifiedModel) -> ExportInput:
     box = Box(np.full(n, -0.7), np.full(n, 1.1), np.full(n, 2.3), np.full(n, 3.3), "a box")
     nothing = np.zeros((n, n))
     certificate = Certificate(box, 0.1 + np.arange(n) / 3, np.zeros(n), (nothing, nothing, nothing))
-    return subject_of_model(model, None, certificate)
+    return ExportInput.of_model(model, None, certificate)
 
 
 def round_model(arm: RobotArm, level: str = "energy") -> SimplifiedModel:

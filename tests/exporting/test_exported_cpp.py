@@ -10,7 +10,7 @@ from compiled import STRICT, called, compiled, needs_gpp
 from exported_cases import FEW, states, subject
 from rounded_programs import assert_same, evaluated, slope
 
-from gd_analyze.exporting.export import printed
+from gd_analyze.exporting.export import written
 from made_models import ROUND_OFF
 
 pytestmark = needs_gpp
@@ -50,7 +50,7 @@ inline Dual cos(Dual a);
 
 def run(what, body, folder: Path, drawn, *flags):
     """Compile a program around `body`, which writes what it finds of the state s, and give it the states."""
-    printed(what, "cpp").save(folder)
+    written(what, "cpp").save(folder)
     text = f"{READING}\n{body}"
     (folder / "main.cpp").write_text(text, encoding="ascii")
     program = compiled("g++", [folder / "main.cpp"], folder / "run", f"-I{folder}", *flags)
@@ -63,8 +63,8 @@ def test_it_gives_what_the_model_gives(case, tmp_path):
     what, drawn = subject(case), states(case.split()[0])
     calls, sizes = [], []
     for function in what.functions:
-        size = sum(result.size for result in function.results)
-        begins = np.cumsum([0, *(result.size for result in function.results)])
+        size = sum(result.size for result in function.outputs)
+        begins = np.cumsum([0, *(result.size for result in function.outputs)])
         results = ", ".join(f"out + {begin}" for begin in begins[:-1])
         calls.append(
             f"{{ double out[{size}]; {what.name}::{function.name}"
@@ -160,9 +160,9 @@ int main(int, char **)
 {
     using namespace two_link;
     const double nothing[2] = {0, 0}, none = std::numeric_limits<double>::quiet_NaN();
-    double back[2] = {-rate[0], -rate[1]}, q[2] = {upper[0] * (1 + 1e-15), 0}, odd[2] = {0, none};
+    double back[2] = {-velocity[0], -velocity[1]}, q[2] = {upper[0] * (1 + 1e-15), 0}, odd[2] = {0, none};
     double found[] = {
-        double(is_within(lower, rate, acceleration)), double(is_within(upper, back, nothing)),
+        double(is_within(lower, velocity, acceleration)), double(is_within(upper, back, nothing)),
         double(is_within(q, nothing, nothing)), double(is_within(odd, nothing, nothing)),
         double(is_within(nothing, odd, nothing)), double(is_within(nothing, nothing, odd)),
         error_bound[0], error_bound[1], double(joint_shoulder), double(joint_elbow),
@@ -205,6 +205,6 @@ int main(int some, char **words)
 
 @pytest.mark.parametrize("standard", ["c++11", "c++14", "c++17", "c++20"])
 def test_every_standard_takes_it(standard, tmp_path):
-    printed(subject("two_link energy"), "cpp").save(tmp_path)
+    written(subject("two_link energy"), "cpp").save(tmp_path)
     (tmp_path / "main.cpp").write_text('#include "two_link.hpp"\n#include "two_link.hpp"\nint main() {}\n')
     called("g++", f"-std={standard}", *STRICT, "-fsyntax-only", tmp_path / "main.cpp")

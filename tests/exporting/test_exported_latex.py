@@ -10,7 +10,7 @@ import pytest
 from exported_cases import TORQUES, subject
 from hostile import HOSTILE, hostile
 
-from gd_analyze.exporting.export import printed
+from gd_analyze.exporting.export import written
 from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.text import number
 
@@ -18,7 +18,7 @@ PLACES = [(case, first) for case, first in HOSTILE if case in TORQUES]
 
 
 def text_of(what: ExportInput) -> str:
-    (text,) = printed(what, "latex").files.values()
+    (text,) = written(what, "latex").files.values()
     return text
 
 
@@ -74,7 +74,7 @@ def test_it_tells_errors_and_bounds(case):
 @pytest.mark.parametrize("place", ["two_link energy", "puma560 recursive", "stanford", *PLACES[::5]], ids=str)
 def test_it_is_typeset(place, tmp_path):
     what = subject_of(place)
-    printed(what, "latex").save(tmp_path)
+    written(what, "latex").save(tmp_path)
     words = ["pdflatex", "-no-shell-escape", "-interaction=nonstopmode", "-halt-on-error"]
     done = subprocess.run(
         [*words, f"{what.name}.tex"],

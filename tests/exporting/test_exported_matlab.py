@@ -10,7 +10,7 @@ import pytest
 from exported_cases import CASES, states, subject
 from rounded_programs import assert_same
 
-from gd_analyze.exporting.export import printed
+from gd_analyze.exporting.export import written
 
 pytestmark = pytest.mark.skipif(
     shutil.which("octave") is None, reason="octave, which is too large to be installed for this, is not there"
@@ -24,7 +24,7 @@ def statements(case: str) -> str:
     results = ["tau", "D", "h", "c"] if what.torque else [x.name for x in what.functions[0].results]
     listed = [*results, *(["stated"] if what.torque else [])]
     arguments = "q, qd, qdd" if what.torque else "q, qd"
-    shapes = {x.name: x.shape for function in what.functions for x in function.results}
+    shapes = {x.name: x.shape for function in what.functions for x in function.outputs}
     # Rows of matrices follow each other, as in every other language.
     flat = [f"reshape(permute({x}, [2 1 3]), {n * n}, [])" if len(shapes[x]) == 2 else x for x in results]
     first = [f"reshape({x}(:, :, 1)', [], 1)" if len(shapes[x]) == 2 else f"{x}(:, 1)" for x in results]
@@ -50,7 +50,7 @@ def folder(tmp_path_factory):
     lines = []
     for case in CASES:
         what, place = subject(case), folder / case.replace(" ", "_")
-        printed(what, "matlab").save(place)
+        written(what, "matlab").save(place)
         drawn = states(what.arm.name)
         np.hstack(drawn.arrays).tofile(place / "states.bin")
         lines.append(statements(case))
@@ -78,7 +78,7 @@ def test_octave_gives_what_the_model_gives(case, folder):
     many, one = found[:-1].T, found[-1]
     begin = 0
     for function in what.functions:
-        size = sum(result.size for result in function.results)
+        size = sum(result.size for result in function.outputs)
         assert_same(many[begin : begin + size], function.program, drawn)
         begin += size
     assert begin == many.shape[0]

@@ -13,7 +13,7 @@ import pytest
 from exported_cases import CASES, FEW, states, subject
 from rounded_programs import assert_same, slope
 
-from gd_analyze.exporting.export import printed
+from gd_analyze.exporting.export import written
 from gd_analyze.exporting.export_input import ExportInput
 from made_models import ROUND_OFF
 
@@ -29,7 +29,7 @@ BEYOND = [
 
 def imported(what: ExportInput, language: str, folder):
     """The module that was written."""
-    (path,) = printed(what, language).save(folder)
+    (path,) = written(what, language).save(folder)
     spec = importlib.util.spec_from_file_location(path.stem, path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
@@ -38,8 +38,8 @@ def imported(what: ExportInput, language: str, folder):
 
 def rows(function, results) -> np.ndarray:
     """What a function of many states gave, as a program's outputs (outputs, states)."""
-    listed = results if len(function.results) > 1 else [results]
-    for result, values in zip(function.results, listed, strict=True):
+    listed = results if len(function.outputs) > 1 else [results]
+    for result, values in zip(function.outputs, listed, strict=True):
         assert values.shape[1:] == result.shape
     return np.concatenate([np.asarray(values).reshape(len(values), -1).T for values in listed])
 
@@ -82,7 +82,7 @@ def test_numpy_states_the_constants(tmp_path):
 
 
 def test_the_module_needs_numpy_alone(tmp_path):
-    printed(subject("two_link energy"), "python").save(tmp_path)
+    written(subject("two_link energy"), "python").save(tmp_path)
     script = "import sys, two_link; print(sorted({m.split('.')[0] for m in sys.modules}))"
     environment = {key: x for key, x in os.environ.items() if key != "PYTHONPATH"}
     done = subprocess.run(
@@ -153,7 +153,7 @@ def test_casadi_gives_what_the_model_gives(casadi, case, tmp_path):
         # Matrices of the states stand side by side.
         shaped = [
             np.array(x).reshape(result.shape[0], count, -1).swapaxes(0, 1).reshape(count, -1)
-            for result, x in zip(function.results, listed, strict=True)
+            for result, x in zip(function.outputs, listed, strict=True)
         ]
         assert_same(np.concatenate(shaped, axis=1).T, function.program, drawn)
 

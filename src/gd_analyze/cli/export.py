@@ -16,15 +16,12 @@ from gd_analyze.cli.options import NameList
 from gd_analyze.cli.options import Output as Folder
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.outputs import require_outputs
-from gd_analyze.cli.terminal import line, sentence, table
 from gd_analyze.errors import GdAnalyzeWarning, ModelError, OutputError
+from gd_analyze.exporting.registry import LANGUAGES, language_class
 
 if TYPE_CHECKING:
-    from gd_analyze.exporting.export import Exported
     from gd_analyze.exporting.export_input import ExportInput
-
-# As `gd_analyze.exporting.languages.LANGUAGES`, which takes long to load; a test compares them.
-LANGUAGES = ("c", "cpp", "python", "matlab", "casadi", "jax", "latex")
+    from gd_analyze.result import Result
 
 
 @click.command(short_help="Write a model, or exact dynamics, in C, Python, MATLAB, ...")
@@ -44,7 +41,7 @@ LANGUAGES = ("c", "cpp", "python", "matlab", "casadi", "jax", "latex")
     show_default=True,
     help="torque, D, h and c; or the exact D and h by effect, translation and rotation, and c, of the links.",
 )
-@click.option("--name", metavar="WORD", help="What all names begin with; by default made of the arm's name.")
+@click.option("--name", metavar="WORD", help="Prefix of all names; by default made of the arm's name.")
 @click.option("--float", "single", is_flag=True, help="In C: numbers of single precision.")
 @click.option(
     "--bound/--no-bound",
@@ -70,8 +67,8 @@ def export(
     r"""Write a simplified model in other languages: give its model.json in place of ROBOT.
 
     Of an arm the exact, unsimplified dynamics are written. All languages get the same program: torque, D, h
-    and c as functions, with what they take, and what is known of their errors, on top. C allocates nothing
-    and needs nothing but libm.
+    and c as functions, with their operations and errors in the header. C allocates nothing and needs nothing
+    but libm.
 
     \b
     Examples:
@@ -84,7 +81,7 @@ def export(
         raise click.UsageError("--float goes with --to c alone")
     with output.working() as stage:
         stage("reading")
-        from gd_analyze.exporting.export import printed
+        from gd_analyze.exporting.export import written
 
         subject = _subject(robot, what, name, drives)
         _require_free(_paths(subject, languages, out), overwrite)
@@ -92,14 +89,14 @@ def export(
             stage("certifying", 100 * subject.n)
             subject = _bounded(subject, stage.advance)
         stage("writing")
-        exported = printed(subject, languages, "float" if single else "double")
+        exported = written(subject, languages, "float" if single else "double")
         exported.save(out)
-    output.give(lambda: _document(exported, out, output), lambda: _show(exported, out))
+    output.give(_result(exported.given), wrote=exported.paths(out))
 
 
 def _subject(robot: GivenRobot, what: str, name: str | None, drives: bool | None) -> ExportInput:
     """What is exported: a model where a JSON file is named, an arm otherwise."""
-    from gd_analyze.exporting.export_input import subject_of_decomposition, subject_of_form, subject_of_model
+    from gd_analyze.exporting.export_input import ExportInput
     from gd_analyze.simplification.exact_form import ExactForm
 
     if Path(robot.name).suffix.lower() == ".json":
@@ -109,20 +106,18 @@ def _subject(robot: GivenRobot, what: str, name: str | None, drives: bool | None
             )
         if what == "decomposition":
             raise click.UsageError("--what decomposition is of an arm: give the arm in place of the model")
-        return subject_of_model(gd.load_model(robot.name), name)
+        return ExportInput.of_model(gd.load_model(robot.name), name)
     arm = robot.load()
     if what == "torque":
-        return subject_of_form(ExactForm(arm, arm.counts_drives(drives)), name)
+        return ExportInput.of_exact(ExactForm(arm, arm.counts_drives(drives)), name)
     if drives:
         raise click.UsageError("--what decomposition is of the links: it goes without --drives")
-    return subject_of_decomposition(arm, name)
+    return ExportInput.of_decomposition(arm, name)
 
 
 def _paths(subject: ExportInput, languages: tuple[str, ...], out: Path) -> list[Path]:
     """Files that will be written."""
-    from gd_analyze.exporting.languages import LANGUAGES as PRINTERS
-
-    return [out / name for language in languages for name in PRINTERS[language].names(subject.name)]
+    return [out / f"{subject.name}{suffix}" for word in languages for suffix in language_class(word).files]
 
 
 def _require_free(paths: list[Path], overwrite: bool) -> None:
@@ -130,7 +125,7 @@ def _require_free(paths: list[Path], overwrite: bool) -> None:
     there = [path for path in paths if path.exists()]
     if there and not overwrite:
         raise OutputError(
-            "there is such a file already",
+            "the file exists",
             where=", ".join(map(str, there)),
             next_step="name another folder with --out or another name with --name, or give --overwrite",
         )
@@ -143,7 +138,7 @@ def _bounded(subject: ExportInput, progress: Callable[[int], None]) -> ExportInp
         certificate = gd.certify(subject.model, progress=progress)
     except ModelError as error:
         warnings.warn(
-            f"no bound is written: {error.what}; --no-bound leaves it out without a word",
+            f"no bound is written: {error.what}; --no-bound writes none",
             GdAnalyzeWarning,
             stacklevel=2,
         )
@@ -151,54 +146,35 @@ def _bounded(subject: ExportInput, progress: Callable[[int], None]) -> ExportInp
     return replace(subject, certificate=certificate)
 
 
-def _document(exported: Exported, out: Path, output: Output) -> dict[str, object]:
-    subject = exported.subject
-    return {
-        "arm": subject.arm.name,
-        "of": "exact dynamics" if subject.model is None else f"model of level {subject.model.level}",
-        "name": subject.name,
-        "joints": [
-            {"name": joint.name, "identifier": word}
-            for joint, word in zip(subject.arm.joints, subject.joints, strict=True)
-        ],
-        "functions": {
-            each.name: {
-                "multiplications": each.count.multiplications,
-                "additions": each.count.additions,
-                "sines_cosines": each.count.sines_cosines,
-            }
-            for each in subject.functions
-        },
-        "stated": {key: each.values for key, each in subject.constants.items()},
-        "warnings": output.warnings,
-        "files": [*map(str, exported.paths(out))],
-    }
+def _result(given: ExportInput) -> Result:
+    from gd_analyze.result import Column, Fact, Result, Table
 
-
-def _show(exported: Exported, out: Path) -> None:
-    subject = exported.subject
-    of = "exact dynamics" if subject.model is None else f"model of level {subject.model.level}"
-    sentence(f"{subject.arm.title or subject.arm.name}: {of}, as {subject.name}", bold=True)
-    table(
-        "Functions",
-        ["function", "multiplications", "additions", "sin and cos"],
-        [
-            [
-                each.name,
-                *map(str, (each.count.multiplications, each.count.additions, each.count.sines_cosines)),
-            ]
-            for each in subject.functions
-        ],
+    joints, counts = given.arm.joints, [each.count for each in given.functions]
+    names = [joint.name for joint in joints]
+    of = "exact dynamics" if given.model is None else f"model of level {given.model.level}"
+    renamed = [f"{name} is {word}" for name, word in zip(names, given.joints, strict=True) if name != word]
+    return Result(
+        title=given.arm.title or given.arm.name,
+        subtitle=of,
+        facts=(
+            Fact("arm", "", given.arm.name),
+            Fact("of", "", of),
+            Fact("name", "Prefix of all names", given.name),
+            Fact("", "Joints with other names there" * bool(renamed), ", ".join(renamed)),
+            Fact("stated", "", {key: each.values for key, each in given.constants.items()}),
+            Fact("", "Constants", ", ".join(given.constants) or "none"),
+        ),
+        parts=(
+            Table(
+                "functions",
+                "Functions",
+                (
+                    Column("function", "function", [each.name for each in given.functions], shown="text"),
+                    Column("multiplications", "multiplications", [x.multiplications for x in counts]),
+                    Column("additions", "additions", [x.additions for x in counts]),
+                    Column("sines_cosines", "sin and cos", [x.sines_cosines for x in counts]),
+                ),
+            ),
+            Table("joints", "", (Column("name", "", names), Column("identifier", "", given.joints))),
+        ),
     )
-    line()
-    if subject.certificate is not None:
-        sentence("The bound on the torque's error and the box it holds in stand there as constants.")
-    renamed = [
-        f"{joint.name} is {word}"
-        for joint, word in zip(subject.arm.joints, subject.joints, strict=True)
-        if joint.name != word
-    ]
-    if renamed:
-        sentence(f"Joints under another name there: {', '.join(renamed)}.")
-    for path in exported.paths(out):
-        line(f"wrote {path}")

@@ -1,30 +1,132 @@
-"""What is taken away: functions of an arm, and what is to be said of them in every language."""
+"""What is exported: functions of an arm with their programs, and the constants stated with them."""
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.certificate import Certificate
+from gd_analyze.dynamics import composite_moments
+from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import UsageError
-from gd_analyze.exporting.functions import Function, decomposition_function, torque_functions
-from gd_analyze.exporting.identifiers import LONGEST, identifier, identifiers
-from gd_analyze.exporting.stated import Stated, stated
+from gd_analyze.exporting.names import LONGEST, identifier, identifiers
+from gd_analyze.operations.program import OperationCount, Program
+from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.exact_form import ExactForm
-from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.model import (
+    SimplifiedModel,
+    coriolis_centrifugal_program,
+    gravity_loading_program,
+    inertia_program,
+)
+from gd_analyze.text import rounded_up
+
+_KINDS = ("q", "qd", "qdd", "sin", "cos")
+
+
+class Output(NamedTuple):
+    """An output by its name in [FGL87], tau, D, h, c, and its shape; rows one after another."""
+
+    name: str
+    shape: tuple[int, ...]
+
+    @property
+    def size(self) -> int:
+        """How many numbers it is."""
+        return math.prod(self.shape)
+
+
+class Input(NamedTuple):
+    """A number that a program reads: qd3 is of kind qd, at place 2."""
+
+    name: str
+    kind: str
+    place: int
+
+
+@dataclass(frozen=True)
+class Function:
+    """One function of positions, velocities and accelerations.
+
+    Parameters
+    ----------
+    name, meaning
+        What it is called, and what it gives.
+    arguments
+        Of q, qd and qdd those that it takes.
+    outputs
+        In the order of the program's outputs.
+    program
+        The arithmetic.
+    """
+
+    name: str
+    meaning: str
+    arguments: tuple[str, ...]
+    outputs: tuple[Output, ...]
+    program: Program
+
+    @property
+    def count(self) -> OperationCount:
+        """Operations of one evaluation."""
+        return self.program.count
+
+    @property
+    def inputs(self) -> list[Input]:
+        """Inputs that the program needs, in their order."""
+        used = {step.arguments[0] for step in self.program.steps if step.operation == "input"}
+        split = [re.fullmatch(r"([a-z]+)(\d+)", name) for name in used]
+        inputs = [Input(each[0], each[1], int(each[2]) - 1) for each in split if each]
+        return sorted(inputs, key=lambda each: (_KINDS.index(each.kind), each.place))
+
+    @property
+    def unused(self) -> list[str]:
+        """Arguments that the program does not need."""
+        return [each for each in self.arguments if each not in {x.kind for x in self.inputs}]
+
+
+@dataclass(frozen=True)
+class Constant:
+    """Numbers, one per joint, that may be rounded in the direction of one infinity, `towards`."""
+
+    meaning: str
+    values: tuple[float, ...]
+    towards: float
+
+    @property
+    def in_single(self) -> Constant:
+        """The same in single precision: no bound smaller, no box larger.
+
+        Examples
+        --------
+        >>> Constant("a bound", (0.1, 0.5), math.inf).in_single.values
+        (0.10000000149011612, 0.5)
+        >>> Constant("and to", (0.1, 0.5), -math.inf).in_single.values
+        (0.09999999403953552, 0.5)
+        """
+        near = np.array(self.values, dtype=np.float32)
+        beyond = np.nextafter(near, np.float32(self.towards))
+        short = near < self.values if self.towards > 0.0 else near > np.array(self.values)
+        return Constant(self.meaning, tuple(np.where(short, beyond, near).tolist()), self.towards)
 
 
 @dataclass(frozen=True, eq=False)
 class ExportInput:
-    """What is taken away.
+    """What is exported.
 
     Parameters
     ----------
     name
         Identifier that all others begin with, and the files.
     arm, drives
-        The arm, and whether its drives' inertia acts.
+        The arm, and whether its drives' inertia counts.
     functions
         Torque, D, h and c, or the decomposition.
     model
@@ -39,6 +141,45 @@ class ExportInput:
     functions: tuple[Function, ...]
     model: SimplifiedModel | None = None
     certificate: Certificate | None = None
+
+    @classmethod
+    def of_model(
+        cls, model: SimplifiedModel, name: str | None = None, certificate: Certificate | None = None
+    ) -> ExportInput:
+        """Export a simplified model.
+
+        Raises
+        ------
+        UsageError
+            If the certificate is of another number of joints, or of a tube: no box is proven then.
+        """
+        if certificate is not None and (
+            len(certificate.certified) != model.arm.n_joints or certificate.along is not None
+        ):
+            raise UsageError(
+                "the certificate does not fit the model",
+                where="certificate",
+                expected=f"bounds of {model.arm.n_joints} joints over a box",
+                found=f"bounds of {len(certificate.certified)} joints over {certificate.where}",
+                next_step="make one with gd.certify(model)",
+            )
+        functions = torque_functions(model.program, model.arm.n_joints, model.level.is_mechanical)
+        return cls(_checked(name, model.arm), model.arm, model.drives, functions, model, certificate)
+
+    @classmethod
+    def of_exact(cls, form: ExactForm, name: str | None = None) -> ExportInput:
+        """Export exact dynamics."""
+        functions = torque_functions(form.program, form.arm.n_joints, symmetric=True)
+        return cls(_checked(name, form.arm), form.arm, form.drives, functions)
+
+    @classmethod
+    def of_decomposition(cls, arm: RobotArm, name: str | None = None) -> ExportInput:
+        """Export D and h by effect, and c, of the links alone."""
+        suffix = "_decomposition"
+        default = f"{identifier(arm.name)[: LONGEST - len(suffix)].rstrip('_')}{suffix}"
+        return cls(
+            _checked(default if name is None else name, arm), arm, False, (decomposition_function(arm),)
+        )
 
     @property
     def n(self) -> int:
@@ -56,57 +197,103 @@ class ExportInput:
         return next((each for each in self.functions if each.name == "torque"), None)
 
     @property
-    def constants(self) -> Mapping[str, Stated]:
-        """What a controller can hold a state against, by name."""
-        return stated(self.model, self.certificate)
+    def constants(self) -> Mapping[str, Constant]:
+        """Errors and box, for a controller to compare a state with."""
+        found: dict[str, Constant] = {}
+
+        def add(name: str, meaning: str, values: FloatArray, towards: float = -math.inf) -> None:
+            found[name] = Constant(meaning, tuple(map(float, values)), towards)
+
+        if self.model is not None:
+            largest = self.model.accuracy.errors.largest
+            add(
+                "sampled_error",
+                "largest torque error at the states the model was fitted on",
+                largest,
+                math.inf,
+            )
+        if self.certificate is not None:
+            box = self.certificate.box
+            bounds = np.array([up(float(x)) for x in self.certificate.certified])
+            add("error_bound", "no state within the box has a larger torque error", bounds, math.inf)
+            add("lower", "the box: lowest positions", box.lower, math.inf)
+            add("upper", "the box: highest positions", box.upper)
+            add("velocity", "the box: largest velocities, either way", box.velocity)
+            add("acceleration", "the box: largest accelerations, either way", box.acceleration)
+        return found
 
 
-def subject_of_model(
-    model: SimplifiedModel, name: str | None = None, certificate: Certificate | None = None
-) -> ExportInput:
-    """Take a simplified model away.
-
-    Raises
-    ------
-    UsageError
-        If the certificate is of another number of joints, or of a tube: no box is proven then.
-    """
-    if certificate is not None and (
-        len(certificate.certified) != model.arm.n_joints or certificate.along is not None
-    ):
-        raise UsageError(
-            "the certificate does not fit the model",
-            where="certificate",
-            expected=f"bounds of {model.arm.n_joints} joints over a box",
-            found=f"bounds of {len(certificate.certified)} joints over {certificate.where}",
-            next_step="make one with gd.certify(model)",
-        )
-    functions = torque_functions(model.program, model.arm.n_joints, model.level.is_mechanical)
-    return ExportInput(_named(name, model.arm), model.arm, model.drives, functions, model, certificate)
-
-
-def subject_of_form(form: ExactForm, name: str | None = None) -> ExportInput:
-    """Take exact dynamics away."""
-    functions = torque_functions(form.program, form.arm.n_joints, symmetric=True)
-    return ExportInput(_named(name, form.arm), form.arm, form.drives, functions)
-
-
-def subject_of_decomposition(arm: RobotArm, name: str | None = None) -> ExportInput:
-    """Take D and h by effect, and c, away: of the links alone."""
-    behind = "_decomposition"
-    word = f"{identifier(arm.name)[: LONGEST - len(behind)].rstrip('_')}{behind}"
-    return ExportInput(
-        _named(word if name is None else name, arm), arm, False, (decomposition_function(arm),)
+def torque_functions(torque: Program, n: int, symmetric: bool) -> tuple[Function, ...]:
+    """Torque, D, h and c, from the program of the torque of n joints; D is mirrored where it is symmetric."""
+    vector, matrix = (n,), (n, n)
+    return (
+        Function(
+            "torque",
+            "generalized torque tau = D(q) qdd + h(q, qd) + c(q)",
+            ("q", "qd", "qdd"),
+            (Output("tau", vector),),
+            torque,
+        ),
+        Function(
+            "inertia",
+            "inertia matrix D(q), its rows one after another",
+            ("q",),
+            (Output("D", matrix),),
+            inertia_program(torque, n, symmetric),
+        ),
+        Function(
+            "coriolis_centrifugal",
+            "Coriolis and centrifugal torque h(q, qd)",
+            ("q", "qd"),
+            (Output("h", vector),),
+            coriolis_centrifugal_program(torque, n),
+        ),
+        Function(
+            "gravity_loading",
+            "gravity loading c(q)",
+            ("q",),
+            (Output("c", vector),),
+            gravity_loading_program(torque, n),
+        ),
     )
 
 
-def _named(name: str | None, arm: RobotArm) -> str:
+def decomposition_function(arm: RobotArm) -> Function:
+    """D and h by effect, and c, of the links alone. [FGL87] Eqs. (3.4-25) to (3.4-28)."""
+    n, trace = arm.n_joints, Trace()
+    q, qd = trace.inputs("q", n), trace.inputs("qd", n)
+    moments = composite_moments.composite_moments(arm, solve_kinematics(arm, q))
+    inertia = composite_moments.inertia(moments)
+    h, _ = composite_moments.coriolis_centrifugal(moments, composite_moments.brackets(moments), qd)
+    c = composite_moments.gravity_loading(arm, moments)
+    values = {"D_tran": inertia[0], "D_rot": inertia[1], "h_tran": h[0], "h_rot": h[1], "c": c}
+    return Function(
+        "decomposition",
+        "D(q) and h(q, qd) by effect, translation and rotation, and c(q), of the links without drives",
+        ("q", "qd"),
+        tuple(Output(name, value.shape[:-1]) for name, value in values.items()),
+        Program.of(trace, [x for value in values.values() for x in value[..., 0].ravel().tolist()]),
+    )
+
+
+def up(value: float) -> float:
+    """Round up to six digits what has more.
+
+    Examples
+    --------
+    >>> up(0.1), up(-2.3), up(0.12345678)
+    (0.1, -2.3, 0.123457)
+    """
+    return value if float(f"{value:.6g}") == value else rounded_up(value, 6)
+
+
+def _checked(name: str | None, arm: RobotArm) -> str:
     if name is not None and identifier(name) != name:
         raise UsageError(
             "the name is no identifier in every language",
             where="name",
             expected=f"at most {LONGEST} ASCII letters, digits and single underscores, a letter first, and "
-            "no word that a language or its library keeps for itself",
+            "no reserved word of a language or its library",
             found=name,
             next_step=f"{identifier(name)} would do",
         )

@@ -15,7 +15,7 @@ const double two_link_lower[2] = {
 const double two_link_upper[2] = {
     1.1, 1.1
 };
-const double two_link_rate[2] = {
+const double two_link_velocity[2] = {
     2.3, 2.3
 };
 const double two_link_acceleration[2] = {
@@ -28,7 +28,7 @@ int two_link_is_within(const double q[2], const double qd[2], const double qdd[2
     for (j = 0; j < 2; j++) {
         if (!(q[j] >= two_link_lower[j] && q[j] <= two_link_upper[j]))
             return 0;
-        if (!(fabs(qd[j]) <= two_link_rate[j] && fabs(qdd[j]) <= two_link_acceleration[j]))
+        if (!(fabs(qd[j]) <= two_link_velocity[j] && fabs(qdd[j]) <= two_link_acceleration[j]))
             return 0;
     }
     return 1;
@@ -93,14 +93,14 @@ void two_link_torque(const double q[2], const double qd[2], const double qdd[2],
     }
     sines_cosines(&angle[0], &sine[0], &cosine[0]);
     {
-        const double cos1 = cosine[0];
-        const double cos2 = cosine[1];
-        const double cos3 = cosine[2];
         const double qd1 = qd[0];
         const double qd2 = qd[1];
         const double qdd1 = qdd[0];
         const double qdd2 = qdd[1];
         const double sin2 = sine[1];
+        const double cos1 = cosine[0];
+        const double cos2 = cosine[1];
+        const double cos3 = cosine[2];
         const double t1 = qd1 + qd2;
         const double t2 = qdd1 + qdd2;
         const double t3 = 19.612 * cos1;
@@ -213,14 +213,14 @@ static void torque_of_lanes(size_t stride, const double *q, const double *qd, co
     for (j = 0; j < 2; j++)
         sines_cosines(angle[j], sine[j], cosine[j]);
     for (l = 0; l < lanes; l++) {
-        const double cos1 = cosine[0][l];
-        const double cos2 = cosine[1][l];
         const double qd1 = qd[0 * stride + l];
         const double qd2 = qd[1 * stride + l];
         const double qdd1 = qdd[0 * stride + l];
         const double qdd2 = qdd[1 * stride + l];
         const double sin1 = sine[0][l];
         const double sin2 = sine[1][l];
+        const double cos1 = cosine[0][l];
+        const double cos2 = cosine[1][l];
         const double t1 = qd1 + qd2;
         const double t2 = qdd1 + qdd2;
         const double t3 = 19.612 * cos1;

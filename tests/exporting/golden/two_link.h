@@ -12,18 +12,18 @@
  *   4 (2 mult + 2 add), 2 sin and cos.
  * The exact torque takes 5 (3 mult + 2 add), 1 sin and cos.
  * Inertia of the drives: left out.
- * Units: rad and m, s, N m and N. Friction is no part of it.
- * Arm two_link, SHA-256 of what acts on its torque:
+ * Units: rad and m, s, N m and N. Friction is not included.
+ * Arm two_link, SHA-256 of all that affects its torque:
  *   187bf5c5c5eed8fce5b8ab617b4b82c548c4e2e83b09ba06363becbb363e8f7f
- * SHA-256 of the model's file:
+ * SHA-256 of the model file:
  *   HASH
  *
- * Joints in their order, and what their names became:
- *   1: shoulder turns: q in rad, tau in N m
- *   2: elbow turns: q in rad, tau in N m
+ * Joints in their order, with their names where these differ:
+ *   1: shoulder, revolute: q in rad, tau in N m
+ *   2: elbow, revolute: q in rad, tau in N m
  * Links: upper rod, fore rod
  *
- * Errors of the torque, sampled where the model was made:
+ * Torque errors, sampled where the model was fitted:
  *   box drawn, states 5, seed 0
  *   joint  peak torque  allowed  largest  RMS
  *       1            1        1        0    0
@@ -33,8 +33,8 @@
  *       1    -0.7   1.1         2.3          3.3       0.1
  *       2    -0.7   1.1         2.3          3.3  0.433334
  *
- * Call every function with arrays of as many numbers as it declares; it allocates nothing, keeps nothing and
- * may be called from anywhere at any time. What it writes to may be what it reads from.
+ * Call every function with arrays of as many numbers as it declares. It allocates nothing, has no state and
+ * may be called from several threads. An output array may be an input array.
  * two_link_torque_many takes count states at once, in arrays that hold joint 1 of all states, then joint 2:
  * q[joint * count + state]. Compilers vectorise it (gcc -O3 -march=native).
  */
@@ -53,17 +53,17 @@ enum {
     two_link_joint_elbow = 1
 };
 
-/* largest torque error at the states that the model was made for */
+/* largest torque error at the states the model was fitted on */
 extern const double two_link_sampled_error[2];
 /* no state within the box has a larger torque error */
 extern const double two_link_error_bound[2];
-/* the box: positions from */
+/* the box: lowest positions */
 extern const double two_link_lower[2];
-/* and to */
+/* the box: highest positions */
 extern const double two_link_upper[2];
-/* rates up to, either way */
-extern const double two_link_rate[2];
-/* accelerations up to, either way */
+/* the box: largest velocities, either way */
+extern const double two_link_velocity[2];
+/* the box: largest accelerations, either way */
 extern const double two_link_acceleration[2];
 /* 1 where a state lies within the box, 0 where it does not or is no number */
 int two_link_is_within(const double q[2], const double qd[2], const double qdd[2]);

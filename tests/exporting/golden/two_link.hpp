@@ -12,18 +12,18 @@
  *   4 (2 mult + 2 add), 2 sin and cos.
  * The exact torque takes 5 (3 mult + 2 add), 1 sin and cos.
  * Inertia of the drives: left out.
- * Units: rad and m, s, N m and N. Friction is no part of it.
- * Arm two_link, SHA-256 of what acts on its torque:
+ * Units: rad and m, s, N m and N. Friction is not included.
+ * Arm two_link, SHA-256 of all that affects its torque:
  *   187bf5c5c5eed8fce5b8ab617b4b82c548c4e2e83b09ba06363becbb363e8f7f
- * SHA-256 of the model's file:
+ * SHA-256 of the model file:
  *   HASH
  *
- * Joints in their order, and what their names became:
- *   1: shoulder turns: q in rad, tau in N m
- *   2: elbow turns: q in rad, tau in N m
+ * Joints in their order, with their names where these differ:
+ *   1: shoulder, revolute: q in rad, tau in N m
+ *   2: elbow, revolute: q in rad, tau in N m
  * Links: upper rod, fore rod
  *
- * Errors of the torque, sampled where the model was made:
+ * Torque errors, sampled where the model was fitted:
  *   box drawn, states 5, seed 0
  *   joint  peak torque  allowed  largest  RMS
  *       1            1        1        0    0
@@ -34,8 +34,8 @@
  *       2    -0.7   1.1         2.3          3.3  0.433334
  *
  * Every function is a template on the scalar T: double, float, or a type that differentiates itself and has
- * sin and cos. It takes pointers to as many numbers as it says, and allocates nothing; what it writes to may
- * be what it reads from. Where Eigen is included before, there are functions of its vectors, too.
+ * sin and cos. It takes pointers to as many numbers as its comment says, and allocates nothing. An output
+ * array may be an input array. Where Eigen is included before this file, functions of its vectors are declared.
  */
 #ifndef GD_ANALYZE_TWO_LINK_HPP
 #define GD_ANALYZE_TWO_LINK_HPP
@@ -50,7 +50,7 @@ enum joint {
     joint_elbow = 1
 };
 
-/* largest torque error at the states that the model was made for */
+/* largest torque error at the states the model was fitted on */
 constexpr double sampled_error[2] = {
     0.0, 0.0
 };
@@ -58,19 +58,19 @@ constexpr double sampled_error[2] = {
 constexpr double error_bound[2] = {
     0.1, 0.433334
 };
-/* the box: positions from */
+/* the box: lowest positions */
 constexpr double lower[2] = {
     -0.7, -0.7
 };
-/* and to */
+/* the box: highest positions */
 constexpr double upper[2] = {
     1.1, 1.1
 };
-/* rates up to, either way */
-constexpr double rate[2] = {
+/* the box: largest velocities, either way */
+constexpr double velocity[2] = {
     2.3, 2.3
 };
-/* accelerations up to, either way */
+/* the box: largest accelerations, either way */
 constexpr double acceleration[2] = {
     3.3, 3.3
 };
@@ -80,7 +80,7 @@ template <class T>
 bool is_within(const T *q, const T *qd, const T *qdd)
 {
     for (int j = 0; j < joints; j++) {
-        if (!(q[j] >= T(lower[j]) && q[j] <= T(upper[j]) && qd[j] <= T(rate[j]) && qd[j] >= T(-rate[j])
+        if (!(q[j] >= T(lower[j]) && q[j] <= T(upper[j]) && qd[j] <= T(velocity[j]) && qd[j] >= T(-velocity[j])
               && qdd[j] <= T(acceleration[j]) && qdd[j] >= T(-acceleration[j])))
             return false;
     }

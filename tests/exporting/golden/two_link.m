@@ -14,18 +14,18 @@ function [tau, D, h, c, stated] = two_link(q, qd, qdd)
 %   4 (2 mult + 2 add), 2 sin and cos.
 % The exact torque takes 5 (3 mult + 2 add), 1 sin and cos.
 % Inertia of the drives: left out.
-% Units: rad and m, s, N m and N. Friction is no part of it.
-% Arm two_link, SHA-256 of what acts on its torque:
+% Units: rad and m, s, N m and N. Friction is not included.
+% Arm two_link, SHA-256 of all that affects its torque:
 %   187bf5c5c5eed8fce5b8ab617b4b82c548c4e2e83b09ba06363becbb363e8f7f
-% SHA-256 of the model's file:
+% SHA-256 of the model file:
 %   HASH
 %
-% Joints in their order, and what their names became:
-%   1: shoulder turns: q in rad, tau in N m
-%   2: elbow turns: q in rad, tau in N m
+% Joints in their order, with their names where these differ:
+%   1: shoulder, revolute: q in rad, tau in N m
+%   2: elbow, revolute: q in rad, tau in N m
 % Links: upper rod, fore rod
 %
-% Errors of the torque, sampled where the model was made:
+% Torque errors, sampled where the model was fitted:
 %   box drawn, states 5, seed 0
 %   joint  peak torque  allowed  largest  RMS
 %       1            1        1        0    0
@@ -35,8 +35,8 @@ function [tau, D, h, c, stated] = two_link(q, qd, qdd)
 %       1    -0.7   1.1         2.3          3.3       0.1
 %       2    -0.7   1.1         2.3          3.3  0.433334
 %
-% States are columns of 2 numbers, and there may be many; matrices are then 2 by 2 by states.
-% stated: the errors above, and the box, as numbers.
+% States are columns of 2 numbers; matrices of many states are 2 by 2 by states.
+% stated: errors and box as numbers.
     tau = two_link_torque(q, qd, qdd);
     if nargout > 1
         D = two_link_inertia(q);
@@ -49,12 +49,12 @@ function [tau, D, h, c, stated] = two_link(q, qd, qdd)
     end
     if nargout > 4
         stated = struct( ...
-            'sampled_error', [0.0; 0.0], ... % largest torque error at the states that the model was made for
+            'sampled_error', [0.0; 0.0], ... % largest torque error at the states the model was fitted on
             'error_bound', [0.1; 0.433334], ... % no state within the box has a larger torque error
-            'lower', [-0.7; -0.7], ... % the box: positions from
-            'upper', [1.1; 1.1], ... % and to
-            'rate', [2.3; 2.3], ... % rates up to, either way
-            'acceleration', [3.3; 3.3], ... % accelerations up to, either way
+            'lower', [-0.7; -0.7], ... % the box: lowest positions
+            'upper', [1.1; 1.1], ... % the box: highest positions
+            'velocity', [2.3; 2.3], ... % the box: largest velocities, either way
+            'acceleration', [3.3; 3.3], ... % the box: largest accelerations, either way
             'joints', 2);
     end
 end

@@ -11,18 +11,18 @@ gravity_loading: gravity loading c(q);
   4 (2 mult + 2 add), 2 sin and cos.
 The exact torque takes 5 (3 mult + 2 add), 1 sin and cos.
 Inertia of the drives: left out.
-Units: rad and m, s, N m and N. Friction is no part of it.
-Arm two_link, SHA-256 of what acts on its torque:
+Units: rad and m, s, N m and N. Friction is not included.
+Arm two_link, SHA-256 of all that affects its torque:
   187bf5c5c5eed8fce5b8ab617b4b82c548c4e2e83b09ba06363becbb363e8f7f
-SHA-256 of the model's file:
+SHA-256 of the model file:
   HASH
 
-Joints in their order, and what their names became:
-  1: shoulder turns: q in rad, tau in N m
-  2: elbow turns: q in rad, tau in N m
+Joints in their order, with their names where these differ:
+  1: shoulder, revolute: q in rad, tau in N m
+  2: elbow, revolute: q in rad, tau in N m
 Links: upper rod, fore rod
 
-Errors of the torque, sampled where the model was made:
+Torque errors, sampled where the model was fitted:
   box drawn, states 5, seed 0
   joint  peak torque  allowed  largest  RMS
       1            1        1        0    0
@@ -38,17 +38,17 @@ Every function is a casadi.Function: call it with numbers or symbols, differenti
 import casadi
 
 JOINTS = ('shoulder', 'elbow')
-# largest torque error at the states that the model was made for
+# largest torque error at the states the model was fitted on
 SAMPLED_ERROR = casadi.DM([0.0, 0.0])
 # no state within the box has a larger torque error
 ERROR_BOUND = casadi.DM([0.1, 0.433334])
-# the box: positions from
+# the box: lowest positions
 LOWER = casadi.DM([-0.7, -0.7])
-# and to
+# the box: highest positions
 UPPER = casadi.DM([1.1, 1.1])
-# rates up to, either way
-RATE = casadi.DM([2.3, 2.3])
-# accelerations up to, either way
+# the box: largest velocities, either way
+VELOCITY = casadi.DM([2.3, 2.3])
+# the box: largest accelerations, either way
 ACCELERATION = casadi.DM([3.3, 3.3])
 
 

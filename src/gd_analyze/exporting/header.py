@@ -1,0 +1,97 @@
+"""The header of exported files: lines of plain ASCII, the same in every language."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator, Sequence
+
+from gd_analyze.certification.certificate import Certificate
+from gd_analyze.exporting.export_input import ExportInput, up
+from gd_analyze.robots.description import fingerprint
+from gd_analyze.simplification.model_file import model_text
+from gd_analyze.text import number
+from gd_analyze.version import __version__
+
+
+def header(given: ExportInput, foreign: Callable[[str], str]) -> list[str]:
+    """State what it is, of which arm, in which units, how exact, and what foreign names became.
+
+    Parameters
+    ----------
+    given
+        What is exported.
+    foreign
+        Writes a text from outside so that it does nothing in a comment.
+    """
+    lines = (*_contents(given, foreign), "", *_joints(given, foreign), "", *_errors(given, foreign))
+    return [line.rstrip() for line in lines]
+
+
+def _contents(given: ExportInput, foreign: Callable[[str], str]) -> Iterator[str]:
+    arm, model = given.arm, given.model
+    kind = "Exact dynamics" if model is None else "Simplified torque model"
+    yield f"{kind} of {foreign(arm.title or arm.name)}, by gd-analyze {__version__}."
+    yield ""
+    if model is not None:
+        kept = model.level.told(model.terms)
+        yield f"Level {model.level.name}: {kept}; budget {foreign(model.accuracy.budget)}."
+    for function in given.functions:
+        yield f"{function.name}: {function.meaning};"
+        yield f"  {function.count}."
+    if model is not None:
+        yield f"The exact torque takes {model.operations_full}."
+    if given.torque is not None:
+        yield f"Inertia of the drives: {'included' if given.drives else 'left out'}."
+    yield "Units: rad and m, s, N m and N. Friction is not included."
+    yield f"Arm {foreign(arm.name)}, SHA-256 of all that affects its torque:"
+    yield f"  {fingerprint(arm, given.drives)}"
+    if model is not None:
+        yield "SHA-256 of the model file:"
+        yield f"  {hashlib.sha256(model_text(model).encode()).hexdigest()}"
+
+
+def _joints(given: ExportInput, foreign: Callable[[str], str]) -> Iterator[str]:
+    yield "Joints in their order, with their names where these differ:"
+    for i, (joint, word) in enumerate(zip(given.arm.joints, given.joints, strict=True), start=1):
+        unit, effort = ("rad", "N m") if joint.kind == "revolute" else ("m", "N")
+        named = "" if word == joint.name else f" (named {foreign(joint.name)})"
+        yield f"  {i}: {word}{named}, {joint.kind}: q in {unit}, tau in {effort}"
+    yield f"Links: {', '.join(foreign(link.name) for link in given.arm.links)}"
+
+
+def _errors(given: ExportInput, foreign: Callable[[str], str]) -> Iterator[str]:
+    if given.model is None:
+        yield "Exact: no error but rounding."
+        return
+    accuracy, certificate = given.model.accuracy, given.certificate
+    yield "Torque errors, sampled where the model was fitted:"
+    yield f"  {', '.join(f'{key} {foreign(str(value))}' for key, value in accuracy.fitted_on.items())}"
+    columns = [accuracy.errors.peak_torque, accuracy.allowed, accuracy.errors.largest, accuracy.errors.rms]
+    yield from _table(
+        ["joint", "peak torque", "allowed", "largest", "RMS"],
+        [[number(float(x)) for x in row] for row in zip(*columns, strict=True)],
+    )
+    if certificate is None:
+        yield "Nothing is proven of other states: no certificate was asked for."
+        return
+    where = foreign(certificate.box.where)
+    yield f"Proven: no state of the following box ({where}) has an error above the bound."
+    yield from _table(
+        ["joint", "q from", "q to", "|qd| up to", "|qdd| up to", "bound"],
+        [[f"{x:.6g}" for x in row] for row in proven_rows(certificate)],
+    )
+
+
+def proven_rows(certificate: Certificate) -> list[list[float]]:
+    """Box and bound, joint by joint, to six digits: no box larger than proven, no bound smaller."""
+    box = certificate.box
+    columns = (box.lower, -box.upper, -box.velocity, -box.acceleration, certificate.certified)
+    rows = [[up(float(x)) for x in row] for row in zip(*columns, strict=True)]
+    return [[lower, *(-x for x in most), bound] for lower, *most, bound in rows]
+
+
+def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    lines = [list(headings), *([str(i), *row] for i, row in enumerate(rows, start=1))]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    for line in lines:
+        yield "  " + "  ".join(cell.rjust(width) for cell, width in zip(line, widths, strict=True))

@@ -1,0 +1,105 @@
+"""What a language is: comments, reserved words, numbers, operators, files and templates, in one class."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, ClassVar
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from gd_analyze.exporting.export_input import ExportInput
+from gd_analyze.exporting.header import header
+from gd_analyze.exporting.statements import body
+from gd_analyze.text import shortened
+
+_LONGEST = 120
+
+
+@dataclass(frozen=True)
+class Language:
+    """A language, for numbers of one type. A subclass in `exporting/languages` states what differs.
+
+    Parameters
+    ----------
+    scalar
+        Type of all numbers, one of `scalars`.
+    """
+
+    scalar: str = "double"
+
+    # Templates (`exporting/templates`) by the suffix of the file that each makes.
+    files: ClassVar[Mapping[str, str]]
+    # A comment of several lines: what opens it, begins its lines and closes it.
+    comment: ClassVar[tuple[str, str, str]]
+    # Words that may name nothing, in any spelling of capitals.
+    reserved: ClassVar[frozenset[str]] = frozenset()
+    # Signs that do not stand as they are in a comment: one could end it, continue its line or be expanded.
+    unfit: ClassVar[str] = r'[^\x20-\x7e]|[*\\?"`]'
+    scalars: ClassVar[tuple[str, ...]] = ("double",)
+    operators: ClassVar[Mapping[str, str]] = {"add": "+", "subtract": "-", "multiply": "*"}
+    functions: ClassVar[Mapping[str, str]] = {"sin": "sin", "cos": "cos"}
+    separator: ClassVar[str] = ", "
+
+    def number(self, value: float) -> str:
+        """Write a number so that reading gives the same; a negative one in brackets."""
+        return repr(value) if value >= 0.0 else f"({value!r})"
+
+    def listed(self, values: Sequence[float]) -> str:
+        """Write the numbers of a constant."""
+        return self.separator.join(map(repr, values))
+
+    def foreign(self, text: str) -> str:
+        """Write a text from outside, such as an arm's title, for a comment.
+
+        Examples
+        --------
+        >>> Language().foreign('arm */ int x; "??/')
+        'arm <U+2A>/ int x; <U+22><U+3F><U+3F>/'
+        """
+        return re.sub(self.unfit, lambda sign: f"<U+{ord(sign[0]):02X}>", shortened(text, _LONGEST))
+
+    def block(self, text: str) -> str:
+        """Write lines as a comment."""
+        opening, prefix, closing = self.comment
+        lines = [f"{prefix} {line}".rstrip() if prefix else line for line in text.strip("\n").split("\n")]
+        return "\n".join([f"{opening}{lines[0]}", *lines[1:], closing])
+
+    def notes(self, given: ExportInput) -> Sequence[str]:
+        """Lines for the end of the header."""
+        return ()
+
+    def values(self, given: ExportInput) -> dict[str, Any]:
+        """Values for the templates, beside those that all languages have."""
+        return {"functions": [(each, body(each, self)) for each in given.functions]}
+
+    def texts(self, given: ExportInput) -> dict[str, str]:
+        """Write the files: texts by suffix."""
+        values = {
+            "given": given,
+            "name": given.name,
+            "constants": given.constants,
+            "header": "\n".join([*header(given, self.foreign), *self.notes(given)]),
+        } | self.values(given)
+        environment = _environment(self)
+        return {
+            suffix: environment.get_template(template).render(values)
+            for suffix, template in self.files.items()
+        }
+
+
+@cache
+def _environment(language: Language) -> Environment:
+    """Read templates. Nothing is escaped: what they are given is safe already."""
+    environment = Environment(
+        loader=PackageLoader("gd_analyze.exporting"),
+        undefined=StrictUndefined,
+        autoescape=False,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters |= {"block": language.block, "listed": language.listed, "number": language.number}
+    return environment

@@ -1,0 +1,217 @@
+"""C99: a header and a source that need a compiler and its libm, no memory and no system."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.errors import UsageError
+from gd_analyze.exporting.export_input import ExportInput, Function
+from gd_analyze.exporting.language import Language
+from gd_analyze.exporting.statements import Body, body, in_strides
+from gd_analyze.motions.states import States, states_in_box
+from gd_analyze.operations.program import UFUNCS, Program
+from gd_analyze.text import number, rounded_up
+
+# Angles, and states of many, that are taken at once: whole vectors of any processor, little memory.
+_LANES = 8
+# States at which single precision is compared with double, and the factor for other compilers.
+_STATES = 1000
+_OTHERS = 2.0
+
+
+class SineCosine(NamedTuple):
+    """Numbers of a sine and cosine that compilers vectorise.
+
+    An angle is reduced to |r| <= pi/4 by subtracting multiples of pi/2 in parts (Cody and Waite 1980); sine
+    and cosine are then polynomials, r + r z (s0 + s1 z + ..) and 1 - z/2 + z z (c0 + c1 z + ..) with z = r r.
+    In double precision they are those of FreeBSD's msun (k_sin.c, k_cos.c, e_rem_pio2.c), in single precision
+    those of Cephes (sinf.c, cosf.c).
+
+    Parameters
+    ----------
+    parts
+        pi/2 in parts, the first two of so few digits that their products with the number of quarter turns are
+        exact.
+    largest
+        Angles up to which that holds, rad; beyond it the C library's functions are called.
+    sine, cosine
+        Coefficients s and c.
+    """
+
+    parts: tuple[float, float, float]
+    largest: float
+    sine: tuple[float, ...]
+    cosine: tuple[float, ...]
+
+
+DOUBLE = SineCosine(
+    (1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21),
+    1e6,
+    (
+        -1.66666666666666324348e-01,
+        8.33333333332248946124e-03,
+        -1.98412698298579493134e-04,
+        2.75573137070700676789e-06,
+        -2.50507602534068634195e-08,
+        1.58969099521155010221e-10,
+    ),
+    (
+        4.16666666666666019037e-02,
+        -1.38888888888741095749e-03,
+        2.48015872894767294178e-05,
+        -2.75573143513906633035e-07,
+        2.08757232129817482790e-09,
+        -1.13596475577881948265e-11,
+    ),
+)
+FLOAT = SineCosine(
+    (1.5703125, 4.837512969970703125e-4, 7.54978995489188216e-8),
+    8e3,
+    (-1.6666654611e-1, 8.3321608736e-3, -1.9515295891e-4),
+    (4.166664568298827e-2, -1.388731625493765e-3, 2.443315711809948e-5),
+)
+
+_RESERVED = """
+alignas alignof auto bool break case char const constexpr continue default do double else enum extern false
+float for goto if inline int long nullptr register restrict return short signed sizeof static static_assert
+struct switch thread_local true typedef typeof typeof_unqual union unsigned void volatile while asm linux
+unix errno main stdin stdout NULL INFINITY NAN size_t acos asin atan atan2 ceil cos cosh exp fabs floor fmod
+frexp ldexp log log10 modf pow sin sinh sqrt tan tanh gamma lgamma tgamma j0 j1 jn y0 y1 yn erf erfc cbrt
+hypot abs labs div exit abort system remove rename index signal time clock rand select sine cosine
+"""
+
+
+@dataclass(frozen=True)
+class Inside:
+    """The inside of a function in strides: angles (first number, function, body) and all the rest."""
+
+    angles: tuple[tuple[int, Function, Body], ...]
+    rest: Function
+    body: Body
+    count: int
+
+
+class C(Language):
+    """C of double or single precision."""
+
+    files: ClassVar = {".h": "c.h.jinja", ".c": "c.c.jinja"}
+    comment = ("/*\n", " *", " */\n")
+    scalars = ("double", "float")
+    reserved = frozenset(_RESERVED.split())
+
+    @property
+    def single(self) -> bool:
+        """Whether numbers are of single precision."""
+        return self.scalar == "float"
+
+    @property
+    def functions(self) -> dict[str, str]:  # type: ignore[override]
+        """Names of sine and cosine."""
+        return {"sin": "sinf", "cos": "cosf"} if self.single else {"sin": "sin", "cos": "cos"}
+
+    def number(self, value: float) -> str:
+        """Write a number, one of single precision in as many digits as it needs.
+
+        Raises
+        ------
+        UsageError
+            If there is none so large.
+        """
+        if not self.single:
+            return super().number(value)
+        if abs(value) > float(np.finfo(np.float32).max):
+            raise UsageError(
+                "a number of the model is beyond single precision",
+                where="scalar",
+                expected="magnitudes below 3.4e38",
+                found=f"{value:g}",
+                next_step="take double",
+            )
+        text = repr(float(str(np.float32(value))))
+        return f"{text}f" if value >= 0.0 else f"({text}f)"
+
+    def listed(self, values: Sequence[float]) -> str:
+        """Write the numbers of a constant."""
+        return ", ".join(map(self.number, values))
+
+    def notes(self, given: ExportInput) -> Sequence[str]:
+        """State what single precision costs, joint by joint."""
+        if not self.single or given.torque is None:
+            return ()
+        errors = single_precision_errors(given.torque.program, states_in_box(given.arm, _STATES))
+        most = ", ".join(number(rounded_up(_OTHERS * float(error))) for error in errors)
+        return (
+            f"Single precision: over {_STATES} states drawn from the arm's limits the torque is off",
+            f"by at most {most} (joint by joint), on top of the above.",
+        )
+
+    def values(self, given: ExportInput) -> dict[str, Any]:
+        """Functions in strides."""
+        inside = [(each, self._inside(each)) for each in given.functions]
+        constants = given.constants
+        if self.single:
+            constants = {key: each.in_single for key, each in constants.items()}
+        return {
+            "scalar": self.scalar,
+            "number": self.number,
+            "constants": {key: each.in_single for key, each in constants.items()}
+            if self.single
+            else constants,
+            "functions": inside,
+            "trigonometric": any(each.count for _, each in inside),
+            "lanes": _LANES,
+            "many": None if given.torque is None else self._inside(given.torque, of_sums=True),
+            "declared": lambda function: self._declared(given.name, function),
+            "read": read,
+            "sine_cosine": FLOAT if self.single else DOUBLE,
+            "suffix": "f" if self.single else "",
+        }
+
+    def _inside(self, function: Function, *, of_sums: bool = False) -> Inside:
+        strides = in_strides(function, of_sums=of_sums)
+        angles, count = [], 0
+        for each in strides.angles:
+            angles.append((count, each, body(each, self)))
+            count += each.outputs[0].size
+        return Inside(tuple(angles), strides.rest, body(strides.rest, self), count)
+
+    def _declared(self, name: str, function: Function) -> str:
+        n = function.outputs[0].shape[0]
+        inputs = [f"const {self.scalar} {each}[{n}]" for each in function.arguments]
+        outputs = [f"{self.scalar} {output.name}[{output.size}]" for output in function.outputs]
+        return f"void {name}_{function.name}({', '.join([*inputs, *outputs])})"
+
+
+def read(function: Function, *, many: bool) -> list[tuple[str, str]]:
+    """Inputs, and the array elements that hold them; for state l where there are many."""
+    places = []
+    for name, kind, index in function.inputs:
+        array = {"sin": "sine", "cos": "cosine"}.get(kind, kind)
+        if many:
+            place = f"{array}[{index}][l]" if array != kind else f"{kind}[{index} * stride + l]"
+        else:
+            place = f"{array}[{index}]"
+        places.append((name, place))
+    return places
+
+
+def single_precision_errors(program: Program, states: States) -> FloatArray:
+    """Largest difference of the torque between single and double precision, N m or N, shape (n,)."""
+    inputs = {
+        f"{kind}{j + 1}": values[:, j]
+        for kind, values in zip(("q", "qd", "qdd"), states.arrays, strict=True)
+        for j in range(values.shape[1])
+    }
+    single = {name: values.astype(np.float32) for name, values in inputs.items()}
+    value = program.carried_out(single.__getitem__, lambda operation, *x: UFUNCS[operation](*x))
+    exact = program.run(inputs)
+    rough = np.array([np.broadcast_to(np.float32(value(x)), exact.shape[1:]) for x in program.outputs])
+    return np.asarray(np.abs(rough - exact).max(axis=1))
+
+
+LANGUAGE = C

@@ -1,0 +1,116 @@
+"""LaTeX: the equations as a person would write them, with nomenclature and errors, as one document."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, ClassVar
+
+from gd_analyze.errors import UsageError
+from gd_analyze.exporting.export_input import ExportInput
+from gd_analyze.exporting.header import proven_rows
+from gd_analyze.exporting.language import Language
+from gd_analyze.exporting.registry import LANGUAGES
+from gd_analyze.formulas.formula import Formula, Legend
+from gd_analyze.formulas.languages import Latex as Printer
+from gd_analyze.formulas.languages import Plain
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.recursion_reading import MEANINGS
+from gd_analyze.simplification.recursive import RECURSIVE
+from gd_analyze.text import number
+
+# Significant digits of coefficients, and signs of plain text that fill a line of a page.
+_DIGITS = 6
+_WIDTH = 68
+
+_SIGNS = {
+    **{sign: rf"\{sign}" for sign in "#$%&_{}"},
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+    "|": r"\textbar{}",
+}
+
+
+class Latex(Language):
+    """A document of its own."""
+
+    files: ClassVar = {".tex": "latex.tex.jinja"}
+    comment = ("", "%", "")
+
+    def tex(self, text: str) -> str:
+        r"""Write a text from outside for the document.
+
+        Examples
+        --------
+        >>> Latex().tex("50% of \\input{x}")
+        '50\\% of \\textless{}U+5C\\textgreater{}input\\{x\\}'
+        """
+        return "".join(_SIGNS.get(sign, sign) for sign in self.foreign(text))
+
+    def values(self, given: ExportInput) -> dict[str, Any]:
+        """The document's parts.
+
+        Raises
+        ------
+        UsageError
+            Of a decomposition, whose equations are those of `gd-analyze equations`.
+        """
+        if given.torque is None:
+            raise UsageError(
+                "the decomposition has no document",
+                where="language",
+                expected=", ".join(name for name in LANGUAGES if name != "latex"),
+                found="latex",
+                next_step="print its equations with `gd-analyze equations ROBOT --format latex`",
+            )
+        printer = Printer(_DIGITS)
+        passages, legend = _equations(given)
+        meanings = MEANINGS if len(passages) > 1 else ()
+        bounds = [] if given.certificate is None else proven_rows(given.certificate)
+        return {
+            "title": self.tex(given.arm.title or given.arm.name),
+            "joints": [(self.tex(joint.name), joint.kind, joint.effort_unit) for joint in given.arm.joints],
+            "passages": [
+                (heading, [line for formula in formulas for line in _lines(formula)])
+                for heading, formulas in passages
+            ],
+            "meanings": [("$, $".join(map(printer.symbol, symbols)), text) for symbols, text in meanings],
+            "legend": printer.legend(legend),
+            "errors": _errors(given),
+            "bounds": [[f"{x:.6g}" for x in row] for row in bounds],
+            "digits": _DIGITS,
+        }
+
+
+def _equations(given: ExportInput) -> tuple[list[tuple[str, tuple[Formula, ...]]], Legend]:
+    """Headings and formulas, and the meaning of names in them; of exact dynamics those of the recursion."""
+    model = given.model
+    if model is not None and model.level is not RECURSIVE:
+        return [("", model.formulas)], model.legend
+    form = ExactForm(given.arm, given.drives) if model is None else model.form
+    reading = RECURSIVE.reading(form, {} if model is None else model.terms)
+    return [(passage.heading, passage.formulas) for passage in reading.passages], reading.legend
+
+
+def _lines(formula: Formula) -> Iterator[str]:
+    """Break a formula into lines of a page, aligned at the sign of equality."""
+    printer, ruler = Printer(_DIGITS), Plain(_DIGITS)
+    line, width = f"{printer.symbol(formula.left)} &=", 0
+    for piece, plain in zip(printer.pieces(formula), ruler.pieces(formula), strict=True):
+        if width and width + len(plain) > _WIDTH:
+            yield line
+            line, width = r"&\quad", 0
+        line, width = f"{line} {piece}", width + len(plain) + 1
+    yield line if width else f"{line} 0"
+
+
+def _errors(given: ExportInput) -> list[list[str]]:
+    if given.model is None:
+        return []
+    errors, allowed = given.model.accuracy.errors, given.model.accuracy.allowed
+    columns = (errors.peak_torque, allowed, errors.largest, errors.rms)
+    return [[number(float(x)) for x in row] for row in zip(*columns, strict=True)]
+
+
+LANGUAGE = Latex
