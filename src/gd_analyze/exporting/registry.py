@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from importlib import import_module
+from pathlib import Path
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING
-
-from gd_analyze.exporting import languages
 
 if TYPE_CHECKING:
     from gd_analyze.exporting.language import Language
 
-LANGUAGES: tuple[str, ...] = tuple(sorted(module.name for module in iter_modules(languages.__path__)))
+_PACKAGE = Path(__file__).with_name("languages")
+LANGUAGES: tuple[str, ...] = tuple(sorted(module.name for module in iter_modules([str(_PACKAGE)])))
 
 
 def language_class(name: str) -> type[Language]:
     """Load a language of `LANGUAGES`."""
-    found: type[Language] = import_module(f"{languages.__name__}.{name}").LANGUAGE
+    found: type[Language] = import_module(f"gd_analyze.exporting.languages.{name}").LANGUAGE
     return found
