@@ -20,7 +20,7 @@ def random_changes(recursion: Recursion, share: float, seed: int) -> dict[Change
     rng = np.random.default_rng(seed)
     place = {step.order: k for k, step in enumerate(recursion.steps)}
     changes: dict[Change, float] = {}
-    for k in recursion.images({})[1]:
+    for k in recursion.carried_out({}).images:
         step = recursion.steps[k]
         operands = [place[x.order] for x in step.arguments if isinstance(x, Expression)]
         if step.operation not in ("add", "subtract", "multiply") or rng.random() > share:
@@ -49,7 +49,7 @@ def summands_dropped(
     """Stand in for a search where only what it leads to matters: summands go, the least missed first."""
     recursion = exact.form.recursion
     candidates = []
-    for k in recursion.images({})[1]:
+    for k in recursion.carried_out({}).images:
         step, (a, *others) = recursion.steps[k], recursion.arguments[k]
         if step.operation in ("add", "subtract") and all(isinstance(x, int) for x in (a, *others)):
             candidates.append({k: {a: 1.0}})

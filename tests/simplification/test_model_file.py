@@ -68,7 +68,7 @@ def test_what_the_search_did_is_kept(model, file, written):
     assert again.steps == model.accuracy.steps != ()
     assert again.solved
     assert again.search == model.accuracy.search
-    assert again.search.endswith(", solved to the end")
+    assert again.search.endswith(", optimum proven")
 
 
 @examples(15)

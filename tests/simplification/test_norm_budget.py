@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from gd_analyze.errors import UsageError
 from gd_analyze.simplification.budget import Allowance, Budget, ReferenceTorques
-from gd_analyze.simplification.measures import NormMeasure, NormShare, PeakMeasure, kept_states, share_at
+from gd_analyze.simplification.measures import NormMeasure, NormShare, kept_states, share_at
 from parallel_axes import scara
 
 
@@ -79,7 +79,7 @@ def test_it_stands_alone(text):
     with pytest.raises(UsageError) as caught:
         Budget.parse(text)
     assert (
-        caught.value.details["next"] == "it is one for all joints and stands alone: without commas and `or`"
+        caught.value.details["next"] == "give one entry for all joints, without commas and `or`"
     )
 
 
@@ -137,7 +137,7 @@ def test_as_many_states_keep_the_share_and_no_smaller_one(case):
     measure, error = case
     norms = [
         np.linalg.norm(error[of], axis=0) / np.linalg.norm(measure.torque[of], axis=0)
-        for of in (measure.turning, ~measure.turning)
+        for of in (measure.revolute, ~measure.revolute)
         if of.any()
     ]
     by_hand, found = np.max(norms, axis=0), measure.share(error) * measure.allowed
@@ -150,8 +150,8 @@ def test_as_many_states_keep_the_share_and_no_smaller_one(case):
 @given(measured(), st.floats(1e-3, 1e3))
 def test_the_unit_of_sliding_joints_does_not_count_and_one_norm_of_all_is_no_larger(case, unit):
     measure, error = case
-    scale = np.where(measure.turning, 1.0, unit)[:, None]
-    other = NormMeasure(measure.allowed, measure.states, scale * measure.torque, measure.turning)
+    scale = np.where(measure.revolute, 1.0, unit)[:, None]
+    other = NormMeasure(measure.allowed, measure.states, scale * measure.torque, measure.revolute)
     np.testing.assert_allclose(other.shares(scale * error), measure.shares(error), rtol=1e-14)
     mixed = np.linalg.norm(scale * error, axis=0) / np.linalg.norm(scale * measure.torque, axis=0)
     assert (mixed <= measure.shares(error) * (1 + 1e-14)).all()
@@ -163,24 +163,11 @@ def test_it_grows_with_the_error(case, factor):
     np.testing.assert_allclose(measure.share(factor * error), factor * measure.share(error), rtol=1e-14)
 
 
-@given(measured())
-def test_weights_are_those_of_the_norm_but_for_states_given_up(case):
-    measure, error = case
-    weights = measure.weights(error)
-    assert weights.shape == error.shape
-    assert np.isfinite(weights).all()
-    assert (weights > 0.0).all()
-    # What no state counts beyond: as much as the last that keeps the measure, in each of the norms.
-    counted = (weights * error**2).sum(axis=0)
-    assert counted.max() <= 2.0 * (1 + 1e-12)
-
-
 def test_round_off_and_rest_count_as_no_error():
     torque = np.array([[1.0, 0.0], [0.0, 0.0]])
     measure = NormMeasure(0.01, 1.0, torque, np.array([True, True]), round_off=1e-12)
     assert measure.share(np.full((2, 2), 1e-13)) == 0.0
     assert measure.shares(np.array([[0.0, 1e-3], [0.0, 0.0]])).tolist() == [0.0, math.inf]
-    assert np.isfinite(measure.weights(np.array([[0.0, 1e-3], [0.0, 0.0]]))).all()
     nothing = NormMeasure(0.0, 1.0, torque, np.array([True, True]))
     assert (nothing.share(np.zeros((2, 2))), nothing.share(torque)) == (0.0, math.inf)
 
@@ -188,14 +175,3 @@ def test_round_off_and_rest_count_as_no_error():
 def test_share_at_counts_from_the_least():
     assert share_at(np.array([3.0, 1.0, 2.0, math.inf]), 0.75) == 3.0
     assert share_at(np.array([3.0, 1.0, 2.0, math.inf]), 0.5) == 2.0
-
-
-def test_the_measure_of_a_budget_per_joint_is_its_largest_error():
-    error = np.array([[0.1, -0.3], [0.2, 0.0]])
-    measure = PeakMeasure(np.array([1.0, 0.4]))
-    assert measure.share(error) == 0.5
-    # A quotient, squared.
-    np.testing.assert_allclose(measure.weights(error), [[1.0, 1.0], [6.25, 6.25]], rtol=4e-16)
-    weighed = PeakMeasure(np.array([1.0, 0.4]), np.array([[1.0, 1.0], [2.0, 1.0]]))
-    assert weighed.share(error) == 0.6
-    assert weighed.weights(error)[0].tolist() == [1.0, 4.0]

@@ -38,7 +38,7 @@ def test_a_budget_below_friction_is_noticed_with_both_numbers_and_the_flag(puma,
     joint = int((model.accuracy.allowed / friction).argmin())
     assert (model.accuracy.allowed < friction).all()
     assert model.notice == (
-        f"The budget lies below the friction at every joint (joint {joint + 1}: "
+        f"Budget below the friction at every joint (joint {joint + 1}: "
         f"{amount(model.accuracy.allowed[joint], 'N m')}, friction {amount(friction[joint], 'N m')}); "
         '--budget "1% or 10% friction" takes that into account.'
     )

@@ -240,7 +240,7 @@ def twice_the_force(form: ExactForm) -> dict[Change, float]:
     told = {quantity: unsigned(value) for quantity, value in recursion.quantities}
     names = Names(recursion.steps, told)
     of, changes = names.parts(recursion.steps), {}
-    for k in recursion.images({})[1]:
+    for k in recursion.carried_out({}).images:
         step = recursion.steps[k]
         if step.operation == "multiply" and not isinstance(step.arguments[0], Expression):
             number, operand = step.arguments

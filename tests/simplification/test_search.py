@@ -84,8 +84,8 @@ def test_beyond_greedy_and_refit_gain_on_the_puma(along, level):
     assert counts[-1] < 0.9 * counts[1]
     assert model.operations.total <= counts[-1]
     assert model.refitted
-    told = ", ".join(f"{step.words} {step.operations}" for step in model.accuracy.steps)
-    assert model.accuracy.search == told + ", solved to the end" * model.accuracy.solved
+    told = ", ".join(f"{step.name} {step.operations}" for step in model.accuracy.steps)
+    assert model.accuracy.search == told + ", optimum proven" * model.accuracy.solved
 
 
 @pytest.mark.parametrize("thorough", [True, False])
@@ -149,7 +149,7 @@ def test_a_search_ends_at_its_effort(puma, refit, effort):
     model = simplify_exact(exact, Budget.parse("1%"), how)
     assert model.accuracy.cut_short
     assert (model.accuracy.errors.largest <= model.accuracy.allowed).all()
-    assert "effort was used up" in model.accuracy.search
+    assert "effort used up" in model.accuracy.search
 
 
 def test_work_is_counted_not_timed():

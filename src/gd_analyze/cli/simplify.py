@@ -199,11 +199,11 @@ def _show(
         line(f"         -> {left}")
     refitted = ", refitted" if model.refitted else ""
     sentence(
-        f"{model.level.told(model.terms)}{refitted}, budget {accuracy.budget}, for "
+        f"{model.size[0]} of {model.size[1]} {model.level.keeps}{refitted}, budget {accuracy.budget}, for "
         f"{in_words(accuracy.fitted_on)}; in {seconds:.2g} s"
     )
-    if accuracy.levels:
-        sentence(f"{accuracy.by_level}.")
+    for tried in accuracy.levels:
+        sentence(f"Level {tried.level}: {tried.why or f'{tried.operations} operations'}.")
     sentence(f"Operations after each step of the search: {accuracy.search}.")
     promise_table(accuracy, arm)
     line()

@@ -52,7 +52,7 @@ def drives(findings: Findings) -> str:
 
 def kept(findings: Findings) -> str:
     """How much the model keeps, in words."""
-    return findings.model.level.told(findings.model.terms)
+    return f"{findings.model.size[0]} {findings.model.level.keeps}"
 
 
 def made_of(findings: Findings) -> str:
@@ -120,10 +120,8 @@ def facts(findings: Findings) -> list[tuple[str, str]]:
     model, worst, proven = findings.model, worst_error(findings.model), tube_proven(findings)
     if not model.saves:
         keeps = ("exact", "the model given is the exact one")
-    elif made_of(findings) == "terms":
-        keeps = (kept(findings), model.level.told_beside(model.form))
-    elif made_of(findings) == "recursion":
-        keeps = (kept(findings).removeprefix("the recursion with "), model.level.told_beside(model.form))
+    elif made_of(findings) in ("terms", "recursion"):
+        keeps = (kept(findings), f"of {model.size[1]} in the exact model")
     else:
         dropped = dropped_parts(findings)
         gone = sum(map(len, dropped))
@@ -183,7 +181,7 @@ def search_steps(findings: Findings) -> list[SearchStep]:
     model = findings.model
     return [
         SearchStep("exact model", model.operations_full.total),
-        *(SearchStep(step.words, step.operations) for step in model.accuracy.steps),
+        *model.accuracy.steps,
         SearchStep("final program", model.operations.total),
     ]
 

@@ -17,11 +17,16 @@ from gd_analyze.text import amount, named_joints
 
 # Behind a budget that is proven for a whole box.
 CERTIFIED = ", certified"
+# What a budget may lie below, and what takes that into account.
+_TAKEN_INTO_ACCOUNT = {
+    "friction": Allowance(0.1, "friction"),
+    "uncertainty": Allowance(1.0, "uncertainty"),
+}
 
 
 @dataclass(frozen=True, eq=False)
 class ErrorTable:
-    """Torque error of a model over given states, per joint; N m (N for a sliding joint), shape (n,).
+    """Torque error of a model over given states, per joint; N m (N for a prismatic joint), shape (n,).
 
     Parameters
     ----------
@@ -79,18 +84,17 @@ class ErrorTable:
         return int(self.largest_share.argmax())
 
 
+def share_of(error: FloatArray, peak: FloatArray) -> FloatArray:
+    """Error over peak torque; 0 where there is neither, infinite where only an error is."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(error == 0.0, 0.0, error / peak)
+
+
 @dataclass(frozen=True, eq=False)
 class AlongMotion:
-    """What is promised along one of several motions.
+    """Accuracy along one of several motions, `allowed`, `errors` and `uncertainty` as of the whole.
 
-    Parameters
-    ----------
-    name, fingerprint, set_points
-        The motion, and how many set points it has.
-    allowed, errors, uncertainty
-        As of the whole, see `Accuracy`. At a joint that needs no torque along the motion, a share of it is
-        one
-        of nothing; there it is allowed what it is over all motions.
+    A joint that needs no torque along the motion is allowed what it is over all motions.
     """
 
     name: str
@@ -101,45 +105,15 @@ class AlongMotion:
     uncertainty: FloatArray | None = None
 
 
-def share_of(error: FloatArray, peak: FloatArray) -> FloatArray:
-    """Error over peak torque; 0 where there is neither, infinite where only an error is."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(error == 0.0, 0.0, error / peak)
-
-
-_WORDS = {
-    "elimination": "terms dropped one by one",
-    "dive": "integer program (one descent)",
-    "exchange": "terms exchanged",
-    "refit": "coefficients refitted",
-    "shared coefficients": "coefficients shared",
-}
-
-
 class SearchStep(NamedTuple):
     """One step of a search, and the operations of what was kept after it, written as the model is."""
 
     name: str
     operations: int
 
-    @property
-    def words(self) -> str:
-        """The step as readers know it."""
-        return _WORDS.get(self.name, self.name)
-
 
 class LevelTried(NamedTuple):
-    """What a level took, where the cheapest was looked for.
-
-    Parameters
-    ----------
-    level
-        Its name.
-    operations
-        Of its model; None where it was not tried.
-    why
-        Why not, in words.
-    """
+    """Operations of a level's model, where the cheapest was looked for; None where not tried, and why."""
 
     level: str
     operations: int | None
@@ -156,7 +130,7 @@ class Accuracy:
         Allowed torque error per joint, N m, shape (n,), and how the user put it. Where that is of the norm no
         joint is allowed a number of its own, see `Budget.allowed`.
     errors
-        Error over the states it was made for: sampled, not a bound elsewhere.
+        Error over the states it was fitted on: sampled, not a bound elsewhere.
     fitted_on
         Those states, see `States.described`.
     steps, solved
@@ -170,11 +144,10 @@ class Accuracy:
         Largest standard uncertainty of the torque at these states, N m, shape (n,); None where none is
         stated of the arm's parameters.
     motions
-        What is promised along each of several motions, where the model was made for several.
+        Accuracy along each of several motions, where the model was fitted on several.
     norms
         Norm of the torque error over norm of the torque, as so many of the states keep it; infinite where
-        only an error is. Where the budget is one of the norm, what it asked for is among them. Files of
-        before it was kept have none.
+        only an error is. Where the budget is one of the norm, what it asked for is among them.
     levels
         What every level took, where the cheapest was looked for; empty where one was asked for.
     """
@@ -193,23 +166,16 @@ class Accuracy:
     levels: tuple[LevelTried, ...] = ()
 
     def along(self, fingerprint: str) -> Accuracy:
-        """Take what is promised along one of several motions, by its fingerprint; itself of any other."""
+        """Accuracy along one of several motions, by its fingerprint; itself of any other."""
         for one in self.motions:
             if one.fingerprint == fingerprint:
-                fitted_on: dict[str, str | int] = {
+                fitted_on = {
                     "trajectory": one.name,
                     "trajectory_fingerprint": one.fingerprint,
                     "set_points": one.set_points,
                 }
-                return replace(
-                    self,
-                    allowed=one.allowed,
-                    errors=one.errors,
-                    uncertainty=one.uncertainty,
-                    fitted_on=fitted_on,
-                    motions=(),
-                    norms=(),
-                )
+                own = replace(self, allowed=one.allowed, errors=one.errors, uncertainty=one.uncertainty)
+                return replace(own, fitted_on=fitted_on, motions=(), norms=())
         return self
 
     @property
@@ -221,9 +187,9 @@ class Accuracy:
     def asked_norm(self) -> NormShare | None:
         """The share of the norm that was found where one was asked for, and the states it was asked of."""
         asked = self.asked.norm
-        return (
-            None if asked is None else next(norm for norm in self.norms if isclose(norm.states, asked.states))
-        )
+        if asked is None:
+            return None
+        return next(norm for norm in self.norms if isclose(norm.states, asked.states))
 
     @property
     def shares(self) -> FloatArray:
@@ -241,37 +207,17 @@ class Accuracy:
 
     @property
     def search(self) -> str:
-        """The steps in words."""
-        said = [f"{step.words} {step.operations}" for step in self.steps]
-        said += ["solved to the end"] * self.solved
-        said += ["ended as its effort was used up"] * self.cut_short
-        return ", ".join(said)
-
-    @property
-    def by_level(self) -> str:
-        """Operations of the models of several levels, in words, and why others were not tried."""
-        took = [f"{one.level} {one.operations}" for one in self.levels if one.operations is not None]
-        others = [f"{one.level}, as {one.why}" for one in self.levels if one.operations is None]
-        tried = f"Operations by level: {', '.join(took)}"
-        return "; ".join([tried, *([f"not tried: {', '.join(others)}"] if others else [])])
-
-
-# What a budget may lie below, and what takes that into account.
-_TAKEN_INTO_ACCOUNT = {
-    "friction": Allowance(0.1, "friction"),
-    "uncertainty": Allowance(1.0, "uncertainty"),
-}
+        """The steps and their operations in a line."""
+        steps = [f"{step.name} {step.operations}" for step in self.steps]
+        ends = ["optimum proven"] * self.solved + ["effort used up"] * self.cut_short
+        return ", ".join([*steps, *ends])
 
 
 def budget_notice(arm: RobotArm, accuracy: Accuracy) -> str:
-    """Say at which joints a budget lies below friction, or below the torque's uncertainty where that is all.
+    """Joints at which a budget lies below friction, or below the torque's uncertainty where that is all.
 
-    Returns
-    -------
-    str
-        A sentence with the numbers of the joint where it is most so, and the budget that takes it into
-        account; "" where no joint is concerned, or the budget's entry for it does so already, or it is of the
-        norm and has none.
+    It names the joint where it is most so, and the budget that takes it into account. It is "" where no joint
+    is concerned, the budget's entry for it does so already, or the budget is of the norm and has none.
     """
     if accuracy.asked.norm is not None:
         return ""
@@ -298,4 +244,4 @@ def budget_notice(arm: RobotArm, accuracy: Accuracy) -> str:
     if not clauses:
         return ""
     wanted = Budget(tuple(entries[:1] if len(set(entries)) == 1 else entries))
-    return f'The budget lies {" and ".join(clauses)}; --budget "{wanted}" takes that into account.'
+    return f'Budget {" and ".join(clauses)}; --budget "{wanted}" takes that into account.'

@@ -17,6 +17,14 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.measures import NormShare
 from gd_analyze.text import LARGEST, UNSIGNED, in_python
 
+# What an amount may be a share of, and how amounts are written.
+_WHOLES = ("peak", "limit", "friction", "uncertainty")
+_ALLOWANCE = re.compile(
+    rf"(?P<number>{UNSIGNED})\s*(?P<unit>%|N ?m?)?"
+    rf"(?:\s*(?:of\s+)?(?P<whole>{'|'.join(_WHOLES)}))?|(?P<name>{'|'.join(_WHOLES)})",
+    re.IGNORECASE,
+)
+_OR = re.compile(r"\s+or\s+", re.IGNORECASE)
 # What to state in an arm file, by what a budget may be a share of.
 _TO_STATE = {
     "limit": "`torque_limit` in the joint's [[drives]] table",
@@ -27,31 +35,16 @@ _TO_STATE = {
 
 @dataclass(frozen=True, eq=False)
 class ReferenceTorques:
-    """What a budget may be a share of, at each joint, N m (N for a sliding joint), shape (n,).
+    """What a budget may be a share of, at each joint of an arm, N m (N for a prismatic joint), shape (n,)."""
 
-    Parameters
-    ----------
-    arm
-        Whose joints they are; it states their torque limits and their friction.
-    peak
-        Largest magnitude of the exact torque.
-    uncertainty
-        Largest standard uncertainty of the torque; None where none is stated or asked for.
-    """
-
-    arm: RobotArm
-    peak: FloatArray
-    uncertainty: FloatArray | None = None
+    arm: RobotArm  # states torque limits and friction
+    peak: FloatArray  # largest magnitude of the exact torque
+    uncertainty: FloatArray | None = None  # largest standard uncertainty of the torque, where stated
 
     def of(self, name: str, joint: int, option: str = "--budget") -> float:
-        """One of them by its name, "peak", "limit", "friction" or "uncertainty", of a joint, from 0.
+        """Give "peak", "limit", "friction" or "uncertainty" of a joint, from 0.
 
-        `option` says in a message where it was asked for.
-
-        Raises
-        ------
-        UsageError
-            If the arm does not state it.
+        A UsageError, which names `option`, if the arm does not state it.
         """
         value = float(self.all(name)[joint])
         if np.isnan(value):
@@ -80,27 +73,16 @@ class ReferenceTorques:
         return np.array([np.nan if d.torque_limit is None else d.torque_limit for d in self.arm.drives])
 
 
-# What an amount may be a share of, and how amounts are written.
-_WHOLES = ("peak", "limit", "friction", "uncertainty")
-_ALLOWANCE = re.compile(
-    rf"(?P<number>{UNSIGNED})\s*(?P<unit>%|N ?m?)?"
-    rf"(?:\s*(?:of\s+)?(?P<whole>{'|'.join(_WHOLES)}))?|(?P<name>{'|'.join(_WHOLES)})",
-    re.IGNORECASE,
-)
-_OR = re.compile(r"\s+or\s+", re.IGNORECASE)
-
-
 class Allowance(NamedTuple):
     """One torque error that is allowed.
 
     Parameters
     ----------
     amount
-        A share (1 % is 0.01), or N m (N for a sliding joint).
+        A share (1 % is 0.01), or N m (N for a prismatic joint).
     of
         What it is a share of: the joint's "peak" torque over the states, its torque "limit", its Coulomb
-        "friction", or the "uncertainty" of its torque that follows from the parameters' stated ones;
-        "torque" for N m.
+        "friction", or the "uncertainty" of its torque due to the parameters' stated ones; "torque" for N m.
     """
 
     amount: float
@@ -180,7 +162,7 @@ class Budget:
 
         An amount is a share of the joint's peak torque over the states ("1%"), of its torque limit ("0.5%
         limit"), of its Coulomb friction ("10% friction"), of its torque's uncertainty ("50% uncertainty", or
-        all of it, "uncertainty"), or a torque ("0.05 N m", "0.05"). Or else a share of the norm of all
+        all of it, "uncertainty"), or a torque ("0.05 N m", "0.05"). Alternatively a share of the norm of all
         joints' torque, alone, and of how many states ("1% norm at 95% of states", "1% norm").
 
         Raises
@@ -194,7 +176,17 @@ class Budget:
         '1% or 10% friction, 0.2 N m'
         """
         if re.search(r"\bnorm\b", text, re.IGNORECASE):
-            return cls((), _norm_in(text, option), option)
+            norm = NormShare.parse(text)
+            if norm is None:
+                raise UsageError(
+                    "the budget is not understood",
+                    where=option,
+                    expected=f"a share of the norm of all joints' torque, up to {LARGEST:g} %, and the share "
+                    'of the states, above 0 and up to 100 %, that keep it: "1% norm at 95% of states"',
+                    found=repr(text.strip()),
+                    next_step="give one entry for all joints, without commas and `or`",
+                )
+            return cls((), norm, option)
         entries = []
         for column, entry in enumerate(text.split(","), start=1):
             allowances = [Allowance.parse(words) for words in _OR.split(entry)]
@@ -205,7 +197,7 @@ class Budget:
 
     @classmethod
     def of(cls, given: Self | str | None) -> Self:
-        """Take a budget as users of the library give it: itself, its text, or None for the usual 1 %."""
+        """Take a budget as users of the library give it: itself, its text, or None for 1 %."""
         if given is None:
             return cls()
         if isinstance(given, str):
@@ -233,17 +225,11 @@ class Budget:
 
     @property
     def shares_of(self) -> str:
-        """What errors under it are told as shares of: "peak torque" where it is one, or "allowed error"."""
+        """What errors under it are shown as shares of: "peak torque" where it is one, or "allowed error"."""
         return "peak torque" if self.wholes in ({"peak"}, {"norm"}) else "allowed error"
 
     def require_per_joint(self, what: str, next_step: str | None = None) -> Self:
-        """Refuse a budget of the norm where `what` needs to know what every joint is allowed.
-
-        Raises
-        ------
-        UsageError
-            If it is one.
-        """
+        """Refuse, with a UsageError, a budget of the norm where `what` needs one for every joint."""
         if self.norm is not None:
             raise UsageError(
                 f"{what} cannot be had with a budget of the norm",
@@ -255,13 +241,7 @@ class Budget:
         return self
 
     def of_joints(self, count: int) -> Sequence[tuple[Allowance, ...]]:
-        """One entry per joint.
-
-        Raises
-        ------
-        UsageError
-            If there are several entries, but not one per joint.
-        """
+        """One entry per joint; a UsageError if there are several, but not one per joint."""
         if len(self.entries) not in (1, count):
             raise UsageError(
                 "the budget has a wrong number of entries",
@@ -275,8 +255,7 @@ class Budget:
         """Allowed error of each joint, N m, shape (n,).
 
         A share of the norm allows no joint a number of its own. What is given then is the share of the norm
-        of the peak torques, of joints that turn or slide as it does: no state that keeps the budget has a
-        larger error.
+        of the peak torques, of joints of the same kind: no state that keeps the budget has a larger error.
 
         Raises
         ------
@@ -287,15 +266,11 @@ class Budget:
         if self.norm is not None:
             alike = np.equal.outer(by.arm.is_revolute, by.arm.is_revolute)
             return np.asarray(self.norm.share * np.sqrt(alike @ by.peak**2))
-        return np.array(
-            [
-                max(
-                    amount if of == "torque" else amount * by.of(of, joint, self.option)
-                    for amount, of in entry
-                )
-                for joint, entry in enumerate(self.of_joints(by.arm.n_joints))
-            ]
-        )
+
+        def largest(joint: int, entry: tuple[Allowance, ...]) -> float:
+            return max(a if of == "torque" else a * by.of(of, joint, self.option) for a, of in entry)
+
+        return np.array([largest(*each) for each in enumerate(self.of_joints(by.arm.n_joints))])
 
     def scaled(self, factor: float) -> Budget:
         """The same budget, every amount times a factor."""
@@ -309,22 +284,6 @@ class Budget:
         if self.norm is not None:
             return str(self.norm)
         return ", ".join(" or ".join(map(str, entry)) for entry in self.entries)
-
-
-def _norm_in(text: str, option: str) -> NormShare:
-    """Read a budget that names the norm."""
-    norm = NormShare.parse(text)
-    if norm is not None:
-        return norm
-    mixed = "," in text or _OR.search(text)
-    raise UsageError(
-        "the budget is not understood",
-        where=option,
-        expected=f"a share of the norm of all joints' torque, up to {LARGEST:g} %, and the share of the "
-        'states, above 0 and up to 100 %, that keep it: "1% norm at 95% of states"; without "at", all',
-        found=repr(text.strip()),
-        next_step="it is one for all joints and stands alone: without commas and `or`" if mixed else None,
-    )
 
 
 def _not_understood(entry: str, column: int, option: str) -> UsageError:

@@ -27,14 +27,7 @@ from gd_analyze.robots.parts import Link, of_point_mass
 from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, ErrorTable
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.exact_form import ExactForm
-from gd_analyze.simplification.measures import (
-    USUAL_STATES,
-    Measure,
-    NormMeasure,
-    NormShare,
-    PeakMeasure,
-    share_at,
-)
+from gd_analyze.simplification.measures import USUAL_STATES, NormMeasure, NormShare, share_at
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,7 +51,7 @@ def torque_uncertainty(arm: RobotArm, states: States, drives: bool | None = None
     Returns
     -------
     numpy.ndarray or None
-        N m (N for a sliding joint), shape (N, n); None where no uncertainty is stated of anything that is
+        N m (N for a prismatic joint), shape (N, n); None where no uncertainty is stated of anything that is
         part of the torque. A parameter without a stated one counts as known exactly.
 
     Examples
@@ -117,12 +110,7 @@ MOST_STATES = 5000
 class ExactDynamics:
     """An arm's exact dynamics at given states.
 
-    Parameters
-    ----------
-    form, states
-        The dynamics, and where.
-    decomposed
-        What `decompose` gave for these states where it is at hand.
+    `decomposed` is what `decompose` gave for these states, where it is at hand.
     """
 
     form: ExactForm
@@ -145,34 +133,9 @@ class ExactDynamics:
         trajectories may be shipped names, or paths of files. An ArmError says where D is not positive
         definite.
         """
-        exact = cls._of(arm_of(arm), given, drives)
+        exact = _taken(arm_of(arm), given, drives)
         require_positive_definite(exact.arm, exact.states, exact.form.drives)
         return exact
-
-    @classmethod
-    def _of(
-        cls, arm: RobotArm, given: States | GivenMotions | xr.Dataset, drives: bool | None
-    ) -> ExactDynamics:
-        if isinstance(given, States):
-            return cls(ExactForm(arm, arm.counts_drives(drives)), states_for(arm, given))
-        if isinstance(given, Trajectory | str | Path | Sequence):
-            states = states_for(arm, states_of(trajectory_of(given, arm)))
-            return cls(ExactForm(arm, arm.counts_drives(drives)), states)
-        require_dataset(given)
-        described = {
-            "trajectory": given.attrs["trajectory"],
-            "trajectory_fingerprint": given.attrs["trajectory_fingerprint"],
-            "set_points": given.sizes["time"],
-        }
-        motions = motions_in(given)
-        if motions:
-            described["motions"] = listed(motions)
-        q, qd, qdd = (given[name].values for name in ("q", "qd", "qdd"))
-        states = states_for(arm, States(q, qd, qdd, described, motions))
-        has_drives = "drive_torque" in given
-        if drives not in (None, has_drives):
-            return cls(ExactForm(arm, bool(drives)), states)
-        return cls(ExactForm(arm, has_drives), states, given)
 
     @property
     def arm(self) -> RobotArm:
@@ -246,15 +209,8 @@ class ExactDynamics:
         by = ReferenceTorques(self.arm, self.peak_torque, self.uncertainty)
         return allowed_by(Budget.of(budget), by, self.round_off)
 
-    def measure(self, budget: Budget | str | None) -> Measure:
-        """What tells whether an error at these states keeps a budget."""
-        budget = Budget.of(budget)
-        if budget.norm is None:
-            return PeakMeasure(self.allowed(budget), self.states.weights)
-        return self.norm_measure(budget.norm)
-
     def norm_measure(self, norm: NormShare) -> NormMeasure:
-        """What tells whether an error at these states keeps a share of the norm."""
+        """Measure of errors at these states by a share of the norm."""
         return NormMeasure(*norm, self.torque.T, np.array(self.arm.is_revolute), self.round_off)
 
     def norms_of(self, torque: FloatArray, asked: NormShare | None = None) -> tuple[NormShare, ...]:
@@ -264,7 +220,7 @@ class ExactDynamics:
         return tuple(NormShare(share_at(shares, part), part) for part in states)
 
     def under(self, budget: Budget | str | None) -> ExactDynamics:
-        """Let an error count on each of several motions as a budget measured by that motion asks.
+        """Weigh errors on each of several motions as a budget relative to that motion asks.
 
         Where it allows half of what it does over all of them, an error counts twice. One motion is as it is,
         and so is what another budget was set before.
@@ -300,7 +256,7 @@ class ExactDynamics:
         return parts
 
     def held(self, accuracy: Accuracy, torque: FloatArray) -> Accuracy:
-        """Promise what a model of this torque errs by, N m, shape (N, n), over all and along each motion."""
+        """State the error of a model of this torque, N m, shape (N, n), over all and along each motion."""
         weights = self.states.weights
         motions = tuple(
             AlongMotion(
@@ -322,6 +278,29 @@ class ExactDynamics:
         )
 
 
+def _taken(arm: RobotArm, given: States | GivenMotions | xr.Dataset, drives: bool | None) -> ExactDynamics:
+    """Exact dynamics at states of any kind that `ExactDynamics.of` takes."""
+    if isinstance(given, Trajectory | str | Path | Sequence):
+        given = states_of(trajectory_of(given, arm))
+    if isinstance(given, States):
+        return ExactDynamics(ExactForm(arm, arm.counts_drives(drives)), states_for(arm, given))
+    require_dataset(given)
+    described = {
+        "trajectory": given.attrs["trajectory"],
+        "trajectory_fingerprint": given.attrs["trajectory_fingerprint"],
+        "set_points": given.sizes["time"],
+    }
+    motions = motions_in(given)
+    if motions:
+        described["motions"] = listed(motions)
+    q, qd, qdd = (given[name].values for name in ("q", "qd", "qdd"))
+    states = states_for(arm, States(q, qd, qdd, described, motions))
+    has_drives = "drive_torque" in given
+    if drives in (None, has_drives):
+        return ExactDynamics(ExactForm(arm, has_drives), states, given)
+    return ExactDynamics(ExactForm(arm, bool(drives)), states)
+
+
 def allowed_by(budget: Budget, by: ReferenceTorques, round_off: float = 0.0) -> FloatArray:
     """Allowed error per joint, N m, shape (n,), and never less than round-off."""
     # Without any torque anywhere nothing is worth keeping, and any positive budget says so.
@@ -330,7 +309,7 @@ def allowed_by(budget: Budget, by: ReferenceTorques, round_off: float = 0.0) -> 
 
 
 def warn_without_torque(exact: ExactDynamics) -> None:
-    """Warn where no joint needs any torque: whatever is said of shares of torque is then about nothing."""
+    """Warn where no joint needs any torque: shares of torque then say nothing."""
     if not exact.needs_torque:
         largest = float(np.abs(exact.torque).max())
         warnings.warn(

@@ -1,9 +1,9 @@
-"""What a level of simplification is: how far the dynamics are cut up before something is left out.
+"""What a level of simplification is: how far the dynamics are split before something is left out.
 
-A level says by itself how a program is written from what a model holds, how that is stored and shown, and
-whether it can be refitted. Most cut the dynamics into candidates, see `CandidateLevel`, and say what each of
-them makes of torque and costs; another changes the steps of a program. Search, models, certificates and
-reports ask the level and know none by name.
+A level writes programs, reads and writes its terms in files, and shows them as equations. Most split the
+dynamics into candidates, see `CandidateLevel`; another simplifies steps of a program. Search, models,
+certificates and reports ask the level and know none by name. A new level is one file and a line in
+`gd_analyze.text.LEVEL_NAMES`.
 """
 
 from __future__ import annotations
@@ -33,15 +33,10 @@ Costs = Mapping[frozenset[int], int]
 
 
 class Numbers(NamedTuple):
-    """The free numbers of a refit.
+    """Free numbers of a refit: which one scales each term, and the magnitude of its coefficient, shape (K,).
 
-    Parameters
-    ----------
-    parameter
-        Which free number scales each term, shape (K,). Terms whose coefficients are equal, opposite or a
-        power of two apart share one, so that what they share in arithmetic stays shared.
-    magnitude
-        Magnitude of the coefficient behind each term, shape (K,).
+    Terms whose coefficients are equal, opposite or a power of two apart share one, so that what they share in
+    arithmetic stays shared.
     """
 
     parameter: np.ndarray
@@ -59,30 +54,14 @@ Coefficient = Annotated[float, Field(ge=-LARGEST_COEFFICIENT, le=LARGEST_COEFFIC
 
 
 class Level(ABC):
-    """A level of simplification; there is one value of each.
+    """A level of simplification; there is one value of each."""
 
-    Parameters
-    ----------
-    name
-        As users call it, see `gd_analyze.text.LEVEL_NAMES`.
-    keeps
-        What its models are made of, in the plural.
-    has_torque_terms
-        Whether its models are sums of harmonic terms, whose coefficients can be refitted.
-    always_refits
-        Whether its searches always refit the numbers that remain.
-    is_mechanical
-        Whether its models are mechanical systems, with a symmetric D.
-    entries
-        Schema of the terms in a model file.
-    """
-
-    name: ClassVar[str]
-    keeps: ClassVar[str]
-    has_torque_terms: ClassVar[bool] = False
+    name: ClassVar[str]  # as users call it
+    keeps: ClassVar[str]  # what its models are counted in, in the plural
+    has_torque_terms: ClassVar[bool] = False  # sums of harmonic terms, whose coefficients can be refitted
     always_refits: ClassVar[bool] = False
-    is_mechanical: ClassVar[bool] = False
-    entries: ClassVar[TypeAdapter[Any]]
+    is_mechanical: ClassVar[bool] = False  # models are mechanical systems, with a symmetric D
+    entries: ClassVar[TypeAdapter[Any]]  # schema of the terms in a model file
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}()"
@@ -115,13 +94,9 @@ class Level(ABC):
     def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
         """Equations of the joints' torques, as a person would write them."""
 
-    def told(self, terms: Terms) -> str:
-        """Say what a model is made of: "30 torque terms"."""
-        return f"{len(terms)} {self.keeps}"
-
-    def told_beside(self, form: ExactForm) -> str:
-        """Say what of: "kept of the exact model's 78"."""
-        return f"kept of the exact model's {len(self.terms(form))}"
+    def size(self, form: ExactForm, terms: Terms) -> tuple[int, int]:
+        """How many terms or simplified steps a model has, and of how many."""
+        return len(terms), len(self.terms(form))
 
     def legend(self, form: ExactForm, terms: Terms) -> Legend:
         """Meaning of the names in them: by default all are the founding text's."""
@@ -172,14 +147,9 @@ class Level(ABC):
 
 
 class CandidateLevel(Level):
-    """A level whose models keep some of the exact dynamics' terms.
+    """A level whose models keep some of the exact dynamics' terms."""
 
-    Parameters
-    ----------
-    is_priced_exactly
-        Whether `costs` are what a program takes, so that an integer program's optimum is the end.
-    """
-
+    # Whether `costs` are what a program takes, so that an integer program's optimum is final.
     is_priced_exactly: ClassVar[bool] = False
 
     @abstractmethod
@@ -196,15 +166,7 @@ class CandidateLevel(Level):
 
 
 class Found(NamedTuple):
-    """What a model is made of, and how it was found.
-
-    Parameters
-    ----------
-    terms, program, refitted
-        As of `gd_analyze.simplification.model.SimplifiedModel`.
-    steps, solved, cut_short
-        As of `gd_analyze.simplification.accuracy.Accuracy`.
-    """
+    """Outcome of a search: fields as of `SimplifiedModel` and `Accuracy`."""
 
     terms: Terms
     program: Program

@@ -24,16 +24,9 @@ from gd_analyze.text import amount, html_of, joint_name, percent
 
 
 def inertia_program(program: Program, n: int, symmetric: bool = False) -> Program:
-    """D, its rows one after another: torque is linear in accelerations, column j its derivative by qdd_j.
+    """D (mass matrix), row by row: torque is linear in accelerations, column j its derivative by qdd_j.
 
-    Parameters
-    ----------
-    program
-        Of the torque of n joints.
-    n
-        Number of joints.
-    symmetric
-        Whether D is known to be: then what is above the diagonal is taken for what is below it.
+    Where D is known to be symmetric, the part above the diagonal is taken for that below it.
     """
     still, trace = _zeros(n, "qd", "qdd"), Trace()
     columns = []
@@ -46,7 +39,7 @@ def inertia_program(program: Program, n: int, symmetric: bool = False) -> Progra
 
 
 def coriolis_centrifugal_program(program: Program, n: int) -> Program:
-    """H, homogeneous of degree 2 in the rates: half its derivative along them (Euler)."""
+    """H, homogeneous of degree 2 in the velocities: half its derivative along them (Euler)."""
     along: dict[str, float | str] = {f"qd{j + 1}": f"qd{j + 1}" for j in range(n)}
     twice = derivative(program, along, _zeros(n, "qdd"))
     trace = Trace()
@@ -74,18 +67,18 @@ class SimplifiedModel:
     Parameters
     ----------
     level
-        How far the dynamics were cut up, see `gd_analyze.simplification.levels.LEVELS`.
+        How far the dynamics were split, see `gd_analyze.simplification.levels.LEVELS`.
     form
         The exact dynamics it stands for.
     terms
-        What is kept: numbers by term, of the kind the level has; nothing where the model is a program alone.
+        What is kept: numbers by term, of the kind the level has.
     program
         The torques as a straight-line program, from which D, h and c follow.
     refitted
         Whether kept coefficients were refitted to absorb what was dropped.
     operations_full
         Operations of the exact torque, in the fewest known.
-    promise
+    accuracy
         Budget, errors, and where they were measured.
     provenance
         Versions, time, command.
@@ -101,11 +94,11 @@ class SimplifiedModel:
     provenance: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        return f"SimplifiedModel({self.arm.name!r}, level {self.level.name}, {self._told})"
+        return f"SimplifiedModel({self.arm.name!r}, level {self.level.name}, {self._summary})"
 
     @property
-    def _told(self) -> str:
-        """Operations and error in a few words."""
+    def _summary(self) -> str:
+        """Operations and error."""
         accuracy = self.accuracy
         joint = int(accuracy.shares.argmax())
         return (
@@ -114,7 +107,7 @@ class SimplifiedModel:
         )
 
     def _repr_html_(self) -> str:
-        """What it promises and its equations, for a notebook."""
+        """Its accuracy and equations, for a notebook."""
         errors = self.accuracy.errors
         columns = np.array([errors.peak_torque, self.accuracy.allowed, errors.largest, errors.rms])
         rows = [
@@ -128,12 +121,17 @@ class SimplifiedModel:
         lines = [printer.wrapped(formula, 100) for formula in formulas]
         legend = ", ".join(printer.legend(self.legend)) if formulas else ""
         return html_of(
-            f"{self.arm.title or self.arm.name}: {self.level.told(self.terms)}",
+            f"{self.arm.title or self.arm.name}: {self.size[0]} {self.level.keeps}",
             ["joint", "peak torque", "allowed error", "largest error", "RMS error"],
             rows,
-            f"{self._told[0].upper()}{self._told[1:]}; budget {self.accuracy.budget}.",
+            f"{self._summary}; budget {self.accuracy.budget}.",
             "\n".join([*lines, *filter(None, [legend])]),
         )
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """How many of `level.keeps` it has, terms kept or steps simplified, and of how many."""
+        return self.level.size(self.form, self.terms)
 
     @property
     def arm(self) -> RobotArm:
@@ -181,7 +179,7 @@ class SimplifiedModel:
         Parameters
         ----------
         q, qd, qdd
-            Joint variables, rates and accelerations, rad (m) and per s, s^2, shape (..., n).
+            Joint variables, velocities and accelerations, rad (m) and per s, s^2, shape (..., n).
 
         Returns
         -------
@@ -191,8 +189,7 @@ class SimplifiedModel:
         Raises
         ------
         ModelError
-            If a last axis is not n long, leading axes do not go together, or something is no number, not
-            finite or too large.
+            If shapes do not fit, or something is no number, not finite or too large.
         """
         return self._evaluated(self.program, q, qd, qdd)
 
@@ -216,7 +213,7 @@ class SimplifiedModel:
 
     @cached_property
     def coriolis_centrifugal_program(self) -> Program:
-        """H as a program."""
+        """Program of h."""
         return coriolis_centrifugal_program(self.program, self.arm.n_joints)
 
     @cached_property
@@ -255,7 +252,7 @@ class SimplifiedModel:
 
 
 def no_dearer(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
-    """Give the exact model in place of one that saves nothing; what was searched remains said."""
+    """Replace a model that saves nothing by the exact one; the record of the search stays."""
     if model.saves:
         return model
     everything = exactly(exact, model.level, model.accuracy.allowed, model.accuracy.budget)

@@ -28,17 +28,10 @@ _AXES = "xyz"
 
 
 class Quantity(NamedTuple):
-    """A component of a quantity of a link.
+    """A component ("x", "xy", or "" of what has only one) of a quantity of a link (from 0).
 
-    Parameters
-    ----------
-    kind
-        As `docs/notation.md` has it; a prime says that it is expressed in the link's frame before its joint
-        turns, two that it is in the frame of the link before.
-    link
-        From 0.
-    component
-        "x", "xy", or "" of what has only one.
+    Kinds are as `docs/notation.md` has them; a prime means that it is expressed in the link's frame before
+    its joint turns, two that it is in the frame of the previous link.
     """
 
     kind: str
@@ -69,15 +62,11 @@ NUMBER, CONSTANT = -1, -2
 
 
 class Change(NamedTuple):
-    """One change of the recursion; its number is a coefficient.
+    """One change of a step; its number is a coefficient.
 
-    Parameters
-    ----------
-    step
-        Place of the changed step in the recursion.
-    source
-        The step whose value, times the number, is part of what stands in for it; `NUMBER` where the number is
-        a part by itself; or `CONSTANT` where the step remains, and the number replaces its own constant.
+    The value of the step `source`, times the number, is part of what replaces `step`. `NUMBER` as the source:
+    the number by itself is a part. `CONSTANT`: the step remains, with the number in place of its own
+    constant.
     """
 
     step: int
@@ -88,38 +77,22 @@ Changes = Mapping[Change, float]
 
 
 class Scale(NamedTuple):
-    """How a number that a program multiplies by is stated as a change.
+    """How a number that a program multiplies by is stated as a change: `sign` times that number."""
 
-    Parameters
-    ----------
-    instead_of, change
-        The change that states it now, if it is one, and the one that shall state it.
-    sign
-        The stated number is `sign` times that of the program.
-    """
-
-    instead_of: Change
+    instead_of: Change  # what states it now, if anything does
     change: Change
     sign: float
 
 
 @dataclass(frozen=True, eq=False)
 class Changed:
-    """A recursion with changes carried out.
-
-    Parameters
-    ----------
-    program
-        What is left.
-    images
-        What became of every step that is still needed, by its place: an expression or a number.
-    scales
-        By the order of an expression that multiplies by a number: how to state another number.
-    """
+    """A recursion with changes carried out."""
 
     program: Program
-    images: Mapping[int, Any]
-    scales: Mapping[int, tuple[Scale, ...]]
+    images: Mapping[
+        int, Any
+    ]  # what became of every step still needed, by its place: an expression or a number
+    scales: Mapping[int, tuple[Scale, ...]]  # by the order of an expression that multiplies by a number
 
     @cached_property
     def origins(self) -> tuple[tuple[int, ...], ...]:
@@ -134,21 +107,11 @@ class Changed:
 
 @dataclass(frozen=True, eq=False)
 class Recursion:
-    """The steps of a recursion.
+    """The steps of a recursion."""
 
-    Parameters
-    ----------
-    steps
-        Expressions, each after its arguments; what no output needs may stand in for what one does.
-    outputs
-        Torques of the joints: expressions or numbers.
-    quantities
-        What a reader knows, each with its expression or number, in the order of their making.
-    """
-
-    steps: tuple[Expression, ...]
-    outputs: tuple[Any, ...]
-    quantities: tuple[tuple[Quantity, Any], ...] = ()
+    steps: tuple[Expression, ...]  # each after its arguments
+    outputs: tuple[Any, ...]  # torques of the joints: expressions or numbers
+    quantities: tuple[tuple[Quantity, Any], ...] = ()  # what a reader knows, in the order of their making
 
     @property
     def program(self) -> Program:
@@ -167,11 +130,6 @@ class Recursion:
     def changed(self, changes: Changes) -> Program:
         """Carry changes out, see `carried_out`."""
         return self.carried_out(changes).program
-
-    def images(self, changes: Changes) -> tuple[Program, Mapping[int, Any]]:
-        """Carry changes out; what became of every step that is still needed, by its place."""
-        done = self.carried_out(changes)
-        return done.program, done.images
 
     def carried_out(self, changes: Changes) -> Changed:
         """Carry changes out.

@@ -6,7 +6,6 @@ import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -21,11 +20,193 @@ from gd_analyze.operations.trace import Expression, reached
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.program_cache import inputs_of
 from gd_analyze.simplification.recursion import CONSTANT, INWARD, NUMBER, Changes, Quantity, Recursion
-from gd_analyze.simplification.recursion_reading import Names, Told, merged, scales, unsigned
+from gd_analyze.simplification.recursion_reading import (
+    Names,
+    SimplifiedQuantities,
+    merged,
+    scales,
+    unsigned,
+)
 from gd_analyze.text import joined
 
 # What stands in for a step: numbers by the source they multiply.
 Instead = dict[int, float]
+# Shares of peak torque that rounding makes, and ratios that are one.
+_NOTHING, _EQUAL = 1e-12, 1e-9
+_AXES = "xyz"
+# Of every link in this order: mass, first moments, second moments, and the drive's inertia.
+KINDS = ("M", "MX", "MY", "MZ", "Pxx", "Pyy", "Pzz", "Pxy", "Pxz", "Pyz", "J")
+_UNITS = ("kg", *3 * ["kg m"], *7 * ["kg m^2"])
+
+
+@dataclass(frozen=True, eq=False)
+class Omission:
+    """One change of a recursion, factors of its quantities (`recursion_reading.scales`) taken out.
+
+    Parameters
+    ----------
+    places
+        Of the steps, mostly one.
+    quantity
+        What they are part of, or are.
+    exact, instead
+        Sums of products in that quantity: what was there, and what is; () where nothing is.
+    torque, share
+        Largest magnitude at the states of what it alone changes, N m (N), shape (n,), and that over the peak
+        torque, 0 of a joint that has none.
+    """
+
+    places: tuple[int, ...]
+    quantity: Quantity
+    exact: tuple[Product, ...]
+    instead: tuple[Product, ...]
+    torque: FloatArray
+    share: FloatArray
+
+    @property
+    def changed_by(self) -> str:
+        """How much larger it is than it was, where it is a multiple of that: "+2.1 %"; "" elsewhere."""
+        if not self.instead or [x.powers for x in self.exact] != [x.powers for x in self.instead]:
+            return ""
+        ratios = [now.weight / was.weight for was, now in zip(self.exact, self.instead, strict=True)]
+        if np.ptp(ratios) > _EQUAL * abs(ratios[0]):
+            return ""
+        more = 100.0 * (ratios[0] - 1.0)
+        return f"{more:+.0f} %" if abs(more) >= 99.5 else f"{more:+.2g} %"
+
+    @property
+    def joint(self) -> int:
+        """The joint that loses the largest share, from 0."""
+        return int(self.share.argmax())
+
+
+def omissions(form: ExactForm, changes: Changes, states: States) -> tuple[Omission, ...]:
+    """List what changes do to steps that are still needed, those first that make most torque alone at states.
+
+    What makes none alone is left out. Changes of one quantity that take the same step in are one, as they add
+    it and take it away.
+    """
+    steps = _Steps(form.recursion)
+    together = steps.together(steps.without_factors(changes, scales(form, changes)))
+    torque, peak = torque_alone(form.recursion, together, states)
+    out = []
+    for instead, largest in zip(together, torque, strict=True):
+        share = np.divide(largest, peak, out=np.zeros_like(peak), where=peak > 0.0)
+        if share.max(initial=0.0) > _NOTHING:
+            quantity = steps.quantity_of(min(instead))
+            exact, now = steps.before_and_after(quantity, instead)
+            out.append(Omission(tuple(instead), quantity, exact, now, largest, share))
+    return tuple(sorted(out, key=lambda one: (-float(one.share.max(initial=0.0)), one.places)))
+
+
+class _Steps:
+    """Steps of the exact recursion, the quantities they belong to, and sums of what has a name."""
+
+    def __init__(self, recursion: Recursion) -> None:
+        self.recursion, self.steps = recursion, recursion.steps
+        self.values = dict(recursion.quantities)
+        self.names = Names(self.steps, {quantity: unsigned(value) for quantity, value in self.values.items()})
+        # A quantity may be a step with its sign changed, and that a step of its own.
+        whole = {
+            value.order: quantity for quantity, value in recursion.quantities if isinstance(value, Expression)
+        }
+        self.parts = whole | self.names.parts(self.steps)
+
+    def quantity_of(self, place: int) -> Quantity:
+        """The quantity a step is part of."""
+        return self.parts[self.steps[place].order]
+
+    def without_factors(self, changes: Changes, factors: Mapping[Quantity, float]) -> dict[int, Instead]:
+        """What stands in for steps, by place, as if every quantity were as large as it was.
+
+        So a number that only makes up for another is none that changed, and one that does not, is.
+        """
+        stated: dict[int, Instead] = {}
+        for (place, source), number in changes.items():
+            stated.setdefault(place, {})[source] = number
+
+        def factor(place: int) -> float:
+            quantity = self.parts.get(self.steps[place].order)
+            return 1.0 if quantity is None else factors.get(quantity, 1.0)
+
+        out: dict[int, Instead] = {}
+        for place in sorted(self.recursion.carried_out(changes).images):
+            was = self._as_it_is(place)
+            own = factor(place)
+            of_operands = math.prod(factor(x) for x in self.recursion.arguments[place] if isinstance(x, int))
+            now = {}
+            for source, number in stated.get(place, was).items():
+                if source == NUMBER:
+                    now[source] = number / own
+                else:
+                    by = of_operands if source in (CONSTANT, place) else factor(source)
+                    now[source] = number * (by / own)
+            if now != was:
+                out[place] = now
+        return out
+
+    def together(self, changes: Mapping[int, Instead]) -> list[dict[int, Instead]]:
+        """Put changes side by side that take the same step into one quantity, which they had not before."""
+        by_source: dict[tuple[Quantity, int], dict[int, Instead]] = {}
+        out: list[dict[int, Instead]] = []
+        for place, instead in changes.items():
+            foreign = instead.keys() - {NUMBER, CONSTANT, place, *self.recursion.arguments[place]}
+            keys = [(self.quantity_of(place), source) for source in sorted(foreign)]
+            group = next((by_source[key] for key in keys if key in by_source), None)
+            if group is None:
+                group = {}
+                out.append(group)
+            group[place] = instead
+            by_source |= dict.fromkeys(keys, group)
+        return out
+
+    def _as_it_is(self, place: int) -> Instead:
+        """An unchanged step, as what stands in for it; nothing of what no change is stated of."""
+        step, arguments = self.steps[place], self.recursion.arguments[place]
+        operands = [x for x in arguments if isinstance(x, int)]
+        if step.operation in ("add", "subtract") and len(set(operands)) == 2:
+            a, b = operands
+            return {a: 1.0, b: -1.0 if step.operation == "subtract" else 1.0}
+        if step.operation == "multiply" and len(operands) == 1:
+            return {CONSTANT: arguments[0]}
+        return {} if step.operation in ("input", "cos", "sin") else {place: 1.0}
+
+    def before_and_after(
+        self, quantity: Quantity, changes: Mapping[int, Instead]
+    ) -> tuple[tuple[Product, ...], tuple[Product, ...]]:
+        """What a quantity was and what it is, without what is there as it was."""
+        whole = self.values[quantity]
+        _, base = unsigned(whole)
+        sign, _ = self.names.known[base.order]
+        known = {self.steps[place].order: self._now(place, instead) for place, instead in changes.items()}
+        first = self.steps[min(changes)]
+        if first.operation in ("cos", "sin"):  # in more quantities than this one
+            return self.names.sum(first), merged(known[first.order])
+        if whole is not base and whole.order in known:
+            return (Product(1.0, (Power(quantity.symbol),)),), merged(known[whole.order])
+        if known.get(base.order) == []:
+            return (Product(1.0, (Power(quantity.symbol),)),), ()
+        exact = self.names.sum(base, sign, inside=True)
+        now = merged(self.names.terms(base, sign, inside=True, instead=known))
+        before, after = ({term.powers: term.weight for term in terms} for terms in (exact, now))
+
+        def is_new(term: Product, there: Mapping[tuple[Power, ...], float]) -> bool:
+            return not math.isclose(there.get(term.powers, 0.0), term.weight, rel_tol=_EQUAL)
+
+        return tuple(t for t in exact if is_new(t, after)), tuple(t for t in now if is_new(t, before))
+
+    def _now(self, place: int, instead: Instead) -> list[Product]:
+        """What stands in for a step, as a sum."""
+        out: list[Product] = []
+        for source, number in instead.items():
+            if source == NUMBER:
+                out += [Product(number)] if number else []
+            elif source == CONSTANT:
+                (x,) = (x for x in self.steps[place].arguments if isinstance(x, Expression))
+                out += self.names.terms(x, number)
+            else:
+                out += self.names.terms(self.steps[source], number, inside=source == place)
+        return out
 
 
 def torque_alone(
@@ -58,6 +239,7 @@ class _Run:
             else:
                 self.values[k] = self._made(step, {})
                 self.needed += [k] if step.order in needed else []
+        self.torque = self._torque({})
 
     def _of(self, x: Any, changed: Mapping[int, Any]) -> Any:
         if not isinstance(x, Expression):
@@ -69,13 +251,7 @@ class _Run:
         return UFUNCS[step.operation](*(self._of(x, changed) for x in step.arguments))
 
     def _torque(self, changed: Mapping[int, Any]) -> FloatArray:
-        rows = [np.broadcast_to(self._of(x, changed), (self.count,)) for x in self.outputs]
-        return np.array(rows)
-
-    @cached_property
-    def torque(self) -> FloatArray:
-        """The exact torque, (n, N)."""
-        return self._torque({})
+        return np.array([np.broadcast_to(self._of(x, changed), (self.count,)) for x in self.outputs])
 
     def lost(self, steps: Mapping[int, Instead]) -> FloatArray:
         """Largest difference of each joint's torque once others stand in for some steps, (n,)."""
@@ -99,228 +275,15 @@ class _Run:
         return sum(number * (1.0 if k == NUMBER else self.values[k]) for k, number in instead.items())
 
 
-# Shares of peak torque that rounding makes, and ratios that are one.
-_NOTHING, _EQUAL = 1e-12, 1e-9
-
-
-@dataclass(frozen=True, eq=False)
-class Omission:
-    """One change of a recursion, what was taken out of its quantities (see `recursion_scales`) left out.
-
-    Parameters
-    ----------
-    places
-        Of the steps, mostly one.
-    quantity
-        What they are part of, or are.
-    exact, instead
-        Sums of products in that quantity: what was there, and what is; () where nothing is.
-    torque
-        Largest magnitude at the states of what it alone changes, N m (N), shape (n,).
-    share
-        That over the peak torque, 0 of a joint that has none.
-    """
-
-    places: tuple[int, ...]
-    quantity: Quantity
-    exact: tuple[Product, ...]
-    instead: tuple[Product, ...]
-    torque: FloatArray
-    share: FloatArray
-
-    @property
-    def changed_by(self) -> str:
-        """How much larger it is than it was, where it is a multiple of that: "+2.1 %"; "" elsewhere."""
-        if not self.instead or [x.powers for x in self.exact] != [x.powers for x in self.instead]:
-            return ""
-        ratios = [now.weight / was.weight for was, now in zip(self.exact, self.instead, strict=True)]
-        if np.ptp(ratios) > _EQUAL * abs(ratios[0]):
-            return ""
-        more = 100.0 * (ratios[0] - 1.0)
-        return f"{more:+.0f} %" if abs(more) >= 99.5 else f"{more:+.2g} %"
-
-    @property
-    def joint(self) -> int:
-        """The joint that loses the largest share, from 0."""
-        return int(self.share.argmax())
-
-
-def omissions(form: ExactForm, changes: Changes, states: States) -> tuple[Omission, ...]:
-    """List what changes do to steps that are still needed, those first that make most torque alone.
-
-    What makes none alone is left out. Changes of one quantity that take the same step in are one, as they
-    add it and take it away.
-
-    Parameters
-    ----------
-    form
-        The exact dynamics.
-    changes
-        Of their recursion.
-    states
-        Where torque is looked at.
-    """
-    words = _Words(form.recursion)
-    together = words.together(words.without_factors(changes, scales(form, changes)))
-    torque, peak = torque_alone(form.recursion, together, states)
-    out = []
-    for steps, largest in zip(together, torque, strict=True):
-        share = np.divide(largest, peak, out=np.zeros_like(peak), where=peak > 0.0)
-        if share.max(initial=0.0) > _NOTHING:
-            quantity = words.of(min(steps))
-            out.append(Omission(tuple(steps), quantity, *words.told(quantity, steps), largest, share))
-    return tuple(sorted(out, key=lambda one: (-float(one.share.max(initial=0.0)), one.places)))
-
-
-class _Words:
-    """The exact recursion in words."""
-
-    def __init__(self, recursion: Recursion) -> None:
-        self.recursion, self.steps = recursion, recursion.steps
-        self.values = dict(recursion.quantities)
-        told = {quantity: unsigned(value) for quantity, value in self.values.items()}
-        self.names = Names(self.steps, told)
-        # A quantity may be a step turned round, and that a step of its own.
-        whole = {
-            value.order: quantity for quantity, value in recursion.quantities if isinstance(value, Expression)
-        }
-        self.parts = whole | dict(self.names.parts(self.steps))
-
-    def of(self, place: int) -> Quantity:
-        """The quantity a step is part of."""
-        return self.parts[self.steps[place].order]
-
-    def without_factors(self, changes: Changes, factors: Mapping[Quantity, float]) -> dict[int, Instead]:
-        """What stands in for steps, by place, as if every quantity were as large as it was.
-
-        So a number that only makes up for another is none that changed, and one that does not, is.
-        """
-        _, known = self.recursion.images(changes)
-        stated: dict[int, Instead] = {}
-        for (place, source), number in changes.items():
-            stated.setdefault(place, {})[source] = number
-
-        def factor(place: int) -> float:
-            quantity = self.parts.get(self.steps[place].order)
-            return 1.0 if quantity is None else factors.get(quantity, 1.0)
-
-        out: dict[int, Instead] = {}
-        for place in sorted(known):
-            was = self._as_it_is(place)
-            own = factor(place)
-            of_operands = math.prod(factor(x) for x in self.recursion.arguments[place] if isinstance(x, int))
-            now = {}
-            for source, number in stated.get(place, was).items():
-                if source == NUMBER:
-                    now[source] = number / own
-                else:
-                    by = of_operands if source in (CONSTANT, place) else factor(source)
-                    now[source] = number * (by / own)
-            if now != was:
-                out[place] = now
-        return out
-
-    def together(self, changes: Mapping[int, Instead]) -> list[dict[int, Instead]]:
-        """Put changes side by side that take the same step into one quantity, which they had not before."""
-        by_source: dict[tuple[Quantity, int], dict[int, Instead]] = {}
-        out: list[dict[int, Instead]] = []
-        for place, instead in changes.items():
-            foreign = instead.keys() - {NUMBER, CONSTANT, place, *self.recursion.arguments[place]}
-            keys = [(self.of(place), source) for source in sorted(foreign)]
-            group = next((by_source[key] for key in keys if key in by_source), None)
-            if group is None:
-                group = {}
-                out.append(group)
-            group[place] = instead
-            by_source |= dict.fromkeys(keys, group)
-        return out
-
-    def _as_it_is(self, place: int) -> Instead:
-        """An unchanged step, as what stands in for it; nothing of what no change is stated of."""
-        step, arguments = self.steps[place], self.recursion.arguments[place]
-        operands = [x for x in arguments if isinstance(x, int)]
-        if step.operation in ("add", "subtract") and len(set(operands)) == 2:
-            a, b = operands
-            return {a: 1.0, b: -1.0 if step.operation == "subtract" else 1.0}
-        if step.operation == "multiply" and len(operands) == 1:
-            return {CONSTANT: arguments[0]}
-        return {} if step.operation in ("input", "cos", "sin") else {place: 1.0}
-
-    def told(
-        self, quantity: Quantity, changes: Mapping[int, Instead]
-    ) -> tuple[tuple[Product, ...], tuple[Product, ...]]:
-        """What a quantity was and what it is, without what is there as it was."""
-        whole = self.values[quantity]
-        _, base = unsigned(whole)
-        sign, _ = self.names.known[base.order]
-        known = {self.steps[place].order: self._now(place, instead) for place, instead in changes.items()}
-        first = self.steps[min(changes)]
-        if first.operation in ("cos", "sin"):
-            # It is in more quantities than this.
-            return self.names.sum(first), merged(known[first.order])
-        if whole is not base and whole.order in known:
-            return (Product(1.0, (Power(quantity.symbol),)),), merged(known[whole.order])
-        if known.get(base.order) == []:
-            return (Product(1.0, (Power(quantity.symbol),)),), ()
-        exact = self.names.sum(base, sign, inside=True)
-        now = merged(self.names.terms(base, sign, inside=True, instead=known))
-        return _apart(exact, now)
-
-    def _now(self, place: int, instead: Instead) -> list[Product]:
-        """What stands in for a step, as a sum."""
-        out: list[Product] = []
-        for source, number in instead.items():
-            if source == NUMBER:
-                out += [Product(number)] if number else []
-            elif source == CONSTANT:
-                (x,) = (x for x in self.steps[place].arguments if isinstance(x, Expression))
-                out += self.names.terms(x, number)
-            else:
-                out += self.names.terms(self.steps[source], number, inside=source == place)
-        return out
-
-
-def _apart(
-    exact: Sequence[Product], now: Sequence[Product]
-) -> tuple[tuple[Product, ...], tuple[Product, ...]]:
-    """Leave out what is in both."""
-    before, after = ({term.powers: term.weight for term in terms} for terms in (exact, now))
-
-    def is_new(term: Product, there: Mapping[tuple[Power, ...], float]) -> bool:
-        return not math.isclose(there.get(term.powers, 0.0), term.weight, rel_tol=_EQUAL)
-
-    return tuple(t for t in exact if is_new(t, after)), tuple(t for t in now if is_new(t, before))
-
-
-_AXES = "xyz"
-# Of every link in this order: mass, first moments, second moments, and the drive's inertia.
-KINDS = ("M", "MX", "MY", "MZ", "Pxx", "Pyy", "Pzz", "Pxy", "Pxz", "Pyz", "J")
-_UNITS = ("kg", *3 * ["kg m"], *7 * ["kg m^2"])
-
-
 @dataclass(frozen=True)
 class LinkParameter:
-    """A regrouped parameter, and what a model makes of it.
-
-    Parameters
-    ----------
-    link
-        From 0.
-    kind
-        One of `KINDS`.
-    number
-        In the exact recursion, SI.
-    places
-        Products with it in the exact recursion.
-    kept
-        Numbers in those that are left, as if all stood for the parameter.
-    """
+    """A regrouped parameter of a link (from 0), and what a model makes of it; `kind` is one of `KINDS`."""
 
     link: int
     kind: str
-    number: float
-    places: int
-    kept: tuple[float, ...]
+    number: float  # in the exact recursion, SI
+    places: int  # products with it in the exact recursion
+    kept: tuple[float, ...]  # numbers in those that are left, as if all stood for the parameter
 
     @property
     def symbol(self) -> Symbol:
@@ -330,7 +293,7 @@ class LinkParameter:
 
     @property
     def unit(self) -> str:
-        """Its unit where the joint turns or slides alike."""
+        """Its unit, the same for revolute and prismatic joints."""
         return _UNITS[KINDS.index(self.kind)]
 
     @property
@@ -352,9 +315,14 @@ class LinkParameter:
 
 def link_parameters(form: ExactForm, changes: Changes) -> tuple[LinkParameter, ...]:
     """Parameters of all links, in the order of `KINDS`; drives' inertia only where they count."""
-    recursion, numbers = form.recursion, _numbers(form)
-    exact = Told(recursion, {})
-    model = Told(recursion, changes, scales(form, changes))
+    numbers: dict[Quantity, float] = {}
+    for i, link in enumerate(regrouped(form.arm).links):
+        second = (link.second[_AXES.index(kind[1]), _AXES.index(kind[2])] for kind in KINDS[4:10])
+        drive = [] if form.drive_inertia is None else [form.drive_inertia[i]]
+        own = zip(KINDS, [link.mass, *link.first, *second, *drive], strict=False)
+        numbers |= {Quantity(kind, i): float(number) for kind, number in own}
+    exact = SimplifiedQuantities(form.recursion, {})
+    model = SimplifiedQuantities(form.recursion, changes, scales(form, changes))
     places, kept = defaultdict[Quantity, int](int), defaultdict[Quantity, list[float]](list)
     for (key, _), (into, factor, weight) in _uses(exact, numbers).items():
         places[key] += 1
@@ -367,22 +335,8 @@ def link_parameters(form: ExactForm, changes: Changes) -> tuple[LinkParameter, .
     )
 
 
-def _numbers(form: ExactForm) -> dict[Quantity, float]:
-    """Every parameter and its number."""
-    out: dict[Quantity, float] = {}
-    for i, link in enumerate(regrouped(form.arm).links):
-        own = [link.mass, *link.first, *(link.second[_pair(kind)] for kind in KINDS[4:10])]
-        drive = [] if form.drive_inertia is None else [form.drive_inertia[i]]
-        out |= {Quantity(kind, i): float(number) for kind, number in zip(KINDS, own + drive, strict=False)}
-    return out
-
-
-def _pair(kind: str) -> tuple[int, int]:
-    return _AXES.index(kind[1]), _AXES.index(kind[2])
-
-
 def _uses(
-    exact: Told, numbers: Mapping[Quantity, float]
+    exact: SimplifiedQuantities, numbers: Mapping[Quantity, float]
 ) -> dict[tuple[Quantity, Symbol], tuple[Quantity, Symbol, float]]:
     """Where parameters act: by each and what it multiplies, into which quantity, and with which number."""
     of_symbol = {quantity.symbol: quantity for quantity in exact.values}
@@ -390,6 +344,8 @@ def _uses(
     for into in exact.values:
         if into.kind.rstrip(PRIME) not in INWARD:
             continue
+        kinds = KINDS[-1:] if into.kind == "tau" else KINDS[:-1]
+        own = [key for kind in kinds if (key := Quantity(kind, into.link)) in numbers]
         for term in exact.sum(into):
             if len(term.powers) != 1 or term.powers[0].exponent != 1:
                 continue
@@ -397,7 +353,7 @@ def _uses(
             # What stands before the force or moment of a further link is a length or of a rotation.
             if not isinstance(symbol, Symbol) or symbol.letter in ("f", "n"):
                 continue
-            found = [key for key in _of_link(into, numbers) if abs(numbers[key]) == abs(term.weight)]
+            found = [key for key in own if abs(numbers[key]) == abs(term.weight)]
             factor = of_symbol.get(symbol)
             likely = [key for key in found if factor and key.kind == _expected(into, factor)]
             for key in (likely or found)[:1]:
@@ -405,7 +361,7 @@ def _uses(
     return out
 
 
-def _weight(model: Told, into: Quantity, factor: Symbol) -> float | None:
+def _weight(model: SimplifiedQuantities, into: Quantity, factor: Symbol) -> float | None:
     """Number by which something goes into a quantity; None where it does not."""
     if into not in model.values:
         return None
@@ -415,12 +371,6 @@ def _weight(model: Told, into: Quantity, factor: Symbol) -> float | None:
             sign, symbol = model.name(quantity) or (0.0, factor)
     weights = [term.weight for term in model.sum(into) if term.powers == (Power(symbol),)]
     return sign * weights[0] if weights and sign else None
-
-
-def _of_link(target: Quantity, numbers: Mapping[Quantity, float]) -> list[Quantity]:
-    """Parameters that a step towards a quantity may have."""
-    kinds = KINDS[-1:] if target.kind == "tau" else KINDS[:-1]
-    return [key for kind in kinds if (key := Quantity(kind, target.link)) in numbers]
 
 
 def _expected(target: Quantity, factor: Quantity) -> str:

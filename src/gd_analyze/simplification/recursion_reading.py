@@ -1,4 +1,9 @@
-"""A simplified recursion as equations that a person reads: link by link, outward and back."""
+"""A simplified recursion as equations that a person reads: link by link, outward and back.
+
+Where a force is twice as large and every lever that it meets half as long, torque is the same: refitted
+numbers use that freedom where it makes one of them vanish. To be read, such factors (`scales`) are taken out
+again.
+"""
 
 from __future__ import annotations
 
@@ -34,44 +39,48 @@ from gd_analyze.text import joined
 
 # Letters as people put them in products, and summands by their last.
 _ORDER = ("C", "S", "n", "f", "a", "q", "p", "omega", "r", "A", "tau")
+# Only these may be larger by a factor: moments act as torques, and joint velocities come from outside.
+_FREE = ("f", "a", "A", "omegad", "omega")
+# States looked at, with velocities and accelerations (per s, s^2) where the arm states no limits.
+_STATES, _VELOCITY, _ACCELERATION = 300, 1.0, 10.0
+# A quantity has a factor where it resembles what it was so much, and its size differs so much; factors of
+# neighbouring links that differ less than `_ONE` are one.
+_ALIKE, _FAR, _ONE = 0.9, math.log(1.15), math.log(1.2)
 
-
-def unsigned(x: Any) -> tuple[float, Any]:
-    """Part an expression or number into a sign and the rest."""
-    if isinstance(x, Expression) and x.operation == "negative":
-        return -1.0, x.arguments[0]
-    return 1.0, x
+# What the symbols mean, those of one meaning together.
+MEANINGS: tuple[tuple[tuple[Symbol, ...], str], ...] = (
+    (
+        (Symbol("omega"), Symbol("omega", dots=1)),
+        "angular velocity and acceleration of a link, in its frame on the joint's axis",
+    ),
+    ((Symbol("a"),), "acceleration of that frame's origin, minus gravity"),
+    ((Symbol("A"),), "matrix of the acceleration A r of a point at r of the link relative to the origin"),
+    ((Symbol("f"), Symbol("n")), "force and moment, about the origin, on the link and those beyond"),
+    (
+        (Symbol("a", primes=1), Symbol("a", primes=2)),
+        "the same in that frame before its joint turns, and in the frame of the previous link",
+    ),
+)
 
 
 class Names:
-    """Names of the expressions of one trace.
+    """Names of the expressions of one trace; `values`: quantities as a sign and an expression or number."""
 
-    Parameters
-    ----------
-    steps
-        The expressions.
-    told
-        Quantities and what they are there: a sign, and an expression or number.
-    """
-
-    def __init__(self, steps: Iterable[Expression], told: Mapping[Quantity, tuple[float, Any]]) -> None:
-        self.known: dict[int, tuple[float, Symbol]] = {}
+    def __init__(self, steps: Sequence[Expression], values: Mapping[Quantity, tuple[float, Any]]) -> None:
+        self.known = {s.order: (1.0, _input(s.arguments[0])) for s in steps if s.operation == "input"}
         self.quantity: dict[int, Quantity] = {}
         self.functions: dict[Symbol, Function] = {}
-        for step in steps:
-            if step.operation == "input":
-                self.known[step.order] = 1.0, _input(step.arguments[0])
         for step in steps:
             if step.operation in ("cos", "sin"):
                 self.known[step.order] = 1.0, self._function(step)
         # One name each: of the frame it belongs to rather than of another.
-        for quantity, (sign, base) in sorted(told.items(), key=lambda pair: pair[0].kind.count(PRIME)):
+        for quantity, (sign, base) in sorted(values.items(), key=lambda pair: pair[0].kind.count(PRIME)):
             if isinstance(base, Expression):
                 self.known.setdefault(base.order, (sign, quantity.symbol))
                 self.quantity.setdefault(base.order, quantity)
 
     def _function(self, step: Expression) -> Symbol:
-        argument = tuple(sorted(self.terms(step.arguments[0]), key=lambda term: _index(term)))
+        argument = tuple(sorted(self.terms(step.arguments[0]), key=_index))
         joints = tuple(int(_index(term)) - 1 for term in argument if term.powers)
         symbol = Symbol("C" if step.operation == "cos" else "S", joined(joints))
         while symbol in self.functions:
@@ -87,16 +96,9 @@ class Names:
         inside: bool = False,
         instead: Mapping[int, Sequence[Product]] | None = None,
     ) -> list[Product]:
-        """Write an expression as a sum of products of what has a name.
+        """Write an expression or number, times a weight, as a sum of products of what has a name.
 
-        Parameters
-        ----------
-        x, weight
-            An expression, or a number, and what it is multiplied with.
-        inside
-            Whether to write what it is made of, though it has a name.
-        instead
-            What stands in for expressions, by their order.
+        With `inside` it is written out though it has a name; `instead` replaces expressions by their order.
         """
         if not isinstance(x, Expression):
             return [Product(weight * x)] if x else []
@@ -119,7 +121,7 @@ class Names:
             for other in b
         ]
 
-    def parts(self, steps: Iterable[Expression]) -> Mapping[int, Quantity]:
+    def parts(self, steps: Iterable[Expression]) -> dict[int, Quantity]:
         """Quantity that each expression is, or is a part of; of several the last that takes it."""
         of = dict(self.quantity)
         for step in sorted(steps, key=lambda step: -step.order):
@@ -133,8 +135,15 @@ class Names:
         return merged(self.terms(x, weight, inside=inside))
 
 
+def unsigned(x: Any) -> tuple[float, Any]:
+    """Part an expression or number into a sign and the rest."""
+    if isinstance(x, Expression) and x.operation == "negative":
+        return -1.0, x.arguments[0]
+    return 1.0, x
+
+
 def merged(terms: Iterable[Product]) -> tuple[Product, ...]:
-    """Equal products as one, and in the order in which people put them: what A goes into comes last."""
+    """Equal products as one, in the order in which people put them: what multiplies A comes last."""
     weights: dict[tuple[Power, ...], float] = {}
     for term in terms:
         weights[term.powers] = weights.get(term.powers, 0.0) + term.weight
@@ -153,9 +162,7 @@ def _product(powers: tuple[Power, ...]) -> tuple[Power, ...]:
 def _rank(power: Power) -> tuple[int, str]:
     """Place among factors, and of what it multiplies among summands."""
     base = power.base
-    if isinstance(base, Function):
-        return 0, ""
-    return _ORDER.index(base.letter), base.index
+    return (0, "") if isinstance(base, Function) else (_ORDER.index(base.letter), base.index)
 
 
 def _input(name: str) -> Symbol:
@@ -172,33 +179,37 @@ def _index(term: Product) -> str:
     return f"{int(base.index):3d}"
 
 
-class Told:
-    """A changed recursion's quantities.
+class SimplifiedQuantities:
+    """What the quantities of a recursion are once changes are carried out, and their names there.
 
-    Parameters
-    ----------
-    recursion
-        The exact one.
-    changes
-        Of it.
-    factors
-        By what quantities are larger than they are said to be, see `recursion_scales`.
+    `values` are a sign and an expression or number by quantity; what nothing needs any more is not there.
+    `factors` say by how much quantities are larger than they shall be written, see `scales`.
     """
 
     def __init__(
         self, recursion: Recursion, changes: Changes, factors: Mapping[Quantity, float] | None = None
     ) -> None:
-        self.program, known = recursion.images(changes)
+        changed = recursion.carried_out(changes)
+        self.program = changed.program
         needed = {step.order for step in self.program.steps}
-        now = {quantity: _now(value, known, needed) for quantity, value in recursion.quantities}
-        torques = [quantity for quantity in now if quantity.kind == "tau"]
-        now |= zip(torques, map(unsigned, self.program.outputs), strict=True)
-        # By quantity a sign, and an expression or number; what is not needed is not there.
-        self.values = {quantity: value for quantity, value in now.items() if value is not None}
+
+        def now(value: Any) -> tuple[float, Any] | None:
+            if not isinstance(value, Expression):
+                return unsigned(value)
+            for sign, x in ((1.0, value), unsigned(value)):
+                if x.order in changed.images:
+                    other, base = unsigned(changed.images[x.order])
+                    if not isinstance(base, Expression) or base.order in needed:
+                        return sign * other, base
+            return None
+
+        found = {quantity: now(value) for quantity, value in recursion.quantities}
+        torques = [quantity for quantity in found if quantity.kind == "tau"]
+        found |= zip(torques, map(unsigned, self.program.outputs), strict=True)
+        self.values = {quantity: value for quantity, value in found.items() if value is not None}
         self.names = Names(self.program.steps, self.values)
-        factors = factors or {}
         self._factors: dict[Symbol | Function, float] = {
-            quantity.symbol: factor for quantity, factor in factors.items()
+            quantity.symbol: factor for quantity, factor in (factors or {}).items()
         }
 
     def name(self, quantity: Quantity) -> tuple[float, Symbol] | None:
@@ -225,34 +236,19 @@ class Told:
     def _factor(self, term: Product) -> float:
         return math.prod(self._factors.get(base, 1.0) ** exponent for base, exponent in term.powers)
 
-
-def _now(value: Any, known: Mapping[int, Any], needed: Set[int]) -> tuple[float, Any] | None:
-    """Sign and what became of an expression; None where nothing needs it."""
-    if not isinstance(value, Expression):
-        return unsigned(value)
-    for sign, x in ((1.0, value), unsigned(value)):
-        if x.order in known:
-            other, base = unsigned(known[x.order])
-            if not isinstance(base, Expression) or base.order in needed:
-                return sign * other, base
-    return None
-
-
-# Moments act as torques, and rates come from outside: these only may be larger.
-_FREE = ("f", "a", "A", "omegad", "omega")
-# States looked at, and rates and accelerations there, per s and s^2, where the arm states no limits.
-_STATES, _RATE, _ACCELERATION = 300, 1.0, 10.0
-# A factor is one where what is there is so much like what was, and so far from being as large.
-_ALIKE, _FAR = 0.9, math.log(1.15)
-# Factors of neighbouring links that differ less are one.
-_ONE = math.log(1.2)
+    def at(self, states: States) -> dict[Quantity, FloatArray]:
+        """Quantities that are computed, at states."""
+        program = Program(self.program.steps, tuple(base for _, base in self.values.values()))
+        rows = program.run(inputs_of(states))
+        signs = ((quantity, sign) for quantity, (sign, _) in self.values.items())
+        return {quantity: sign * row for (quantity, sign), row in zip(signs, rows, strict=True)}
 
 
 def scales(form: ExactForm, changes: Changes) -> dict[Quantity, float]:
-    """Factors of quantities, those that are not 1, as some states tell them, always the same."""
+    """Factors by which quantities are larger than exact, where not 1, as the same random states tell."""
     states = _some_states(form.arm)
-    exact, model = (Told(form.recursion, some) for some in ({}, changes))
-    was, now = _values(exact, states), _values(model, states)
+    exact, model = (SimplifiedQuantities(form.recursion, some) for some in ({}, changes))
+    was, now = exact.at(states), model.at(states)
     sums: dict[tuple[str, int], FloatArray] = defaultdict(lambda: np.zeros(3))
     members: dict[tuple[str, int], list[Quantity]] = defaultdict(list)
     for quantity in was.keys() & now.keys():
@@ -291,7 +287,9 @@ def _runs(logarithms: Sequence[float]) -> list[tuple[list[int], float]]:
     return [(run, sum(logarithms[link] for link in run) / len(run)) for run in runs]
 
 
-def _is_made_up_for(found: float, group: Set[Quantity], exact: Told, model: Told) -> bool:
+def _is_made_up_for(
+    found: float, group: Set[Quantity], exact: SimplifiedQuantities, model: SimplifiedQuantities
+) -> bool:
     """Whether what quantities go into has them so much less; otherwise something of them is lost."""
     symbols = {quantity.symbol for quantity in group}
     apart = closer = 0.0
@@ -306,11 +304,11 @@ def _is_made_up_for(found: float, group: Set[Quantity], exact: Told, model: Told
 
 
 def _some_states(arm: RobotArm) -> States:
-    """States within the limits that an arm states, or such as arms have."""
-    rate, acceleration = arm.limits("velocity_limit"), arm.limits("acceleration_limit")
+    """States within the limits that an arm states, or usual ones."""
+    velocity, acceleration = arm.limits("velocity_limit"), arm.limits("acceleration_limit")
     ranges = (
         np.full(arm.n_joints, math.pi),
-        np.where(np.isfinite(rate), rate, _RATE),
+        np.where(np.isfinite(velocity), velocity, _VELOCITY),
         np.where(np.isfinite(acceleration), acceleration, _ACCELERATION),
     )
     random = np.random.default_rng(0)
@@ -318,43 +316,9 @@ def _some_states(arm: RobotArm) -> States:
     return States(q, qd, qdd)
 
 
-def _values(told: Told, states: States) -> dict[Quantity, FloatArray]:
-    """Quantities that are computed, at states."""
-    quantities = list(told.values)
-    program = Program(told.program.steps, tuple(told.values[quantity][1] for quantity in quantities))
-    rows = program.run(inputs_of(states))
-    return {quantity: told.values[quantity][0] * row for quantity, row in zip(quantities, rows, strict=True)}
-
-
-# What the symbols in it mean, those of one meaning together.
-MEANINGS: tuple[tuple[tuple[Symbol, ...], str], ...] = (
-    (
-        (Symbol("omega"), Symbol("omega", dots=1)),
-        "angular velocity and acceleration of a link, in its frame on the joint's axis",
-    ),
-    ((Symbol("a"),), "acceleration of that frame's origin, gravity counted in"),
-    ((Symbol("A"),), "matrix by which a point r of the link has A r more"),
-    ((Symbol("f"), Symbol("n")), "force and moment, about the origin, on the link and those beyond"),
-    (
-        (Symbol("a", primes=1), Symbol("a", primes=2)),
-        "the same in that frame before its joint turns, and in the frame of the link before",
-    ),
-)
-
-
 @dataclass(frozen=True)
 class Passage:
-    """Equations of one link, on the way out or back.
-
-    Parameters
-    ----------
-    link
-        From 0.
-    outward
-        Whether it tells how the link moves, or what that does to forces.
-    formulas
-        In the order they can be evaluated in.
-    """
+    """Equations of one link (from 0), outward (motion) or back (forces), in the order of evaluation."""
 
     link: int
     outward: bool
@@ -363,20 +327,12 @@ class Passage:
     @property
     def heading(self) -> str:
         """Words above them."""
-        return f"Link {self.link + 1}, {'how it moves' if self.outward else 'forces and torque'}"
+        return f"Link {self.link + 1}: {'motion' if self.outward else 'forces and torque'}"
 
 
 @dataclass(frozen=True)
 class Reading:
-    """A changed recursion, to read.
-
-    Parameters
-    ----------
-    passages
-        Outward from the base, then back to it; links without equations are left out.
-    functions
-        Sines and cosines.
-    """
+    """A simplified recursion, to read: passages outward and back, and its sines and cosines."""
 
     passages: tuple[Passage, ...]
     functions: tuple[Formula, ...]
@@ -384,13 +340,13 @@ class Reading:
     @property
     def legend(self) -> Legend:
         """The longest plain cosine and sine, which explain the others, and all that are not plain."""
-        told: list[Formula] = []
+        shown: list[Formula] = []
         for letter in ("C", "S"):
             own = [formula for formula in self.functions if formula.left.letter == letter]
             plain = [formula for formula in own if _is_plain(formula)]
-            told += [max(plain, key=lambda formula: len(formula.left.index))] if plain else []
-            told += [formula for formula in own if formula not in plain]
-        return Legend((), (), tuple(told))
+            shown += [max(plain, key=lambda formula: len(formula.left.index))] if plain else []
+            shown += [formula for formula in own if formula not in plain]
+        return Legend((), (), tuple(shown))
 
     @property
     def formulas(self) -> tuple[Formula, ...]:
@@ -399,41 +355,34 @@ class Reading:
 
 
 def read(recursion: Recursion, changes: Changes, factors: Mapping[Quantity, float] | None = None) -> Reading:
-    """Write a changed recursion in equations of the quantities that a reader knows.
+    """Write a recursion with changes as equations of quantities, factors (`scales`) taken out.
 
     What is zero, is not needed any more, or only is another quantity in another frame, has no equation.
-
-    Parameters
-    ----------
-    recursion
-        The exact one.
-    changes
-        Of it.
-    factors
-        What is taken out of quantities, see `recursion_scales`.
     """
-    told = Told(recursion, changes, factors)
+    quantities = SimplifiedQuantities(recursion, changes, factors)
     links = range(len(recursion.outputs))
     passages: list[tuple[int, bool, list[Formula]]] = []
     for outward, kinds in ((True, OUTWARD), (False, INWARD)):
         for link in links if outward else reversed(links):
             own = sorted(
-                (quantity for quantity in told.values if quantity.link == link and quantity.kind in kinds),
+                (
+                    quantity
+                    for quantity in quantities.values
+                    if quantity.link == link and quantity.kind in kinds
+                ),
                 key=lambda quantity: kinds.index(quantity.kind),
             )
-            sums = [
-                as_formula(quantity.symbol, told.sum(quantity)) for quantity in own if _says(quantity, told)
-            ]
+            sums = [as_formula(x.symbol, quantities.sum(x)) for x in own if _has_equation(x, quantities)]
             passages.append((link, outward, sums))
-    functions = (Formula(symbol, (Piece(one(own)),)) for symbol, own in told.names.functions.items())
-    ordered = (Passage(link, outward, sums) for (link, outward, _), sums in _in_order(passages))
+    functions = (Formula(symbol, (Piece(one(own)),)) for symbol, own in quantities.names.functions.items())
+    ordered = (Passage(link, outward, sums) for link, outward, sums in _in_order(passages))
     return Reading(tuple(passage for passage in ordered if passage.formulas), tuple(functions))
 
 
 def _in_order(
     passages: Sequence[tuple[int, bool, Sequence[Formula]]],
-) -> Iterator[tuple[tuple[int, bool, Sequence[Formula]], tuple[Formula, ...]]]:
-    """Bring forward what an equation before it needs: a changed step may take in what is told of later."""
+) -> Iterator[tuple[int, bool, tuple[Formula, ...]]]:
+    """Bring forward what an equation before it needs: a simplified step may take in a later quantity."""
     left = {formula.left: formula for _, _, formulas in passages for formula in formulas}
 
     def with_needed(symbol: Symbol | Function) -> Iterator[Formula]:
@@ -444,21 +393,17 @@ def _in_order(
                 yield from with_needed(base)
         yield formula
 
-    for passage in passages:
-        yield passage, tuple(one for formula in passage[2] for one in with_needed(formula.left))
+    for link, outward, formulas in passages:
+        yield link, outward, tuple(one for formula in formulas for one in with_needed(formula.left))
 
 
-def _says(quantity: Quantity, told: Told) -> bool:
-    """Whether a quantity's equation says anything."""
-    name = told.name(quantity)
+def _has_equation(quantity: Quantity, quantities: SimplifiedQuantities) -> bool:
+    """Whether an equation says anything: not of a quantity that only is another one in another frame."""
     if quantity.kind == "tau":
         return True
-    return name is not None and (name[1] == quantity.symbol or not _is_aside(quantity))
-
-
-def _is_aside(quantity: Quantity) -> bool:
-    """Whether nobody misses it where it is another quantity by name."""
-    return PRIME in quantity.kind or quantity.kind in ("p", "pd", "A", "r")
+    name = quantities.name(quantity)
+    is_aside = PRIME in quantity.kind or quantity.kind in ("p", "pd", "A", "r")
+    return name is not None and (name[1] == quantity.symbol or not is_aside)
 
 
 def _is_plain(formula: Formula) -> bool:

@@ -32,7 +32,7 @@ class RecursiveLevel(Level):
     """Changes of the recursion, see `gd_analyze.simplification.recursion.Change`; without any it is exact."""
 
     name: ClassVar[str] = "recursive"
-    keeps: ClassVar[str] = "changes of the recursion"
+    keeps: ClassVar[str] = "simplified steps"
     always_refits: ClassVar[bool] = True
     entries: ClassVar[TypeAdapter[Any]] = TypeAdapter(list[_ChangeEntry])
 
@@ -59,14 +59,10 @@ class RecursiveLevel(Level):
         """Its equations link by link."""
         return read(form.recursion, terms, scales(form, terms))
 
-    def told(self, terms: Terms) -> str:
-        """Say how much of the recursion is changed."""
-        return f"the recursion with {len({change.step for change in terms})} changed steps"
-
-    def told_beside(self, form: ExactForm) -> str:
-        """Say how many steps the recursion has."""
+    def size(self, form: ExactForm, terms: Terms) -> tuple[int, int]:
+        """Steps simplified, of all."""
         steps = [step for step in form.recursion.program.steps if step.operation != "input"]
-        return f"of the {len(steps)} of Newton and Euler's, written for the arm"
+        return len({change.step for change in terms}), len(steps)
 
     def to_entry(self, term: Change, weight: float) -> Checked:
         """Write the places of both steps and the number."""

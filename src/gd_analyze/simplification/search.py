@@ -90,7 +90,7 @@ def search(
     programmed, solved = _programmed(candidates, thorough, work)
     if count(programmed, one) < count(best, one):
         best = programmed
-    steps["integer program" if thorough else "dive"] = best, one
+    steps["integer program" if thorough else "integer program, one descent"] = best, one
     if not solved:
         best, _ = _exchanged(candidates, best, one, _unchanged, count, work)
         steps["exchange"] = best, one

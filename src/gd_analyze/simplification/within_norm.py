@@ -58,9 +58,9 @@ def within_norm(
     if exact.states.motions:
         names = ", ".join(motion.name for motion in exact.states.motions)
         budget.require_per_joint("a model for several motions", f"simplify for one of them: {names}")
-    measure = exact.measure(budget)
-    if not isinstance(measure, NormMeasure):
+    if budget.norm is None:
         raise UsageError("this is no budget of the norm", where="budget", found=str(budget))
+    measure = exact.norm_measure(budget.norm)
     best = otherwise
     look = _widened if not isinstance(otherwise.level, CandidateLevel) else _closed_in
     for model, error in look(exact, measure, search):
