@@ -78,9 +78,7 @@ def test_what_is_refused(text):
 def test_it_stands_alone(text):
     with pytest.raises(UsageError) as caught:
         Budget.parse(text)
-    assert (
-        caught.value.details["next"] == "give one entry for all joints, without commas and `or`"
-    )
+    assert caught.value.details["next"] == "give one entry for all joints, without commas and `or`"
 
 
 def test_a_misspelt_norm_is_recognised():

@@ -33,7 +33,7 @@ def _contents(given: ExportInput, foreign: Callable[[str], str]) -> Iterator[str
     yield f"{kind} of {foreign(arm.title or arm.name)}, by gd-analyze {__version__}."
     yield ""
     if model is not None:
-        kept = model.level.told(model.terms)
+        kept = f"{model.size[0]} of {model.size[1]} {model.level.keeps}"
         yield f"Level {model.level.name}: {kept}; budget {foreign(model.accuracy.budget)}."
     for function in given.functions:
         yield f"{function.name}: {function.meaning};"

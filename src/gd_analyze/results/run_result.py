@@ -121,7 +121,7 @@ def first_facts(findings: Findings) -> tuple[Fact, ...]:
     if bound is not None and not model.saves:
         proven = Fact("proven_error", label, 0.0, text="round-off only")
     full, left = model.operations_full.total, model.operations.total
-    kept = f"{model.level.told(model.terms)}, {model.level.told_beside(model.form)}"
+    kept = f"{model.size[0]} of {model.size[1]} {model.level.keeps}"
     return (
         proven,
         worst_error(model).fact("sampled_error", "Torque error at the set points"),
