@@ -14,8 +14,8 @@ from gd_analyze.arrays import CHUNK
 from gd_analyze.dynamics import long_decomposition
 from gd_analyze.dynamics.long_decomposition import MOST_KEPT, decompose_on_demand
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.report.html import render_html
 from gd_analyze.report.interactive import page_data
+from gd_analyze.report.main_page import render_html
 from gd_analyze.results import drawn as drawn_module
 from gd_analyze.results.drawn import STRETCHES, drawn
 from gd_analyze.simplification.element import ELEMENT

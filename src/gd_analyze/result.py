@@ -11,8 +11,23 @@ import numpy as np
 
 from gd_analyze.text import amount, joint_name, number, percent, prefixed, pretty, rounded_up, share_up
 
-# How a person reads a value; JSON has it as it is. A "bound" is rounded up, a "name" may be shortened.
-Shown = Literal["number", "percent", "times", "count", "text", "name", "flag", "bound", "bound_percent"]
+# How a person reads a value; JSON has it as it is. A "bound" is rounded up, a "name" may be shortened. Pages
+# only: "math", symbols and formulas; "share", percent with a bar; "effect", such as "translation" or
+# "translation T", a coloured mark.
+Shown = Literal[
+    "number",
+    "percent",
+    "times",
+    "count",
+    "text",
+    "name",
+    "flag",
+    "bound",
+    "bound_percent",
+    "math",
+    "share",
+    "effect",
+]
 UNKNOWN = "–"
 
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from verdict import BrokenError, judge
 
-from gd_analyze.report.html import render_html
+from gd_analyze.report.main_page import render_html
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.store import load_findings
 from gd_analyze.schema import GROUPS

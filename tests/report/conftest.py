@@ -12,7 +12,7 @@ from report_arms import ONE_JOINT, SLIDING
 from few_tries import few_tries
 from gd_analyze.motions.csv_file import read_trajectory
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.report.html import render_html
+from gd_analyze.report.main_page import render_html
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm

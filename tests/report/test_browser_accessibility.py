@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from browser import NARROW, WIDE, Tab, opened
 
-from gd_analyze.report.html import render_html
+from gd_analyze.report.main_page import render_html
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.studies.compare import compare
 from gd_analyze.studies.comparison_files import render_comparison_html

@@ -10,7 +10,7 @@ import pytest
 from browser import NARROW, Tab, opened
 
 import gd_analyze as gd
-from gd_analyze.report.html import render_html
+from gd_analyze.report.main_page import render_html
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import budget_rows
 

@@ -13,7 +13,7 @@ from gd_analyze.formulas.languages import Typst
 from gd_analyze.formulas.writing import part_symbol, term_formula
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.document import document
-from gd_analyze.report.pdf import prepare_pdf
+from gd_analyze.report.main_pdf import prepare_pdf
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import JointKind

@@ -13,7 +13,7 @@ from report_arms import swing
 from few_tries import few_tries
 from gd_analyze.report.budget_equations import budget_equations
 from gd_analyze.report.budget_path import DECADES, BudgetPath, budget_words
-from gd_analyze.report.html import render_html
+from gd_analyze.report.main_page import render_html
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm

@@ -14,9 +14,9 @@ from few_tries import few_tries
 from gd_analyze.figures.colours import COLOURS
 from gd_analyze.motions.csv_file import read_trajectory
 from gd_analyze.report.compiled_templates import TEMPLATES
-from gd_analyze.report.html import SHORT_TITLES, render_html
 from gd_analyze.report.interactive import page_data
-from gd_analyze.report.numbering import numbering
+from gd_analyze.report.main_page import SHORT_TITLES, render_html
+from gd_analyze.report.old_numbering import numbering
 from gd_analyze.results import summary
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm

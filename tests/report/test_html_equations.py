@@ -10,7 +10,7 @@ from page_reader import Page
 from gd_analyze.formulas.formula import Product, Symbol
 from gd_analyze.formulas.languages import PageMathML
 from gd_analyze.formulas.writing import parts_formulas, term_formula
-from gd_analyze.report.html import TERMS_SHOWN, render_html
+from gd_analyze.report.main_page import TERMS_SHOWN, render_html
 from gd_analyze.report.terms import exact_elements, tallies
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.words import SYMBOLS

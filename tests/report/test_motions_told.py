@@ -10,9 +10,9 @@ from pdf_reader import read
 
 import gd_analyze as gd
 from gd_analyze.report.document import document
-from gd_analyze.report.html import render_html
+from gd_analyze.report.main_page import render_html
+from gd_analyze.report.main_pdf import prepare_pdf
 from gd_analyze.report.motions_document import MOST_COLUMNS
-from gd_analyze.report.pdf import prepare_pdf
 from gd_analyze.results import summary
 from gd_analyze.results.motion_words import changing, motion_rows
 from several_motions import swung

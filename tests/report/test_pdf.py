@@ -14,8 +14,8 @@ from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.figures.torques import CONTRIBUTIONS, Contributions
 from gd_analyze.report.compiled_templates import TEMPLATES
 from gd_analyze.report.document import document
-from gd_analyze.report.numbering import numbering
-from gd_analyze.report.pdf import prepare_pdf, report_figures, typeset
+from gd_analyze.report.main_pdf import prepare_pdf, report_figures, typeset
+from gd_analyze.report.old_numbering import numbering
 from gd_analyze.results import summary
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm

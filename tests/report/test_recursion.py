@@ -13,9 +13,9 @@ from changed_recursions import summands_dropped
 from few_tries import few_tries
 from gd_analyze.formulas.languages import PageMathML
 from gd_analyze.motions.csv_file import read_trajectory
-from gd_analyze.report.html import render_html
-from gd_analyze.report.numbering import numbering
-from gd_analyze.report.pdf import prepare_pdf
+from gd_analyze.report.main_page import render_html
+from gd_analyze.report.main_pdf import prepare_pdf
+from gd_analyze.report.old_numbering import numbering
 from gd_analyze.report.recursion_document import recursion_data, recursion_shown
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.catalogue import load_arm

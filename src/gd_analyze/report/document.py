@@ -12,7 +12,7 @@ from gd_analyze.report.joint_document import beyond, joints, longest_bar
 from gd_analyze.report.measured_document import measured_document
 from gd_analyze.report.model_document import founding_method, kept_matrix, operations, trade_off
 from gd_analyze.report.motions_document import motions_told
-from gd_analyze.report.numbering import numbering
+from gd_analyze.report.old_numbering import numbering
 from gd_analyze.report.ranking_document import elements_ranked, founding_text, terms_ranked
 from gd_analyze.report.recording_document import recording_document
 from gd_analyze.report.recursion_document import recursion_data

@@ -1,201 +1,291 @@
-"""The interactive report: one HTML file that opens offline and asks the network for nothing."""
+"""A result as one HTML file that opens offline: title, headline, facts, notices, parts and provenance."""
 
 from __future__ import annotations
 
-import json
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
 from typing import Any
 
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
-from gd_analyze import text as formatting
-from gd_analyze.dynamics.dominance import elements
-from gd_analyze.figures.torques import CONTRIBUTIONS
-from gd_analyze.figures.trade_off import kind_name
-from gd_analyze.formulas.formula import Legend
+from gd_analyze.figures.colours import css_variables
+from gd_analyze.figures.figure import Figure, Key
+from gd_analyze.figures.svg import panel_svg
+from gd_analyze.formulas.formula import Formula, Legend, Symbol
 from gd_analyze.formulas.languages import PageMathML
-from gd_analyze.report.beyond_chart import beyond_chart, place
-from gd_analyze.report.budget_equations import budget_equations
-from gd_analyze.report.budget_path import DECADES, BudgetPath
-from gd_analyze.report.interactive import MOST_POINTS, NEAR, page_data
-from gd_analyze.report.measured_document import measured_document
-from gd_analyze.report.motions_document import motions_told
-from gd_analyze.report.numbering import numbering
-from gd_analyze.report.page_environment import environment, style, template_text
-from gd_analyze.report.recording_document import recording_document
-from gd_analyze.report.recursion_document import recursion_shown
-from gd_analyze.report.stroboscope import stroboscope
-from gd_analyze.report.terms import exact_elements, ranked_rows, shared_accelerations, tallies, torque_names
-from gd_analyze.results import summary
-from gd_analyze.results.error_words import norms_told
-from gd_analyze.results.findings import Findings
-from gd_analyze.results.frames import rows_of
-from gd_analyze.results.rows import Row, dropped_parts, element_rows, joint_rows, trade_off_rows
-from gd_analyze.robots.plausibility import inconsistent_inertias
-from gd_analyze.text import inertia_label
+from gd_analyze.report.numbering import Numbers
+from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Result, Section, Table
+from gd_analyze.text import pretty
 
-SCRIPTS = ("chart.js", "trade_off.js", "plots.js", "viewer.js", "budget.js", "table.js", "page.js", "fold.js")
-# What the appendices are called where there is little room.
-SHORT_TITLES = {
-    "motion": "Motion",
-    "recording": "Readings",
-    "measured": "Measured",
-    "effects": "Effects",
-    "ranking": "Elements",
-    "motions": "Motions",
-    "terms": "Terms",
-    "model": "Savings",
-    "beyond": "Beyond",
-    "elements": "By hand",
-    "equations": "Equations",
-    "data": "Data",
-}
-# Rows of the ranking of single terms.
-TERMS_SHOWN = 40
+TEMPLATES = Path(__file__).parent / "templates"
+# Rows from which on a table can be sorted.
+_SORTABLE = 12
 _MATHS = PageMathML()
 
 
-def render_html(findings: Findings) -> str:
-    """Write the interactive report of one run.
+def page_of(result: Result) -> str:
+    """Write a result as a page; styles, drawings and scripts are inside it."""
+    numbers = Numbers.of(result.parts)
+    sections = [part for part in result.parts if isinstance(part, Section)]
+    body = (
+        f'<section id="answer">\n{opening(result)}\n</section>\n'
+        f"{parts_html(result.parts, numbers)}\n{provenance_html(result.provenance)}"
+    )
+    links = [("answer", "Answer"), *((part.key, part.title) for part in sections if part.key)]
+    return frame(
+        f"{result.title} {result.subtitle}".strip(), links, body, run=result.provenance.get("run", "")
+    )
+
+
+def frame(title: str, links: Iterable[tuple[str, str]], body: str, *, data: str = "", run: str = "") -> str:
+    """Put a body into a page with a bar of links, style and script.
 
     Parameters
     ----------
-    findings
-        What the main job found.
-
-    Returns
-    -------
-    str
-        A complete document; styles, scripts and data are inside it.
-
-    Examples
-    --------
-    >>> import gd_analyze as gd
-    >>> arm = gd.load_arm("two_link")
-    >>> page = render_html(gd.find(arm, gd.read_trajectory("two-link-swing", arm)))
-    >>> page.startswith("<!doctype html>")
-    True
+    title
+        Of the window.
+    links
+        Identifier and name of what the bar leads to.
+    body
+        HTML.
+    data
+        JSON that the script of the main report reads.
+    run
+        Mark of the run, as a property of the page.
     """
-    path, data = BudgetPath.of(findings), page_data(findings)
-    shown = _content(findings, path) | _mathematics(findings, path) | numbering(findings)
-    frame = {
-        "data": _json(data | {"budgets": path.data(findings)}),
-        "trade_off_legend": data["figures"].get("trade-off", {}).get("traces", ()),
-        "style": style("report.css"),
-        "scripts": Markup("\n".join(template_text(name) for name in SCRIPTS)),
-    }
-    return environment().get_template("report.html.j2").render(shown | frame)
+    scripts = ["page.js", *(["report.js"] if data else [])]
+    mark = f'<meta name="gd-analyze-run" content="{escape(run)}">\n' if run else ""
+    held = f'<script type="application/json" id="report-data">{data}</script>\n' if data else ""
+    nav = "\n".join(f'    <a href="#{escape(key)}">{escape(name)}</a>' for key, name in links)
+    return f"""<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'unsafe-inline'; \
+style-src 'unsafe-inline'; img-src data:">
+<meta name="color-scheme" content="light dark">
+<meta name="generator" content="gd-analyze">
+{mark}<title>{escape(title)} · gd-analyze</title>
+<style>{css_variables()}{template("page.css")}</style>
+</head>
+<body>
+<a class="skip" href="#answer">Skip to the answer</a>
+<header class="bar">
+  <span class="brand">gd-analyze</span>
+  <nav aria-label="Sections" tabindex="0">
+{nav}
+  </nav>
+  <button type="button" id="theme" aria-label="Switch between light and dark">◐</button>
+</header>
+<main>
+{body}
+</main>
+{held}<script>{"".join(map(template, scripts))}</script>
+</body>
+</html>
+"""
 
 
-def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
-    """Rows, sentences and figures of the page."""
-    arm, model, tables, count = (
-        findings.arm,
-        findings.model,
-        findings.tables,
-        findings.trajectory.n_set_points,
+@cache
+def template(name: str) -> str:
+    """Text of a file among the templates."""
+    return (TEMPLATES / name).read_text(encoding="utf-8")
+
+
+def opening(result: Result) -> str:
+    """Title, headline, notices and facts; the first four facts stand out."""
+    facts = [fact for fact in result.facts if fact.label]
+    return (
+        f"<h1>{text(result.title)} <span>{text(result.subtitle)}</span></h1>\n"
+        f'<p class="headline">{text(result.headline)}</p>\n'
+        f"{notices_html(result.notices)}{facts_html(facts)}"
     )
-    rows, trade_off = element_rows(findings), tables["trade_off"]
-    joints = joint_rows(findings, "simplified_model", "beyond", "tube")
-    ranked = {row["element"]: row for row in rows}
-    return {
-        **summary.opening(findings),
-        "findings": findings,
-        "arm": arm,
-        "doubts": [*arm.doubts, *inconsistent_inertias(arm)],
-        "model": model,
-        "elements_only": findings.element_model,
-        "steps": summary.search_steps(findings),
-        "kinds": list(dict.fromkeys(joint.kind for joint in arm.joints)),
-        "joints": joints,
-        "dominance": rows,
-        "ranked": ranked,
-        "panels": _panels(ranked, arm.n_joints),
-        "order": {element.label: place for place, element in enumerate(elements(arm.n_joints))},
-        "threshold": float(findings.dominance.attrs["threshold"]),
-        "verdict_counts": summary.verdict_counts(findings),
-        "text": summary.text_comparison(findings),
-        "dropped": dropped_parts(findings),
-        "by_motion": motions_told(findings),
-        "terms": ranked_rows(findings, TERMS_SHOWN),
-        "terms_total": tables["terms"].attrs["total"],
-        "not_worth_keeping": summary.not_worth_keeping(findings),
-        "trade_off": trade_off_rows(findings),
-        "trade_off_kinds": [
-            kind_name(kind["level"], kind["refit"]).capitalize() for kind in rows_of(trade_off, "kind")
-        ],
-        "path": path,
-        "norms": norms_told(model.accuracy.norms, arm),
-        "tube": tables["tube"],
-        "tube_sentence": summary.tube_sentence(findings),
-        "unsymmetric": summary.unsymmetric_told(findings),
-        "budget_place": place(1.0, *DECADES),
-        "contributions": {
-            name: words for name, words in CONTRIBUTIONS.items() if name != "drives" or model.drives
-        },
-        "recording": recording_document(findings),
-        **_limits(findings),
-        "short_titles": SHORT_TITLES,
-        "proven": any(row.get("tube_certified") is not None for row in joints),
-        "drawn": tables["beyond"].attrs["states_drawn"],
-        "beyond_chart": beyond_chart(joints),
-        "smallest_payload": min(joints, key=lambda row: row["mass_within_budget"]),
-        "bound_ratio": summary.bound_ratio(findings),
-        "uncertain": summary.above_allowed(joints, "uncertainty"),
-        "outside": summary.above_allowed(joints, "within_limits"),
-        "cross_check": rows_of(tables["cross_check"], "comparison"),
-        "run": findings.provenance.get("run", ""),
-        "provenance": summary.provenance_lines(findings),
-        "measured": measured_document(findings),
-        "still": stroboscope(arm, findings.trajectory.q, findings.trajectory.gaps),
-        "thinned_to": MOST_POINTS if count > MOST_POINTS else None,
-    }
 
 
-def _panels(ranked: dict[str, Row], n_joints: int) -> dict[str, list[Row]]:
-    """Rows of all elements by quantity, in the order of the matrix."""
-    grouped: dict[str, list[Row]] = {}
-    for element in elements(n_joints):
-        grouped.setdefault(element.quantity, []).append(ranked[element.label])
-    return grouped
+def notices_html(notices: Sequence[str]) -> str:
+    """What the reader must know first."""
+    items = "".join(f"<li>{text(notice)}</li>\n" for notice in notices)
+    return f'<ul class="notices">\n{items}</ul>\n' if notices else ""
 
 
-def _mathematics(findings: Findings, path: BudgetPath) -> dict[str, Any]:
-    """Formulas of the model, of the parts that the element level keeps and of the exact elements."""
-    n, model, form = findings.arm.n_joints, findings.model, findings.model.form
-    has_terms = model.level.has_torque_terms
-    return {
-        "torque_lines": budget_equations(findings, path) if has_terms else (),
-        "torque_legend": _legend(torque_names(findings)),
-        "tallies": tallies(form.torques, model.torques, n) if has_terms else (),
-        "kept_torques": model.torques if has_terms else {},
-        "shared_accelerations": _legend(shared_accelerations(form.velocities)),
-        "parts_formulas": findings.element_model.formulas,
-        "inertia_labels": [[inertia_label(i, j) for j in range(n)] for i in range(n)],
-        "exact_elements": exact_elements(findings),
-        "recursion": recursion_shown(findings),
-    }
+def facts_html(facts: Sequence[Fact]) -> str:
+    """Values above their names."""
+    rows = "".join(
+        f"  <div><dt>{text(fact.label)}</dt><dd>{text(fact.written)}</dd></div>\n"
+        for fact in facts
+        if fact.label
+    )
+    return f'<dl class="facts">\n{rows}</dl>\n' if rows else ""
 
 
-def _legend(legend: Legend) -> list[Markup]:
-    return [*map(Markup, _MATHS.legend(legend))]
+def parts_html(parts: Sequence[Part], numbers: Numbers) -> str:
+    """Write parts in order; facts that follow each other stand together."""
+    out: list[str] = []
+    facts: list[Fact] = []
+    for part in (*parts, None):
+        if isinstance(part, Fact):
+            facts.append(part)
+            continue
+        out.append(facts_html(facts))
+        facts = []
+        if isinstance(part, Table):
+            out.append(table_html(part, numbers))
+        elif isinstance(part, Drawing):
+            out.append(drawing_html(part, numbers))
+        elif isinstance(part, Equations):
+            out.append(equations_html(part))
+        elif isinstance(part, Section):
+            out.append(section_html(part, numbers))
+    return "".join(out)
 
 
-def _limits(findings: Findings) -> dict[str, Any]:
-    """Torque limits in words, where there are any, and whether one is so near a torque that it is drawn."""
-    peaks = findings.model.accuracy.errors.peak_torque
-    pairs = [
-        (drive.torque_limit, peak, joint.effort_unit)
-        for drive, peak, joint in zip(findings.arm.drives, peaks, findings.arm.joints, strict=False)
-        if drive.torque_limit is not None
-    ]
-    return {
-        "has_limits": bool(pairs),
-        "limit_is_near": any(limit < NEAR * peak for limit, peak, _ in pairs),
-        "limits": ", ".join(formatting.amount(limit, unit) for limit, _, unit in pairs),
-    }
+def section_html(section: Section, numbers: Numbers, level: int = 2) -> str:
+    """A heading, its text, and its parts."""
+    mark = f' id="{escape(section.key)}"' if section.key else ""
+    inside = "".join(
+        section_html(part, numbers, level + 1) if isinstance(part, Section) else parts_html((part,), numbers)
+        for part in section.parts
+    )
+    head = f"<h{level}>{text(section.title)}</h{level}>\n" if section.title else ""
+    return f"<section{mark}>\n{head}{paragraphs(section.note)}{inside}</section>\n"
 
 
-def _json(values: dict[str, Any]) -> Markup:
-    """JSON that cannot end the script element it stands in."""
-    text = json.dumps(values, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    return Markup(text.replace("<", "\\u003c"))
+def paragraphs(note: str, kind: str = "") -> str:
+    """A text, a paragraph per line."""
+    mark = f' class="{kind}"' if kind else ""
+    return "".join(f"<p{mark}>{text(line)}</p>\n" for line in note.split("\n") if line)
+
+
+def table_html(table: Table, numbers: Numbers) -> str:
+    """A table that scrolls where it is wide and, where it is long, can be sorted."""
+    columns = [column for column in table.columns if column.label]
+    count = table.n_rows if table.top is None else min(table.top, table.n_rows)
+    sortable = count > _SORTABLE
+    heads, cells = [], []
+    for column in columns:
+        unit, written = cells_of(column, count)
+        name = text(column.label) + (f" <small>{text(unit)}</small>" if unit else "")
+        kind = "" if _is_left(column) else ' class="value"'
+        title = f' title="{escape(column.meaning)}"' if column.meaning else ""
+        name = Markup(f'<button type="button">{name}</button>') if sortable else name
+        heads.append(f'<th scope="col"{kind}{title}>{name}</th>')
+        cells.append(_marked(column, written, sortable))
+    rows = "".join(f"<tr>{''.join(row)}</tr>\n" for row in zip(*cells, strict=True))
+    caption = f"{numbers.of_table(table.key)}{text(table.title)}"
+    return (
+        f'<div class="scroll" role="group" aria-label="{escape(table.title)}" tabindex="0">\n'
+        f'<table class="data{" sortable" if sortable else ""}" id="table-{escape(table.key)}">\n'
+        f"<caption><span>{caption}</span></caption>\n<thead><tr>{''.join(heads)}</tr></thead>\n"
+        f"<tbody>\n{rows}</tbody>\n</table>\n</div>\n{paragraphs(table.note, 'small')}"
+    )
+
+
+def cells_of(column: Column, count: int | None = None) -> tuple[str, list[Markup]]:
+    """Unit for the heading, and cells as HTML."""
+    if column.shown == "math":
+        return "", [maths(value) for value in column.values[:count]]
+    shown = replace(column, shown="percent") if column.shown == "share" else column
+    unit, written = shown.cells(count)
+    return unit, [text(cell) for cell in written]
+
+
+def _marked(column: Column, written: Sequence[Markup], sortable: bool) -> list[str]:
+    """Cells as elements of a row; the first of a table heads its row."""
+    out = []
+    for value, cell in zip(column.values, written, strict=False):
+        sorts = f' data-v="{float(value):.6g}"' if sortable and isinstance(value, int | float) else ""
+        if column.shown == "effect" and value:
+            first, *rest = str(value).split(" ")
+            letters = f'<span class="kept {escape(first)}">{text(" ".join(rest) or first)}</span>'
+            out.append(f"<td>{letters}</td>")
+        elif column.shown == "share":
+            share = min(max(float(value), 0.0), 1.0) if value is not None else 0.0
+            out.append(f'<td{sorts}><span class="share" style="--share:{share:.4g}">{cell}</span></td>')
+        elif column.shown == "name":
+            out.append(f'<th scope="row">{cell}</th>')
+        else:
+            kind = "" if _is_left(column) else ' class="value"'
+            out.append(f"<td{kind}{sorts}>{cell}</td>")
+    return out
+
+
+def _is_left(column: Column) -> bool:
+    return column.is_text or column.shown in ("math", "effect", "share")
+
+
+def drawing_html(drawing: Drawing, numbers: Numbers) -> str:
+    """Panels of a figure with legend and caption; empty places keep a matrix in shape where there is room."""
+    figure: Figure = drawing.figure
+    panels = []
+    for r, row in enumerate(figure.rows, start=1):
+        for c, panel in enumerate(row, start=1):
+            if panel is not None:
+                place = f' style="grid-area:{r}/{c}"' if None in row else ""
+                panels.append(f"<div{place}>{panel_svg(panel, figure)}</div>\n")
+    caption = f"{numbers.of_figure(drawing.key)}{text(drawing.title)}"
+    return (
+        f'<figure class="drawing" id="figure-{escape(drawing.key)}">\n{legend_html(figure.legend)}'
+        f'<div class="panels" style="--columns:{figure.columns}">\n{"".join(panels)}</div>\n'
+        f"<figcaption>{caption} {text(drawing.note)}</figcaption>\n</figure>\n"
+    )
+
+
+def legend_html(keys: Sequence[Key]) -> str:
+    """Entries of a legend in a line."""
+    entries = "".join(
+        f'<span><i class="key {key.kind}" style="color:var(--{key.colour})'
+        f'{";border-top-style:dashed" if key.dashes else ""}"></i>{text(key.label)}</span> '
+        for key in keys
+    )
+    return f'<p class="legend">{entries}</p>\n' if keys else ""
+
+
+def equations_html(part: Equations) -> str:
+    """Formulas between whose summands lines may break, and what their letters mean."""
+    if part.formulas:
+        lines = "".join(f'<p class="equation">{maths(formula)}</p>\n' for formula in part.formulas)
+    else:
+        lines = "".join(f'<p class="equation"><code>{text(line)}</code></p>\n' for line in part.lines)
+    title = f"<h3>{text(part.title)}</h3>\n" if part.title else ""
+    return f"{title}{lines}{meanings_html(part.legend)}{paragraphs(part.note, 'small')}"
+
+
+def meanings_html(legend: Legend | None) -> str:
+    """What the letters of formulas mean."""
+    entries = "".join(f"<span>{meaning}</span> " for meaning in (_MATHS.legend(legend) if legend else ()))
+    return f'<p class="legend">{entries}</p>\n' if entries else ""
+
+
+def provenance_html(provenance: Mapping[str, str]) -> str:
+    """What a result comes from."""
+    rows = "".join(
+        f"  <div><dt>{text(label.replace('_', ' '))}</dt><dd>{text(value or 'not stated')}</dd></div>\n"
+        for label, value in provenance.items()
+    )
+    return (
+        f'<section id="provenance">\n<h2>Provenance</h2>\n<dl class="provenance">\n{rows}</dl>\n</section>'
+        if rows
+        else ""
+    )
+
+
+def maths(value: Any) -> Markup:
+    """A symbol, a formula, or several, as MathML; other values as text."""
+    if isinstance(value, Symbol):
+        return Markup(f"<math>{_MATHS.symbol(value)}</math>")
+    if isinstance(value, Formula):
+        pieces = "".join(f"<span>{piece}</span> " for piece in _MATHS.elements(value))
+        left = _MATHS.left(value) if value.left.letter else ""
+        return Markup(f"{left} {pieces}")
+    if isinstance(value, tuple | list):
+        return Markup(", ").join(map(maths, value))
+    return text("" if value is None else str(value))
+
+
+def text(words: object) -> Markup:
+    """Words of the program as HTML: what stands between backquotes is code."""
+    return Markup(re.sub("`(.+?)`", r"<code>\1</code>", str(escape(pretty(str(words))))))

@@ -1,70 +1,166 @@
-"""The typeset report: numbers as JSON, figures as SVG, layout by Typst."""
+"""A result as a typeset PDF: its parts as JSON values, its figures as SVG, laid out by Typst."""
 
 from __future__ import annotations
 
 import datetime
 import json
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.figures.arm import arm_figure, views_figure
-from gd_analyze.figures.colours import COLOURS
-from gd_analyze.figures.elements import inertia_figure, vector_figure
-from gd_analyze.figures.figure import Figure
-from gd_analyze.figures.motion import motion_figure, recording_figure
+from gd_analyze.figures.colours import ON_PAPER
 from gd_analyze.figures.svg import figure_svg
-from gd_analyze.figures.torques import contributions_figure, error_figure, measured_figure, measured_joints
-from gd_analyze.figures.trade_off import trade_off_figure
-from gd_analyze.report.compiled_templates import TEMPLATES
-from gd_analyze.report.document import document
-from gd_analyze.results.findings import Findings
-from gd_analyze.results.recording_words import is_recorded
+from gd_analyze.formulas.formula import Formula, Symbol
+from gd_analyze.formulas.languages import Typst
+from gd_analyze.report.numbering import Numbers
+from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Result, Section, Table
+from gd_analyze.text import pretty
+
+TEMPLATES = Path(__file__).parent / "templates"
+_TYPST = Typst()
 
 
-def prepare_pdf(findings: Findings) -> Callable[[], bytes]:
-    """Do all but the typesetting, which leaves the interpreter free for other threads.
+def pdf_of(result: Result, created: str) -> bytes:
+    """Typeset a result; the same result gives the same bytes.
 
     Parameters
     ----------
-    findings
-        What the main job found.
+    result
+        What is shown.
+    created
+        Date of the file, ISO 8601.
 
-    Returns
-    -------
-    callable
-        Typesets: gives a PDF file, of the same findings the same bytes, or raises a GdAnalyzeError.
+    Raises
+    ------
+    GdAnalyzeError
+        With Typst's own message, if it does not compile.
     """
-    data, figures, created = document(findings), report_figures(findings), findings.provenance["created"]
-    return partial(typeset, TEMPLATES / "report.typ", data, figures, created)
+    return typeset("result.typ", result_data(result), drawings_of(result.parts), created)
 
 
-def report_figures(findings: Findings) -> dict[str, str]:
-    """Draw every figure of the report, as SVG by its name in the template."""
-    makers: dict[str, Callable[[Findings], Figure]] = {
-        "arm": arm_figure,
-        "contributions": contributions_figure,
-        "views": views_figure,
-        "motion": motion_figure,
-        "inertia": inertia_figure,
-        "coriolis": partial(vector_figure, quantity="coriolis_centrifugal"),
-        "gravity": partial(vector_figure, quantity="gravity_loading"),
-        "torque": error_figure,
-        "trade_off": trade_off_figure,
+def result_data(result: Result) -> dict[str, Any]:
+    """A result as the JSON values that the templates lay out."""
+    facts = [fact for fact in result.facts if fact.label]
+    return {
+        "title": result.title,
+        "subtitle": result.subtitle,
+        "headline": pretty(result.headline),
+        "facts": [[pretty(fact.written), fact.label] for fact in facts],
+        "notices": [pretty(notice) for notice in result.notices],
+        "parts": parts_data(result.parts, Numbers.of(result.parts)),
+        "provenance": [[label.replace("_", " "), value] for label, value in result.provenance.items()],
+        "run": result.provenance.get("run", ""),
     }
-    if is_recorded(findings):
-        makers["recording"] = recording_figure
-    if measured_joints(findings):
-        makers["measured"] = measured_figure
-    return {name: figure_svg(make(findings)) for name, make in makers.items()}
 
 
-def typeset(template: Path, data: dict[str, Any], figures: Mapping[str, str], created: str) -> bytes:
-    """Compile a Typst template that reads its data and its figures, SVG by name, from `sys.inputs`.
+def parts_data(parts: Sequence[Part], numbers: Numbers) -> list[dict[str, Any]]:
+    """Parts as JSON values, each with its kind."""
+    return [_part(part, numbers) for part in parts]
 
-    The file is dated as created, in ISO 8601.
+
+def drawings_of(parts: Sequence[Part]) -> dict[str, str]:
+    """SVG of every drawing by its key."""
+    return {part.key: figure_svg(part.figure) for part in _flat(parts) if isinstance(part, Drawing)}
+
+
+def _flat(parts: Sequence[Part]) -> Iterator[Part]:
+    for part in parts:
+        yield part
+        if isinstance(part, Section):
+            yield from _flat(part.parts)
+
+
+def _part(part: Part, numbers: Numbers) -> dict[str, Any]:
+    if isinstance(part, Fact):
+        return {"kind": "fact", "label": part.label, "value": pretty(part.written)}
+    if isinstance(part, Section):
+        inside = parts_data(part.parts, numbers)
+        return {"kind": "section", "title": part.title, "note": _lines(part.note), "parts": inside}
+    if isinstance(part, Drawing):
+        width = part.figure.columns * part.figure.width
+        number = numbers.figures.get(part.key)
+        words = {"title": pretty(part.title), "note": pretty(part.note), "label": part.figure.label}
+        return {"kind": "drawing", "key": part.key, "number": number, "width": width, **words}
+    if isinstance(part, Equations):
+        return {
+            "kind": "equations",
+            "title": part.title,
+            "lines": list(part.lines) if not part.formulas else [],
+            "formulas": [formula_data(formula) for formula in part.formulas],
+            "legend": list(_TYPST.legend(part.legend)) if part.legend else [],
+            "note": _lines(part.note),
+        }
+    return table_data(part, numbers)
+
+
+def table_data(table: Table, numbers: Numbers) -> dict[str, Any]:
+    """Heads and rows of cells of a table."""
+    columns = [column for column in table.columns if column.label]
+    count = table.n_rows if table.top is None else min(table.top, table.n_rows)
+    units, cells = zip(*(_cells(column, count) for column in columns), strict=True)
+    return {
+        "kind": "table",
+        "number": numbers.tables.get(table.key),
+        "title": pretty(table.title),
+        "heads": [[column.label, unit] for column, unit in zip(columns, units, strict=True)],
+        "left": [column.is_text or column.shown in ("math", "effect") for column in columns],
+        "long": [
+            column.is_text and max((len(str(cell)) for cell in written), default=0) > 40
+            for column, written in zip(columns, cells, strict=True)
+        ],
+        "rows": [list(row) for row in zip(*cells, strict=True)],
+        "note": _lines(table.note),
+    }
+
+
+def _cells(column: Column, count: int) -> tuple[str, list[Any]]:
+    """Unit, and cells: text, mathematics ("math"), or an effect ("effect") with its letters."""
+    values = column.values[:count]
+    if column.shown == "math":
+        return "", [_maths(value) for value in values]
+    if column.shown == "effect":
+        return "", [_effect(value) for value in values]
+    shown = replace(column, shown="percent") if column.shown == "share" else column
+    unit, cells = shown.cells(count)
+    return unit, [pretty(cell) for cell in cells]
+
+
+def _effect(value: str | None) -> Any:
+    if not value:
+        return ""
+    first, *rest = value.split(" ")
+    return {"effect": first, "text": " ".join(rest) or first}
+
+
+def _maths(value: Any) -> Any:
+    if isinstance(value, Symbol):
+        return {"math": _TYPST.symbol(value)}
+    if isinstance(value, Formula):
+        left = f"{_TYPST.symbol(value.left)} = " if value.left.letter else ""
+        return {"math": left + _TYPST.right(value)}
+    if isinstance(value, tuple | list):
+        found = [_maths(entry) for entry in value]
+        return {"math": ", ".join(entry["math"] for entry in found)} if found else ""
+    return "" if value is None else pretty(str(value))
+
+
+def formula_data(formula: Formula) -> dict[str, Any]:
+    """Left-hand side and pieces; one group each for what a joint carries and D, for h and for c."""
+    groups: dict[str, list[dict[str, str]]] = {}
+    for piece in formula.pieces:
+        group = groups.setdefault("inertia" if piece.quantity == "carried" else piece.quantity, [])
+        group.append({"sign": "−" if piece.negative else "+", "math": _TYPST.body(piece)})
+    return {"left": _TYPST.symbol(formula.left), "groups": [*groups.values()]}
+
+
+def _lines(note: str) -> list[str]:
+    return [pretty(line) for line in note.split("\n") if line]
+
+
+def typeset(template: str, data: Mapping[str, Any], drawings: Mapping[str, str], created: str) -> bytes:
+    """Compile a template that reads data, colours and drawings (SVG by name) from `sys.inputs`.
 
     Raises
     ------
@@ -75,20 +171,20 @@ def typeset(template: Path, data: dict[str, Any], figures: Mapping[str, str], cr
 
     try:
         pdf = typst.compile(
-            template,
-            root=template.parent,
+            TEMPLATES / template,
+            root=TEMPLATES,
             ignore_system_fonts=True,
             sys_inputs={
                 "data": json.dumps(data, ensure_ascii=False, allow_nan=False),
-                "colours": json.dumps(COLOURS),
-                **figures,
+                "colours": json.dumps(ON_PAPER),
+                **{f"drawing-{name}": svg for name, svg in drawings.items()},
             },
             timestamp=datetime.datetime.fromisoformat(created),
         )
     except typst.TypstError as error:
         raise GdAnalyzeError(
             "the PDF report cannot be typeset",
-            where=template.name,
+            where=template,
             found=" ".join([error.message, *error.hints, error.diagnostic]),
             next_step="please report this with the arm file and the trajectory; --format html works without",
         ) from error

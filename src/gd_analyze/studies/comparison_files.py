@@ -12,8 +12,8 @@ from markupsafe import Markup
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.compiled_templates import TEMPLATES
+from gd_analyze.report.main_pdf import typeset
 from gd_analyze.report.page_environment import environment, style
-from gd_analyze.report.pdf import typeset
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.studies.agreement import PINOCCHIO
 from gd_analyze.studies.compare import Comparison, names_of

@@ -10,8 +10,8 @@ from gd_analyze.figures.colours import ON_PAPER
 from gd_analyze.report.canvas import Canvas
 from gd_analyze.report.compiled_templates import TEMPLATES
 from gd_analyze.report.inline_svg import inline_svg
+from gd_analyze.report.main_pdf import typeset
 from gd_analyze.report.page_environment import environment, style
-from gd_analyze.report.pdf import typeset
 from gd_analyze.studies.control_document import control_document, provenance_rows
 from gd_analyze.studies.control_figures import LOOKS, error_figure, speed_figure
 from gd_analyze.studies.controllers import CONTROLLERS

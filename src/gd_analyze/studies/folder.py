@@ -38,11 +38,11 @@ def write_findings(
         places = dict(zip(chosen, temporaries, strict=True))
         pdf: Future[bytes] | None = None
         if "pdf" in places:
-            from gd_analyze.report.pdf import prepare_pdf
+            from gd_analyze.report.main_pdf import prepare_pdf
 
             pdf = beside.submit(prepare_pdf(findings))
         if "html" in places:
-            from gd_analyze.report.html import render_html
+            from gd_analyze.report.main_page import render_html
 
             places["html"].write_bytes(render_html(findings).encode())
         if "csv" in places:
