@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.grid import Grid, Reached, grid_of, shared_out
-from gd_analyze.harmonics.products import to_polynomial
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
+from harmonic_arms import to_polynomial
 from strategies import examples
 
 EPS = float(np.finfo(float).eps)

@@ -20,13 +20,13 @@ from explicit_puma import (
 )
 
 from gd_analyze.dynamics.decomposition import decompose_states
-from gd_analyze.harmonics.products import to_polynomial
 from gd_analyze.harmonics.transform import harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.motions.states import States
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import builtin_arms, load_arm
 from gd_analyze.text import number
+from harmonic_arms import to_polynomial
 
 NAMES = list(PRINTED)
 # The paper's g is not known to us: 9.81 or 9.8 would change every g_k by 0.06 %, a twentieth of what the

@@ -7,7 +7,7 @@ import re
 
 import numpy as np
 import pytest
-from harmonic_arms import states_of
+from harmonic_arms import states_of, to_polynomial
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -16,7 +16,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import UsageError
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.equations import equations
-from gd_analyze.harmonics.products import to_polynomial, to_terms
+from gd_analyze.harmonics.products import to_terms
 from gd_analyze.harmonics.terms import Factor, Monomial
 from gd_analyze.harmonics.transform import harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial

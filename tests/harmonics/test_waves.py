@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from harmonic_arms import states_of
+from harmonic_arms import states_of, to_polynomial
 from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
-from gd_analyze.harmonics.products import to_polynomial, to_terms
+from gd_analyze.harmonics.products import to_terms
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial, numbers
 from gd_analyze.robots.arm import RobotArm
 from parallel_axes import arm_of, arms_with_runs

@@ -110,14 +110,14 @@ def equations(
             import time
 
             from gd_analyze.cli.written_equations import Told, save, show, written, written_before
-            from gd_analyze.harmonics.equations import each_equation, harmonics_for, work
+            from gd_analyze.harmonics.equations import each_equation, elements_named, harmonics_for
 
             arm = robot.load()
             stage("identifying")
             start = time.perf_counter()
             harmonics = harmonics_for(arm, elements)
             seconds = time.perf_counter() - start
-            stage("writing out", work(harmonics, elements))
+            stage("writing out", len(elements_named(elements, arm.n_joints)))
             told, found = Told(), []
             body.write(written_before(form, arm.n_joints))
             for equation in each_equation(harmonics, elements, min_share=min_share, progress=stage.advance):

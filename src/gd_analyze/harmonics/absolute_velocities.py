@@ -1,10 +1,10 @@
-"""Absolute velocities of parallel joints: revolute joints whose axes are parallel for every q form a run.
+"""Absolute velocities of joints with parallel axes.
 
-The links of a run turn about one direction; prismatic joints between them turn nothing. Each turns at the sum
-of the velocities up to its joint, counted about that joint's own axis: p_j = qd_j +- p_i, i the joint
-before it in
-the run, minus where their axes are opposite. In matrices qd = A p and tau = A^-T tau', tau' being the torques
-that do work on p. A joint with no parallel one, and every prismatic joint, is a run of its own.
+Revolute joints whose axes stay parallel for every q form a run; prismatic joints between them do not break
+it. The link behind joint j of a run turns about the run's direction at the absolute velocity p_j = qd_j +-
+p_i, i being the joint before j in the run, with minus where the two axes are opposite. In matrices qd = A p
+and tau = A^-T tau', where tau' are the torques that do work on p. A joint without a parallel one, and every
+prismatic joint, is a run of its own.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from gd_analyze.robots.arm import RobotArm
 
 
 class Signed(NamedTuple):
-    """A joint, from 0, and 1 where its axis has the direction of another's, -1 where it is opposite."""
+    """A joint, from 0, and 1 if its axis has the direction of another's, -1 if it is opposite."""
 
     joint: int
     sign: int
@@ -30,14 +30,14 @@ class Signed(NamedTuple):
 
 @dataclass(frozen=True)
 class AbsoluteVelocities:
-    """Which joints share a direction, and what follows for velocities and torques.
+    """The runs of parallel joints of an arm, and how velocities and torques follow from them.
 
     Parameters
     ----------
     runs
         Joints of every run, from 0, ascending; runs in the order of their first joints.
     signs
-        1 of every joint whose axis has the direction of its run's first, -1 where it is opposite.
+        1 for every joint whose axis has the direction of its run's first, -1 if it is opposite.
     """
 
     runs: tuple[tuple[int, ...], ...]
@@ -48,7 +48,7 @@ class AbsoluteVelocities:
         """Find the runs of an arm."""
         runs: list[tuple[int, ...]] = []
         signs: list[int] = []
-        # The run that a parallel joint would join, and its last axis in the frame before the next joint.
+        # The last run of revolute joints, and its last axis in the frame before the next joint.
         last, axis = -1, np.zeros(3)
         for i, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True)):
             own = joint.placement.rotation @ joint.axis
@@ -71,7 +71,7 @@ class AbsoluteVelocities:
 
     @cached_property
     def before(self) -> tuple[Signed | None, ...]:
-        """Of every joint the one before it in its run, with whether their axes have one direction."""
+        """For every joint the one before it in its run, with their relative direction."""
         out: list[Signed | None] = [None] * self.n_joints
         for run in self.runs:
             for inner, outer in itertools.pairwise(run):
@@ -80,7 +80,7 @@ class AbsoluteVelocities:
 
     @cached_property
     def carried(self) -> tuple[Signed | None, ...]:
-        """Of every joint the one whose torque it carries besides its own row of tau', with its sign."""
+        """For every joint the one behind it in its run, whose torque it carries, with its sign."""
         out: list[Signed | None] = [None] * self.n_joints
         for outer, inner in enumerate(self.before):
             if inner:
@@ -89,7 +89,7 @@ class AbsoluteVelocities:
 
     @cached_property
     def matrix(self) -> FloatArray:
-        """A of qd = A p, shape (n, n): in a run qd_j = p_j -+ p_i."""
+        """A in qd = A p, shape (n, n)."""
         matrix = np.eye(self.n_joints)
         for outer, inner in enumerate(self.before):
             if inner:
@@ -97,14 +97,14 @@ class AbsoluteVelocities:
         return matrix
 
     def inboard(self, joint: int) -> tuple[Signed, ...]:
-        """Joints whose velocities add up to p_joint; those that carry row `joint` of tau' are the same."""
+        """Joints whose velocities add up to p_joint; the same joints carry row `joint` of tau'."""
         run = next(run for run in self.runs if joint in run)
         return tuple(Signed(k, self.signs[k] * self.signs[joint]) for k in run if k <= joint)
 
     def is_part(self, multiples: FloatArray) -> bool:
-        """Whether multiples within one run are those of the angle between two links, the first one positive.
+        """Whether multiples within one run are those of the angle between two links, the first positive.
 
-        Where axes have one direction that is a sum of neighbouring angles, each once.
+        If all axes have one direction, that is a sum of neighbouring angles, each once.
         """
         used = np.flatnonzero(multiples)
         if not used.size or multiples[used[0]] != 1:
@@ -114,7 +114,7 @@ class AbsoluteVelocities:
         return bool((within[within != 0] == 1).all()) and int(np.ptp(np.flatnonzero(within))) + 1 == len(used)
 
     def absolute(self, own: Iterable[Any]) -> list[Any]:
-        """P from the joints' own velocities, or whatever else of each joint can be added up."""
+        """Absolute velocities p from the joints' own, or of anything else that adds up likewise."""
         out = list(own)
         for joint, inner in enumerate(self.before):
             if inner:
@@ -122,7 +122,7 @@ class AbsoluteVelocities:
         return out
 
     def joint_rows(self, rows: Iterable[Any]) -> list[Any]:
-        """Tau = A^-T tau' from rows that can be added up: a joint carries what the run behind it carries."""
+        """Torques tau = A^-T tau' from the rows of tau'."""
         out = list(rows)
         for joint, outer in reversed(list(enumerate(self.carried))):
             if outer:
@@ -135,9 +135,6 @@ def _sum(one: Any, sign: int, other: Any) -> Any:
 
 
 def _are_parallel(one: FloatArray, other: FloatArray) -> bool:
-    """Whether unit vectors are parallel.
-
-    A deviation of the angle by d changes the cosine by d^2 / 2, so the cross product, which is d itself, is
-    what to look at; 1e-9 rad is nothing a table states.
-    """
+    """Whether two unit vectors are parallel to 1e-9 rad, which is finer than any table of an arm."""
+    # The cross product is linear in a small angle, the cosine quadratic.
     return bool(np.abs(np.cross(one, other)).max() < 1e-9)

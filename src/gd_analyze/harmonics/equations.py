@@ -1,4 +1,4 @@
-"""The elements of an arm's dynamics as equations whose every term says where it comes from."""
+"""The elements of an arm's dynamics as equations, with the source of every term."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from gd_analyze.text import joined, parted
 
 Indices = tuple[int, ...]
 
-# What the few factors of a term's size differ by when they are multiplied in another order.
+# Relative round-off of a product of a few factors in another order.
 _ROUND_OFF = 1e-12
 
-# Of which kind the unit of an element is, by its letter.
+# Quantity whose unit an element has, by its letter.
 _QUANTITIES = {"D": "inertia", "h": "christoffel", "c": "effort"}
 
 
@@ -45,12 +45,12 @@ class Term:
     effect
         "translation", "rotation" or "both"; gravity is translation.
     translation, rotation
-        The effects' shares of the coefficient; they add up to it.
+        Shares of the coefficient by effect; they add up to it.
     links
-        Links whose mass or inertia is in it, from 1.
+        Links whose mass or inertia contributes, from 1.
     share
-        How large the term can become over how large the element's largest can: sines and cosines count as
-        1, a prismatic joint's variable as its farther limit, or 1 m where the arm states none.
+        Largest value of the term over that of the element's largest term. Sines and cosines count as 1, a
+        prismatic variable as its farther limit, or 1 m if the arm states none.
     """
 
     coefficient: float
@@ -66,7 +66,7 @@ class Term:
 class Equation:
     """One element: "D12", "h112" or "c2" ("D1,10" with two digits), its unit, its terms, largest first.
 
-    The unit is that of the element, not of a coefficient of prismatic joints' variables.
+    The unit is that of the element, not of the coefficient of a prismatic variable.
     """
 
     symbol: str
@@ -77,23 +77,22 @@ class Equation:
 def equations(
     dynamics: Harmonics | RobotArm | str | Path, elements: Sequence[str] = (), *, min_share: float = 0.0
 ) -> tuple[Equation, ...]:
-    """Write elements of D, h and c out.
+    """Write elements of the inertia matrix D, the Christoffel symbols h and the gravity loading c out.
 
     Parameters
     ----------
     dynamics
-        An arm, the name of a built-in one or the path of its file; or its exact dynamics where they are at
-        hand.
+        An arm, the name of a built-in one, the path of its file, or its exact dynamics.
     elements
         Labels: "D12", "h112", "c2"; "h1" for all h_1jk (j <= k) that are not zero; "D", "h", "c" for all of
         a kind that are not zero. All of them by default. Commas part indices of two digits: "D1,10".
     min_share
-        Leave out terms whose share is below this.
+        Leave out terms with a smaller share.
 
     Returns
     -------
     tuple of Equation
-        In the order asked for; an element that is zero and was asked for by all its indices has no terms.
+        In the order given; an element that is zero and named by all its indices has no terms.
 
     Raises
     ------
@@ -117,8 +116,8 @@ def equations(
 
 
 def harmonics_for(arm: RobotArm, elements: Sequence[str] = ()) -> Harmonics:
-    """Find what these elements are made of, and no more; labels and errors as for `equations`."""
-    wanted = _wanted(elements, arm.n_joints)
+    """Find what these elements take, and no more; labels and errors as for `equations`."""
+    wanted = elements_named(elements, arm.n_joints)
     rows = (min(indices) for kind, indices, _ in wanted if kind != "c")
     return harmonics_behind(arm, min(rows, default=arm.n_joints))
 
@@ -128,48 +127,33 @@ def each_equation(
     elements: Sequence[str] = (),
     *,
     min_share: float = 0.0,
-    progress: Callable[[int], None] | None = None,
+    progress: Callable[[int], None] = lambda _: None,
 ) -> Iterator[Equation]:
     """Write elements out one after the other, as `equations` does.
 
     Parameters
     ----------
     harmonics
-        The arm's exact dynamics, or those `harmonics_for` the same elements.
+        The arm's exact dynamics, or `harmonics_for` the same elements.
     elements, min_share
         As for `equations`.
     progress
-        Called with the `work` done since the last call.
+        Called with 1 after each of `elements_named`.
     """
-    for kind, indices, named in _wanted(elements, harmonics.arm.n_joints):
+    for kind, indices, by_itself in elements_named(elements, harmonics.arm.n_joints):
         equation = _equation(harmonics, kind, indices, min_share)
-        if equation.terms or named:
+        if equation.terms or by_itself:
             yield equation
-        if progress is not None:
-            progress(_waves_in(harmonics, kind, indices))
+        progress(1)
 
 
-def work(harmonics: Harmonics, elements: Sequence[str] = ()) -> int:
-    """How much there is to do to write these elements out: the waves they are summed up from."""
-    wanted = _wanted(elements, harmonics.arm.n_joints)
-    return sum(_waves_in(harmonics, kind, indices) for kind, indices, _ in wanted)
-
-
-def _waves_in(harmonics: Harmonics, kind: str, indices: Indices) -> int:
-    if kind == "c":
-        return 1 + len(harmonics.potential)
-    pairs = {(min(pair), max(pair)) for pair in itertools.combinations(indices, 2)}
-    return 1 + sum(len(harmonics.inertia[pair]) for pair in pairs)
-
-
-def _wanted(elements: Sequence[str], n: int) -> list[tuple[str, Indices, bool]]:
-    """Elements that labels stand for, joints from 0, and whether each is named by itself."""
-    labels = (elements,) if isinstance(elements, str) else elements
+def elements_named(labels: Sequence[str], n: int) -> list[tuple[str, Indices, bool]]:
+    """Elements that labels name: letter, joints from 0, and whether each is named by itself."""
+    labels = (labels,) if isinstance(labels, str) else labels
     return [each for label in labels or ("D", "h", "c") for each in _resolve(label, n)]
 
 
 def _resolve(label: str, n: int) -> Iterator[tuple[str, Indices, bool]]:
-    """Elements a label stands for, joints from 0, and whether it names just this one."""
     match = re.fullmatch(r"([Dhc])(\d*|\d+(?:,\d+)+)", label, re.ASCII)
     full = {"D": 2, "h": 3, "c": 1}
     kind, digits = match.groups() if match else ("", "")
@@ -186,7 +170,7 @@ def _resolve(label: str, n: int) -> Iterator[tuple[str, Indices, bool]]:
             next_step="`gd-analyze equations ROBOT` prints all of D, h and c",
         )
     if len(indices) == full[kind]:
-        # D and h_i are symmetric: the first index of h stays, the other two are put in order.
+        # D and h_i are symmetric: sorted indices, but for the first of h.
         first = indices[:1] if kind == "h" else ()
         yield kind, (*first, *sorted(indices[len(first) :])), True
         return
@@ -196,7 +180,8 @@ def _resolve(label: str, n: int) -> Iterator[tuple[str, Indices, bool]]:
         elif kind == "D":
             yield from ((kind, (i, j), False) for j in range(i, n))
         else:
-            yield from ((kind, (i, j, k), False) for j in range(n) for k in range(j, n))
+            pairs = itertools.combinations_with_replacement(range(n), 2)
+            yield from ((kind, (i, j, k), False) for j, k in pairs)
 
 
 def _equation(harmonics: Harmonics, kind: str, indices: Indices, min_share: float) -> Equation:
@@ -213,17 +198,17 @@ def _equation(harmonics: Harmonics, kind: str, indices: Indices, min_share: floa
         noise = harmonics.noise[1]
     links = tuple(range(max(indices), arm.n_joints))
     by_link = [_of_link(harmonics, kind, indices, s) for s in links]
-    waves = TrigonometricPolynomial.stacked([effects.total(), effects, *by_link])
-    table = to_products(waves, harmonics.velocities, noise, deciding=3)
+    polynomial = TrigonometricPolynomial.stacked([effects.total(), effects, *by_link])
+    table = to_products(polynomial, harmonics.velocities, noise, deciding=3)
     table = _large(arm, table.only(np.abs(table.weights[:, 0]) > noise), min_share)
-    written = [
+    sized = [
         (abs(float(row[0])) * _largest_value(arm, factors), factors, row)
         for factors, row in zip(table.monomials(), table.weights, strict=True)
     ]
-    largest = max((size for size, _, _ in written), default=0.0)
+    largest = max((size for size, _, _ in sized), default=0.0)
     terms = [
         _term(factors, row, links, noise, size / largest)
-        for size, factors, row in written
+        for size, factors, row in sized
         if size >= min_share * largest
     ]
     terms.sort(key=lambda term: (falling(term.share), term.factors))
@@ -231,7 +216,7 @@ def _equation(harmonics: Harmonics, kind: str, indices: Indices, min_share: floa
 
 
 def _large(arm: RobotArm, table: ProductTable, min_share: float) -> ProductTable:
-    """Leave out, before they are written, products whose share is below this by more than round-off."""
+    """Drop products well below `min_share` while they are still arrays."""
     values = [[_largest_value(arm, name) for name in names] for names in table.names]
     sizes = np.abs(table.weights[:, 0]) * table.largest(values)
     return table.only(sizes >= (1.0 - _ROUND_OFF) * min_share * sizes.max(initial=0.0))
@@ -246,12 +231,12 @@ def _term(factors: Monomial, row: FloatArray, links: tuple[int, ...], noise: flo
 
 
 def _largest_value(arm: RobotArm, factors: Monomial) -> float:
-    slides = (arm.joints[factor.joints[0]] for factor in factors if factor.kind == "power")
-    return math.prod(max(abs(joint.lower or 0.0), abs(joint.upper or 0.0)) or 1.0 for joint in slides)
+    prismatic = (arm.joints[factor.joints[0]] for factor in factors if factor.kind == "power")
+    return math.prod(max(abs(joint.lower or 0.0), abs(joint.upper or 0.0)) or 1.0 for joint in prismatic)
 
 
 def _of_link(harmonics: Harmonics, kind: str, indices: Indices, s: int) -> TrigonometricPolynomial:
-    """What link s adds to an element."""
+    """Contribution of link s to an element."""
     if kind == "c":
         return harmonics.potential_by_link[[s]].derivative(*indices)
     own = {(i, j): parts for (link, i, j), parts in harmonics.inertia_by_link.items() if link == s}

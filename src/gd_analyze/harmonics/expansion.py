@@ -1,14 +1,12 @@
-"""A program written out: what its outputs are at every state, whatever it was made from.
+"""A program written out: its outputs at every state, whatever it was made from.
 
-Every step becomes a sum of exponentials exp(i m.q), powers of prismatic variables, and products of at most
-two
-velocities or one acceleration, with a number before each. Two programs that compute the same have the same
-sums,
-but for round-off, and a program that computes anything else than a torque, such as an angle itself or a cube
-of a velocity, is found out at the step that does. Nothing is sampled.
+Every step becomes a sum of exponentials exp(i m.q) and powers of prismatic variables, times up to two
+velocities or one acceleration, with a number before each. Programs that compute the same have the same sums
+but for round-off. A program that computes no torque, but say an angle or the cube of a velocity, is refused
+at the step that does. Nothing is sampled.
 
-How far the numbers are off follows from the program run on magnitudes: every step's result then is at least
-the sum of its numbers' magnitudes, and each is off by no more than a count of roundings times that.
+The error of the numbers follows from running the program on magnitudes: the result of every step is then at
+least the sum of its numbers' magnitudes, and each number is off by at most a count of roundings times that.
 """
 
 from __future__ import annotations
@@ -30,13 +28,22 @@ from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricP
 from gd_analyze.operations.program import Program
 from gd_analyze.text import LARGEST_COEFFICIENT
 
-# "1", an acceleration "qdd" (joint,) or a product of velocities "qd" (joint, joint): the factor of a
-# polynomial.
+# Largest multiple of an angle, or power, in any step. A torque has `DEGREE`; an inertia turned into the base
+# frame and multiplied by three axes there has more until sines and cosines cancel.
+_HIGHEST = 3 * DEGREE
+# Terms formed at one step and in all: about a second and 0.3 GB, and ten seconds. The exact torque of an arm
+# of seven joints and 19 358 terms forms 2.8 million, all parts of the PUMA's elements 0.7 million.
+_MOST_AT_ONCE, _MOST = 2**22, 2**26
+# Roundings of the summands below which a sum counts as cancelled.
+_CANCELLED = 32
+_EPS = float(np.finfo(float).eps)
+
+# Factor of a polynomial in q: "1", an acceleration "qdd" (joint,) or a product "qd" (joint, joint).
 VelocityFactor = tuple[str, tuple[int, ...]]
 
 
 def velocity_factors(n: int) -> tuple[VelocityFactor, ...]:
-    """What the polynomials of every joint's torque are multiplied by, in this order."""
+    """Factors of the polynomials of every joint's torque, in this order."""
     pairs = itertools.combinations_with_replacement(range(n), 2)
     return ("1", ()), *(("qdd", (j,)) for j in range(n)), *(("qd", pair) for pair in pairs)
 
@@ -57,33 +64,97 @@ def exact_row(
     return TrigonometricPolynomial.stacked(parts), places
 
 
-# Largest multiple of an angle, or power, in any step. What a torque has is `DEGREE`; a product of an inertia
-# turned into the base frame with three axes there has more until sines and cosines cancel.
-_HIGHEST = 3 * DEGREE
-# Terms formed at one step and in all: about a second and 0.3 GB, and ten seconds. The exact torque of an arm
-# of seven joints and 19 358 terms forms 2.8 million, all parts of the PUMA's elements 0.7 million.
-_MOST_AT_ONCE, _MOST = 2**22, 2**26
-# Roundings of what was added up that may be left of numbers that cancel.
-_CANCELLED = 32
-_EPS = float(np.finfo(float).eps)
-
-
 class TooLongError(ModelError):
-    """A program may compute a torque, but of more terms than are written out."""
+    """A program has more terms than can be written out, though it may compute a torque."""
+
+
+@dataclass(frozen=True, eq=False)
+class Expansion:
+    """The outputs of a program, written out.
+
+    Parameters
+    ----------
+    program
+        The program.
+    rows
+        For every output one polynomial per `velocity_factors`.
+    roundings
+        Largest number of roundings in a row behind the numbers of every output, shape (outputs,).
+    degrees
+        Formal degree of every output in every joint's variable, shape (outputs, n).
+    """
+
+    program: Program
+    rows: tuple[TrigonometricPolynomial, ...]
+    roundings: NDArray[np.int64]
+    degrees: NDArray[np.int64]
+
+    def round_off(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
+        """Bound the round-off of every output where no input exceeds these magnitudes, shape (outputs,).
+
+        It covers the numbers in `rows` as well as running the program, where every step is rounded once and
+        the argument of a sine or cosine as often as angles are added up in it.
+        """
+        limits = {"q": q, "qd": qd, "qdd": qdd}
+        largest = {f"{name}{j + 1}": float(x) for name, xs in limits.items() for j, x in enumerate(xs)}
+        value = self.program.carried_out(largest.__getitem__, _largest)
+        reached = np.array([abs(float(value(output))) for output in self.program.outputs])
+        arguments = self.degrees @ (2.0 + np.abs(q))
+        return np.asarray(_EPS * (2 * self.roundings + arguments) * reached)
+
+
+def expanded(program: Program, prismatic: Sequence[bool]) -> Expansion:
+    """Write a program out.
+
+    Parameters
+    ----------
+    program
+        Its inputs are among q1 .., qd1 .. and qdd1 ...
+    prismatic
+        Whether each joint is prismatic.
+
+    Raises
+    ------
+    ModelError
+        If it computes no torque of an arm: an angle outside of sines and cosines, a sine or cosine of
+        anything but a sum of angles, more than two velocities, an acceleration times a velocity, too high a
+        multiple or power; or if its numbers overflow, or it is too long to be written out.
+    """
+    algebra = _TorqueAlgebra(prismatic)
+    with np.errstate(all="ignore"):
+        value = program.carried_out(algebra.given, algebra.apply)
+        sums = [algebra.as_sum(value(output)) for output in program.outputs]
+    if not all((np.abs(one.numbers) <= LARGEST_COEFFICIENT).all() for one in sums):
+        raise _no_torque("its numbers overflow")
+    return Expansion(
+        program,
+        tuple(algebra.polynomial(one) for one in sums),
+        np.array([one.roundings for one in sums], dtype=np.int64),
+        np.array([one.degrees for one in sums], dtype=np.int64).reshape(-1, len(prismatic)),
+    )
+
+
+def _largest(operation: str, *arguments: float) -> float:
+    """Largest magnitude of a step's result, given those of its arguments."""
+    if operation in ("cos", "sin"):
+        return 1.0
+    if operation == "multiply":
+        return abs(arguments[0]) * abs(arguments[1])
+    return sum(map(abs, arguments))
 
 
 class _Angle(NamedTuple):
-    """A sum of angles: how often every joint goes into it, and a constant, rad."""
+    """A sum of angles: the multiple of every joint, and a constant, rad."""
 
     multiples: tuple[int, ...]
     constant: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
-class Sum:
-    """Numbers by key, which are the multiples of all joints as one number, and the velocities beside them.
+class _Sum:
+    """Numbers by key; a key holds the multiples of all joints and the place of the velocity factor.
 
-    Degrees are formal: nothing that is there has a higher one, but it may have cancelled.
+    Degrees are formal: no term has a higher one, but terms of that degree may have cancelled.
     """
 
     keys: NDArray[np.int64]
@@ -92,72 +163,70 @@ class Sum:
     roundings: int = 0
 
 
-class TorqueAlgebra:
-    """What each operation makes of sums, of angles (whole multiples, by joint) and of plain numbers."""
+class _TorqueAlgebra:
+    """Arithmetic on sums, on angles and on plain numbers."""
 
     def __init__(self, prismatic: Sequence[bool]) -> None:
         self.prismatic = tuple(prismatic)
         self.n = len(self.prismatic)
         self.factors = velocity_factors(self.n)
-        # Single velocities come last: they occur on the way, but in no torque.
+        # Single velocities come last: steps have them, torques do not.
         moving: list[VelocityFactor] = [*self.factors, *(("qd", (j,)) for j in range(self.n))]
         self.place = {factor: k for k, factor in enumerate(moving)}
         self.products = _products(moving, self.place)
         self.weights = [(2 * _HIGHEST + 1) ** (self.n - 1 - j) for j in range(self.n)]
         self.work = 0
         if (2 * _HIGHEST + 1) ** self.n * len(moving) >= 2**62:
-            raise no_torque(f"it has {self.n} joints, too many to write it out")
+            raise _no_torque(f"it has {self.n} joints, too many to write it out")
 
-    def given(self, name: str) -> _Angle | Sum:
+    def given(self, name: str) -> _Angle | _Sum:
         """An input: an angle, or a sum of one term."""
         kind, joint = name.rstrip("0123456789"), int(name.lstrip("qd")) - 1
         if kind != "q":
             return self._term(0, self.place[kind, (joint,)], np.zeros(self.n, dtype=np.int64))
         alone = np.eye(self.n, dtype=np.int64)[joint]
-        return (
-            self._term(self.weights[joint], 0, alone)
-            if self.prismatic[joint]
-            else _Angle(tuple(alone.tolist()))
-        )
+        if self.prismatic[joint]:
+            return self._term(self.weights[joint], 0, alone)
+        return _Angle(tuple(alone.tolist()))
 
-    def lifted(self, x: Any) -> Sum:
-        """Take a number as a sum, and refuse an angle."""
-        if isinstance(x, Sum):
+    def as_sum(self, x: Any) -> _Sum:
+        """A number as a sum; an angle is refused."""
+        if isinstance(x, _Sum):
             return x
         if isinstance(x, _Angle):
-            raise no_torque("it uses an angle outside of sines and cosines")
+            raise _no_torque("it uses an angle outside of sines and cosines")
         return self._term(0, 0, np.zeros(self.n, dtype=np.int64), float(x))
 
     def apply(self, operation: str, *arguments: Any) -> Any:
         """Carry an operation out."""
         if operation in ("cos", "sin"):
-            return self._wave(operation, arguments[0])
+            return self._exponentials(operation, arguments[0])
         if any(isinstance(x, _Angle) for x in arguments) and operation != "multiply":
             return self._angle(operation, *arguments)
-        sums = [self.lifted(x) for x in arguments]
+        sums = [self.as_sum(x) for x in arguments]
         if operation == "multiply":
             return self._product(*sums)
         if operation != "add":
             last = sums[-1]
-            sums[-1] = Sum(last.keys, -last.numbers, last.degrees, last.roundings)
+            sums[-1] = _Sum(last.keys, -last.numbers, last.degrees, last.roundings)
         return self._added(*sums) if len(sums) == 2 else sums[0]
 
     def _angle(self, operation: str, *arguments: Any) -> _Angle:
-        """Sum or difference of angles and constants, or an angle turned round."""
+        """Sum, difference or negative of angles and constants."""
         none = (0,) * self.n
         angles = [x if isinstance(x, _Angle) else _Angle(none, x) for x in arguments]
-        if any(isinstance(x.constant, Sum) for x in angles):
-            raise no_torque("it adds an angle to what is none")
+        if any(isinstance(x.constant, _Sum) for x in angles):
+            raise _no_torque("it adds an angle to something that is none")
         first, second = angles if len(angles) == 2 else (_Angle(none), angles[0])
         sign = 1 if operation == "add" else -1
         multiples = (a + sign * b for a, b in zip(first.multiples, second.multiples, strict=True))
         return _Angle(tuple(multiples), first.constant + sign * second.constant)
 
-    def waves(self, one: Sum) -> TrigonometricPolynomial:
-        """Write a sum as waves, a polynomial for each of `velocity_factors`."""
+    def polynomial(self, one: _Sum) -> TrigonometricPolynomial:
+        """Write a sum in harmonics, one polynomial per `velocity_factors`."""
         angles, moving = np.divmod(one.keys, len(self.products))
         if (moving >= len(self.factors)).any():
-            raise no_torque("an output holds a single velocity")
+            raise _no_torque("an output holds a single velocity")
         multiples = self._multiples(angles)
         # Of m and -m, which are conjugate, the one of positive sign counts for both.
         sign = numbers(multiples * ~np.array(self.prismatic))
@@ -175,13 +244,13 @@ class TorqueAlgebra:
             angles = (angles - out[:, j]) // (2 * _HIGHEST + 1)
         return out
 
-    def _term(self, angle: int, moving: int, degrees: NDArray[np.int64], number: float = 1.0) -> Sum:
+    def _term(self, angle: int, moving: int, degrees: NDArray[np.int64], number: float = 1.0) -> _Sum:
         keys = np.array([angle * len(self.products) + moving], dtype=np.int64)
-        return Sum(keys, np.array([number], dtype=complex), degrees)
+        return _Sum(keys, np.array([number], dtype=complex), degrees)
 
-    def _wave(self, operation: str, argument: Any) -> float | Sum:
-        if isinstance(argument, Sum):
-            raise no_torque(f"it takes the {operation} of what is no sum of angles")
+    def _exponentials(self, operation: str, argument: Any) -> float | _Sum:
+        if isinstance(argument, _Sum):
+            raise _no_torque(f"it takes the {operation} of something that is no sum of angles")
         multiples, constant = argument if isinstance(argument, _Angle) else ((0,) * self.n, argument)
         degrees = np.abs(np.array(multiples, dtype=object))
         self._require_low(degrees)
@@ -189,34 +258,32 @@ class TorqueAlgebra:
         if angle == 0:
             return math.cos(constant) if operation == "cos" else math.sin(constant)
         half = (0.5 if operation == "cos" else -0.5j) * cmath.exp(1j * constant)
-        halves = (half, half.conjugate())
-        return Sum(
-            np.array([angle, -angle], dtype=np.int64), np.array(halves, complex), degrees.astype(np.int64)
-        )
+        halves = np.array((half, half.conjugate()), complex)
+        return _Sum(np.array([angle, -angle], dtype=np.int64), halves, degrees.astype(np.int64))
 
-    def _added(self, a: Sum, b: Sum) -> Sum:
+    def _added(self, a: _Sum, b: _Sum) -> _Sum:
         self._spend(len(a.keys) + len(b.keys))
         keys, values = np.concatenate([a.keys, b.keys]), np.concatenate([a.numbers, b.numbers])
         roundings = max(a.roundings, b.roundings) + 1
         return _gathered(keys, values, np.maximum(a.degrees, b.degrees), roundings)
 
-    def _product(self, a: Sum, b: Sum) -> Sum:
+    def _product(self, a: _Sum, b: _Sum) -> _Sum:
         degrees = a.degrees + b.degrees
         if (degrees > _HIGHEST).any():
-            # Squares of sines and cosines may have cancelled since; their roundings have not.
+            # Squares of sines and cosines may have cancelled since, unlike their roundings.
             self._require_low(self._degrees(a) + self._degrees(b))
         self._spend(len(a.keys) * len(b.keys))
         (angle_a, moving_a), (angle_b, moving_b) = (np.divmod(x.keys, len(self.products)) for x in (a, b))
         moving = self.products[moving_a[:, None], moving_b]
         if (moving < 0).any():
-            raise no_torque("it multiplies more than two velocities, or an acceleration by a velocity")
+            raise _no_torque("it multiplies more than two velocities, or an acceleration by a velocity")
         keys = ((angle_a[:, None] + angle_b) * len(self.products) + moving).ravel()
         values = np.outer(a.numbers, b.numbers).ravel()
-        # Of complex numbers' products, and of those that fall on one key.
+        # Roundings of complex products, and of adding those that share a key.
         least = min(len(a.keys), len(b.keys))
         roundings = a.roundings + b.roundings + 2 + least
         if least == 1:
-            return Sum(keys, values, degrees, roundings)
+            return _Sum(keys, values, degrees, roundings)
         return _gathered(keys, values, degrees, roundings)
 
     def _spend(self, terms: int) -> None:
@@ -230,18 +297,18 @@ class TorqueAlgebra:
                 next_step="`gd-analyze evaluate` tries the model at states",
             )
 
-    def _degrees(self, one: Sum) -> NDArray[np.int64]:
-        """Largest multiple of every joint that is there."""
+    def _degrees(self, one: _Sum) -> NDArray[np.int64]:
+        """Largest multiple of every joint that occurs."""
         return np.abs(self._multiples(one.keys // len(self.products))).max(axis=0, initial=0)
 
     def _require_low(self, degrees: NDArray[Any]) -> None:
         if (degrees > _HIGHEST).any():
             joint = int(np.argmax(degrees > _HIGHEST))
-            raise no_torque(f"its degree in q{joint + 1} is above {_HIGHEST}")
+            raise _no_torque(f"its degree in q{joint + 1} is above {_HIGHEST}")
 
 
 def _products(moving: Sequence[VelocityFactor], place: dict[VelocityFactor, int]) -> NDArray[np.int64]:
-    """Place of the product of two factors; -1 where no torque has it."""
+    """Place of the product of two factors; -1 if no torque has it."""
     out = np.full((len(moving), len(moving)), -1, dtype=np.int64)
     for (a, (kind, one)), (b, (_, other)) in itertools.product(enumerate(moving), repeat=2):
         if a == 0 or b == 0:
@@ -251,102 +318,24 @@ def _products(moving: Sequence[VelocityFactor], place: dict[VelocityFactor, int]
     return out
 
 
-def _gathered(keys: NDArray[np.int64], values: Array, degrees: NDArray[np.int64], roundings: int) -> Sum:
-    """Add up the numbers of equal keys; what cancels is gone."""
+def _gathered(keys: NDArray[np.int64], values: Array, degrees: NDArray[np.int64], roundings: int) -> _Sum:
+    """Add up the numbers of equal keys, and leave out those that cancel."""
     order = np.argsort(keys, kind="stable")
     keys, values = keys[order], values[order]
     starts = np.flatnonzero(np.concatenate([[True], keys[1:] != keys[:-1]])) if len(keys) else keys
     if len(starts) == len(keys):
-        return Sum(keys, values, degrees, roundings)
+        return _Sum(keys, values, degrees, roundings)
     totals = np.add.reduceat(values, starts)
-    # What is no number must stay.
-    gone = np.abs(totals) <= _CANCELLED * _EPS * np.add.reduceat(np.abs(values), starts)
-    return Sum(keys[starts][~gone], totals[~gone], degrees, roundings + _CANCELLED * bool(gone.any()))
+    # Written so that nan stays.
+    cancelled = np.abs(totals) <= _CANCELLED * _EPS * np.add.reduceat(np.abs(values), starts)
+    roundings += _CANCELLED * bool(cancelled.any())
+    return _Sum(keys[starts][~cancelled], totals[~cancelled], degrees, roundings)
 
 
-def no_torque(what: str) -> ModelError:
-    """Say what makes a program no torque of an arm."""
+def _no_torque(what: str) -> ModelError:
     return ModelError(
         f"the program computes no torque of an arm: {what}",
         where="program",
         expected="sines and cosines of sums of angles, times at most two velocities or one acceleration",
         next_step="make the model again with `gd-analyze simplify`",
     )
-
-
-_EPS = float(np.finfo(float).eps)
-
-
-@dataclass(frozen=True, eq=False)
-class Expansion:
-    """What a program's outputs are.
-
-    Parameters
-    ----------
-    program
-        The program.
-    rows
-        For every output a polynomial for each of `velocity_factors`.
-    roundings
-        How many roundings follow one another in every output's numbers, shape (outputs,).
-    degrees
-        Sum of the multiples of all angles in every output, formally, shape (outputs, n).
-    """
-
-    program: Program
-    rows: tuple[TrigonometricPolynomial, ...]
-    roundings: NDArray[np.int64]
-    degrees: NDArray[np.int64]
-
-    def round_off(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
-        """What rounding does to every output where no input is larger than this, shape (outputs,).
-
-        It covers both the numbers in `rows` and the program's own evaluation, where every step is rounded
-        once, and the argument of a sine or cosine as often as angles are added up in it.
-        """
-        limits = {"q": q, "qd": qd, "qdd": qdd}
-        largest = {f"{name}{j + 1}": float(x) for name, xs in limits.items() for j, x in enumerate(xs)}
-        value = self.program.carried_out(largest.__getitem__, _largest)
-        reached = np.array([abs(float(value(output))) for output in self.program.outputs])
-        arguments = self.degrees @ (2.0 + np.abs(q))
-        return np.asarray(_EPS * (2 * self.roundings + arguments) * reached)
-
-
-def expanded(program: Program, prismatic: Sequence[bool]) -> Expansion:
-    """Write a program out.
-
-    Parameters
-    ----------
-    program
-        Of inputs q1 .., qd1 .. and qdd1 ...
-    prismatic
-        Whether each joint slides.
-
-    Raises
-    ------
-    ModelError
-        If it computes what no torque of an arm is: an angle outside of sines and cosines, a sine or cosine of
-        anything but a sum of angles, more than two velocities or an acceleration times a velocity, too high a
-        multiple or power; or if its numbers overflow, or it is too long to be written out.
-    """
-    algebra = TorqueAlgebra(prismatic)
-    with np.errstate(all="ignore"):
-        value = program.carried_out(algebra.given, algebra.apply)
-        sums = [algebra.lifted(value(output)) for output in program.outputs]
-    if not all((np.abs(one.numbers) <= LARGEST_COEFFICIENT).all() for one in sums):
-        raise no_torque("its numbers overflow")
-    return Expansion(
-        program,
-        tuple(algebra.waves(one) for one in sums),
-        np.array([one.roundings for one in sums], dtype=np.int64),
-        np.array([one.degrees for one in sums], dtype=np.int64).reshape(-1, len(prismatic)),
-    )
-
-
-def _largest(operation: str, *arguments: float) -> float:
-    """Largest magnitude of a step's result, given those of its arguments."""
-    if operation in ("cos", "sin"):
-        return 1.0
-    if operation == "multiply":
-        return abs(arguments[0]) * abs(arguments[1])
-    return sum(map(abs, arguments))

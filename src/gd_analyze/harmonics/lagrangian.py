@@ -1,16 +1,13 @@
 """Torque as a sum of terms that follow from the kinetic and potential energy.
 
-Joints with parallel axes turn about the same direction, so the energy knows their absolute angles'
-velocities p_j
-= qd_a + .. + qd_j (a the first joint of the run), and D in these velocities has far fewer terms than in the
-joints' own: for the PUMA 560 70 instead of 98 for i <= j. With q = A p per run and tau = A^-T tau', a term c
-f(q) of D'_ij is a kinetic energy c f p_i p_j (half of it for i = j), and Lagrange's equations give its
-torques,
+In absolute velocities p (`absolute_velocities`) the inertia matrix D' has far fewer terms than D: for the
+PUMA 560 70 instead of 98 for i <= j. A term c f(q) of D'_ij is a kinetic energy c f p_i p_j (half of it for
+i = j), and Lagrange's equations give its torques
 
     tau'_i += c (f pd_j + fd p_j),  tau'_j += c (f pd_i + fd p_i),  tau'_m -= c (df/dp_m) p_i p_j
 
-(half of this for i = j), where fd = sum_m (df/dp_m) p_m. A term g(q) of the potential gives dg/dp_m. Every
-torque term is thus a weight times a monomial in sines and cosines times at most two velocities or one
+(half of them for i = j), where fd = sum_m (df/dp_m) p_m. A term g(q) of the potential gives dg/dp_m. So every
+torque term is a coefficient times a monomial in sines and cosines times up to two velocities or one
 acceleration.
 """
 
@@ -30,15 +27,14 @@ from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, T
 from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 
-# Sums of a few products: what is left of their sizes when they cancel.
+# Share of its summands' magnitudes below which a sum of a few products counts as cancelled.
 _CANCELLED = 1e-13
-
-# A coefficient comes of some hundred products; two that are meant to differ do so by what a table states.
+# Relative round-off of a coefficient, which some hundred products make; the arm's data are coarser.
 _ROUND_OFF = 1e-12
 
 
 def energy_terms(harmonics: Harmonics, drive_inertia: FloatArray | None = None) -> dict[EnergyTerm, float]:
-    """Terms of the kinetic energy in absolute velocities and of the potential with their coefficients, exact.
+    """Terms of the kinetic energy in absolute velocities and of the potential energy; exact.
 
     Parameters
     ----------
@@ -60,19 +56,19 @@ def energy_terms(harmonics: Harmonics, drive_inertia: FloatArray | None = None) 
     # A constant potential makes no torque.
     potential = harmonics.potential.only((harmonics.potential.multiples != 0).any(axis=1))
     elements.append((-1, -1, potential, harmonics.noise[1]))
-    # What rewriting leaves of cancelled terms is noise.
     return _without_round_off(
         {
             EnergyTerm(i, j, monomial): float(weight[0])
-            for i, j, waves, noise in elements
-            for monomial, weight in to_terms(waves, harmonics.velocities, noise).items()
+            for i, j, polynomial, noise in elements
+            for monomial, weight in to_terms(polynomial, harmonics.velocities, noise).items()
+            # Rewriting may leave noise of terms that cancel.
             if abs(weight[0]) > noise
         }
     )
 
 
 def _without_round_off(terms: dict[EnergyTerm, float]) -> dict[EnergyTerm, float]:
-    """Give coefficients that only round-off tells apart one magnitude, so that programs share products."""
+    """Give one magnitude to coefficients that only round-off tells apart, so that programs share products."""
     out = dict(terms)
     last = 0.0
     for term in sorted(terms, key=lambda term: abs(terms[term])):
@@ -105,12 +101,12 @@ def torques_of(term: EnergyTerm, velocities: AbsoluteVelocities) -> Torques:
 
 
 def torques_of_energies(energies: Energies, velocities: AbsoluteVelocities) -> dict[TorqueTerm, float]:
-    """Torque terms of energy terms, each with its coefficient; those that cancel are left out."""
+    """Torque terms of energy terms with their coefficients; those that cancel are left out."""
     return gathered((coefficient, torques_of(term, velocities)) for term, coefficient in energies.items())
 
 
 def gathered(sources: Iterable[tuple[float, Torques]]) -> dict[TorqueTerm, float]:
-    """Sum of torque terms, each source with its factor; those that cancel are left out."""
+    """Sum of torque terms, each source times its factor; those that cancel are left out."""
     out: dict[TorqueTerm, float] = defaultdict(float)
     size: dict[TorqueTerm, float] = defaultdict(float)
     for factor, torques in sources:
@@ -125,7 +121,7 @@ def _pair(j: int, k: int) -> tuple[Velocity, Velocity]:
 
 
 def slope_of(monomial: Monomial, direction: FloatArray) -> dict[Monomial, float]:
-    """Derivative along a direction of q: product rule over the factors."""
+    """Derivative of a monomial along a direction of q, by the product rule."""
     out: dict[Monomial, float] = defaultdict(float)
     for place, (kind, multiples) in enumerate(monomial):
         weight = float(np.dot(multiples, direction))

@@ -1,4 +1,4 @@
-"""Sums of cosines and sines as a person would write them: products and squares where they are shorter.
+"""Trigonometric polynomials written in products of sines and cosines, where these are shorter.
 
 0.372 sin(q3) + 0.372 sin(2 q2 + q3) is 0.744 C2 S23, and 1.35 + 0.80 cos(2 q2) is 0.55 + 1.60 C2^2. Both
 forms are exact; the second has fewer terms or simpler ones.
@@ -7,7 +7,7 @@ forms are exact; the second has fewer terms or simpler ones.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,17 +18,20 @@ from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import Factor, FactorKind, Monomial, half_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial, numbers
 
+# Beyond it, trying every choice of squares would take longer than it helps; no known arm comes near.
+_MOST_CHOICES = 2**10
+
 
 @dataclass(frozen=True, eq=False)
 class ProductTable:
-    """K sums over the same T products.
+    """K sums over the same T products, of which an arm has up to 10^5.
 
     Parameters
     ----------
     names
         For every run of joints the monomials that occur, all distinct.
     codes
-        Which of them goes into every product, shape (T, runs); no two rows are equal.
+        Which of them is a factor of every product, shape (T, runs); all rows distinct.
     weights
         Shape (T, K).
     """
@@ -41,17 +44,17 @@ class ProductTable:
         return len(self.codes)
 
     def only(self, chosen: NDArray[np.bool_]) -> ProductTable:
-        """Leave out the other products."""
+        """Keep the chosen products."""
         return ProductTable(self.names, self.codes[chosen], self.weights[chosen])
 
     def rewritten(
         self, r: int, names: Sequence[Monomial], codes: NDArray[np.int64], weights: FloatArray
     ) -> ProductTable:
-        """Put other products in their place, whose codes of run r are of these names."""
+        """Table of other products, with other names for run r."""
         return ProductTable((*self.names[:r], tuple(names), *self.names[r + 1 :]), codes, weights)
 
     def groups(self, r: int) -> NDArray[np.int64]:
-        """Number of every product's group, shape (T,): those alike in all runs but r, as they first occur."""
+        """Number products alike in all runs but r, in the order of their first occurrence, shape (T,)."""
         if len(self.names) == 1:
             return np.zeros(len(self), dtype=np.int64)
         others = numbers(np.delete(self.codes, r, axis=1))
@@ -66,25 +69,132 @@ class ProductTable:
         ]
 
     def largest(self, values: Sequence[Sequence[float]]) -> FloatArray:
-        """Product of the largest values of every run's monomials, shape (T,)."""
+        """Largest value of every product, given that of every run's monomials, shape (T,)."""
         out = np.ones(len(self))
         for value, code in zip(values, self.codes.T, strict=True):
             out *= np.array(value)[code]
         return out
 
 
+def to_terms(
+    polynomial: TrigonometricPolynomial,
+    velocities: AbsoluteVelocities,
+    noise: float = 0.0,
+    deciding: int = 1,
+) -> dict[Monomial, FloatArray]:
+    """Weights of shape (K,) by monomial, see `to_products`; largest of the first polynomial first."""
+    table = to_products(polynomial, velocities, noise, deciding)
+    joined = zip(table.monomials(), table.weights, strict=True)
+    return dict(sorted(joined, key=lambda item: (falling(item[1][0]), item[0])))
+
+
+def to_products(
+    polynomial: TrigonometricPolynomial,
+    velocities: AbsoluteVelocities,
+    noise: float = 0.0,
+    deciding: int = 1,
+) -> ProductTable:
+    """Write K polynomials in products of sines and cosines, exactly, all in the same products.
+
+    Parameters
+    ----------
+    polynomial
+        The first one is the sum to be short; others, such as its effects or links, follow it.
+    velocities
+        The arm's runs: arguments within a run are sums of its angles.
+    noise
+        Largest weight that round-off can make: smaller products are left out, and weights that differ by up
+        to twice as much count as equal; nothing larger is ever lost.
+    deciding
+        How many of the first polynomials decide which products there are.
+    """
+    keys, weights = _split(polynomial, velocities)
+    kept = (np.abs(weights[:deciding]) > noise).any(axis=0)
+    table = _table(keys[kept], weights.T[kept], polynomial.prismatic, velocities)
+    for r, run in enumerate(velocities.runs):
+        if not polynomial.prismatic[run[0]]:
+            one_angle = has_one_double(table, r)
+            table = (
+                _with_squares(table, r, 2 * noise)
+                if one_angle
+                else _with_products(table, r, 2 * noise, velocities.is_part)
+            )
+    return table
+
+
+def _split(
+    polynomial: TrigonometricPolynomial, velocities: AbsoluteVelocities
+) -> tuple[NDArray[np.int64], FloatArray]:
+    """Harmonics as products of one cosine, sine or power per run.
+
+    A harmonic is Re(C prod_r exp(i s_r a_r)), a_r being the angle of run r with the sign s_r that makes its
+    multiples lexically positive, and exp(i s a) = cos a + i s sin a. A key holds, run by run, the multiples
+    and whether the factor is a sine; keys have shape (T, n + runs), ascending, weights shape (P, T).
+    """
+    ends = np.cumsum([len(run) for run in velocities.runs])
+    keys = np.insert(polynomial.multiples[:, [*itertools.chain(*velocities.runs)]], ends, 0, axis=1)
+    weights = polynomial.coefficients
+    for r, (run, end) in enumerate(zip(velocities.runs, ends.tolist(), strict=True)):
+        if polynomial.prismatic[run[0]]:
+            continue
+        place = slice(end + r - len(run), end + r)
+        sign = np.sign(numbers(keys[:, place]))
+        keys[:, place] *= np.where(sign < 0, -1, 1)[:, None]
+        moving = np.flatnonzero(sign)
+        sines = keys[moving]
+        sines[:, place.stop] = 1
+        keys = np.concatenate([keys, sines])
+        weights = np.concatenate([weights, weights[:, moving] * (1j * sign[moving])], axis=1)
+        keys, weights = _gathered(keys, weights)
+    return keys, np.ascontiguousarray(weights.real)
+
+
+def _gathered(keys: NDArray[np.int64], weights: Array) -> tuple[NDArray[np.int64], Array]:
+    """Add up the columns with equal keys; keys come out ascending."""
+    number = numbers(keys)
+    order = np.argsort(number, kind="stable")
+    starts = np.flatnonzero(np.diff(number[order], prepend=np.iinfo(np.int64).min))
+    if not starts.size:
+        return keys, weights
+    return keys[order[starts]], np.add.reduceat(weights[:, order], starts, axis=1)
+
+
+def _table(
+    keys: NDArray[np.int64], weights: FloatArray, prismatic: tuple[bool, ...], velocities: AbsoluteVelocities
+) -> ProductTable:
+    names: list[tuple[Monomial, ...]] = []
+    codes = np.empty((len(keys), len(velocities.runs)), dtype=np.int64)
+    start = 0
+    for r, run in enumerate(velocities.runs):
+        own = keys[:, start : start + len(run) + 1]
+        _, first, codes[:, r] = np.unique(numbers(own), return_index=True, return_inverse=True)
+        names.append(tuple(_factors(key, run, prismatic) for key in own[first].tolist()))
+        start += len(run) + 1
+    return ProductTable(tuple(names), codes, weights)
+
+
+def _factors(key: list[int], run: tuple[int, ...], prismatic: tuple[bool, ...]) -> Monomial:
+    """Factors of one run, from its multiples or power and whether it is a sine."""
+    *own, sine = key
+    joints = range(len(prismatic))
+    if prismatic[run[0]]:
+        return (Factor("power", tuple(int(j == run[0]) for j in joints)),) * own[0]
+    part = dict(zip(run, own, strict=True))
+    return (Factor("sin" if sine else "cos", tuple(part.get(j, 0) for j in joints)),) if any(own) else ()
+
+
 def has_one_double(table: ProductTable, r: int) -> bool:
-    """Whether run r is of one joint and has at most one double angle of a cosine."""
+    """Whether run r has at most one joint and one cosine of a double angle: then squares are all to try."""
     factors = [factor for name in table.names[r] for factor in name]
     doubles = [name for name in table.names[r] if name and name[0].kind == "cos" and half_of(name)]
     return len({joint for factor in factors for joint in factor.joints}) <= 1 and len(doubles) <= 1
 
 
-def with_squares(table: ProductTable, r: int, close: float) -> ProductTable:
-    """Rewrite run r, of which `has_one_double` holds; see `products.with_products`."""
+def _with_squares(table: ProductTable, r: int, close: float) -> ProductTable:
+    """Turn the double angles of a run of one joint into squares and products, in all products at once."""
     names, codes, weights = list(table.names[r]), table.codes.copy(), table.weights.copy()
     code, group = codes[:, r], table.groups(r)
-    # Within a group what is rewritten comes last.
+    # Rewritten products come last within their group.
     place = np.zeros(len(table), dtype=np.int64)
     for k, name in enumerate(table.names[r]):
         half = half_of(name)
@@ -99,56 +209,27 @@ def with_squares(table: ProductTable, r: int, close: float) -> ProductTable:
             constants, doubles = np.flatnonzero(code == names.index(())), np.flatnonzero(code == k)
             _, one, other = np.intersect1d(group[constants], group[doubles], return_indices=True)
             constants, doubles = constants[one], doubles[other]
-            signs = _signs(weights[constants], weights[doubles], close)
+            # w cos 2a = 2 w C^2 - w = w - 2 w S^2: the second if only it makes the constant vanish.
+            with_cos, with_sin = (
+                np.abs(weights[constants] - sign * weights[doubles]).max(axis=1, initial=0.0) <= close
+                for sign in (1.0, -1.0)
+            )
+            signs = np.where(with_sin & ~with_cos, -1.0, 1.0)[:, None]
             weights[constants] -= signs * weights[doubles]
             weights[doubles] *= 2.0 * signs
             code[doubles] = np.where(signs[:, 0] > 0, len(names), len(names) + 1)
             place[doubles], place[constants] = 2, 3
-            names += [_square("cos", half), _square("sin", half)]
-    gone = (place == 3) & (np.abs(weights).max(axis=1, initial=0.0) <= close)
+            names += [(Factor("cos", half),) * 2, (Factor("sin", half),) * 2]
+    vanished = (place == 3) & (np.abs(weights).max(axis=1, initial=0.0) <= close)
     order = np.lexsort((place, group))
-    order = order[~gone[order]]
+    order = order[~vanished[order]]
     return table.rewritten(r, names, codes[order], weights[order])
 
 
-def _signs(constants: FloatArray, doubles: FloatArray, close: float) -> FloatArray:
-    """Of w cos 2a = 2 w C^2 - w = w - 2 w S^2, 1 for the first and -1 for the second, shape (T, 1).
-
-    The second where only it makes the constant vanish.
-    """
-    with_cos, with_sin = (
-        np.abs(constants - sign * doubles).max(axis=1, initial=0.0) <= close for sign in (1.0, -1.0)
-    )
-    return np.where(with_sin & ~with_cos, -1.0, 1.0)[:, None]
-
-
-def _square(kind: str, half: tuple[int, ...]) -> Monomial:
-    return (Factor("cos" if kind == "cos" else "sin", half),) * 2
-
-
-# Beyond it, trying every choice of squares would take longer than it helps; no arm known comes near.
-_MOST_CHOICES = 2**10
-
-
-def with_products(
+def _with_products(
     table: ProductTable, r: int, close: float, is_part: Callable[[FloatArray], bool]
 ) -> ProductTable:
-    """Rewrite run r, for every combination of the other runs' factors apart.
-
-    Parameters
-    ----------
-    table
-        Products, of which all sums are rewritten alike; of a run at most one cosine or sine.
-    r
-        Place of a run of revolute joints.
-    close
-        Weights no farther apart are taken for equal; nothing larger is ever lost.
-    is_part
-        Whether multiples are those of an angle between two links, see `AbsoluteVelocities.is_part`: a
-        product is one of two such angles.
-    """
-    if has_one_double(table, r):
-        return with_squares(table, r, close)
+    """Rewrite run r group by group; weights that differ by up to `close` count as equal."""
     names = {name: k for k, name in enumerate(table.names[r])}
     codes, weights = [], []
     for members in _members(table.groups(r)):
@@ -172,7 +253,7 @@ def _members(group: NDArray[np.int64]) -> list[NDArray[np.int64]]:
 def _paired(
     group: dict[Monomial, FloatArray], close: float, is_part: Callable[[FloatArray], bool]
 ) -> dict[Monomial, FloatArray]:
-    """Turn two functions of equal weight, of a sum and a difference of two angles, into one product."""
+    """Turn two functions of equal weight, of the sum and difference of two angles, into one product."""
     out = dict(group)
     for one, other in itertools.combinations(list(group), 2):
         if one not in out or other not in out or not one or not other:
@@ -198,7 +279,7 @@ def _paired(
 
 
 def _ratio(one: FloatArray, other: FloatArray, close: float) -> int:
-    """1 where all weights are equal, -1 where all are opposite, 0 otherwise."""
+    """1 if all weights are equal, -1 if all are opposite, 0 otherwise."""
     return int(np.abs(one - other).max() <= close) - int(np.abs(one + other).max() <= close)
 
 
@@ -210,7 +291,7 @@ def _product_kinds(kind: FactorKind, same_sign: bool) -> tuple[tuple[FactorKind,
 
 
 def _squared(group: dict[Monomial, FloatArray], close: float) -> dict[Monomial, FloatArray]:
-    """Turn double angles into squares and products where that needs no further term."""
+    """Turn double angles into squares and products where that takes no further term."""
     out = dict(group)
     doubles = []
     for product in list(out):
@@ -237,151 +318,3 @@ def _squared(group: dict[Monomial, FloatArray], close: float) -> dict[Monomial, 
     if float(np.abs(left(best)).max()) > close:
         out[()] = left(best)
     return out
-
-
-# cos x = (e^ix + e^-ix) / 2, sin x = -i (e^ix - e^-ix) / 2; a power is itself.
-_EXPONENTIALS = {"cos": (0.5, 0.5), "sin": (-0.5j, 0.5j), "power": (1.0, 0.0)}
-
-
-def to_terms(
-    waves: TrigonometricPolynomial, velocities: AbsoluteVelocities, noise: float = 0.0, deciding: int = 1
-) -> dict[Monomial, FloatArray]:
-    """Write polynomials in products of sines and cosines; exact, and the same for all of them.
-
-    Parameters
-    ----------
-    waves, velocities, noise, deciding
-        As for `to_products`.
-
-    Returns
-    -------
-    dict
-        Weights of shape (K,) by monomial, largest of the first polynomial first.
-    """
-    table = to_products(waves, velocities, noise, deciding)
-    joined = zip(table.monomials(), table.weights, strict=True)
-    return dict(sorted(joined, key=lambda item: (falling(item[1][0]), item[0])))
-
-
-def to_products(
-    waves: TrigonometricPolynomial, velocities: AbsoluteVelocities, noise: float = 0.0, deciding: int = 1
-) -> ProductTable:
-    """Write polynomials in products of sines and cosines; exact, and the same for all of them.
-
-    Parameters
-    ----------
-    waves
-        K polynomials: the first is the sum that shall be short, the others (its effects, its links) follow.
-    velocities
-        The arm's runs: within a run the sines and cosines are of sums of its angles.
-    noise
-        What round-off can do to a weight: products below it are left out, and two weights no farther apart
-        than twice this are taken for equal; nothing larger is ever lost.
-    deciding
-        So many of the first polynomials decide which products there are.
-    """
-    keys, weights = _split(waves, velocities)
-    kept = (np.abs(weights[:deciding]) > noise).any(axis=0)
-    table = _table(keys[kept], weights.T[kept], waves.prismatic, velocities)
-    for r, run in enumerate(velocities.runs):
-        if not waves.prismatic[run[0]]:
-            table = with_products(table, r, 2 * noise, velocities.is_part)
-    return table
-
-
-def _split(
-    waves: TrigonometricPolynomial, velocities: AbsoluteVelocities
-) -> tuple[NDArray[np.int64], FloatArray]:
-    """Waves as products of one cosine or sine, or power, per run.
-
-    A wave is Re(C prod_r exp(i s_r a_r)), a_r the angle of run r with the sign s_r taken out that makes its
-    multiples lexically positive, and exp(i s a) = cos a + i s sin a. Keys, shape (T, n + runs), are one run
-    behind the other its multiples and then whether it is a sine, ascending; weights have shape (P, T).
-    """
-    ends = np.cumsum([len(run) for run in velocities.runs])
-    keys = np.insert(waves.multiples[:, [*itertools.chain(*velocities.runs)]], ends, 0, axis=1)
-    weights = waves.coefficients
-    for r, (run, end) in enumerate(zip(velocities.runs, ends.tolist(), strict=True)):
-        if waves.prismatic[run[0]]:
-            continue
-        place = slice(end + r - len(run), end + r)
-        sign = np.sign(numbers(keys[:, place]))
-        keys[:, place] *= np.where(sign < 0, -1, 1)[:, None]
-        turned = np.flatnonzero(sign)
-        sines = keys[turned]
-        sines[:, place.stop] = 1
-        keys = np.concatenate([keys, sines])
-        weights = np.concatenate([weights, weights[:, turned] * (1j * sign[turned])], axis=1)
-        keys, weights = _gathered(keys, weights)
-    return keys, np.ascontiguousarray(weights.real)
-
-
-def _gathered(keys: NDArray[np.int64], weights: Array) -> tuple[NDArray[np.int64], Array]:
-    """Sum up the columns of equal keys, which come out ascending."""
-    number = numbers(keys)
-    order = np.argsort(number, kind="stable")
-    starts = np.flatnonzero(np.diff(number[order], prepend=np.iinfo(np.int64).min))
-    if not starts.size:
-        return keys, weights
-    return keys[order[starts]], np.add.reduceat(weights[:, order], starts, axis=1)
-
-
-def _table(
-    keys: NDArray[np.int64], weights: FloatArray, prismatic: tuple[bool, ...], velocities: AbsoluteVelocities
-) -> ProductTable:
-    """Products by name."""
-    names: list[tuple[Monomial, ...]] = []
-    codes = np.empty((len(keys), len(velocities.runs)), dtype=np.int64)
-    start = 0
-    for r, run in enumerate(velocities.runs):
-        own = keys[:, start : start + len(run) + 1]
-        _, first, codes[:, r] = np.unique(numbers(own), return_index=True, return_inverse=True)
-        names.append(tuple(_factors(key, run, prismatic) for key in own[first].tolist()))
-        start += len(run) + 1
-    return ProductTable(tuple(names), codes, weights)
-
-
-def _factors(key: list[int], run: tuple[int, ...], prismatic: tuple[bool, ...]) -> Monomial:
-    """Factors of a run, from its multiples or power and whether it is a sine."""
-    *own, sine = key
-    joints = range(len(prismatic))
-    if prismatic[run[0]]:
-        return (Factor("power", tuple(int(j == run[0]) for j in joints)),) * own[0]
-    part = dict(zip(run, own, strict=True))
-    return (Factor("sin" if sine else "cos", tuple(part.get(j, 0) for j in joints)),) if any(own) else ()
-
-
-def to_polynomial(
-    polynomials: Sequence[Mapping[Monomial, float]], prismatic: Sequence[bool]
-) -> TrigonometricPolynomial:
-    """Multiply products of sines and cosines out.
-
-    Parameters
-    ----------
-    polynomials
-        P sums of monomials with their weights.
-    prismatic
-        Whether each joint slides.
-    """
-    pairs = [(p, *item) for p, polynomial in enumerate(polynomials) for item in polynomial.items()]
-    rows = np.array([p for p, _, _ in pairs], dtype=np.int64)
-    multiples = np.zeros((len(pairs), len(prismatic)), dtype=np.int64)
-    weights = np.array([weight for _, _, weight in pairs], dtype=complex)
-    source = np.arange(len(pairs))
-    for place in range(max((len(monomial) for _, monomial, _ in pairs), default=0)):
-        nothing = Factor("power", (0,) * len(prismatic))
-        factors = [monomial[place] if place < len(monomial) else nothing for _, monomial, _ in pairs]
-        step = np.array([factor[1] for factor in factors], dtype=np.int64)[source]
-        up, down = np.array([_EXPONENTIALS[factor[0]] for factor in factors])[source].T
-        weights = np.concatenate([weights * up, weights * down])
-        there = weights != 0.0
-        multiples = np.concatenate([multiples + step, multiples - step])[there]
-        weights, source = weights[there], np.tile(source, 2)[there]
-    revolute = ~np.array(prismatic)
-    mirrored = numbers(multiples * revolute) < 0
-    multiples = np.where(mirrored[:, None] & revolute, -multiples, multiples)
-    weights = np.where(mirrored, weights.conj(), weights)
-    _, first, column = np.unique(numbers(multiples), return_index=True, return_inverse=True)
-    out = np.zeros((len(polynomials), len(first)), dtype=complex)
-    np.add.at(out, (rows[source], column), weights)
-    return TrigonometricPolynomial(tuple(prismatic), multiples[first], out)

@@ -1,8 +1,8 @@
-"""Terms of an arm's torques and energies: the form that is kept, written and stored.
+"""Terms of an arm's torques and energies, as they are kept, written and stored.
 
-A term is a number times a monomial in sines and cosines of sums of angles and in prismatic joints' variables;
-in a torque also times at most two velocities or one acceleration. The number stands beside the term:
-torques and energies are mappings from terms to numbers.
+A term is a monomial in sines and cosines of sums of angles and in the variables of prismatic joints; in a
+torque it is multiplied by up to two velocities or one acceleration. Its coefficient stands beside it: torques
+and energies are mappings from terms to numbers.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ FactorKind = Literal["cos", "sin", "power"]
 
 
 class Factor(NamedTuple):
-    """cos or sin of a sum of angles, or a prismatic joint's variable.
+    """Cosine or sine of a sum of angles, or the variable of a prismatic joint.
 
     Parameters
     ----------
     kind
         "cos", "sin" or "power".
     multiples
-        How often every joint of the arm goes into the argument; of a prismatic joint 1.
+        Multiple of every joint's variable in the argument; 1 for a prismatic joint.
     """
 
     kind: FactorKind
@@ -37,7 +37,7 @@ class Factor(NamedTuple):
 
     @property
     def is_plain(self) -> bool:
-        """Whether the argument is a sum of angles, each once: what C23 and S234 can name."""
+        """Whether the argument is a sum of angles, each once, so that C23 or S234 names the factor."""
         return any(self.multiples) and all(m in (0, 1) for m in self.multiples)
 
 
@@ -46,21 +46,21 @@ Monomial = tuple[Factor, ...]
 
 
 def half_of(monomial: Monomial) -> tuple[int, ...] | None:
-    """Multiples of half the angle of a single sine or cosine of a double one; None of anything else."""
+    """Multiples of half the angle of a single sine or cosine of a double angle; None for anything else."""
     if len(monomial) != 1 or monomial[0].kind == "power" or any(m % 2 for m in monomial[0].multiples):
         return None
     return tuple(m // 2 for m in monomial[0].multiples)
 
 
 class Velocity(NamedTuple):
-    """One factor of a torque term beside its monomial: order 1 is p_joint, order 2 pd_joint."""
+    """An absolute velocity p_joint (order 1) or acceleration pd_joint (order 2) in a torque term."""
 
     order: int
     joint: int
 
 
 class TorqueTerm(NamedTuple):
-    """Row of tau', velocities or acceleration, and monomial; joints count from 0."""
+    """Row of tau', velocities or acceleration, and monomial; joints from 0."""
 
     row: int
     velocities: tuple[Velocity, ...]
@@ -68,15 +68,15 @@ class TorqueTerm(NamedTuple):
 
     @property
     def quantity(self) -> str:
-        """Whether this belongs to D, to h or to c."""
+        """Name of D, h or c, whichever the term belongs to."""
         return quantity_of(self.velocities)
 
     def weight_unit(self, revolute: Sequence[bool]) -> str:
-        """Unit of its coefficient: that of its torque without velocities and prismatic variables.
+        """Unit of the coefficient: that of the torque without velocities and prismatic variables.
 
         Examples
         --------
-        >>> TorqueTerm(0, (Rate(2, 1),), (Factor("power", (0, 1)),)).weight_unit([True, False])
+        >>> TorqueTerm(0, (Velocity(2, 1),), (Factor("power", (0, 1)),)).weight_unit([True, False])
         'kg'
         """
         metres = 1 + revolute[self.row] - sum(factor.kind == "power" for factor in self.monomial)
@@ -86,7 +86,7 @@ class TorqueTerm(NamedTuple):
 
 
 class EnergyTerm(NamedTuple):
-    """A monomial in D'_ij (i <= j), or in the potential, where i and j are -1."""
+    """A monomial in D'_ij (i <= j), or in the potential energy, where i and j are -1."""
 
     i: int
     j: int
@@ -94,7 +94,7 @@ class EnergyTerm(NamedTuple):
 
     @property
     def quantity(self) -> str:
-        """Whether this belongs to the kinetic or to the potential energy."""
+        """Name of the energy, "kinetic" or "potential"."""
         return "potential" if self.is_potential else "kinetic"
 
     @property
@@ -103,18 +103,18 @@ class EnergyTerm(NamedTuple):
         return self.i < 0
 
 
-def _to_the(power: int) -> str:
-    """Write a power of the metre behind another unit."""
-    exponent = f"^{abs(power)}" if abs(power) > 1 else ""
-    return f"{'/' if power < 0 else ' '}m{exponent}" if power else ""
-
-
 Torques = Mapping[TorqueTerm, float]
 Energies = Mapping[EnergyTerm, float]
 
 
 def quantity_of(velocities: tuple[Velocity, ...]) -> str:
-    """Whether torque terms with these velocities belong to D, to h or to c."""
+    """Name of D, h or c, whichever torque terms with these velocities belong to."""
     if not velocities:
         return "gravity_loading"
     return "inertia" if velocities[0].order == 2 else "coriolis_centrifugal"
+
+
+def _to_the(power: int) -> str:
+    """Write a power of the metre behind another unit."""
+    exponent = f"^{abs(power)}" if abs(power) > 1 else ""
+    return f"{'/' if power < 0 else ' '}m{exponent}" if power else ""

@@ -1,14 +1,14 @@
-"""The exact form of an arm's dynamics, read off from its numbers.
+"""The exact form of an arm's dynamics, found from numbers.
 
 Every element of D is a polynomial of degree 2 in (cos q_k, sin q_k) of each revolute and in q_k of each
-prismatic joint, the potential energy of degree 1. Such a function is fixed by its values on a tensor grid
-of 5
-(3) angles per revolute and 3 (2) places per prismatic joint; a discrete Fourier (Vandermonde) transform along
-each axis returns its waves. No computer algebra is involved, and effects stay apart because they are apart
-in the values.
+prismatic joint; the potential energy has degree 1. The values on a tensor grid of 5 (3) angles per revolute
+and 3 (2) places per prismatic joint determine such a function, and a discrete Fourier (Vandermonde) transform
+along each axis gives its harmonics. No computer algebra is involved, and effects stay apart because their
+values are.
 
-What link s adds to D_ij (i <= j <= s) depends on q_{i+1}..q_s only, and so does its grid; every link for
-itself costs hardly more than all together, since the last link's grid is larger than all others.
+Link s contributes to D_ij (i <= j <= s) a function of q_{i+1} .. q_s only, so its grid has these axes only.
+Treating every link by itself costs little more than treating all together, as the last link's grid is by far
+the largest.
 """
 
 from __future__ import annotations
@@ -37,18 +37,19 @@ MOST_BYTES = 4e9
 
 @dataclass(frozen=True, eq=False)
 class Harmonics:
-    """An arm's dynamics as sums of waves.
+    """An arm's exact dynamics as trigonometric polynomials.
 
     Parameters
     ----------
     arm, velocities
         The arm and its runs of parallel joints.
     inertia_by_link
-        What link s adds to D_ij, i <= j <= s, by (s, i, j) from 0; two polynomials: translation, rotation.
+        Contribution of link s to D_ij, i <= j <= s, by (s, i, j) from 0; two polynomials: translation,
+        rotation.
     potential_by_link
-        What every link adds to the potential energy, J, up to a constant; n polynomials.
+        Contribution of every link to the potential energy, J, up to a constant; n polynomials.
     cut
-        Largest amplitude of a wave that round-off can feign: of D (kg m^2) and of the potential (J).
+        Largest amplitude that round-off can make, in D (kg m^2) and in the potential (J).
     left_out
         Largest amplitude left out as a structural zero, over `cut`; at most 1.
     """
@@ -65,11 +66,11 @@ class Harmonics:
 
     @property
     def noise(self) -> tuple[float, float]:
-        """Largest coefficient of a product of sines and cosines that round-off can feign, like `cut`.
+        """Largest coefficient of a product of sines and cosines that round-off can make, like `cut`.
 
-        A product of sines and cosines of r runs is a sum of 2^(r-1) waves of 2^(1-r) of its size. So with r
-        all runs of revolute joints the cut leaves out no wave of a product above the noise, and joining waves
-        of no more than the cut makes none.
+        A product of sines and cosines of r runs is a sum of 2^(r-1) harmonics with 2^(1-r) of its size. So
+        with r the number of runs of revolute joints, the cut drops no harmonic of a product above the noise,
+        and harmonics up to the cut make no product above it.
         """
         revolute = sum(self.arm.is_revolute[run[0]] for run in self.velocities.runs)
         of_inertia, of_potential = (cut * 2.0 ** (max(revolute, 1) - 1) for cut in self.cut)
@@ -77,7 +78,7 @@ class Harmonics:
 
     @property
     def gap(self) -> float:
-        """Smallest amplitude kept over largest left out: how clear the cut is."""
+        """Smallest amplitude kept over the largest left out: how clear the cut is."""
         families = [(part, self.cut[0]) for part in self.inertia_by_link.values()]
         families.append((self.potential_by_link, self.cut[1]))
         sizes = [np.abs(part.coefficients[part.coefficients != 0.0]) / cut for part, cut in families if cut]
@@ -88,7 +89,7 @@ class Harmonics:
     def inertia(self) -> dict[tuple[int, int], TrigonometricPolynomial]:
         """D_ij for i <= j, joints from 0; two polynomials: translation, rotation."""
         n = self.arm.n_joints
-        # Links may cancel; what is left of two equal coefficients is round-off.
+        # Contributions of links may cancel up to round-off.
         return {
             (i, j): TrigonometricPolynomial.summed(
                 [self.inertia_by_link[s, i, j] for s in range(j, n)]
@@ -101,7 +102,7 @@ class Harmonics:
     def whole_inertia(
         self, drive_inertia: FloatArray | None = None
     ) -> dict[tuple[int, int], TrigonometricPolynomial]:
-        """D_ij, i <= j, both effects together; with drives, whose inertia (n,) is added to the diagonal."""
+        """D_ij, i <= j, with both effects, and with the drives' inertia (n,) on the diagonal if given."""
         whole = {key: parts.total() for key, parts in self.inertia.items()}
         for i, added in enumerate(() if drive_inertia is None else drive_inertia):
             whole[i, i] += TrigonometricPolynomial.constant(whole[i, i].prismatic, added)
@@ -132,23 +133,23 @@ def christoffel(
 def slopes_of(
     inertia: Mapping[tuple[int, int], TrigonometricPolynomial], i: int, j: int, k: int
 ) -> list[TrigonometricPolynomial]:
-    """What adds up to a Christoffel symbol."""
+    """The three summands of a Christoffel symbol."""
     slopes = ((0.5, i, j, k), (0.5, i, k, j), (-0.5, j, k, i))
     return [sign * inertia[min(a, b), max(a, b)].derivative(by) for sign, a, b, by in slopes]
 
 
 def harmonics_of(arm: RobotArm | str | Path) -> Harmonics:
-    """Read the exact form of D by effect and of the potential energy off the numbers.
+    """Find the exact form of D by effect and of the potential energy.
 
     Parameters
     ----------
     arm
-        Any serial arm, or the name of a built-in one, or the path of its file.
+        A serial arm, the name of a built-in one or the path of its file.
 
     Returns
     -------
     Harmonics
-        Waves that round-off cannot have made; everything else is a structural zero.
+        The harmonics that round-off cannot have made; all others are structural zeros.
 
     Raises
     ------
@@ -165,14 +166,14 @@ def harmonics_of(arm: RobotArm | str | Path) -> Harmonics:
 
 
 def harmonics_behind(arm: RobotArm, first: int) -> Harmonics:
-    """Find D_ij of the joints from `first` (from 0) on only, and the whole potential energy.
+    """Find D_ij for the joints from `first` (from 0) on, and the whole potential energy.
 
-    These do not depend on the joints up to `first`: with each joint less the grid shrinks to a fifth.
+    These elements do not depend on the joints up to `first`: each joint less shrinks the grid to a fifth.
 
     Raises
     ------
     ArmError
-        If there still are so many joints that the grid takes more than `MOST_BYTES`.
+        If the grid still takes more than `MOST_BYTES`.
     """
     _require_affordable(arm, first)
     cut = _cut(arm)
@@ -180,22 +181,21 @@ def harmonics_behind(arm: RobotArm, first: int) -> Harmonics:
     left_out = 0.0
     for s in range(first, arm.n_joints):
         for i, values in _inertia_on_grid(_only_link(arm, s), first):
-            waves, largest = _waves_of(arm, values, range(i + 1, s + 1), DEGREE, cut[0])
+            rows, largest = _polynomials(arm, values, range(i + 1, s + 1), DEGREE, cut[0])
             left_out = max(left_out, largest)
-            # Rows are the effects' D_ii .. D_is, one effect behind the other.
+            # Rows are D_ii .. D_is of translation, then of rotation.
             for j in range(i, s + 1):
-                inertia[s, i, j] = waves[j - i :: s + 1 - i].above(0.0)
-    potential, largest = _waves_of(arm, _potential_on_grid(arm), range(arm.n_joints), 1, cut[1])
+                inertia[s, i, j] = rows[j - i :: s + 1 - i].above(0.0)
+    potential, largest = _polynomials(arm, _potential_on_grid(arm), range(arm.n_joints), 1, cut[1])
     return Harmonics(arm, AbsoluteVelocities.of(arm), inertia, potential, cut, max(left_out, largest))
 
 
 def _require_affordable(arm: RobotArm, first: int) -> None:
-    """Refuse an arm whose grid would take more memory than most machines have, before any of it is taken."""
+    """Refuse an arm whose grid takes too much memory, before any is taken."""
     size = _bytes(arm, first)
     if size <= MOST_BYTES:
         return
     n = arm.n_joints
-    # The potential energy's grid is the same for all.
     outer = next((i for i in range(first, n) if _bytes(arm, i) <= MOST_BYTES), None)
     some = "" if outer is None else f"elements from D{joined((outer, outer))} on, and c, are found; "
     raise ArmError(
@@ -209,7 +209,7 @@ def _require_affordable(arm: RobotArm, first: int) -> None:
 
 
 def _bytes(arm: RobotArm, first: int) -> int:
-    """Give the size of the larger grid: of D behind `first`, and of the potential energy."""
+    """Size of the larger of two grids: of D behind `first`, and of the potential energy."""
     n = arm.n_joints
     inertia = 2 * n * n * math.prod(len(_axis_nodes(arm, joint, DEGREE)) for joint in range(first + 1, n))
     potential = n * math.prod(len(_axis_nodes(arm, joint, 1)) for joint in range(n))
@@ -217,7 +217,7 @@ def _bytes(arm: RobotArm, first: int) -> int:
 
 
 def _only_link(arm: RobotArm, s: int) -> RobotArm:
-    """Cut the arm off behind link s and leave that link alone its mass."""
+    """The arm up to link s, with all other links massless."""
     weightless = tuple(
         replace(link, mass=0.0, com=np.zeros(3), inertia_com=np.zeros((3, 3))) for link in arm.links[:s]
     )
@@ -225,24 +225,24 @@ def _only_link(arm: RobotArm, s: int) -> RobotArm:
 
 
 def _cut(arm: RobotArm) -> tuple[float, float]:
-    """What round-off can make of the amplitude of a wave that is zero.
+    """Largest amplitude that round-off can make of a harmonic that is zero.
 
-    A value of D passes some 10 n roundings of terms that add up to at most sum_s m_s L^2 + |I_s| of the arm
-    stretched out. A transform's exponential is a mean of values with weights of magnitude 1, and a wave is
-    two of them, for m and -m. The weights for the powers of a prismatic joint add up to 2.
+    A value of D passes some 10 n roundings of terms that add up to at most sum_s m_s L^2 + |I_s| with the arm
+    stretched out. The transform takes means of values with weights of magnitude 1, one for m and one for -m.
+    The weights for the powers of a prismatic joint add up to 2.
     """
-    # The grid moves prismatic joints by up to 1 m, whatever their limits.
-    slides = arm.is_revolute.count(False)
-    reach = arm.reach + max(float(np.linalg.norm(com)) for com in arm.com) + slides
+    # The grid moves prismatic joints by up to 1 m.
+    prismatic = arm.is_revolute.count(False)
+    reach = arm.reach + max(float(np.linalg.norm(com)) for com in arm.com) + prismatic
     reach += float(np.linalg.norm(arm.joints[0].placement.translation))
-    unit = 10 * arm.n_joints * float(np.finfo(float).eps) / 2 * 2.0 ** (slides + any(arm.is_revolute))
+    unit = 10 * arm.n_joints * float(np.finfo(float).eps) / 2 * 2.0 ** (prismatic + any(arm.is_revolute))
     inertia = float((arm.mass * max(reach, 1.0) ** 2 + np.abs(arm.inertia_com).sum(axis=(1, 2))).sum())
     potential = float(arm.mass.sum() * reach * np.linalg.norm(arm.gravity))
     return unit * inertia, unit * potential
 
 
 def _axis_nodes(arm: RobotArm, joint: int, degree: int) -> FloatArray:
-    """Evenly spaced angles, or places of a prismatic joint around zero."""
+    """Evenly spaced angles, or places of a prismatic joint about zero."""
     if arm.is_revolute[joint]:
         return 2 * np.pi * np.arange(2 * degree + 1) / (2 * degree + 1)
     return np.linspace(-1.0, 1.0, degree + 1) if degree > 1 else np.array([0.0, 1.0])
@@ -258,7 +258,7 @@ def _grid(arm: RobotArm, joints: range, degree: int) -> tuple[tuple[int, ...], F
 
 
 def _inertia_on_grid(arm: RobotArm, first: int) -> Iterator[tuple[int, FloatArray]]:
-    """Rows i from `first` on of D, D_ii .. D_in by effect, on the grid of the joints behind i.
+    """Rows i of D from `first` on, D_ii .. D_in by effect, on the grid of joints behind i.
 
     Values have shape (2 (n - i), 5, 5, ...).
     """
@@ -271,7 +271,7 @@ def _inertia_on_grid(arm: RobotArm, first: int) -> Iterator[tuple[int, FloatArra
         moments = composite.composite_moments(arm, solve_kinematics(arm, q[:, chunk]))
         composite.inertia(moments, out[..., chunk])
     for i in range(first, n):
-        # The grid's axes of joints 2..i stay at their first node.
+        # Joints up to i stay at their first node.
         behind = out[:, i, i:, : math.prod(shape[i - first :])]
         yield i, behind.reshape(-1, *shape[i - first :])
 
@@ -286,14 +286,14 @@ def _potential_on_grid(arm: RobotArm) -> FloatArray:
     return out.reshape(-1, *shape)
 
 
-def _waves_of(
+def _polynomials(
     arm: RobotArm, values: FloatArray, joints: range, degree: int, cut: float
 ) -> tuple[TrigonometricPolynomial, float]:
-    """Waves of more than `cut` from P functions' values on the grid of `joints`; largest other over `cut`."""
+    """P functions from their values on a grid, and the largest amplitude up to `cut`, over `cut`."""
     revolute = [a for a, joint in enumerate(joints, start=1) if arm.is_revolute[joint]]
     table: Array = values
     if revolute:
-        # Values are real: of the first revolute joint's multiples those from zero on say it all.
+        # For real values the multiples of the first revolute joint from zero on suffice.
         table = np.fft.rfftn(values, axes=(*revolute[1:], revolute[0]), norm="forward")
     digits = [np.arange(size) for size in table.shape[1:]]
     for a, joint in enumerate(joints, start=1):
@@ -315,5 +315,5 @@ def _waves_of(
     multiples = np.zeros((len(found), arm.n_joints), dtype=np.int64)
     for joint, digit, place in zip(joints, digits, np.unravel_index(found, shape), strict=False):
         multiples[:, joint] = digit[place]
-    prismatic = tuple(not turns for turns in arm.is_revolute)
+    prismatic = tuple(not revolute for revolute in arm.is_revolute)
     return TrigonometricPolynomial(prismatic, multiples, table[:, found].astype(complex)).above(cut), left_out

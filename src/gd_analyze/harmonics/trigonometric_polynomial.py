@@ -1,9 +1,9 @@
-"""Polynomials in sines, cosines and prismatic variables as sums of waves.
+"""Polynomials in sines, cosines and the variables of prismatic joints, as sums of harmonics.
 
-The wave of multiples m is Re(C prod_k b_k) with b_k = exp(i m_k q_k) of a revolute and q_k^m_k of a prismatic
-joint. Waves are what a Fourier transform finds and what bounds and grids can handle: a wave's amplitude |C|
-is the largest it can get, a derivative multiplies C by i m_k or lowers a power. Of m and -m, which are one
-wave, the one that is lexically larger in the revolute joints is kept.
+The harmonic with multiples m is Re(C prod_k b_k), b_k = exp(i m_k q_k) for a revolute joint and q_k^m_k for
+a prismatic one. A Fourier transform finds harmonics, and they are easy to bound and to differentiate: the
+amplitude |C| is a harmonic's largest value, and a derivative multiplies C by i m_k or lowers a power. The
+multiples m and -m stand for the same harmonic; the one kept is lexically larger in the revolute joints.
 """
 
 from __future__ import annotations
@@ -19,26 +19,26 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import Array, FloatArray
 
-# Of D in every joint variable: each of its two velocities turns (or moves) with the joint once.
+# Degree of D in every joint variable: each of its two velocities contributes one.
 DEGREE = 2
-# Positions evaluated at once: their values of some twenty polynomials fit the cache.
+# Positions evaluated at once: the values of some twenty polynomials fit the cache.
 _CHUNK = 8192
-# Coefficients, and the share of them that are not zero, up to which sums over all are as fast.
+# A dense sum is as fast up to this many coefficients, or from this share of nonzero ones.
 _SPARSE = (1 << 16, 0.3)
-# Numbers of tables held at once on the way, 32 MB.
+# Numbers in the tables held at once, 32 MB.
 _MOST = 1 << 22
 
 
 @dataclass(frozen=True, eq=False)
 class TrigonometricPolynomial:
-    """P polynomials over the same waves.
+    """P polynomials over the same W harmonics.
 
     Parameters
     ----------
     prismatic
-        Whether each joint slides.
+        Whether each joint is prismatic.
     multiples
-        m of every wave, shape (W, n), all distinct; of a prismatic joint the power.
+        m of every harmonic, the power for a prismatic joint, shape (W, n), all rows distinct.
     coefficients
         C, shape (P, W).
     """
@@ -47,12 +47,12 @@ class TrigonometricPolynomial:
     multiples: NDArray[np.int64]
     coefficients: NDArray[np.complex128]
 
-    # An array times waves is for `__rmul__`.
+    # NumPy leaves array * polynomial to `__rmul__`.
     __array_ufunc__ = None
 
     @classmethod
     def stacked(cls, parts: Sequence[TrigonometricPolynomial]) -> TrigonometricPolynomial:
-        """All polynomials of all parts, one after the other."""
+        """Concatenate the polynomials of all parts."""
         multiples, places = _together(parts)
         out = np.zeros((sum(len(part.coefficients) for part in parts), len(multiples)), dtype=complex)
         row = 0
@@ -63,13 +63,13 @@ class TrigonometricPolynomial:
 
     @classmethod
     def summed(cls, parts: Sequence[TrigonometricPolynomial]) -> TrigonometricPolynomial:
-        """Sum of parts of P polynomials each."""
+        """Sum of several parts with P polynomials each."""
         count = len(parts[0].coefficients)
         return cls.stacked(parts).added([*range(count)] * len(parts), count)
 
     @classmethod
     def constant(cls, prismatic: tuple[bool, ...], value: float) -> TrigonometricPolynomial:
-        """One polynomial that is the same everywhere."""
+        """One constant polynomial."""
         return cls(
             prismatic, np.zeros((1, len(prismatic)), dtype=np.int64), np.array([[value]], dtype=complex)
         )
@@ -77,11 +77,16 @@ class TrigonometricPolynomial:
     def __len__(self) -> int:
         return len(self.multiples)
 
+    @cached_property
+    def revolute(self) -> NDArray[np.bool_]:
+        """Whether each joint is revolute, shape (n,)."""
+        return ~np.array(self.prismatic)
+
     def __add__(self, other: TrigonometricPolynomial) -> TrigonometricPolynomial:
         return TrigonometricPolynomial.summed([self, other])
 
     def __mul__(self, factor: float | FloatArray) -> TrigonometricPolynomial:
-        """Multiply all polynomials, or each by its own factor, shape (P,)."""
+        """Multiply all polynomials by one factor, or each by its own, shape (P,)."""
         return TrigonometricPolynomial(
             self.prismatic, self.multiples, self.coefficients * np.reshape(factor, (-1, 1))
         )
@@ -92,27 +97,27 @@ class TrigonometricPolynomial:
         return TrigonometricPolynomial(self.prismatic, self.multiples, self.coefficients[polynomials])
 
     def added(self, places: Sequence[int], count: int) -> TrigonometricPolynomial:
-        """Sums of the polynomials, `count` of them: the p-th goes into the sum places[p]."""
+        """`count` sums of the polynomials: polynomial p is added to sum places[p]."""
         out = np.zeros((count, len(self)), dtype=complex)
         for place, row in zip(places, self.coefficients, strict=True):
             out[place] += row
         return TrigonometricPolynomial(self.prismatic, self.multiples, out)
 
     def total(self) -> TrigonometricPolynomial:
-        """Sum of the polynomials: of an element's effects, of a sum's links."""
+        """Sum of all P polynomials."""
         return self.added([0] * len(self.coefficients), 1)
 
     def only(self, chosen: NDArray[np.bool_]) -> TrigonometricPolynomial:
-        """Leave out the other waves."""
+        """Keep the chosen harmonics."""
         return TrigonometricPolynomial(self.prismatic, self.multiples[chosen], self.coefficients[:, chosen])
 
     def above(self, floor: float | FloatArray) -> TrigonometricPolynomial:
-        """Leave out coefficients of at most `floor`, and waves that are in no polynomial then."""
+        """Drop coefficients up to `floor`, and harmonics that no polynomial has any more."""
         kept = np.where(np.abs(self.coefficients) > floor, self.coefficients, 0.0)
         return TrigonometricPolynomial(self.prismatic, self.multiples, kept).only((kept != 0.0).any(axis=0))
 
     def derivative(self, joint: int) -> TrigonometricPolynomial:
-        """Derivative by q_joint (from 0); exact."""
+        """Derivative with respect to q_joint (from 0); exact."""
         there = self.only(self.multiples[:, joint] != 0)
         m = there.multiples[:, joint]
         if not self.prismatic[joint]:
@@ -122,40 +127,38 @@ class TrigonometricPolynomial:
 
     @cached_property
     def degrees(self) -> tuple[int, ...]:
-        """Largest multiple, or power, of every joint."""
+        """Largest multiple or power of every joint."""
         return tuple(int(d) for d in np.abs(self.multiples).max(axis=0, initial=0))
 
     def sizes(self, farthest: FloatArray) -> FloatArray:
-        """Largest magnitude of every wave in every polynomial, |q| being at most `farthest`, shape (P, W)."""
+        """Largest magnitude of every harmonic where |q| <= `farthest`, shape (P, W)."""
         return np.asarray(np.abs(self.coefficients) * self._powers(farthest[:, None])[:, 0])
 
     def curvatures(self, farthest: FloatArray) -> FloatArray:
-        """Largest second derivatives by every joint, |q| being at most `farthest`, shape (P, W, n)."""
+        """Largest second derivative by every joint where |q| <= `farthest`, shape (P, W, n)."""
         sizes = self.sizes(farthest)
         out = np.empty((*sizes.shape, len(self.prismatic)))
-        for k, slides in enumerate(self.prismatic):
+        for k, prismatic in enumerate(self.prismatic):
             m = self.multiples[:, k]
-            if not slides:
+            if not prismatic:
                 out[..., k] = sizes * m**2
                 continue
             lowered = self.multiples.copy()
             lowered[:, k] = np.maximum(m - 2, 0)
-            out[..., k] = TrigonometricPolynomial(self.prismatic, lowered, self.coefficients).sizes(
-                farthest
-            ) * (m * (m - 1))
+            twice_less = TrigonometricPolynomial(self.prismatic, lowered, self.coefficients)
+            out[..., k] = twice_less.sizes(farthest) * (m * (m - 1))
         return out
 
     def __call__(self, q: FloatArray) -> FloatArray:
         """Values at positions (n, K), shape (P, K)."""
-        revolute = ~np.array(self.prismatic)
-        angles = self.multiples[:, revolute].astype(float) @ q[revolute]
+        angles = self.multiples[:, self.revolute].astype(float) @ q[self.revolute]
         powers = self._powers(q)
         real, imaginary = self.parts
         return np.asarray(real @ (powers * np.cos(angles)) - imaginary @ (powers * np.sin(angles)))
 
     @cached_property
     def parts(self) -> tuple[Any, Any]:
-        """Real and imaginary coefficients, sparse where there are many and most are zero, shape (P, W)."""
+        """Real and imaginary coefficients, shape (P, W); sparse arrays if most of many are zero."""
         parts = self.coefficients.real.copy(), self.coefficients.imag.copy()
         size = self.coefficients.size
         if size <= _SPARSE[0] or np.count_nonzero(self.coefficients) > _SPARSE[1] * size:
@@ -165,22 +168,22 @@ class TrigonometricPolynomial:
         return csr_array(parts[0]), csr_array(parts[1])
 
     def magnitudes(self) -> TrigonometricPolynomial:
-        """Sum of all magnitudes as one polynomial: its sizes and curvatures are the sums of all."""
+        """One polynomial with the magnitudes of all added up: its sizes are the sums of theirs."""
         total = np.abs(self.coefficients).sum(axis=0, keepdims=True)
         return TrigonometricPolynomial(self.prismatic, self.multiples, total.astype(complex))
 
     def on_grid(self, nodes: Sequence[FloatArray]) -> Iterator[FloatArray]:
-        """Values on the tensor grid of every joint's nodes, in pieces (P, K) of its row-major order.
+        """Values on the tensor grid of all joints' nodes, in pieces (P, K) of its row-major order.
 
-        Joint after joint the nodes' values of 1, cos, sin, .. are contracted with the coefficients, so that a
-        position costs a few multiplications instead of its own sines and cosines.
+        The coefficients are contracted with the values of 1, cos, sin, .. at the nodes, joint by joint, so
+        that a position costs a few multiplications instead of its own sines and cosines.
         """
         bases = [self._basis(k, node) for k, node in enumerate(nodes)]
         table = self._table
         yield from _on_grid(table.reshape(len(table), -1), bases)
 
     def _powers(self, q: FloatArray) -> FloatArray:
-        """Product of the prismatic joints' powers, shape (W, K)."""
+        """Product of the powers of the prismatic variables, shape (W, K)."""
         out = np.ones((len(self.multiples), q.shape[1]))
         for k in np.flatnonzero(self.prismatic):
             out *= q[k] ** self.multiples[:, [k]]
@@ -199,25 +202,23 @@ class TrigonometricPolynomial:
     @cached_property
     def _table(self) -> FloatArray:
         """Coefficients of the products of the joints' basis functions, shape (P, B_1, .., B_n)."""
-        revolute = ~np.array(self.prismatic)
-        shape = tuple((1 + revolute) * self.degrees + 1)
+        shape = tuple((1 + self.revolute) * self.degrees + 1)
         out = np.zeros((len(self.coefficients), *shape))
         for p, row in enumerate(self.coefficients):
             there = np.flatnonzero(row)
-            # Of single polynomials most know few joints.
+            # Most single polynomials depend on few joints.
             multiples = self.multiples[there]
             degrees = np.abs(multiples).max(axis=0, initial=0)
-            lowest = degrees * revolute
+            lowest = degrees * self.revolute
             table: Array = np.zeros((1, *(degrees + lowest + 1)), dtype=complex)
             table[(0, *(multiples + lowest).T)] = row[there]
             small = table.shape[1:]
-            turns = [
+            bases = [
                 _euler(int(d)).T if turns else np.eye(d + 1)
-                for d, turns in zip(degrees, revolute, strict=True)
+                for d, turns in zip(degrees, self.revolute, strict=True)
             ]
-            out[p][tuple(slice(size) for size in small)] = _contracted(table[..., None], turns).real.reshape(
-                small
-            )
+            values = _contracted(table[..., None], bases).real
+            out[p][tuple(slice(size) for size in small)] = values.reshape(small)
         return out
 
 
@@ -229,12 +230,12 @@ def _on_grid(table: FloatArray, bases: Sequence[FloatArray]) -> Iterator[FloatAr
         inner -= 1
     behind = math.prod(sizes[inner:])
     if inner > 1 and len(table) * math.prod(counts[:inner]) * behind > _MOST:
-        # Too many positions of the outer joints for their tables to be held all at once.
+        # The tables at all positions of the outer joints would take too much memory.
         by_first = table.reshape(len(table), sizes[0], -1)
         for row in bases[0]:
             yield from _on_grid(np.matmul(row, by_first), bases[1:])
         return
-    # Outer joints once, all their nodes; shape (P, outer positions, B of the inner joints).
+    # All nodes of the outer joints at once, shape (P, outer positions, B of the inner joints).
     outer = _contracted(table.reshape(len(table), *sizes[:inner], behind), bases[:inner])
     outer = outer.reshape(len(table), -1, behind)
     step = max(1, int(_CHUNK // np.prod(counts[inner:], dtype=float)))
@@ -245,13 +246,13 @@ def _on_grid(table: FloatArray, bases: Sequence[FloatArray]) -> Iterator[FloatAr
 
 
 def numbers(multiples: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Number rows (K, n) of small integers: of their sign, and in order, as the first places that differ."""
+    """Number rows (K, n) of small integers so that the numbers order, and have signs, as the rows do."""
     radix = 2 * np.abs(multiples).max(axis=0, initial=0) + 1
     return np.asarray(multiples @ np.append(np.cumprod(radix[:0:-1])[::-1], 1))
 
 
 def _together(parts: Sequence[TrigonometricPolynomial]) -> tuple[NDArray[np.int64], list[NDArray[np.int64]]]:
-    """Multiples of all waves in any of the parts, and the places of each part's."""
+    """Multiples of the harmonics in any part, and the places of each part's own."""
     multiples = np.concatenate([part.multiples for part in parts])
     _, first, place = np.unique(numbers(multiples), return_index=True, return_inverse=True)
     return multiples[first], np.split(place, np.cumsum([len(part) for part in parts])[:-1])
@@ -268,11 +269,11 @@ def _euler(degree: int) -> Array:
 
 
 def _contracted(table: Array, bases: Sequence[Array]) -> Array:
-    """Contract (P, B_1, .., B_m, rest) with bases (N_k, B_k) to (P, N_1, .., N_m, rest), the last first."""
+    """Contract (P, B_1, .., B_m, rest) with bases (N_k, B_k), the last first, to (P, N_1, .., N_m, rest)."""
     counts = [len(basis) for basis in bases]
     behind = table.shape[-1]
     for k in reversed(range(len(bases))):
-        # As products of many small matrices, which no two threads quarrel about.
+        # Many small products: BLAS stays in one thread.
         table = np.matmul(bases[k], table.reshape(-1, bases[k].shape[1], behind))
         behind *= counts[k]
     return table

@@ -1,7 +1,7 @@
-"""Numbers that count: how many multiplications and additions code carries out, as it stands.
+"""Numbers that count the multiplications and additions that code carries out.
 
-Unlike a trace nothing is folded and nothing shared: a product with zero counts, an intermediate result formed
-twice counts twice. This is what the founding text's tables count, and what running the code costs.
+Unlike in a trace nothing is folded or shared: a product with zero counts, and an intermediate result formed
+twice counts twice. This is what the tables of [FGL87] count, and what running the code costs.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class CountingNumber:
         self.tally = tally
 
     def __add__(self, other: Any) -> CountingNumber:
-        # NumPy starts its sums from an integer zero; that addition is not in the code's formula.
+        # NumPy starts its sums from an integer zero; that addition is not the code's.
         if not (isinstance(other, int) and other == 0):
             self.tally.additions += 1
         return CountingNumber(self.value + _value(other), self.tally)
@@ -80,27 +80,14 @@ class CountingNumber:
 
 
 def counting_array(values: Array, tally: Tally) -> Array:
-    """Numbers of one set point, shape (n, 1), that count."""
+    """Counting numbers of one set point, shape (n, 1)."""
     out = np.empty((len(values), 1), dtype=object)
     out[:, 0] = [CountingNumber(float(value), tally) for value in values]
     return out
 
 
 def count_operations(code: Callable[..., Any], *states: Array) -> OperationCount:
-    """Run code once on numbers that count.
-
-    Parameters
-    ----------
-    code
-        Called with the states as arrays of shape (n, 1).
-    states
-        Numbers of one set point, each of shape (n,).
-
-    Returns
-    -------
-    OperationCount
-        What was carried out.
-    """
+    """Count the operations of code, called with states of shape (n, 1) made from those given, shape (n,)."""
     tally = Tally()
     code(*(counting_array(state, tally) for state in states))
     return tally.count

@@ -1,10 +1,10 @@
-"""What several sums share is made a variable of its own, the most valuable first.
+"""Common subexpressions of several sums become variables, the most valuable first.
 
 After the fast extraction of logic synthesis and its use on polynomials (Hosangadi, Fallah and Kastner,
 Optimizing polynomial expressions by algebraic factorization and common subexpression elimination, IEEE
 Transactions on Computer-Aided Design 25, 2006): candidates are sums of two terms that occur in several
-places up to a product and a factor, products of two variables, and what a variable of a sum is multiplied
-by. Sums of more terms grow from sums of two.
+places up to a product and a factor, products of two variables, and the cofactors of a variable in a sum.
+Sums of more terms grow from sums of two.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from gd_analyze.operations.sums import Monomial, Pair, PairProduct, Sums, Terms,
 
 
 class _Place(NamedTuple):
-    """Where a divisor occurs: in the sum of a variable, times a product and a factor."""
+    """Where a divisor occurs: in the sum of variable v, times a product and a factor."""
 
     v: int
     beside: Monomial
@@ -29,7 +29,7 @@ class _Place(NamedTuple):
 
 @dataclass(frozen=True)
 class _Divisor:
-    """A sum that occurs in places, what it saves to evaluate it once, and the factor to give it then."""
+    """A sum, its places, the operations saved by evaluating it once, and the factor to define it with."""
 
     terms: Terms
     places: tuple[_Place, ...]
@@ -38,7 +38,7 @@ class _Divisor:
 
 
 class _Factor(NamedTuple):
-    """A variable, or a coefficient's magnitude, in several terms of one sum."""
+    """A variable or a coefficient's magnitude in several terms of one sum."""
 
     v: int
     magnitude: float
@@ -46,7 +46,7 @@ class _Factor(NamedTuple):
 
 
 class _Product(NamedTuple):
-    """A product of two, and what it saves to evaluate it once."""
+    """A product of two, and the operations saved by evaluating it once."""
 
     two: PairProduct
     gain: int
@@ -56,7 +56,7 @@ _Candidate = Pair | PairProduct | _Factor
 _Step = _Divisor | _Product
 
 
-# Most valuable sums of two that are grown before one is chosen; more took longer and gained nothing.
+# Most valuable sums of two to grow before one is chosen; more took longer and gained nothing.
 _GROWN = 16
 
 
@@ -68,7 +68,7 @@ def extract(sums: Sums, random: Random | None = None, noise: float = 0.0) -> Non
     sums
         Changed in place.
     random, noise
-        To every gain up to `noise` operations are added by chance: other ways of breaking ties, and more.
+        Random gains up to `noise` operations are added to break ties in other ways, and more.
     """
     steps: dict[_Candidate, _Step] = {}
     while True:
@@ -94,7 +94,7 @@ def extract(sums: Sums, random: Random | None = None, noise: float = 0.0) -> Non
 
 
 def _update(sums: Sums, steps: dict[_Candidate, _Step]) -> None:
-    """Look again at what touched terms take part in."""
+    """Evaluate the candidates that touched terms take part in again."""
     for changed in sums.touched:
         if isinstance(changed, Pair):
             _note(steps, changed, _pair(sums, changed))
@@ -134,7 +134,7 @@ def _pair(sums: Sums, pair: Pair) -> _Divisor | None:
 
 
 def _factors(sums: Sums, v: int) -> list[_Factor]:
-    """Variables and coefficients in three terms or more of a sum; two terms are a pair."""
+    """Variables and coefficients in three or more terms of a sum; two are a pair."""
     terms = sums.terms.get(v, {})
     if len(terms) < 3:
         return []
@@ -154,7 +154,7 @@ def _factor(sums: Sums, candidate: _Factor) -> _Divisor:
 
 
 def _divisor(sums: Sums, terms: Terms, places: list[_Place]) -> _Divisor:
-    """What a divisor saves, with the factor inside that makes most coefficients one."""
+    """Gain of a divisor with the factor that makes most of its coefficients one."""
     magnitude = sums.magnitude
     saved = (len(places) - 1) * (len(terms) - 1)
     for _, beside, scale in places:
@@ -162,7 +162,7 @@ def _divisor(sums: Sums, terms: Terms, places: list[_Place]) -> _Divisor:
         for m, c in terms.items():
             if m or beside:
                 saved += len(m) + len(beside) - (abs(magnitude(scale * c)) == 1.0)
-    # Of the factors that make coefficients one, the first of those that make most.
+    # Coefficients that each factor would make one; the first of the best factors is taken.
     ones = {1.0: 0}
     after = len(places)
     for m, c in terms.items():
@@ -177,7 +177,7 @@ def _divisor(sums: Sums, terms: Terms, places: list[_Place]) -> _Divisor:
 
 
 def _grown(sums: Sums, divisor: _Divisor) -> _Divisor:
-    """The best of a divisor and all that two of its places have in common."""
+    """The best of a divisor and all sums that two of its places have in common."""
     best = divisor
     for k, one in enumerate(divisor.places):
         for other in divisor.places[:k]:
@@ -194,7 +194,7 @@ def _scaled(sums: Sums, one: _Place, other: _Place) -> _Place:
 
 
 def _shared(sums: Sums, one: _Place, other: _Place) -> Terms:
-    """Terms of one place that the other has in the same proportion."""
+    """Terms that two places have in the same proportion."""
     ratio = _scaled(sums, one, other).scale
     there, shared, taken = sums.terms[other.v], {}, set()
     for monomial, c in sums.terms[one.v].items():

@@ -1,4 +1,4 @@
-"""A straight-line program: counted, and run on arrays of set points."""
+"""Straight-line programs: counted, run on arrays, differentiated, and written down as plain values."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ UFUNCS: dict[Operation, Any] = {
     "cos": np.cos,
     "sin": np.sin,
 }
+_ARGUMENTS: dict[str, int] = {"input": 1} | {name: ufunc.nin for name, ufunc in UFUNCS.items()}
 
 # Set points per pass: a program of a thousand intermediates then stays within a few megabytes.
 _CHUNK = 1024
@@ -49,7 +50,7 @@ class OperationCount:
 
 @dataclass(frozen=True)
 class Program:
-    """What the outputs need of a trace, in an order that can be evaluated.
+    """The part of a trace that its outputs need, in an order that can be evaluated.
 
     Parameters
     ----------
@@ -79,13 +80,13 @@ class Program:
         )
 
     def with_values(self, values: Mapping[str, float]) -> Program:
-        """Give some inputs a number, and fold what follows from it."""
+        """Set some inputs to numbers and fold the constants that follow."""
         trace = Trace()
         of = self.folded(trace, values)
         return Program.of(trace, [of(output) for output in self.outputs])
 
     def folded(self, trace: Trace, values: Mapping[str, float]) -> Callable[[Any], Any]:
-        """Carry it out on a trace, where some inputs have a number; what it gives for each expression."""
+        """Carry it out on a trace with some inputs set to numbers; see `carried_out` for what returns."""
 
         def given(name: str) -> Any:
             return values[name] if name in values else trace.record("input", name)
@@ -93,9 +94,19 @@ class Program:
         return self.carried_out(given, trace.apply)
 
     def carried_out(self, given: Callable[[str], Any], apply: Callable[..., Any]) -> Callable[[Any], Any]:
-        """Carry it out on whatever `given` makes of an input's name and `apply` of operation and arguments.
+        """Carry it out with any kind of value.
 
-        Returns what came of each expression; constants come back as they are.
+        Parameters
+        ----------
+        given
+            Value of an input, by name.
+        apply
+            Result of an operation on its arguments.
+
+        Returns
+        -------
+        Callable
+            Value of each expression; constants come back as they are.
         """
         known: dict[int, Any] = {}
 
@@ -133,14 +144,14 @@ class Program:
 
 
 class Batch:
-    """A program laid out for so many states; a call costs one vector operation per step and nothing else.
+    """A program with memory for a fixed number of states: a call costs one array operation per step.
 
     Parameters
     ----------
     program
         The program.
     count
-        States of one call.
+        States per call.
     """
 
     def __init__(self, program: Program, count: int) -> None:
@@ -161,7 +172,7 @@ class Batch:
         self._outputs = [of(output) for output in program.outputs]
 
     def rows(self, name: str, joints: int, *shape: int) -> list[tuple[int, FloatArray]]:
-        """Where values of an input by joint are put, with the joint, from 0; what is not needed has none."""
+        """Joints, from 0, whose input `name` the program needs, each with the array to write it to."""
         return [
             (i, self._inputs[f"{name}{i + 1}"].reshape(*shape or (self.count,)))
             for i in range(joints)
@@ -169,7 +180,7 @@ class Batch:
         ]
 
     def run(self) -> FloatArray:
-        """Outputs of what stands in the rows, shape (outputs, count)."""
+        """Outputs for the inputs written to the rows, shape (outputs, count)."""
         for function, arguments in self._calls:
             function(*arguments)
         out = np.empty((len(self._outputs), self.count))
@@ -181,7 +192,7 @@ class Batch:
 def derivative(
     program: Program, along: Mapping[str, float | str], values: Mapping[str, float] | None = None
 ) -> Program:
-    """Differentiate a program's outputs along a direction in its inputs.
+    """Differentiate a program's outputs along a direction in its inputs (forward differentiation).
 
     Parameters
     ----------
@@ -190,7 +201,7 @@ def derivative(
     along
         Direction: a number by input, or another input's name; 0 for inputs that are not named.
     values
-        Numbers that inputs have; the others remain inputs.
+        Numbers to set inputs to; the others remain inputs.
 
     Returns
     -------
@@ -232,11 +243,12 @@ def derivative(
     return Program.of(trace, [slope(output) for output in program.outputs])
 
 
-_ARGUMENTS: dict[str, int] = {"input": 1} | {name: ufunc.nin for name, ufunc in UFUNCS.items()}
-
-
 def written(program: Program) -> tuple[list[list[str | float]], list[str | float]]:
-    """Steps and outputs of a program as plain values."""
+    """Steps and outputs as plain values, for files.
+
+    A step is its operation and its arguments: "s0", "s1" .. for earlier steps, numbers for constants, the
+    name of an input.
+    """
     number = {step.order: f"s{k}" for k, step in enumerate(program.steps)}
 
     def value(x: Any) -> str | float:
@@ -253,19 +265,19 @@ def written(program: Program) -> tuple[list[list[str | float]], list[str | float
 def read_back(
     steps: Sequence[Sequence[str | float]], outputs: Sequence[str | float], inputs: Collection[str]
 ) -> Program:
-    """Rebuild a program from what `written` gave.
+    """Rebuild a program from what `written` gave; operations are recorded, none is carried out.
 
     Parameters
     ----------
     steps, outputs
         As `written` gave them.
     inputs
-        Names an input may have.
+        Allowed names of inputs.
 
     Raises
     ------
     ValueError
-        If a step is no operation, refers to a later step, or an input or a number is none.
+        If a step is no operation, refers to a later step, occurs twice, or an input or number is invalid.
     """
     trace = Trace()
     made: list[Expression] = []

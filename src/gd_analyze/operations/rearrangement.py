@@ -1,7 +1,7 @@
-"""Sums rearranged by chance and kept where that takes fewer operations; extraction alone ends too early.
+"""Large neighbourhood search for an arrangement of fewer operations, as extraction alone ends too early.
 
-A large neighbourhood search: the definitions of some neighbouring variables are put back in their places,
-terms are rewritten in ways that cost nothing, and extraction starts again from there.
+Some neighbouring variables are inlined, terms are rewritten at random in ways that cost nothing, and
+extraction starts again from there. A result with more operations is undone.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from random import Random
 from gd_analyze.operations.extraction import extract
 from gd_analyze.operations.sums import Sums, multiplications, over, times, without
 
-# Numbers of definitions put back at once, and how far chance may overrule gains then: what did best of what
-# was tried on the models of the arms supplied. Accepting more operations for a while gained nothing.
+# Numbers of variables to inline and random gains in the extraction that follows: the best of those tried on
+# models of the built-in arms. Accepting more operations for a while gained nothing.
 _PUT_BACK = (1, 1, 2, 2, 3, 4, 6)
 _NOISE = (0.3, 0.9, 1.5)
 _NEAR = 0.7
 _REWRITE = 0.5
-# Tries for each operation there is, after which nothing more is expected.
+# Tries per operation without gain, after which nothing more is expected.
 _PATIENCE = 5
 
 
@@ -30,11 +30,11 @@ def rearrange(sums: Sums, tries: int, circles: Mapping[int, int], seed: int = 0)
     sums
         Extracted; changed in place, never to more operations.
     tries
-        How often to disturb and extract again, unless nothing was gained for long.
+        Most tries.
     circles
-        Inputs whose squares sum to 1, each with its partner: a cosine and the sine of the same angle.
+        Inputs whose squares add up to 1, each with its partner: a cosine and the sine of the same angle.
     seed
-        Of the random choices; they are the same in every run.
+        Seed of the random choices.
     """
     random = Random(seed)
     least, patience = sums.operations, 0
@@ -44,7 +44,7 @@ def rearrange(sums: Sums, tries: int, circles: Mapping[int, int], seed: int = 0)
         if patience > _PATIENCE * least:
             return
         _put_back(sums, random)
-        for rewrite in (_rescale_term, _rescale_variable, _fold, _go_round):
+        for rewrite in (_rescale_term, _rescale_variable, _fold, _use_circle):
             if random.random() < _REWRITE:
                 sums.tidy()
                 rewrite(sums, circles, random)
@@ -58,7 +58,7 @@ def rearrange(sums: Sums, tries: int, circles: Mapping[int, int], seed: int = 0)
 
 
 def _put_back(sums: Sums, random: Random) -> None:
-    """Inline some variables, most often such that share a sum."""
+    """Inline some variables, most often neighbours that share a sum."""
     defined = sums.defined
     if not defined:
         return
@@ -71,8 +71,8 @@ def _put_back(sums: Sums, random: Random) -> None:
         sums.inline(v)
 
 
-def _go_round(sums: Sums, circles: Mapping[int, int], random: Random) -> None:
-    """Write 1 - y^2 for the x^2 of one term."""
+def _use_circle(sums: Sums, circles: Mapping[int, int], random: Random) -> None:
+    """Replace the x^2 of one term by 1 - y^2."""
     found = [
         (v, m, x)
         for v, terms in sums.terms.items()
@@ -90,14 +90,14 @@ def _go_round(sums: Sums, circles: Mapping[int, int], random: Random) -> None:
 
 
 def _fold(sums: Sums, _: Mapping[int, int], random: Random) -> None:
-    """Write w v + (c - w) y for w x + c y where v = x + y is known; at best nothing is left over."""
+    """Replace w x + c y by w v + (c - w) y where v = x + y is defined; at best nothing is left over."""
     several = [v for v, terms in sums.terms.items() if len(terms) > 1]
     if not several:
         return
     v = random.choice(several)
     inside = dict(sums.terms[v])
     one = min(inside, key=len)
-    # Whatever holds all that v holds can not be part of v: definitions stay without circles.
+    # A sum that holds all terms of v cannot be part of v, so definitions stay acyclic.
     found = [
         (user, beside)
         for user in dict.fromkeys(user for m in inside for x in m for user in sums.users[x])
@@ -121,7 +121,7 @@ def _fold(sums: Sums, _: Mapping[int, int], random: Random) -> None:
 
 
 def _rescale_term(sums: Sums, _: Mapping[int, int], random: Random) -> None:
-    """Write (c / d) v .. for a term c x .. where v = d x has a name: c times v .. may be known as well."""
+    """Replace a term c x .. by (c / d) v .. where v = d x is defined: (c / d) v .. may be known as well."""
     found = []
     for v in sums.defined:
         if len(sums.terms[v]) == 1:
@@ -141,7 +141,7 @@ def _rescale_term(sums: Sums, _: Mapping[int, int], random: Random) -> None:
 
 
 def _rescale_variable(sums: Sums, _: Mapping[int, int], random: Random) -> None:
-    """Give the definition of a variable another factor, at no cost."""
+    """Define a variable with another factor where that costs nothing."""
     defined = sums.defined
     if not defined:
         return

@@ -1,4 +1,4 @@
-"""Several polynomials in the same variables, evaluated together in few operations."""
+"""Polynomials in the same variables, and whole programs, evaluated in few operations."""
 
 from __future__ import annotations
 
@@ -14,45 +14,50 @@ from gd_analyze.operations.rearrangement import rearrange
 from gd_analyze.operations.sums import EQUAL, Magnitudes, Sums, Terms, times, without
 from gd_analyze.operations.trace import Expression, Trace
 
-Variables = tuple[Hashable, ...]
+# Coefficients by product: a tuple of variables, each as often as its power.
+Polynomial = Mapping[Any, float]
+# Variables whose squares add up to 1, each with its partner: a cosine and the sine of the same angle.
+Circles = Mapping[Hashable, Hashable]
+
+# Rearrangements to try at most, and where few terms join sums rearranged before: in any case, and per term.
+_TRIES, _TRIES_ANYHOW, _TRIES_EACH = 500, 10, 3
+# Rearrangements of a program to try, and that number times operations, as those of a long one take longer.
+_REARRANGEMENTS, _REARRANGEMENTS_TIMES_OPERATIONS = 400, 200_000
+
+_PARTNER = {"cos": "sin", "sin": "cos"}
 
 
-def factored(polynomial: Mapping[Any, float], value: Callable[[Any], Any]) -> Any:
+def factored(polynomial: Polynomial, value: Callable[[Any], Any]) -> Any:
     """Evaluate a polynomial in nested form (a multivariate Horner scheme).
 
-    The variable in most terms is taken out of them, again and again, inside and in what is left; then the
-    coefficients that several terms share. On traced numbers equal inner sums and products are formed
-    once, also between polynomials.
+    The variable in most terms is factored out, again and again, inside and in the rest; then coefficients
+    that several terms share. On traced numbers equal inner sums and products are formed once, also between
+    polynomials.
 
     Parameters
     ----------
     polynomial
-        Coefficients by monomial: a tuple of variables, each as often as its power.
+        Coefficients by product.
     value
-        The value of a variable: a number, an array or an expression.
+        Value of a variable: a number, an array or an expression.
 
     Returns
     -------
-    The polynomial's value, of the kind that `value` gives; 0.0 for no terms.
+    The polynomial's value, of the kind that `value` gives; 0.0 without terms.
     """
     terms = {variables: c for variables, c in polynomial.items() if c != 0.0}
     counts = Counter(itertools.chain.from_iterable(map(set, terms)))
-    if counts:
-        times = max(counts.values())
-        if times > 1:
-            # Of equally frequent variables always the same one: equal polynomials nest alike.
-            common = max((variable for variable, t in counts.items() if t == times), key=repr)
-            inside, rest = {}, {}
-            for variables, c in terms.items():
-                if common in variables:
-                    inside[without(variables, common)] = c
-                else:
-                    rest[variables] = c
-            nested = value(common) * factored(inside, value)
-            return nested + factored(rest, value) if rest else nested
+    most = max(counts.values(), default=0)
+    if most > 1:
+        # Among equally frequent variables always the same one: equal polynomials nest alike.
+        common = max((variable for variable, count in counts.items() if count == most), key=repr)
+        inside = {without(variables, common): c for variables, c in terms.items() if common in variables}
+        rest = {variables: c for variables, c in terms.items() if common not in variables}
+        nested = value(common) * factored(inside, value)
+        return nested + factored(rest, value) if rest else nested
     total: Any = 0.0
     equal = Magnitudes(EQUAL)
-    alike: dict[float, list[Variables]] = defaultdict(list)
+    alike: dict[float, list[tuple[Hashable, ...]]] = defaultdict(list)
     for variables in sorted(terms, key=repr):
         alike[abs(equal(terms[variables]))].append(variables)
     for members in alike.values():
@@ -66,15 +71,6 @@ def factored(polynomial: Mapping[Any, float], value: Callable[[Any], Any]) -> An
     return total
 
 
-Polynomial = Mapping[Any, float]
-Circles = Mapping[Hashable, Hashable]
-
-# Rearrangements to try, however few operations there are.
-_TRIES = 500
-# Where few terms join what was rearranged before: in any case, and for each of them.
-_TRIES_ANYHOW, _TRIES_EACH = 10, 3
-
-
 @dataclass(frozen=True)
 class SharedSums:
     """Polynomials as sums of products of variables and of one another.
@@ -82,10 +78,10 @@ class SharedSums:
     Parameters
     ----------
     variables
-        What the numbers from 0 on stand for.
+        Meaning of the numbers from 0 on.
     definitions
-        Coefficients by product of variables; -1, -2, .. are the polynomials in their order, numbers beyond
-        the variables what they share.
+        Coefficients by product; -1, -2, .. are the polynomials in their order, numbers beyond the variables
+        are shared sums.
     count
         Number of polynomials.
     operations
@@ -99,7 +95,7 @@ class SharedSums:
 
     @classmethod
     def of(cls, sums: Sums, variables: Sequence[Hashable], count: int) -> SharedSums:
-        """Take down what was found so far."""
+        """Copy the present state of some sums."""
         definitions = {v: dict(terms) for v, terms in sums.terms.items()}
         return cls(tuple(variables), definitions, count, sums.operations)
 
@@ -132,43 +128,43 @@ def shared_sums(
     circles: Circles | None = None,
     rearranging: int = 6_000,
 ) -> Iterator[SharedSums]:
-    """Find what polynomials share: what extraction finds, then what rearranging makes of it.
+    """Find what polynomials share, first by extraction, then by rearranging its result.
 
     Parameters
     ----------
     polynomials
-        Coefficients by product: a tuple of variables, each as often as its power.
+        The polynomials.
     circles
-        Variables whose squares sum to 1, each with its partner. Only rearranging makes use of them.
+        Only rearranging makes use of them.
     rearranging
-        How many rearrangements to try, times the operations there are.
+        Number of rearrangements to try times the number of operations.
 
     Yields
     ------
     SharedSums
-        Two, the second of no more operations than the first and made only when asked for.
+        Two, the second with no more operations than the first and made only on request.
     """
     growing = _Growing(polynomials, circles or {})
     growing.add(polynomials)
     yield growing.found()
-    growing.rearrange(min(_TRIES, rearranging // max(growing.operations, 1)))
+    growing.rearrange(min(_TRIES, rearranging // max(growing.sums.operations, 1)))
     yield growing.found()
 
 
 def growing_sums(steps: Sequence[Sequence[Polynomial]], circles: Circles) -> Iterator[SharedSums]:
-    """Find what polynomials share that gain terms step by step: each is written from the one before.
+    """Find what polynomials share that gain terms step by step, each result starting from the one before.
 
     Parameters
     ----------
     steps
-        Polynomials as for `shared_sums`, as many in each step; the last have all products that occur.
+        As many polynomials in each step; the last have all products that occur.
     circles
         As for `shared_sums`.
 
     Yields
     ------
     SharedSums
-        One for each step.
+        One per step.
     """
     growing, before = _Growing(steps[-1], circles), 0
     for polynomials in steps:
@@ -180,7 +176,7 @@ def growing_sums(steps: Sequence[Sequence[Polynomial]], circles: Circles) -> Ite
 
 
 class _Growing:
-    """Polynomials that gain terms, and what was found that they share."""
+    """Polynomials that gain terms, and the sums found so far."""
 
     def __init__(self, largest: Sequence[Polynomial], circles: Circles) -> None:
         numbers: dict[Hashable, int] = {}
@@ -193,10 +189,10 @@ class _Growing:
         }
         self._numbers, self._equal = numbers, Magnitudes(EQUAL)
         self._known: list[Terms] = [{} for _ in largest]
-        self._sums = Sums(self._known, len(numbers))
+        self.sums = Sums(self._known, len(numbers))
 
     def add(self, polynomials: Sequence[Polynomial]) -> None:
-        """Add what is new, and extract."""
+        """Add new terms, and extract."""
         for row, (known, polynomial) in enumerate(zip(self._known, polynomials, strict=True), start=1):
             terms: Terms = {}
             for variables, c in polynomial.items():
@@ -206,33 +202,22 @@ class _Growing:
                 new = (self._equal(c) if c else 0.0) - known.get(product, 0.0)
                 if new:
                     known[product] = known.get(product, 0.0) + new
-                    self._sums.add(-row, product, self._sums.magnitude(new))
-        extract(self._sums)
-
-    @property
-    def operations(self) -> int:
-        """What it takes now."""
-        return self._sums.operations
+                    self.sums.add(-row, product, self.sums.magnitude(new))
+        extract(self.sums)
 
     def rearrange(self, tries: int) -> None:
         """Look for fewer operations."""
-        rearrange(self._sums, tries, self._circles)
+        rearrange(self.sums, tries, self._circles)
 
     def found(self) -> SharedSums:
-        """Take down what was found so far."""
-        return SharedSums.of(self._sums, tuple(self._numbers), len(self._known))
-
-
-# Rearrangements to try, and the same times operations, as those of a long program take longer.
-_REARRANGEMENTS, _REARRANGEMENTS_TIMES_OPERATIONS = 400, 200_000
-
-_PARTNER = {"cos": "sin", "sin": "cos"}
+        """Copy the present state."""
+        return SharedSums.of(self.sums, tuple(self._numbers), len(self._known))
 
 
 def rewritten(program: Program, tries: int = _REARRANGEMENTS) -> Program:
-    """Write a program with the fewest operations that a second or two of rearranging find.
+    """Rewrite a program with the fewest operations that a second or two of rearranging find.
 
-    Sines and cosines, and what they are taken of, remain as they are.
+    Sines and cosines, and their arguments, remain as they are.
 
     Parameters
     ----------
@@ -244,7 +229,7 @@ def rewritten(program: Program, tries: int = _REARRANGEMENTS) -> Program:
     Returns
     -------
     Program
-        The same outputs, but for round-off; never more operations.
+        The same outputs but for round-off, with no more operations.
     """
     leaves = [step for step in program.steps if step.operation in ("input", *_PARTNER)]
     sums = _sums_of(program, leaves)
@@ -258,12 +243,12 @@ def rewritten(program: Program, tries: int = _REARRANGEMENTS) -> Program:
     rearrange(sums, min(tries, _REARRANGEMENTS_TIMES_OPERATIONS // max(sums.operations, 1)), partners)
     trace = Trace()
     found = SharedSums.of(sums, leaves, len(program.outputs))
-    written = Program.of(trace, found.values(program.folded(trace, {})))
-    return min(program, written, key=lambda one: one.count.total)
+    fewer = Program.of(trace, found.values(program.folded(trace, {})))
+    return min(program, fewer, key=lambda one: one.count.total)
 
 
 def _sums_of(program: Program, leaves: list[Expression]) -> Sums:
-    """Take every step as a definition."""
+    """Every step as a definition."""
     sums = Sums([], len(leaves))
     number = {leaf.order: k for k, leaf in enumerate(leaves)}
 
@@ -278,10 +263,9 @@ def _sums_of(program: Program, leaves: list[Expression]) -> Sums:
         terms: Terms = {}
         a, b = of(step.arguments[0]), of(step.arguments[-1])
         if step.operation == "multiply":
-            products = {times(x, y): c * d for x, c in a.items() for y, d in b.items()}
-            terms |= products
+            terms = {times(x, y): c * d for x, c in a.items() for y, d in b.items()}
         elif step.operation == "negative":
-            terms |= {x: -c for x, c in a.items()}
+            terms = {x: -c for x, c in a.items()}
         else:
             sign = -1.0 if step.operation == "subtract" else 1.0
             for x, c in [*a.items(), *((y, sign * d) for y, d in b.items())]:

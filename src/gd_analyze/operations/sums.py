@@ -1,7 +1,7 @@
 """Sums of products that share variables: changed term by term, undone, and always counted.
 
-Every defined variable is a sum of products of inputs and other defined variables. Beside the terms an index
-is kept of what occurs in several of them: pairs of terms that are alike up to a product and a factor, and
+Every defined variable is a sum of products of inputs and other defined variables. An index beside the terms
+lists what occurs in several of them: pairs of terms that are alike up to a common product and factor, and
 products of two variables, or of a coefficient and a variable.
 """
 
@@ -15,10 +15,10 @@ from typing import NamedTuple, TypeVar
 
 _V = TypeVar("_V")
 
-# A product of variables, each as often as its power, in ascending order; variables are numbers.
+# A product of variables (numbers) in ascending order, each as often as its power.
 Monomial = tuple[int, ...]
 
-# Given coefficients that are equal in mathematics and differ by the round-off of whatever computed them.
+# Relative difference of coefficients that are equal but for the round-off of their computation.
 EQUAL = 1e-9
 
 
@@ -61,17 +61,12 @@ def multiplications(monomial: Monomial, coefficient: float) -> int:
 
 
 class Magnitudes:
-    """Gives numbers that are equal within a relative tolerance one and the same magnitude: the first seen.
-
-    Parameters
-    ----------
-    tolerance
-        Largest relative difference of numbers that are taken as equal.
+    """Replaces numbers that are equal within a relative tolerance by the first seen; keeps their signs.
 
     Attributes
     ----------
     known
-        Magnitudes by the numbers, above 0, that were looked up.
+        Replacements of the numbers, above 0, looked up so far.
     """
 
     def __init__(self, tolerance: float) -> None:
@@ -80,7 +75,7 @@ class Magnitudes:
         self.known = {1.0: 1.0}
 
     def __call__(self, x: float) -> float:
-        """Look a number other than 0 up, keeping its sign."""
+        """Look up a number other than 0."""
         magnitude = abs(x)
         found = self.known.get(magnitude)
         if found is None:
@@ -104,7 +99,7 @@ def without(monomial: tuple[_V, ...], v: _V) -> tuple[_V, ...]:
 
 Terms = dict[Monomial, float]
 
-# Ratios of coefficients that are equal but for the round-off of a few multiplications and divisions.
+# Relative round-off of a few multiplications and divisions.
 _ROUND_OFF = 1e-12
 
 
@@ -123,7 +118,7 @@ class PairProduct(NamedTuple):
     variables: Monomial
 
 
-# What a named tuple's own constructor does, without the call between.
+# The constructor of a named tuple without the call around it.
 _new = tuple.__new__
 
 
@@ -137,12 +132,12 @@ def _products(monomial: Monomial, coefficient: float) -> tuple[PairProduct, ...]
 
 
 class Sums:
-    """Definitions of variables; outputs have the numbers -1, -2, .., inputs those from 0 to `first` - 1.
+    """Definitions of variables: outputs are numbered -1, -2, .., inputs from 0 to `first` - 1.
 
     Parameters
     ----------
     outputs
-        Sums to evaluate, in the inputs.
+        Sums of products of inputs.
     first
         Number of the first defined variable.
     """
@@ -168,11 +163,11 @@ class Sums:
 
     @property
     def defined(self) -> list[int]:
-        """Numbers of the defined variables that are no outputs."""
+        """Defined variables other than outputs."""
         return [v for v in self.terms if v >= self.first]
 
     def define(self, terms: Mapping[Monomial, float]) -> int:
-        """Make a new variable; its number."""
+        """Define a new variable and return its number."""
         number = self._next
         self._next += 1
         for monomial, coefficient in terms.items():
@@ -180,7 +175,7 @@ class Sums:
         return number
 
     def add(self, v: int, monomial: Monomial, coefficient: float) -> None:
-        """Add a term to the definition of v; what cancels is gone."""
+        """Add a term to the definition of v."""
         old = self.terms.get(v, {}).get(monomial, 0.0)
         total = old + coefficient
         if abs(total) <= _ROUND_OFF * abs(old):
@@ -188,7 +183,7 @@ class Sums:
         self.put(v, monomial, self.magnitude(total) if old and total else total)
 
     def put(self, v: int, monomial: Monomial, coefficient: float) -> None:
-        """Set one coefficient in the definition of v; 0 takes the term away."""
+        """Set a coefficient in the definition of v; 0 removes the term."""
         terms = self.terms.setdefault(v, {})
         old = terms.pop(monomial, 0.0)
         self._log.append((v, monomial, old))
@@ -203,7 +198,7 @@ class Sums:
             del self.terms[v]
 
     def inline(self, v: int) -> None:
-        """Put the definition of v in the place of v, and forget v."""
+        """Replace v by its definition wherever it occurs, and forget it."""
         definition = dict(self.terms.get(v, {}))
         for user in list(self.users[v]):
             while self.users[v][user]:
@@ -217,11 +212,11 @@ class Sums:
             self.put(v, monomial, 0.0)
 
     def mark(self) -> None:
-        """Make what is there now the state that `undo` goes back to."""
+        """Make the present state the one that `undo` returns to."""
         self._log.clear()
 
     def undo(self) -> None:
-        """Go back to the marked state."""
+        """Return to the marked state."""
         log, self._log = self._log, []
         for v, monomial, old in reversed(log):
             self.put(v, monomial, old)
@@ -230,7 +225,7 @@ class Sums:
         self.changed.clear()
 
     def tidy(self) -> None:
-        """Inline what is used once, or is no operation; forget what is not used."""
+        """Inline variables that are used once or take no operation; forget unused ones."""
         while self.changed:
             v = next(iter(self.changed))
             del self.changed[v]
@@ -240,7 +235,7 @@ class Sums:
     def _superfluous(self, v: int) -> bool:
         definition, users = self.terms.get(v, {}), self.users[v]
         if len(definition) <= 1:
-            # A product used once, a number, or another name for a variable; or nothing at all.
+            # A product used once, a number, another name for a variable, or nothing.
             cost = sum(multiplications(*term) for term in definition.items())
             return cost == 0 or users.total() <= 1
         if users.total() != 1:
@@ -249,7 +244,7 @@ class Sums:
         return abs(self.terms[user].get((v,), 0.0)) == 1.0
 
     def _count(self, v: int, monomial: Monomial, c: float, others: Terms, sign: int) -> None:
-        """Enter a term beside the others of its sum, or strike it out."""
+        """Count a term beside the others of its sum (sign 1), or no longer (sign -1)."""
         self.operations += sign * (multiplications(monomial, c) + (1 if others else 0))
         for x in monomial:
             self.users[x][v] += sign

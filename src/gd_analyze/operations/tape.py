@@ -1,7 +1,7 @@
-"""A program on states, again and again: values, what each step makes of the outputs, what needs what.
+"""A program whose numbers may change: values of its steps, derivatives of its outputs, dependencies.
 
-The numbers that steps multiply by are apart from the program, so that they can be changed without writing it
-anew.
+The numbers that steps multiply by are apart from the program, so that fitting changes them without rewriting
+it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Tape:
     program
         The program.
     free
-        Orders of the steps whose numbers may be changed; by default of all that multiply by one.
+        Orders of the steps whose numbers may change; by default all that multiply by a number.
     """
 
     def __init__(self, program: Program, free: Container[int] | None = None) -> None:
@@ -42,7 +42,7 @@ class Tape:
             first, second = (*operands, -1, -1)[:2]
             self._code.append((str(step.operation), first, second))
         self.numbers: FloatArray = numbers
-        # Steps that multiply by a number that may change, and what each of them multiplies.
+        # Steps that multiply by a number that may change, and the step that each multiplies.
         self.scaled: NDArray[np.intp] = np.array(scaled, dtype=np.intp)
         self.multiplied: NDArray[np.intp] = np.array([self._code[k][2] for k in scaled], dtype=np.intp)
         self.outputs = tuple(self._operand(x) for x in program.outputs)
@@ -81,7 +81,7 @@ class Tape:
     def slopes(self, values: FloatArray, numbers: FloatArray, weights: FloatArray) -> FloatArray:
         """Derivative of every output, times its weight, by every step, shape (steps, outputs, N).
 
-        Nothing is said of what goes into sines and cosines.
+        Arguments of sines and cosines, and what they depend on, are left at zero.
         """
         out = np.zeros((len(self), len(self.outputs), values.shape[1]))
         for row, k in enumerate(self.outputs):
@@ -105,13 +105,13 @@ class Tape:
 
     @cached_property
     def operations(self) -> NDArray[np.float32]:
-        """1 for what counts as an operation, 0 for the others, shape (steps,)."""
+        """1 for steps that count as operations, 0 for others, shape (steps,)."""
         counting = ("add", "subtract", "multiply")
         return np.array([code[0] in counting for code in self._code], dtype=np.float32)
 
     @cached_property
     def is_angle(self) -> NDArray[np.bool_]:
-        """Whether a step is a joint variable, or is made of such outside of sines and cosines."""
+        """Whether a step is a joint variable, or made of some outside of sines and cosines."""
         out = np.zeros(len(self), dtype=bool)
         for k, (operation, a, b) in enumerate(self._code):
             if operation == "input":
@@ -144,7 +144,7 @@ class Tape:
 
     @cached_property
     def alone_for(self) -> NDArray[np.bool_]:
-        """Whether all that needs a step (column) does so by way of another (row), shape (steps, steps)."""
+        """Whether every use of a step (column) is by way of another (row), shape (steps, steps)."""
         users: list[list[int]] = [[] for _ in self.steps]
         for k, (_, a, b) in enumerate(self._code):
             for x in {a, b} - {-1}:

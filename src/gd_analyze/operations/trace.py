@@ -1,8 +1,7 @@
-"""Numbers that remember how they were made.
+"""Numbers that record their arithmetic.
 
-Array code run on these numbers leaves a graph of its arithmetic behind, without a word changed. Equal
-subexpressions are one node, constants are folded and products with 0 and 1 vanish, so the graph holds what
-a person would write down, not what a loop runs through.
+Array code runs on these numbers unchanged and leaves a graph of its operations. Equal subexpressions are one
+node, constants are folded, products with 0 and 1 vanish: the graph holds the formula, not the loop.
 """
 
 from __future__ import annotations
@@ -61,7 +60,7 @@ class Expression:
 
 
 class Trace:
-    """The arithmetic of one computation; its expressions in the order of their making."""
+    """The arithmetic of one computation, as expressions in the order of their creation."""
 
     def __init__(self) -> None:
         self.expressions: list[Expression] = []
@@ -74,7 +73,7 @@ class Trace:
         return out
 
     def add(self, a: Any, b: Any) -> Any:
-        """Sum with zeros left out and a sign turned into a difference."""
+        """Sum; zeros are left out, and adding a negative is a difference."""
         if not isinstance(a, Expression) and not isinstance(b, Expression):
             return float(a) + float(b)
         if is_constant(a, 0.0):
@@ -88,13 +87,13 @@ class Trace:
         return self.record("add", *_sorted(a, b))
 
     def subtract(self, a: Any, b: Any) -> Any:
-        """Difference; b is not turned round first, which could be an operation of its own."""
+        """Difference; negating b first could be an operation of its own."""
         if isinstance(b, Expression) and not _is_negative(b) and not is_constant(a, 0.0):
             return self._difference(a, b)
         return self.add(a, self.negative(b))
 
     def multiply(self, a: Any, b: Any) -> Any:
-        """Product with zeros and ones folded and signs moved outside."""
+        """Product; zeros and ones are folded, and signs moved outside."""
         if not isinstance(a, Expression) and not isinstance(b, Expression):
             return float(a) * float(b)
         for x, y in ((a, b), (b, a)):
@@ -110,7 +109,7 @@ class Trace:
         return self.record("multiply", *_sorted(a, b))
 
     def negative(self, a: Any) -> Any:
-        """Change the sign; twice is nothing."""
+        """Change of sign; two cancel."""
         if not isinstance(a, Expression):
             return -float(a)
         if _is_negative(a):
@@ -120,12 +119,12 @@ class Trace:
         return self.record("negative", a)
 
     def apply(self, operation: Operation, *arguments: Any) -> Any:
-        """Carry an operation out, folding what can be folded."""
+        """Carry an operation out, and fold constants."""
         if operation in ("cos", "sin"):
             (x,) = arguments
             constant = math.cos if operation == "cos" else math.sin
             return self.record(operation, x) if isinstance(x, Expression) else constant(x)
-        # Each of the others is named as the method that folds it.
+        # Each of the others has a method of its name.
         return getattr(self, operation)(*arguments)
 
     def _difference(self, a: Any, b: Any) -> Any:
@@ -136,7 +135,7 @@ class Trace:
         return self.record("subtract", a, b)
 
     def record(self, operation: Operation, *arguments: Any) -> Expression:
-        """Take an operation down as it is, nothing folded: how a program that was written out comes back."""
+        """Record an operation as it is, without folding, as for a program read from a file."""
         arguments = tuple(a if isinstance(a, Expression | str) else float(a) for a in arguments)
         key = (operation, *((a.order, None) if isinstance(a, Expression) else a for a in arguments))
         known = self._known.get(key)
@@ -159,7 +158,7 @@ def reached(outputs: Sequence[Any]) -> list[int]:
 
 
 def is_constant(x: Any, value: float) -> bool:
-    """Whether this is no expression, but that number."""
+    """Whether x is this number rather than an expression."""
     return not isinstance(x, Expression) and x == value
 
 
@@ -168,7 +167,7 @@ def _is_negative(x: Any) -> bool:
 
 
 def _sorted(a: Any, b: Any) -> tuple[Any, Any]:
-    """Constants first, then by age: equal sums and products meet."""
+    """Constants first, then by age, so that equal sums and products are one node."""
 
     def age(x: Any) -> float:
         return x.order if isinstance(x, Expression) else -1
