@@ -7,7 +7,6 @@ import re
 
 import numpy as np
 import pytest
-from harmonic_arms import states_of, to_polynomial
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -21,6 +20,7 @@ from gd_analyze.harmonics.terms import Factor, Monomial
 from gd_analyze.harmonics.transform import harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.robots.catalogue import load_arm
+from harmonic_arms import states_of, to_polynomial
 from parallel_axes import arm_of, arms_with_runs
 from strategies import arms, examples
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from harmonic_arms import states_of, to_polynomial
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -13,6 +12,7 @@ from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.products import to_terms
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial, numbers
 from gd_analyze.robots.arm import RobotArm
+from harmonic_arms import states_of, to_polynomial
 from parallel_axes import arm_of, arms_with_runs
 from strategies import examples
 
