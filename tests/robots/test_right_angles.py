@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.robots.catalogue import load_arm
-from gd_analyze.robots.right_angles import RIGHT, Straightened, straight
+from gd_analyze.robots.right_angles import RIGHT, RightAngles, straight
 from gd_analyze.simplification.exact_form import ExactForm
 from robot_files import assert_same_torque, joint, link, urdf
 from strategies import examples, random_rotation, random_states
@@ -79,10 +79,10 @@ def test_angles_that_may_be_right_are_named_and_taken_as_written(tmp_path, right
 
 @pytest.mark.parametrize("measured", ["1.570123456", "0.0012", "1.5688", "0.785398"])
 def test_measured_angles_are_neither_changed_nor_suspected(measured):
-    straightened = Straightened()
-    assert straightened.angle(measured, "link", "line 1") == measured
-    assert not straightened.suspects
-    assert not straightened.told({"link"})
+    angles = RightAngles()
+    assert angles.angle(measured, "link", "line 1") == measured
+    assert not angles.suspects
+    assert not angles.assumptions({"link"})
 
 
 def test_only_what_the_arm_has_is_told(tmp_path):
@@ -97,9 +97,9 @@ def test_only_what_the_arm_has_is_told(tmp_path):
 
 
 def test_degrees_are_right_at_ninety():
-    straightened = Straightened()
-    assert straightened.angle("90.0001", "link", "line 1", 360.0) == "90.0"
-    (told,) = straightened.told({"link"})
+    angles = RightAngles()
+    assert angles.angle("90.0001", "link", "line 1", 360.0) == "90.0"
+    (told,) = angles.assumptions({"link"})
     assert told.endswith("of 1 link, most of link, by 1.7e-06 rad.")
 
 

@@ -57,7 +57,7 @@ def arms(robot: GivenRobot | None, form: str | None, output: Output) -> None:
 def _toml(robot: GivenRobot) -> str:
     from gd_analyze.robots.arm_file import text_of_arm_file
     from gd_analyze.robots.arm_toml import toml_of
-    from gd_analyze.robots.robot_file import is_xml
+    from gd_analyze.robots.catalogue import is_xml
 
     arm, path = robot.load(), Path(gd.builtin_arms().get(robot.name, robot.name))
     return toml_of(arm) if robot.limits or is_xml(path) else text_of_arm_file(path)

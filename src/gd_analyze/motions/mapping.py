@@ -21,7 +21,7 @@ from gd_analyze.motions.table import LogTable
 from gd_analyze.motions.time_axis import SAMPLE, TimeColumns
 from gd_analyze.motions.units import TIME_UNITS, units_of
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.toml_lines import TableLines
+from gd_analyze.robots.arm_file import TableLines
 from gd_analyze.text import LARGEST, in_python
 
 FORMAT = "gd-analyze log mapping 1"

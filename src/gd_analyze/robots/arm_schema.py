@@ -1,35 +1,61 @@
-"""What an arm's TOML file may hold, in which units, and what it must hold."""
+"""Schema of an arm's TOML file: keys, units and what each must hold."""
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Generic, Literal, TypeVar
+from collections.abc import Sequence
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.robots.parts import DHRow, JointKind, LinkUncertainty, of_point_mass, symmetric_tensor
+from gd_analyze.errors import ArmError
+from gd_analyze.robots.parts import (
+    ORTHONORMAL_TOLERANCE,
+    JointKind,
+    LinkUncertainty,
+    Placement,
+    of_point_mass,
+    symmetric_tensor,
+)
 from gd_analyze.text import LARGEST
 
 UNIT_SUFFIXES = {"_deg": math.pi / 180, "_mm": 1e-3}
+
 # NaN and infinity are refused by the tables.
 Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 _Nonnegative = Annotated[float, Field(ge=0, le=LARGEST)]
-_Positive = Annotated[float, Field(gt=0, le=LARGEST)]
-_LIMITS = ("range", "velocity_limit", "acceleration_limit")
+_Vector = Annotated[list[Number], Field(min_length=3, max_length=3)]
+_About = Literal["com", "origin"]
 
 
 def _ends(ends: list[float]) -> list[float]:
-    """A range as it is, if its ends are numbers, or -inf and inf where they are unknown."""
     for end, unknown in zip(ends, (-math.inf, math.inf), strict=True):
         if end != unknown and not abs(end) <= LARGEST:
             raise ValueError(f"lower and upper end up to {LARGEST:g}, or -inf and inf where unknown")
     return ends
 
 
+def _rotation(rows: list[list[float]]) -> list[list[float]]:
+    try:
+        Placement(np.array(rows))
+    except ArmError:
+        raise ValueError("a rotation: three orthonormal rows, right-handed") from None
+    return rows
+
+
+def _direction(axis: list[float]) -> list[float]:
+    length = float(np.linalg.norm(axis))
+    if abs(length - 1) > ORTHONORMAL_TOLERANCE:
+        raise ValueError(f"a unit vector, of length 1 instead of {length:g}")
+    return axis
+
+
 _End = Annotated[float, Field(allow_inf_nan=True)]
 _Range = Annotated[list[_End], Field(min_length=2, max_length=2), AfterValidator(_ends)]
+_Rotation = Annotated[list[_Vector], Field(min_length=3, max_length=3), AfterValidator(_rotation)]
+_Direction = Annotated[_Vector, AfterValidator(_direction)]
 
 
 class Table(BaseModel):
@@ -37,10 +63,8 @@ class Table(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
-    @classmethod
-    def _unit_suffixes(cls, data: dict[str, Any]) -> dict[str, str]:
-        """Suffix that each key may take, given the rest of its table."""
-        return {}
+    # Unit suffix that each key may take; "" where it depends on the kind of joint.
+    SUFFIXES: ClassVar[dict[str, str]] = {}
 
     @model_validator(mode="before")
     @classmethod
@@ -48,14 +72,23 @@ class Table(BaseModel):
         """Fold keys with a unit suffix into their SI key."""
         if not isinstance(data, dict):
             return data
-        converted = {f"{key}{suffix}": (key, suffix) for key, suffix in cls._unit_suffixes(data).items()}
+        by_kind = "_mm" if data.get("kind") == "prismatic" else "_deg"
+        suffixes = {key: suffix or by_kind for key, suffix in cls.SUFFIXES.items()}
+        converted = {f"{key}{suffix}": (key, suffix) for key, suffix in suffixes.items()}
         out: dict[str, Any] = {}
         for given, value in data.items():
-            key, suffix = converted.get(given, (given, None))
+            key, suffix = converted.get(given, (given, ""))
             if key in out:
                 raise ValueError(f"{key} is given twice, once with a unit suffix")
             out[key] = _scaled(value, UNIT_SUFFIXES[suffix]) if suffix else value
         return out
+
+    @model_validator(mode="after")
+    def _one_rotation(self) -> Table:
+        for prefix in ("", "frame_"):
+            if getattr(self, f"{prefix}rpy", None) and getattr(self, f"{prefix}rotation", None):
+                raise ValueError(f"either {prefix}rpy or {prefix}rotation, which say the same")
+        return self
 
 
 def _scaled(value: Any, factor: float) -> Any:
@@ -65,12 +98,14 @@ def _scaled(value: Any, factor: float) -> Any:
         return value
     try:
         return value * factor
-    except OverflowError:  # an integer that no float can hold: the schema says so
+    except OverflowError:  # an integer that no float can hold: the schema refuses it
         return value
 
 
 class JointTable(Table):
     """What every joint may state."""
+
+    SUFFIXES = dict.fromkeys(("range", "velocity_limit", "acceleration_limit"), "")
 
     name: str | None = None
     kind: JointKind = "revolute"
@@ -78,36 +113,32 @@ class JointTable(Table):
     velocity_limit: Number | None = None
     acceleration_limit: Number | None = None
 
-    @property
-    def ends(self) -> tuple[float | None, float | None]:
-        """Lower and upper end of the range, None where unknown."""
-        lower, upper = self.range or (-math.inf, math.inf)
-        return (lower if math.isfinite(lower) else None), (upper if math.isfinite(upper) else None)
-
-    @classmethod
-    def _unit_suffixes(cls, data: dict[str, Any]) -> dict[str, str]:
-        return dict.fromkeys(_LIMITS, "_mm" if data.get("kind") == "prismatic" else "_deg")
-
 
 class DHJointTable(JointTable):
     """A joint by a row of a Denavit-Hartenberg table."""
+
+    SUFFIXES = JointTable.SUFFIXES | {"theta": "_deg", "alpha": "_deg", "a": "_mm", "d": "_mm"}
 
     theta: Number = 0.0
     d: Number = 0.0
     a: Number = 0.0
     alpha: Number = 0.0
 
-    @property
-    def row(self) -> DHRow:
-        """The row of the table."""
-        return DHRow(self.theta, self.d, self.a, self.alpha)
 
-    @classmethod
-    def _unit_suffixes(cls, data: dict[str, Any]) -> dict[str, str]:
-        return super()._unit_suffixes(data) | {"theta": "_deg", "alpha": "_deg", "a": "_mm", "d": "_mm"}
+class PlacedJointTable(JointTable):
+    """A joint by its frame in the frame of the link before, and its axis in its own."""
+
+    SUFFIXES = JointTable.SUFFIXES | {"xyz": "_mm", "rpy": "_deg"}
+
+    xyz: _Vector = [0.0, 0.0, 0.0]
+    rpy: _Vector | None = None
+    rotation: _Rotation | None = None
+    axis: _Direction = [0.0, 0.0, 1.0]
 
 
-class _InertiaTable(Table):
+class InertiaTable(Table):
+    """Entries of an inertia tensor."""
+
     xx: Number
     yy: Number
     zz: Number
@@ -116,10 +147,13 @@ class _InertiaTable(Table):
     yz: Number = 0.0
 
     def tensor(self) -> FloatArray:
+        """Matrix, shape (3, 3)."""
         return symmetric_tensor(self.xx, self.yy, self.zz, self.xy, self.xz, self.yz)
 
 
-class _InertiaUncertaintyTable(_InertiaTable):
+class InertiaUncertaintyTable(InertiaTable):
+    """Standard uncertainties of the entries of an inertia tensor."""
+
     xx: _Nonnegative
     yy: _Nonnegative
     zz: _Nonnegative
@@ -131,24 +165,22 @@ class _InertiaUncertaintyTable(_InertiaTable):
 class LinkTable(Table):
     """What every link states."""
 
+    SUFFIXES = {"com": "_mm", "com_uncertainty": "_mm"}
+
     name: str | None = None
     mass: Number
-    com: list[Number] = Field(min_length=3, max_length=3)
-    inertia: _InertiaTable
-    inertia_about: Literal["com", "origin"] = "com"
+    com: _Vector
+    inertia: InertiaTable
+    inertia_about: _About = "com"
     as_measured: bool = False
     axial_only: bool = False
     mass_uncertainty: _Nonnegative | None = None
     com_uncertainty: list[_Nonnegative] | None = Field(default=None, min_length=3, max_length=3)
-    inertia_uncertainty: _InertiaUncertaintyTable | None = None
-    inertia_uncertainty_about: Literal["com", "origin"] | None = None
-
-    @classmethod
-    def _unit_suffixes(cls, data: dict[str, Any]) -> dict[str, str]:
-        return {"com": "_mm", "com_uncertainty": "_mm"}
+    inertia_uncertainty: InertiaUncertaintyTable | None = None
+    inertia_uncertainty_about: _About | None = None
 
     def uncertainty(self) -> LinkUncertainty | None:
-        """What is stated; None where nothing is."""
+        """Stated uncertainties; None where nothing is stated."""
         mass, com, inertia = self.mass_uncertainty, self.com_uncertainty, self.inertia_uncertainty
         if mass is None and com is None and inertia is None:
             return None
@@ -166,6 +198,16 @@ class LinkTable(Table):
         return tensor if about_com else tensor - of_point_mass(self.mass, np.array(self.com))
 
 
+class PlacedLinkTable(LinkTable):
+    """A link, and its frame in the frame of its joint."""
+
+    SUFFIXES = LinkTable.SUFFIXES | {"frame_xyz": "_mm", "frame_rpy": "_deg"}
+
+    frame_xyz: _Vector = [0.0, 0.0, 0.0]
+    frame_rpy: _Vector | None = None
+    frame_rotation: _Rotation | None = None
+
+
 class DriveTable(Table):
     """What a drive states."""
 
@@ -174,49 +216,34 @@ class DriveTable(Table):
     gear_ratio: Number = 1.0
     viscous: _Nonnegative = 0.0
     coulomb: list[Number] = Field(default=[0.0, 0.0], min_length=2, max_length=2)
-    torque_limit: _Positive | None = None
+    torque_limit: Annotated[float, Field(gt=0, le=LARGEST)] | None = None
 
 
-_JointT = TypeVar("_JointT", bound=JointTable)
-_LinkT = TypeVar("_LinkT", bound=LinkTable)
-
-
-class ArmTables(Table, Generic[_JointT, _LinkT]):
-    """The whole file; every table and key of it is described in docs/arms.md."""
+class ArmTables(Table):
+    """The whole file; every table and key is described in docs/arms.md."""
 
     format: Literal["gd-analyze arm 1"]
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
     title: str = ""
     convention: Literal["standard", "modified", "placement"] = "standard"
-    gravity: list[Number] = Field(default=[0.0, 0.0, -9.8062], min_length=3, max_length=3)
+    gravity: _Vector = [0.0, 0.0, -9.8062]
     sources: list[str] = []
     assumptions: list[str] = []
     doubts: list[str] = []
-    joints: list[_JointT] = Field(min_length=1)
-    links: list[_LinkT] = Field(min_length=1)
+    joints: Sequence[JointTable]
+    links: Sequence[LinkTable]
     drives: list[DriveTable] = []
 
 
-class DHFile(ArmTables[DHJointTable, LinkTable]):
+class DHFile(ArmTables):
     """A file of an arm by its Denavit-Hartenberg table."""
 
+    joints: Annotated[Sequence[DHJointTable], Field(min_length=1)]
+    links: Annotated[Sequence[LinkTable], Field(min_length=1)]
 
-def keys_beside(
-    keys: tuple[str | int, ...], joint: type[JointTable] = DHJointTable, link: type[LinkTable] = LinkTable
-) -> list[str]:
-    """Keys that the table may have in which a path such as ("links", 2, "mas") ends.
 
-    Examples
-    --------
-    >>> keys_beside(("links", 1, "inertia", "zx"))
-    ['xx', 'yy', 'zz', 'xy', 'xz', 'yz']
-    """
-    tables: dict[str, type[Table]] = {
-        "joints": joint,
-        "links": link,
-        "drives": DriveTable,
-        "inertia": _InertiaTable,
-        "inertia_uncertainty": _InertiaUncertaintyTable,
-    }
-    names = [tables[key] for key in keys[:-1] if isinstance(key, str)]
-    return list((names[-1] if names else DHFile).model_fields)
+class PlacementFile(ArmTables):
+    """A file of an arm by placements."""
+
+    joints: Annotated[Sequence[PlacedJointTable], Field(min_length=1)]
+    links: Annotated[Sequence[PlacedLinkTable], Field(min_length=1)]

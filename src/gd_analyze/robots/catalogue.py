@@ -1,4 +1,4 @@
-"""Arms by name (shipped with the package) or by path (the user's own)."""
+"""Arms by name (shipped with the package), by path (the user's own), or of a `pinocchio.Model`."""
 
 from __future__ import annotations
 
@@ -13,18 +13,23 @@ from gd_analyze.errors import ArmError, Location
 from gd_analyze.files import shipped
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm
-from gd_analyze.robots.chain import Pick
+from gd_analyze.robots.chain import chain_of
 from gd_analyze.robots.limits import Given, locks_of, with_limits
+from gd_analyze.robots.mjcf import read_mjcf
 from gd_analyze.robots.plausibility import warn_of_implausible
-from gd_analyze.robots.reduced import arm_of_tree
-from gd_analyze.robots.robot_file import is_pinocchio_model, is_xml, read_tree, tree_of_model
+from gd_analyze.robots.tree import Tree, arm_of_chain, tree_of_model
+from gd_analyze.robots.urdf import read_urdf
+from gd_analyze.robots.xml import read_xml
 from gd_analyze.text import in_python
 
 if TYPE_CHECKING:
     import pinocchio
 
-# Suffixes of logs and set points, which no robot's file has.
+# Suffixes of logs and set points, which no robot's file has, and of robots' files in XML.
 _OF_LOGS = frozenset((".csv", ".tsv", ".db3", ".mcap", ".bag", ".parquet"))
+_OF_XML = (".urdf", ".xml", ".mjcf", ".xacro", ".sdf")
+# Humanoids with both hands have 200.
+_MOST_LINKS = 2000
 
 
 def builtin_arms() -> dict[str, Path]:
@@ -33,13 +38,7 @@ def builtin_arms() -> dict[str, Path]:
 
 
 def arm_of(given: RobotArm | str | Path) -> RobotArm:
-    """Take an arm, or load the one that a built-in name or a path stands for.
-
-    Raises
-    ------
-    ArmError
-        As `load_arm`.
-    """
+    """An arm, or the one that a built-in name or a path stands for; raises as `load_arm`."""
     return given if isinstance(given, RobotArm) else load_arm(given)
 
 
@@ -64,9 +63,9 @@ def load_arm(
         Joints held at a value, rad or m: a mapping, or texts such as "elbow=90deg" and "slide=20mm". All
         other held joints are held at 0.
     limits
-        Limits of acceleration, which URDF and MJCF do not have: a mapping by joint, texts such as
-        "elbow=10", "all=600deg" or "10,10,20", or a file such as MoveIt's joint_limits.yaml, which may state
-        ranges and rates as well.
+        Acceleration limits, which URDF and MJCF do not have: a mapping by joint, texts such as "elbow=10",
+        "all=600deg" or "10,10,20", or a file such as MoveIt's joint_limits.yaml, which may state ranges and
+        velocity limits as well.
 
     Returns
     -------
@@ -83,20 +82,22 @@ def load_arm(
     Warns
     -----
     GdAnalyzeWarning
-        Of what looks like a slip in the file.
+        Of implausible numbers in the file.
 
     Examples
     --------
     >>> load_arm("puma560").n_joints
     6
     """
-    pick = Pick(tip, base, locks_of(lock))
-    if is_pinocchio_model(name_or_path):
-        return _checked(arm_of_tree(tree_of_model(name_or_path), pick), limits)
-    path = _path_of(name_or_path)
-    if is_xml(path):
-        return _checked(arm_of_tree(read_tree(path), pick), limits)
-    if pick:
+    locked = locks_of(lock)
+    is_model = type(name_or_path).__module__.partition(".")[0] == "pinocchio"
+    path = None if is_model else _path_of(name_or_path)
+    if path is None or is_xml(path):
+        tree = tree_of_model(name_or_path) if path is None else _read_tree(path)
+        arm = with_limits(arm_of_chain(tree, *chain_of(tree, tip, base, locked)), limits)
+        warn_of_implausible(arm, stacklevel=2)
+        return arm
+    if tip is not None or base is not None or locked:
         raise ArmError(
             f"arm {name_or_path} has no other links or joints to choose from",
             where="--tip, --base, --lock",
@@ -106,48 +107,63 @@ def load_arm(
     return with_limits(read_arm(path), limits)
 
 
-def _checked(arm: RobotArm, limits: Given) -> RobotArm:
-    """Add limits to an arm that was read, and warn of what looks like a slip in it."""
-    limited = with_limits(arm, limits)
-    warn_of_implausible(limited, stacklevel=3)
-    return limited
+def is_xml(path: Path) -> bool:
+    """Whether a file is meant to be XML, by its suffix or its first character."""
+    if path.suffix.lower() in _OF_XML:
+        return True
+    try:
+        with path.open("rb") as file:
+            start = file.read(512)
+    except OSError:
+        return False
+    return start.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<")
+
+
+def _read_tree(path: Path) -> Tree:
+    root = read_xml(path)
+    links = sum(node.tag in ("link", "body") for node in root.walk())
+    if links > _MOST_LINKS:
+        what, expected = "the robot has more links than any", f"at most {_MOST_LINKS}"
+        raise ArmError(what, where=root.where, expected=expected, found=str(links))
+    if root.tag == "robot":
+        return read_urdf(path, root)
+    if root.tag == "mujoco":
+        return read_mjcf(path, root)
+    raise ArmError(
+        "the XML is not a robot's",
+        where=root.where,
+        expected="<robot> (URDF) or <mujoco> (MJCF) as the outermost element",
+        found=f"<{root.tag}>",
+        next_step="convert it to URDF" + (", for which SDF has tools" if root.tag == "sdf" else ""),
+    )
 
 
 def _path_of(name_or_path: object) -> Path:
     if not isinstance(name_or_path, str | PathLike):
-        raise ArmError(
-            "this is no arm",
-            where="arm",
-            expected="the name of a built-in one, the path of an arm's file, or a pinocchio.Model",
-            found=in_python(name_or_path),
-        )
+        expected = "the name of a built-in one, the path of an arm's file, or a pinocchio.Model"
+        found = in_python(name_or_path)
+        raise ArmError("this is no arm", where="arm", expected=expected, found=found)
     builtin = builtin_arms()
     given = str(name_or_path)
     if given in builtin:
         return builtin[given]
     path = Path(name_or_path)
     with suppress(OSError):  # a name too long for the file system is no file either
-        is_file = path.is_file()
-        if (given and path.is_dir()) or (is_file and path.suffix.lower() in _OF_LOGS):
-            raise _no_robot(path)
-        if is_file:
+        is_folder, is_log = bool(given) and path.is_dir(), path.suffix.lower() in _OF_LOGS
+        if path.is_file() and not is_log:
             return path
+        if is_folder or path.is_file():
+            raise ArmError(
+                "this is no robot's file",
+                where=Location(path),
+                expected="the path of an arm's URDF, MJCF or TOML file, or a built-in arm's name",
+                found="a folder" if is_folder else f"a {path.suffix} file, as logs and set points are",
+                next_step="name the file in it" if is_folder else "name the robot first, then the log",
+            )
     near = difflib.get_close_matches(given, builtin, n=1)
     raise ArmError(
         f"there is no arm {given!r}",
         expected=f"a built-in arm ({', '.join(builtin)}) or the path of an arm's TOML, URDF or MJCF file",
         found="neither a known name nor an existing file",
         next_step=f"did you mean {near[0]!r}?" if near else "`gd-analyze arms` lists the built-in arms",
-    )
-
-
-def _no_robot(path: Path) -> ArmError:
-    """Refuse what exists but is no robot's file: a folder, or a log that was named first."""
-    is_folder = path.is_dir()
-    return ArmError(
-        "this is no robot's file",
-        where=Location(path),
-        expected="the path of an arm's URDF, MJCF or TOML file, or a built-in arm's name",
-        found="a folder" if is_folder else f"a {path.suffix} file, as logs and set points are",
-        next_step="name the file in it" if is_folder else "name the robot first, then the log",
     )

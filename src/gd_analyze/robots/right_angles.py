@@ -1,7 +1,7 @@
-"""Right angles written with few digits, made right again.
+"""Right angles written with few digits, made exact.
 
-A maker's file says 1.5708 where pi/2 is meant. Left alone, the rest of 4e-6 rad turns zeros of the equations
-of motion into terms, and axes that are parallel into ones that are not.
+A maker's file says 1.5708 where pi/2 is meant. The rest of 4e-6 rad would turn zeros of the equations of
+motion into terms, and parallel axes into skew ones.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from gd_analyze.arrays import FloatArray
 
 # 1.5708 is 3.7e-6 rad off pi/2, 3.1416 is 7.3e-6 off pi; no joint is assembled as exactly as that.
 RIGHT = 1e-5
-# 3.14 is 1.6e-3 rad off pi. Joints are askew by as much, so that this is only suspected.
+# 3.14 is 1.6e-3 rad off pi. Joints are misaligned by as much, so that this is only suspected.
 _SUSPECT = 2e-3
 # Nobody measures nanometres of an arm.
-NO_LENGTH = 1e-9
+_NO_LENGTH = 1e-9
 # What remains of a zero after a dozen products of rotations, of entries up to 1: 50 round-offs and more.
-ROUND_OFF = 1e-12
+_ROUND_OFF = 1e-12
 
 
 @dataclass
-class Straightened:
-    """What was changed, by the link it is about, and what looks like a right angle of too few digits.
+class RightAngles:
+    """Changes of angles and lengths by the link they are about, and angles that look like right ones.
 
     A joint's numbers are about the link that it leads to.
     """
@@ -36,10 +36,7 @@ class Straightened:
     suspects: list[tuple[str, str]] = field(default_factory=list)
 
     def angle(self, text: str, link: str, place: str, turn: float = 2 * math.pi) -> str:
-        """Take an angle as written, in units of which a full turn has `turn`; right ones come back exact.
-
-        `place` is its line, for a doubt.
-        """
+        """An angle as written, right ones exact; a full turn is `turn`, and `place` its line, for a doubt."""
         value, quarter = float(text), turn / 4
         near = round(value / quarter)
         off = abs(value - near * quarter) * 2 * math.pi / turn
@@ -49,23 +46,23 @@ class Straightened:
                 _note(self.angles, link, off)
             return repr(near * quarter)
         if near and off <= _SUSPECT and off * turn / (2 * math.pi) <= 10.0 ** -_decimals(text):
-            told = (
+            doubt = (
                 f"{place}: an angle of {text} is {off:.1g} rad off a right angle and taken as written; "
                 f"if {near * quarter:.6g} is meant, give it six digits"
             )
-            self.suspects.append((link, told))
+            self.suspects.append((link, doubt))
         return text
 
     def length(self, text: str, link: str) -> str:
-        """Take a coordinate as written; one below a nanometre comes back as 0."""
+        """A coordinate as written; "0" below a nanometre."""
         value = abs(float(text))
-        if 0 < value < NO_LENGTH:
+        if 0 < value < _NO_LENGTH:
             _note(self.lengths, link, value)
             return "0"
         return text
 
     def direction(self, numbers: Iterable[float], link: str) -> FloatArray:
-        """Clean a direction of any length: a unit vector with zeros where there were almost such."""
+        """Unit vector along a direction of any length, with exact zeros."""
         vector = np.array(list(numbers), dtype=float)
         vector = vector / np.abs(vector).max()
         vector = vector / np.linalg.norm(vector)
@@ -76,7 +73,7 @@ class Straightened:
         return out
 
     def rotation(self, rotation: FloatArray, link: str) -> FloatArray:
-        """Clean a rotation: zeros where there were almost such, and orthonormal again."""
+        """A rotation with exact zeros, orthonormal again."""
         found = straight(rotation, RIGHT)
         self._note_turn(link, float(np.linalg.norm(found - rotation)) / math.sqrt(2))
         return found
@@ -85,26 +82,26 @@ class Straightened:
         if change > 16 * np.finfo(float).eps:
             _note(self.angles, link, change)
 
-    def told(self, links: Container[str]) -> tuple[str, ...]:
-        """Say what was changed of some links and by how much at most."""
-        said = []
+    def assumptions(self, links: Container[str]) -> tuple[str, ...]:
+        """Changes made to some links, and the largest, a sentence for angles and one for lengths."""
+        sentences = []
         for changes, what, unit in (
             (self.angles, f"Angles within {RIGHT:g} rad of a right angle are taken as right", "rad"),
-            (self.lengths, f"Lengths below {NO_LENGTH:g} m are taken as 0", "m"),
+            (self.lengths, f"Lengths below {_NO_LENGTH:g} m are taken as 0", "m"),
         ):
             of_these = {link: change for link, change in changes.items() if link in links}
             if of_these:
                 worst = max(of_these, key=lambda link: of_these[link])
-                count = f"{len(of_these)} link" + ("s" if len(of_these) > 1 else "")
-                said.append(f"{what}: of {count}, most of {worst}, by {of_these[worst]:.2g} {unit}.")
-        return tuple(said)
+                largest = f"largest change {of_these[worst]:.2g} {unit} ({worst})"
+                sentences.append(f"{what}: links changed {len(of_these)}, {largest}.")
+        return tuple(sentences)
 
 
 def _note(changes: dict[str, float], link: str, change: float) -> None:
     changes[link] = max(change, changes.get(link, 0.0))
 
 
-def straight(rotation: FloatArray, tolerance: float = ROUND_OFF) -> FloatArray:
+def straight(rotation: FloatArray, tolerance: float = _ROUND_OFF) -> FloatArray:
     """Set the smallest entries of a rotation to 0 and make its rows orthonormal again.
 
     The rows with the most zeros come first, so that no zero is lost to those that follow.
@@ -122,7 +119,7 @@ def straight(rotation: FloatArray, tolerance: float = ROUND_OFF) -> FloatArray:
 
 def without_round_off(values: FloatArray, scale: float) -> FloatArray:
     """Set to 0 what is round-off beside `scale`."""
-    out: FloatArray = np.where(np.abs(values) <= ROUND_OFF * scale, 0.0, values)
+    out: FloatArray = np.where(np.abs(values) <= _ROUND_OFF * scale, 0.0, values)
     return out
 
 

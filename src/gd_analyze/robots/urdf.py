@@ -1,4 +1,4 @@
-"""Reads a robot from URDF: checked element by element, right angles made right, then given to Pinocchio.
+"""Reads a robot from URDF: what Pinocchio passes over in silence is checked, right angles are made right.
 
 Pinocchio sees links with their inertia and joints, nothing else: meshes, materials and simulators' tags are
 never read.
@@ -6,33 +6,15 @@ never read.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from gd_analyze.errors import ArmError, Location
-from gd_analyze.robots.quiet_parser import parsed
-from gd_analyze.robots.right_angles import Straightened
-from gd_analyze.robots.tree import Limits, Mimic, Tree, identifier, joints_of, title_of
-from gd_analyze.robots.urdf_structure import end_of, name_of, refuse_xacro, require_tree
-from gd_analyze.robots.xml_nodes import Node
-from gd_analyze.text import visible
+from gd_analyze.errors import ArmError
+from gd_analyze.robots.tree import Mimic, Notes, Tree
+from gd_analyze.robots.xml import Node, pinocchio_model
 
-_KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 _INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-
-
-@dataclass
-class _Reading:
-    """What is found out on the way through a file."""
-
-    straightened: Straightened = field(default_factory=Straightened)
-    lines: dict[tuple[str, str], Location] = field(default_factory=dict)
-    mimics: dict[str, Mimic] = field(default_factory=dict)
-    limits: dict[str, Limits] = field(default_factory=dict)
-    above: dict[str, str] = field(default_factory=dict)
 
 
 def read_urdf(path: Path, root: Node) -> Tree:
@@ -53,171 +35,135 @@ def read_urdf(path: Path, root: Node) -> Tree:
     """
     import pinocchio as pin
 
-    refuse_xacro(root)
-    links, joints, reading = root.all("link"), root.all("joint"), _Reading()
-    for what, nodes in (("link", links), ("joint", joints)):
-        for node in nodes:
-            name = name_of(node)
-            if (what, name) in reading.lines:
-                raise ArmError(
-                    f"there are two {what}s {name!r}",
-                    where=node.where,
-                    expected=f"another name than the {what} in line {reading.lines[what, name].line}",
-                    next_step="rename one, and what refers to it",
-                )
-            reading.lines[what, name] = node.where
-    require_tree(root, links, joints)
+    _refuse_xacro(root)
+    notes = Notes(path)
+    links, joints = root.all("link"), root.all("joint")
+    for node in links + joints:
+        notes.name(node.tag, node)
+    _refuse_loops(joints, notes)
+    parts = [_link(node, notes) for node in links] + [_joint(node, notes) for node in joints]
+    bare = Node("robot", {"name": "robot"}, root.where, parts)
+    model = pinocchio_model(lambda: pin.buildModelFromXML(bare.text()), "URDF", path, notes.lines)
+    notes.assumptions.append("URDF states no gravity; 9.81 m/s^2 act against z of the base.")
     name = root.attributes.get("name", "").strip() or path.stem
-    bare = Node("robot", {"name": "robot"}, root.where)
-    bare.children = [_link(node, reading) for node in links] + [_joint(node, reading) for node in joints]
-    model = parsed(lambda: pin.buildModelFromXML(bare.text()), Location(path), "URDF")
-    return _tree(path, name, model, reading)
+    return Tree(model, notes, name, "URDF", np.array([0.0, 0.0, -9.81]))
 
 
-def _tree(path: Path, name: str, model: Any, reading: _Reading) -> Tree:
-    import pinocchio as pin
-
-    tree_joints, tree_links = joints_of(model, reading.mimics)
-    has_mass = any(inertia.mass > 0 for inertia in model.inertias)
-    massless = f"{path}: no link has any mass; is the file stripped, or xacro that was expanded in part?"
-    return Tree(
-        model=model,
-        name=identifier(name, path.stem),
-        title=title_of(name),
-        convention="placements from URDF",
-        where=visible(str(path)),
-        joints=tree_joints,
-        links=tree_links,
-        gravity=np.array([0.0, 0.0, -9.81]),
-        lines=reading.lines,
-        mimics=reading.mimics,
-        limits=reading.limits,
-        sources=(f"{visible(path.name)}: URDF, read by Pinocchio {pin.__version__}.",),
-        assumptions=("URDF states no gravity; 9.81 m/s^2 act against z of the base.",),
-        doubts=() if has_mass else (("", massless),),
-        straightened=reading.straightened,
-        above=reading.above,
-    )
+def _refuse_xacro(root: Node) -> None:
+    for node in root.walk():
+        macro = node.tag.startswith("xacro:")
+        open_values = [v for v in node.attributes.values() if "${" in v or "$(arg" in v]
+        if macro or (open_values and node.tag not in ("mesh", "texture")):
+            raise ArmError(
+                "the file is xacro that was not expanded",
+                where=node.where,
+                expected="URDF",
+                found=f"<{node.tag}>" if macro else open_values[0],
+                next_step="expand it first: `xacro robot.urdf.xacro > robot.urdf`",
+            )
 
 
-def _link(node: Node, reading: _Reading) -> Node:
-    """Take a link and its inertia, checked, and nothing else."""
-    name = name_of(node)
-    bare = Node("link", {"name": name}, node.where)
+def _refuse_loops(joints: list[Node], notes: Notes) -> None:
+    """Refuse links with two parents, and links that carry themselves; Pinocchio drops them in silence."""
+    leads: dict[str, Node] = {}
+    for joint in joints:
+        child = _end(joint, "child")
+        if child in leads:
+            raise ArmError(
+                f"link {child} closes a loop: it is the child of two joints",
+                where=joint.where,
+                expected="one joint that leads to each link",
+                found=f"joints {leads[child].attributes['name']} and {joint.attributes['name']}",
+                next_step="remove one of the joints, or the branch that closes the loop",
+            )
+        leads[child] = joint
+        notes.above[child] = _end(joint, "parent")
+    grounded: set[str] = set()
+    for link in notes.above:
+        way: list[str] = []
+        while link in notes.above and link not in grounded:
+            if link in way:
+                raise ArmError(
+                    f"link {link} closes a loop: it carries itself",
+                    where=leads[link].where,
+                    expected="a tree of links",
+                    next_step="fix the parents of the joints",
+                )
+            way.append(link)
+            link = notes.above[link]
+        grounded.update(way)
+
+
+def _end(joint: Node, which: str) -> str:
+    """Parent or child link of a joint; "" where it has none, which Pinocchio refuses."""
+    node = joint.first(which)
+    return "" if node is None else node.attributes.get("link", "")
+
+
+def _link(node: Node, notes: Notes) -> Node:
+    """A link and its inertia, checked, and nothing else."""
     inertial = node.first("inertial")
     if inertial is None:
-        return bare
-    kept = Node("inertial", {}, inertial.where)
-    mass_node, inertia_node = inertial.first("mass"), inertial.first("inertia")
-    if mass_node is None or inertia_node is None:
+        return node.kept(("name",))
+    name = node.attributes["name"]
+    mass, inertia = inertial.first("mass"), inertial.first("inertia")
+    if mass is None or inertia is None:
         raise ArmError(
-            f"the inertial of link {name} lacks its " + ("mass" if mass_node is None else "inertia"),
+            f"the inertial of link {name} lacks its " + ("mass" if mass is None else "inertia"),
             where=inertial.where,
             expected='<mass value="..."/> and <inertia ixx="..." .../>',
             next_step="add it, or remove the <inertial> of a link without mass",
         )
-    (mass,) = mass_node.numbers("value", 1)
-    if mass < 0:
-        raise ArmError(
-            f"the mass of link {name} is negative",
-            where=mass_node.where,
-            expected="0 or more",
-            found=f"{mass:g} kg",
-            next_step="mend the mass",
-        )
-    moments = {key: repr(inertia_node.numbers(key, 1)[0]) for key in _INERTIA}
-    kept.children = [
-        _origin(inertial, name, reading),
-        Node("mass", {"value": repr(mass)}, mass_node.where),
-        Node("inertia", moments, inertia_node.where),
-    ]
-    bare.children = [kept]
-    return bare
+    value = mass.at_least_zero("value", f"the mass of link {name}")
+    moments = {key: inertia.numbers(key, 1) for key in _INERTIA}
+    within = (_origin(inertial, name, notes), mass.kept((), {"value": value}), inertia.kept((), moments))
+    return node.kept(("name",), {}, inertial.kept((), {}, *within))
 
 
-def _origin(node: Node, link: str, reading: _Reading) -> Node:
-    """Take an element's <origin>, with right angles made right."""
+def _origin(node: Node, link: str, notes: Notes) -> Node:
+    """An element's <origin>, with right angles made right."""
     given = node.first("origin") or Node("origin", {}, node.where)
-    straight, place = reading.straightened, str(given.where)
+    right, cleaned = notes.right_angles, {}
     for key in ("xyz", "rpy"):
         given.numbers(key, 3, "0 0 0")
-    xyz = [straight.length(text, link) for text in given.attributes.get("xyz", "0 0 0").split()]
-    rpy = [straight.angle(text, link, place) for text in given.attributes.get("rpy", "0 0 0").split()]
-    return Node("origin", {"xyz": " ".join(xyz), "rpy": " ".join(rpy)}, given.where)
-
-
-def _joint(node: Node, reading: _Reading) -> Node:
-    """Take a joint, checked; what acts on its motion is noted."""
-    name, kind = name_of(node), node.attributes.get("type", "")
-    if kind not in _KINDS:
-        raise ArmError(
-            f"joint {name} is of an unknown type",
-            where=node.where,
-            expected=", ".join(_KINDS),
-            found=repr(kind),
-            next_step="mend its type",
+        words = given.attributes.get(key, "0 0 0").split()
+        lengths = key == "xyz"
+        cleaned[key] = " ".join(
+            right.length(word, link) if lengths else right.angle(word, link, str(given.where))
+            for word in words
         )
-    bare = Node("joint", {"name": name, "type": kind}, node.where)
-    ends = [Node(end, {"link": end_of(node, end)}, node.where) for end in ("parent", "child")]
-    child = end_of(node, "child")
-    reading.above[child] = end_of(node, "parent")
-    bare.children = [_origin(node, child, reading), *ends]
+    return given.kept((), cleaned)
+
+
+def _joint(node: Node, notes: Notes) -> Node:
+    """A joint, checked; what acts on its motion is noted."""
+    name, kind, child = node.attributes["name"], node.attributes.get("type", ""), _end(node, "child")
+    ends = [end.kept(("link",)) for tag in ("parent", "child") for end in node.all(tag)]
+    bare = node.kept(("name", "type"), {}, _origin(node, child, notes), *ends)
     if kind in ("fixed", "floating"):
         return bare
-    bare.children += [_axis(node, reading), *_dynamics(node)]
     limit = node.first("limit") or Node("limit", {}, node.where)
-    stated = {key: limit.numbers(key, 1, "0")[0] for key in ("lower", "upper", "effort", "velocity")}
+    stated = {key: limit.numbers(key, 1, "0") for key in ("lower", "upper")}
+    if kind in ("revolute", "prismatic") and stated["lower"] == stated["upper"] == [0.0]:
+        notes.unranged.append(name)
     for key in ("effort", "velocity"):
-        if stated[key] < 0:
-            raise ArmError(
-                f"the {key} limit of joint {name} is negative",
-                where=limit.where,
-                expected="a positive number, or 0 where it is unknown",
-                found=f"{stated[key]:g}",
-                next_step="mend the limit",
-            )
-    bare.children.append(Node("limit", {key: repr(value) for key, value in stated.items()}, limit.where))
-    lower, upper = stated["lower"], stated["upper"]
-    has_range = kind in ("revolute", "prismatic") and (lower, upper) != (0.0, 0.0)
-    unranged = ""
-    if kind in ("revolute", "prismatic") and not has_range:
-        states_it = "lower" in limit.attributes or "upper" in limit.attributes
-        unranged = "a range of 0 .. 0" if states_it else "no range"
-    reading.limits[name] = Limits(
-        lower if has_range else None, upper if has_range else None, stated["velocity"] or None, unranged
-    )
-    _note_mimic(node, name, reading)
+        stated[key] = [limit.at_least_zero(key, f"the {key} limit of joint {name}", "0")]
+    bare.children += [_axis(node, name, child, notes), limit.kept((), stated)]
+    dynamics = node.first("dynamics")
+    if dynamics is not None:
+        values = {key: dynamics.numbers(key, 1, "0") for key in ("damping", "friction")}
+        bare.children.append(dynamics.kept((), values))
+    mimic = node.first("mimic")
+    if mimic is not None:
+        multiplier, offset = mimic.numbers("multiplier", 1, "1")[0], mimic.numbers("offset", 1, "0")[0]
+        notes.mimics[name] = Mimic(mimic.attributes.get("joint", ""), multiplier, offset)
     return bare
 
 
-def _axis(node: Node, reading: _Reading) -> Node:
+def _axis(node: Node, name: str, child: str, notes: Notes) -> Node:
     given = node.first("axis") or Node("axis", {}, node.where)
     numbers = given.numbers("xyz", 3, "1 0 0")
     if not any(numbers):
-        raise ArmError(
-            f"joint {name_of(node)} has no axis",
-            where=given.where,
-            expected="a direction",
-            found="0 0 0",
-            next_step="give the axis it turns about or slides along",
-        )
-    axis = reading.straightened.direction(numbers, end_of(node, "child"))
-    return Node("axis", {"xyz": " ".join(repr(float(x)) for x in axis)}, given.where)
-
-
-def _dynamics(node: Node) -> list[Node]:
-    given = node.first("dynamics")
-    if given is None:
-        return []
-    values = {key: repr(given.numbers(key, 1, "0")[0]) for key in ("damping", "friction")}
-    return [Node("dynamics", values, given.where)]
-
-
-def _note_mimic(node: Node, name: str, reading: _Reading) -> None:
-    mimic = node.first("mimic")
-    if mimic is not None:
-        reading.mimics[name] = Mimic(
-            mimic.attributes.get("joint", ""),
-            mimic.numbers("multiplier", 1, "1")[0],
-            mimic.numbers("offset", 1, "0")[0],
-        )
+        what, next_step = f"joint {name} has no axis", "give the axis it turns about or slides along"
+        raise ArmError(what, where=given.where, expected="a direction", found="0 0 0", next_step=next_step)
+    return given.kept((), {"xyz": notes.right_angles.direction(numbers, child)})

@@ -1,0 +1,198 @@
+"""An XML file as plain elements that know their line, checked before Pinocchio sees them."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from xml.parsers import expat
+from xml.sax.saxutils import quoteattr
+
+from gd_analyze.errors import ArmError, Location
+from gd_analyze.files import megabytes, read_at_most
+
+# The largest description among 90 public robots has 0.5 MB.
+LARGEST_XML = 10_000_000
+# A chain of 40 bodies nests 40 deep in MJCF.
+_DEEPEST = 200
+
+
+@dataclass
+class Node:
+    """An element: its tag, attributes, children and where it begins."""
+
+    tag: str
+    attributes: dict[str, str]
+    where: Location
+    children: list[Node] = field(default_factory=list)
+
+    def all(self, tag: str) -> list[Node]:
+        """Children of a tag."""
+        return [child for child in self.children if child.tag == tag]
+
+    def first(self, tag: str) -> Node | None:
+        """First child of a tag."""
+        return next((child for child in self.children if child.tag == tag), None)
+
+    def walk(self) -> Iterator[Node]:
+        """Yield the element and all within, in the order of the file."""
+        waiting = [self]
+        while waiting:
+            node = waiting.pop()
+            yield node
+            waiting.extend(reversed(node.children))
+
+    def numbers(self, key: str, count: int, default: str | None = None) -> list[float]:
+        """Numbers of an attribute; ArmError where they are not so many, or none."""
+        text = self.attributes.get(key, default)
+        words = [] if text is None else text.split()
+        try:
+            values = [float(word) for word in words]
+        except ValueError:
+            values = []
+        if len(values) != count or not all(abs(value) < float("inf") for value in values):
+            numbers = "a finite number" if count == 1 else f"{count} finite numbers with spaces between"
+            raise ArmError(
+                f"{key} of <{self.tag}> is not " + ("a number" if count == 1 else f"{count} numbers"),
+                where=self.where,
+                expected=numbers,
+                found="nothing" if text is None else repr(text),
+                next_step="fix the attribute there",
+            )
+        return values
+
+    def at_least_zero(self, key: str, what: str, default: str | None = None) -> float:
+        """Number of an attribute; ArmError where it is negative."""
+        (value,) = self.numbers(key, 1, default)
+        if value < 0:
+            found, next_step = f"{value:g}", f"fix {key} there"
+            message = f"{what} is negative"
+            raise ArmError(message, where=self.where, expected="0 or more", found=found, next_step=next_step)
+        return value
+
+    def is_not_zero(self, key: str) -> bool:
+        """Whether an attribute is stated and holds a number other than 0."""
+        count = len(self.attributes.get(key, "").split())
+        return count > 0 and any(self.numbers(key, count))
+
+    def kept(self, keys: tuple[str, ...], added: Mapping[str, Any] | None = None, *within: Node) -> Node:
+        """Copy the element with some of its attributes, others in their place, and elements within."""
+        stated = {key: value for key, value in self.attributes.items() if key in keys}
+        texts = {
+            key: value if isinstance(value, str) else _text(value) for key, value in (added or {}).items()
+        }
+        return Node(self.tag, stated | texts, self.where, list(within))
+
+    def text(self) -> str:
+        """The element and all within as XML."""
+        inside = "".join(child.text() for child in self.children)
+        attributes = "".join(f" {key}={quoteattr(value)}" for key, value in self.attributes.items())
+        return f"<{self.tag}{attributes}>{inside}</{self.tag}>\n"
+
+
+def _text(values: Any) -> str:
+    """A number or several, in the fewest digits that read back."""
+    return repr(values) if isinstance(values, float) else " ".join(repr(float(value)) for value in values)
+
+
+def read_xml(path: Path) -> Node:
+    """Outermost element of an XML file without entities and document types.
+
+    Raises
+    ------
+    ArmError
+        If the file cannot be read, is larger or nests deeper than any robot's, is not XML, or declares a
+        document type or entities.
+    """
+    try:
+        content = read_at_most(path, LARGEST_XML)
+    except OSError as error:
+        raise ArmError("cannot read the robot's file", where=Location(path), found=error.strerror) from None
+    if content is None:
+        expected = f"up to {megabytes(LARGEST_XML)}; meshes are files of their own, and never read"
+        raise ArmError("the robot's file is too large", where=Location(path), expected=expected, found="more")
+    open_nodes: list[Node] = []
+    roots: list[Node] = []
+    parser = expat.ParserCreate()
+
+    def here() -> Location:
+        return Location(path, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1)
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        if len(open_nodes) >= _DEEPEST:
+            what = "the robot's file nests elements beyond any robot"
+            raise ArmError(what, where=here(), expected=f"at most {_DEEPEST} levels")
+        node = Node(tag, attributes, here())
+        (open_nodes[-1].children if open_nodes else roots).append(node)
+        open_nodes.append(node)
+
+    def refuse(*_: Any) -> None:
+        raise ArmError(
+            "the robot's file declares a document type, which may hide text",
+            where=here(),
+            expected="plain XML without <!DOCTYPE> and entities",
+            next_step="remove the declaration",
+        )
+
+    parser.StartElementHandler, parser.EndElementHandler = start, lambda _: open_nodes.pop()
+    parser.StartDoctypeDeclHandler = parser.EntityDeclHandler = refuse
+    try:
+        parser.Parse(content, True)
+    except expat.ExpatError as error:
+        where, found = Location(path, error.lineno, error.offset + 1), expat.ErrorString(error.code)
+        what = "the robot's file is not valid XML"
+        raise ArmError(what, where=where, found=found, next_step="fix the syntax there") from None
+    except (LookupError, ValueError) as error:  # an encoding that Python does not know
+        raise ArmError("the robot's file is not text", where=Location(path), found=str(error)) from None
+    return roots[0]
+
+
+def pinocchio_model(
+    build: Callable[[], Any], kind: str, path: Path, lines: Mapping[tuple[str, str], Location]
+) -> Any:
+    """Model that Pinocchio builds, with its parser's messages kept off the terminal.
+
+    Parameters
+    ----------
+    build
+        What builds it.
+    kind
+        The format, for a message.
+    path, lines
+        The file, and where it describes a ("joint" or "link", name).
+
+    Raises
+    ------
+    ArmError
+        If the parser gives up: with its first messages, and the line of the link or joint that they name.
+    """
+    with tempfile.TemporaryFile() as messages:
+        if sys.stderr is not None:
+            sys.stderr.flush()
+        stderr = os.dup(2)
+        os.dup2(messages.fileno(), 2)
+        try:
+            return build()
+        except Exception as error:
+            failure = str(error)
+        finally:
+            os.dup2(stderr, 2)
+            os.close(stderr)
+        messages.seek(0)
+        text = messages.read(10_000).decode(errors="replace") or failure
+    said = [line.strip().removeprefix("Error:").strip() for line in text.splitlines() if line.strip()]
+    said = [line for line in said if not line.startswith("at line ")]
+    named = re.findall(r"(link|joint) [\['\"](.*?)[\]'\"]", text, re.IGNORECASE)
+    where = next((lines[what.lower(), name] for what, name in named if (what.lower(), name) in lines), None)
+    raise ArmError(
+        f"Pinocchio cannot read the {kind}",
+        where=where or Location(path),
+        expected=f"a {kind} of one robot",
+        found=said[:3] or "no reason given",
+        next_step="fix the file there",
+    )
