@@ -79,7 +79,7 @@ def trade_off(given: Given, budget: str, quick: bool, output: Output) -> None:
 def _show(exact: gd.ExactDynamics, points: tuple[TradeOffPoint, ...], absent: list[str]) -> None:
     from gd_analyze.cli.joint_table import arm_in_words
     from gd_analyze.figures.trade_off import kind_name
-    from gd_analyze.simplification.exact_form import many_terms_told
+    from gd_analyze.simplification.exact_form import too_many_terms
     from gd_analyze.simplification.trade_off import curves
 
     arm = arm_in_words(exact.arm, exact.form.drives)
@@ -96,7 +96,7 @@ def _show(exact: gd.ExactDynamics, points: tuple[TradeOffPoint, ...], absent: li
     )
     if absent:
         sentence(
-            f"Not tried, as the arm has {many_terms_told(exact.form)}: level {' and '.join(absent)}. Models "
+            f"Not tried, as the arm has {too_many_terms(exact.form)}: level {' and '.join(absent)}. Models "
             "that are sums of so many terms take more operations than the exact torque."
         )
     full = exact.form.operations.total

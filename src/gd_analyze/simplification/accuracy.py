@@ -18,10 +18,7 @@ from gd_analyze.text import amount, named_joints
 # Behind a budget that is proven for a whole box.
 CERTIFIED = ", certified"
 # What a budget may lie below, and what takes that into account.
-_TAKEN_INTO_ACCOUNT = {
-    "friction": Allowance(0.1, "friction"),
-    "uncertainty": Allowance(1.0, "uncertainty"),
-}
+_TAKEN_INTO_ACCOUNT = {"friction": Allowance(0.1, "friction"), "uncertainty": Allowance(1.0, "uncertainty")}
 
 
 @dataclass(frozen=True, eq=False)

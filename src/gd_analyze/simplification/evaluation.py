@@ -75,9 +75,7 @@ class Evaluation:
 
 
 def evaluate(
-    model: SimplifiedModel,
-    given: States | GivenMotions | xr.Dataset,
-    arm: RobotArm | None = None,
+    model: SimplifiedModel, given: States | GivenMotions | xr.Dataset, arm: RobotArm | None = None
 ) -> Evaluation:
     """Evaluate a model and measure its torque error.
 

@@ -122,10 +122,7 @@ class ExactDynamics:
 
     @classmethod
     def of(
-        cls,
-        arm: RobotArm | str | Path,
-        given: States | GivenMotions | xr.Dataset,
-        drives: bool | None = None,
+        cls, arm: RobotArm | str | Path, given: States | GivenMotions | xr.Dataset, drives: bool | None = None
     ) -> ExactDynamics:
         """Take states, the set points of a trajectory or of several, or a decomposition.
 

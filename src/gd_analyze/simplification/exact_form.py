@@ -27,6 +27,13 @@ from gd_analyze.simplification.program_cache import Task, inputs_of, kept_progra
 from gd_analyze.simplification.recursion import Quantity, Recursion, components
 from gd_analyze.simplification.torque_program import torque_program
 
+# Outer joints looked at first, to count terms: tens of milliseconds.
+_OUTER_JOINTS = 4
+# Torque terms up to which terms are worth choosing from: a seven-joint arm of general make has tens of
+# thousands, and any model of them takes more operations than its recursion.
+MOST_TERMS = 2000
+# Joints up to which identifying the exact form takes no more than a second.
+MOST_JOINTS = 8
 # Joints up to which sums of terms may take fewer operations than the recursion: terms grow with the fourth
 # power of the joints and more, the recursion's operations with the first.
 _FEW_JOINTS = 4
@@ -38,13 +45,7 @@ _REWRITTEN = 8
 
 @dataclass(frozen=True, eq=False)
 class ExactForm:
-    """An arm's exact dynamics as sums of terms; each is made once, when it is first asked for.
-
-    Parameters
-    ----------
-    arm, drives
-        The arm, and whether drive inertia acts.
-    """
+    """An arm's exact dynamics, with drive inertia or without; each form is made when first used."""
 
     arm: RobotArm
     drives: bool = False
@@ -59,7 +60,7 @@ class ExactForm:
 
     @cached_property
     def velocities(self) -> AbsoluteVelocities:
-        """The arm's absolute rates."""
+        """Velocities and accelerations in which parallel axes are summed."""
         return AbsoluteVelocities.of(self.arm)
 
     @cached_property
@@ -94,11 +95,11 @@ class ExactForm:
         states = [trace.inputs(name, n) for name in ("q", "qd", "qdd")]
         quantities: list[tuple[Quantity, Any]] = []
 
-        def told(link: int, values: Mapping[str, Array]) -> None:
+        def note(link: int, values: Mapping[str, Array]) -> None:
             for kind, value in values.items():
                 quantities.extend(components(kind, link, value))
 
-        torque = newton_euler_regrouped.torque(self.arm, *states, told=told)[:, 0]
+        torque = newton_euler_regrouped.torque(self.arm, *states, told=note)[:, 0]
         if self.drive_inertia is not None:
             torque = torque + self.drive_inertia * states[2][:, 0]
         quantities += [(Quantity("tau", i), value) for i, value in enumerate(torque)]
@@ -126,24 +127,12 @@ def _is_exact(form: ExactForm, program: Program) -> bool:
     return bool(error <= bound + ROUND_OFF_SHARE * np.abs(exact).max())
 
 
-# Outer joints looked at first: tens of milliseconds.
-_FEW = 4
-# Torque terms up to which terms are worth choosing from: a seven-joint arm of general make has tens of
-# thousands, and any model of them takes more operations than its recursion.
-MOST_TERMS = 2000
-# Joints up to which identifying the exact form takes no more than a second.
-MOST_JOINTS = 8
-
-
-def has_many_terms(form: ExactForm) -> bool:
-    """Whether an arm has too many joints, or its exact equations too many terms, to choose from them."""
-    return form.arm.n_joints > MOST_JOINTS or has_more_terms(form, MOST_TERMS)
-
-
-def many_terms_told(form: ExactForm) -> str:
-    """Say what there is too much of, for an arm of which `has_many_terms` is true."""
+def too_many_terms(form: ExactForm) -> str:
+    """What exact equations have too many of to choose terms from them: "9 joints"; "" if nothing."""
     n = form.arm.n_joints
-    return f"{n} joints" if n > MOST_JOINTS else f"more than {MOST_TERMS} torque terms"
+    if n > MOST_JOINTS:
+        return f"{n} joints"
+    return f"more than {MOST_TERMS} torque terms" if has_more_terms(form, MOST_TERMS) else ""
 
 
 def has_more_terms(form: ExactForm, most: int) -> bool:
@@ -155,7 +144,7 @@ def has_more_terms(form: ExactForm, most: int) -> bool:
     if "torques" in vars(form):
         return len(form.torques) > most
     n = form.arm.n_joints
-    outer = (ExactForm(_outer(form.arm, count)) for count in range(_FEW, n))
+    outer = (ExactForm(_outer(form.arm, count)) for count in range(_OUTER_JOINTS, n))
     return any(len(each.torques) > most for each in outer) or len(form.torques) > most
 
 

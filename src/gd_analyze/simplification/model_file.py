@@ -5,10 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, SerializerFunctionWrapHandler, TypeAdapter, ValidationError, model_serializer
+from pydantic import Field, TypeAdapter, ValidationError
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeError, Location, ModelError
@@ -19,7 +19,7 @@ from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, ErrorTable, LevelTried, SearchStep
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.level import Checked
-from gd_analyze.simplification.levels import LEVELS, level_named
+from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.measures import NormShare
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_checks import (
@@ -30,8 +30,11 @@ from gd_analyze.simplification.model_checks import (
 )
 from gd_analyze.text import in_python
 
-FORMAT = "gd-analyze simplified model"
-VERSION = 2
+FORMAT: Literal["gd-analyze simplified model"] = "gd-analyze simplified model"
+VERSION: Literal[3] = 3
+# A term takes some hundred bytes, and models of a hundred thousand of them are not worth the name.
+LARGEST_FILE = 100_000_000
+_WRITE_AGAIN = "write the model again with `gd-analyze ROBOT TRAJECTORY` or `gd-analyze simplify ROBOT -o`"
 
 
 class _JointError(Checked):
@@ -41,29 +44,14 @@ class _JointError(Checked):
     allowed_error: float
     largest_error: float
     rms_error: float
-    # Of the torque, where the parameters' are stated; files of before it was kept have none.
-    uncertainty: float | None = None
-
-
-class _Step(Checked):
-    name: str
-    operations: int
-
-
-class _LevelTried(Checked):
-    level: str
-    operations: int | None = None
-    why: str = ""
+    uncertainty: float | None
 
 
 class _SetPoints(Checked):
     trajectory: str
     trajectory_fingerprint: str
     set_points: int
-
-
-class _SeveralMotions(_SetPoints):
-    motions: str
+    motions: str | None = None
 
 
 class _Drawn(Checked):
@@ -76,8 +64,10 @@ class _Unnamed(Checked):
     pass
 
 
-_MadeFor = _SetPoints | _SeveralMotions | _Drawn | _Unnamed
-_MADE_FOR: TypeAdapter[_MadeFor] = TypeAdapter(_MadeFor)
+_FittedOn = _SetPoints | _Drawn | _Unnamed
+_FITTED_ON: TypeAdapter[_FittedOn] = TypeAdapter(_FittedOn)
+# Share of the states, and the share of the norm that they keep: None where only an error is, and no torque.
+_Norm = tuple[Annotated[float, Field(gt=0.0, le=1.0)], Annotated[float, Field(ge=0.0)] | None]
 
 
 class _AlongMotion(Checked):
@@ -87,33 +77,24 @@ class _AlongMotion(Checked):
     errors: list[_JointError]
 
 
-class _NormShare(Checked):
-    states: float = Field(gt=0.0, le=1.0)
-    # None where only an error is, and no torque.
-    share: float | None = Field(ge=0.0)
-
-
 class ModelDocument(Checked):
     """The whole file; `terms` are as the level's own entry says."""
 
     format: Literal["gd-analyze simplified model"]
-    version: Literal[2]
+    version: Literal[3]
     level: str
     drives: bool
     refitted: bool
     budget: str
     errors_are: Literal["sampled at the states of fitted_on"]
     errors: list[_JointError]
-    fitted_on: _MadeFor
-    # Of a model made for several motions: what is promised along each.
-    motions: list[_AlongMotion] = Field(default_factory=list)
-    # Norm of the error over norm of the torque, by the share of the states that keep it; not in older files.
-    norms: list[_NormShare] = Field(default_factory=list)
-    # Where the cheapest level was looked for: what each took.
-    levels: list[_LevelTried] = Field(default_factory=list)
-    search: list[_Step]
+    fitted_on: _FittedOn
+    motions: list[_AlongMotion]
+    norms: list[_Norm]
+    levels: list[LevelTried]
+    search: list[SearchStep]
     solved: bool
-    cut_short: bool = False
+    cut_short: bool
     operations: OperationCount
     operations_full: OperationCount
     arm_fingerprint: str
@@ -123,13 +104,6 @@ class ModelDocument(Checked):
     outputs: list[str | float]
     provenance: dict[str, str]
     digest: str
-
-    @model_serializer(mode="wrap")
-    def _without_what_is_not_there(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Of one motion the file says nothing of motions, of one level nothing of others."""
-        said: dict[str, Any] = write(self)
-        unsaid = ("motions", "norms", "levels")
-        return {key: value for key, value in said.items() if value or key not in unsaid}
 
 
 def document_of(model: SimplifiedModel) -> ModelDocument:
@@ -145,7 +119,7 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
         budget=accuracy.budget,
         errors_are="sampled at the states of fitted_on",
         errors=_errors(model, accuracy),
-        fitted_on=_MADE_FOR.validate_python(dict(accuracy.fitted_on)),
+        fitted_on=_FITTED_ON.validate_python(dict(accuracy.fitted_on)),
         motions=[
             _AlongMotion(
                 name=one.name,
@@ -155,12 +129,9 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
             )
             for one in accuracy.motions
         ],
-        norms=[
-            _NormShare(states=norm.states, share=norm.share if np.isfinite(norm.share) else None)
-            for norm in accuracy.norms
-        ],
-        levels=[_LevelTried(**one._asdict()) for one in accuracy.levels],
-        search=[_Step(name=step.name, operations=step.operations) for step in accuracy.steps],
+        norms=[(norm.states, norm.share if np.isfinite(norm.share) else None) for norm in accuracy.norms],
+        levels=list(accuracy.levels),
+        search=list(accuracy.steps),
         solved=accuracy.solved,
         cut_short=accuracy.cut_short,
         operations=model.operations,
@@ -191,13 +162,24 @@ def _errors(model: SimplifiedModel, stated: Accuracy | AlongMotion) -> list[_Joi
     ]
 
 
-def model_of(document: ModelDocument) -> SimplifiedModel:
-    """Rebuild the model; a ValueError or an error of this project's where the parts do not fit the arm."""
-    level = level_named(document.level)
-    form = ExactForm(arm_from_description(document.arm), document.drives)
-    n = form.arm.n_joints
-    inputs = {f"{name}{i + 1}" for name in ("q", "qd", "qdd") for i in range(n)}
+def checked_model(document: ModelDocument) -> SimplifiedModel:
+    """Rebuild a model and hold it against what its document states; `accuracy.measured` says what could be.
 
+    Raises
+    ------
+    ModelError
+        If the program does not compute the terms everywhere, or a statement is not true or contradicts
+        itself.
+    ValueError
+        Or another error where the parts do not fit the arm.
+    """
+    return _checked(_model_of(document), document)
+
+
+def _model_of(document: ModelDocument) -> SimplifiedModel:
+    level = LEVELS[document.level]
+    form = ExactForm(arm_from_description(document.arm), document.drives)
+    inputs = {f"{name}{i + 1}" for name in ("q", "qd", "qdd") for i in range(form.arm.n_joints)}
     allowed, errors, spread = _stated(document.errors)
     return SimplifiedModel(
         level=level,
@@ -210,8 +192,8 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
             allowed,
             document.budget,
             errors,
-            document.fitted_on.model_dump(),
-            tuple(SearchStep(step.name, step.operations) for step in document.search),
+            document.fitted_on.model_dump(exclude_none=True),
+            tuple(document.search),
             document.solved,
             document.cut_short,
             uncertainty=spread,
@@ -220,10 +202,9 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
                 for one in document.motions
             ),
             norms=tuple(
-                NormShare(np.inf if norm.share is None else norm.share, norm.states)
-                for norm in document.norms
+                NormShare(np.inf if share is None else share, part) for part, share in document.norms
             ),
-            levels=tuple(LevelTried(one.level, one.operations, one.why) for one in document.levels),
+            levels=tuple(document.levels),
         ),
         provenance=document.provenance,
     )
@@ -237,55 +218,29 @@ def _stated(errors: list[_JointError]) -> tuple[FloatArray, ErrorTable, FloatArr
     return allowed, ErrorTable(peak, largest, rms), np.array(spread) if len(spread) == len(errors) else None
 
 
-def checked(model: SimplifiedModel, document: ModelDocument) -> SimplifiedModel:
-    """Hold a rebuilt model against what its document states of it; `accuracy.measured` says what could be.
-
-    Raises
-    ------
-    ModelError
-        If the program does not compute the terms everywhere, or a statement is not true or contradicts
-        itself.
-    """
+def _checked(model: SimplifiedModel, document: ModelDocument) -> SimplifiedModel:
     require_equal("arm_fingerprint", document.arm_fingerprint, fingerprint(model.arm, model.drives))
     require_equal("operations", document.operations, model.operations)
     joints = [(joint.name, joint.effort_unit) for joint in model.arm.joints]
     for of in (document.errors, *(one.errors for one in document.motions)):
         require_equal("joints of errors", [(row.joint, row.unit) for row in of], joints)
-    if document.motions or isinstance(document.fitted_on, _SeveralMotions):
+    if document.motions or "motions" in model.accuracy.fitted_on:
         every = sum(one.set_points for one in document.motions)
-        require_equal("set_points of motions", every, document.fitted_on.model_dump().get("set_points"))
+        require_equal("set_points of motions", every, model.accuracy.fitted_on.get("set_points"))
     require_terms_computed(model)
     require_consistent(model)
     return measured_where_possible(model)
 
 
-def checked_model(document: ModelDocument) -> SimplifiedModel:
-    """Rebuild a model and hold it against its document; errors as of `model_of` and `checked`."""
-    return checked(model_of(document), document)
-
-
-# A term takes some hundred bytes, and models of a hundred thousand of them are not worth the name.
-LARGEST_FILE = 100_000_000
-
-_WRITE_AGAIN = "write the model again with `gd-analyze ROBOT TRAJECTORY` or `gd-analyze simplify ROBOT -o`"
-
-
 def save_model(model: SimplifiedModel, path: str | Path) -> None:
-    """Write a model as JSON, atomically.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
-    """
+    """Write a model as JSON, atomically; an OutputError if the file cannot be written."""
     write_text(path, model_text(model))
 
 
 def model_text(model: SimplifiedModel) -> str:
     """What a model's file holds."""
-    document = document_of(model)
-    document.digest = _digest(document.model_dump())
-    return json.dumps(document.model_dump(), indent=2, ensure_ascii=False) + "\n"
+    document = document_of(model).model_dump()
+    return json.dumps(document | {"digest": _digest(document)}, indent=2, ensure_ascii=False) + "\n"
 
 
 def load_model(path: str | Path) -> SimplifiedModel:
@@ -295,36 +250,29 @@ def load_model(path: str | Path) -> SimplifiedModel:
     ------
     ModelError
         If the file cannot be read, is not such a model, or was changed so that it no longer fits itself: its
-        program must compute its terms at every state, the arm must be the one it was made for, and what it
-        states must hold where that can be looked at, see `Accuracy.measured`.
+        program must compute its terms at every state, the arm must be the one it was fitted on, and what it
+        states must hold where that can be checked, see `Accuracy.measured`.
 
     Warns
     -----
     GdAnalyzeWarning
-        Of numbers of the arm that look like slips, as when it was read, and if files of another run stand
-        beside it in a folder of results.
+        Of implausible numbers of the arm, as when it was read, and if files of another run stand beside it in
+        a folder of results.
     """
     path = Path(path)
     raw = _read(path)
-    if raw.get("version") != VERSION:
-        raise ModelError(
-            "the model file is of another version",
-            where=Location(path),
-            expected=f"version {VERSION}",
-            found=f"version {in_python(raw.get('version'))}",
-            next_step="use the gd-analyze that wrote it, or write the model again",
-        )
-    if raw.get("level") not in list(LEVELS):
-        raise ModelError(
-            "the model file is of a level that is not known",
-            where=f"{path}: level",
-            expected=f"one of {', '.join(LEVELS)}",
-            found=in_python(raw.get("level")),
-            next_step=_WRITE_AGAIN,
-        )
+    for key, known in (("version", [VERSION]), ("level", list(LEVELS))):
+        if raw.get(key) not in known:
+            raise ModelError(
+                f"the model file is of another {key}",
+                where=f"{path}: {key}",
+                expected=" or ".join(map(str, known)),
+                found=in_python(raw.get(key)),
+                next_step=_WRITE_AGAIN,
+            )
     try:
         document = ModelDocument.model_validate(raw)
-        model = model_of(document)
+        model = _model_of(document)
     except ValidationError as error:
         first = error.errors()[0]
         raise ModelError(
@@ -350,7 +298,7 @@ def load_model(path: str | Path) -> SimplifiedModel:
             next_step="write the model again for the arm and the parts you mean",
         )
     try:
-        model = checked(model, document)
+        model = _checked(model, document)
     except GdAnalyzeError as error:
         details = error.details
         raise ModelError(
@@ -366,12 +314,15 @@ def load_model(path: str | Path) -> SimplifiedModel:
 
 
 def _read(path: Path) -> dict[str, Any]:
-    """Read the JSON of a model file, of any version and whatever it says."""
+    """Read the JSON of a model file, whatever it says."""
+    found = "other JSON"
     try:
         data = read_at_most(path, LARGEST_FILE)
+        raw = None if data is None else json.loads(data.decode("utf-8"))
         if data is None:
-            raise _foreign(path, f"a file of more than {megabytes(LARGEST_FILE)}")
-        raw = json.loads(data.decode("utf-8"))
+            found = f"a file of more than {megabytes(LARGEST_FILE)}"
+        elif isinstance(raw, dict) and raw.get("format") == FORMAT:
+            return raw
     except OSError as error:
         raise ModelError(
             "cannot read the model file",
@@ -380,7 +331,7 @@ def _read(path: Path) -> dict[str, Any]:
             next_step="check the path and your right to read it",
         ) from None
     except UnicodeDecodeError:
-        raise _foreign(path, "a file that is not text") from None
+        found = "a file that is not text"
     except json.JSONDecodeError as error:
         raise ModelError(
             "the model file is damaged: it is not valid JSON",
@@ -389,25 +340,19 @@ def _read(path: Path) -> dict[str, Any]:
             next_step=_WRITE_AGAIN,
         ) from None
     except ValueError:
-        raise _foreign(path, "a number of thousands of digits") from None
+        found = "a number of thousands of digits"
     except RecursionError:
-        raise _foreign(path, "brackets nested beyond any model") from None
-    if not isinstance(raw, dict) or raw.get("format") != FORMAT:
-        raise _foreign(path, "other JSON")
-    return raw
-
-
-def _digest(document: dict[str, Any]) -> str:
-    """SHA-256 of everything in the file but the digest itself."""
-    content = {key: value for key, value in document.items() if key != "digest"}
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-
-
-def _foreign(path: Path, found: str) -> ModelError:
-    return ModelError(
+        found = "brackets nested beyond any model"
+    raise ModelError(
         "this is not a gd-analyze model",
         where=Location(path),
         expected="a JSON file that gd-analyze wrote, e.g. model.json",
         found=found,
         next_step="name the model.json of a results folder",
     )
+
+
+def _digest(document: dict[str, Any]) -> str:
+    """SHA-256 of everything in the file but the digest itself."""
+    content = {key: value for key, value in document.items() if key != "digest"}
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

@@ -20,13 +20,7 @@ from gd_analyze.operations.trace import Expression, reached
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.program_cache import inputs_of
 from gd_analyze.simplification.recursion import CONSTANT, INWARD, NUMBER, Changes, Quantity, Recursion
-from gd_analyze.simplification.recursion_reading import (
-    Names,
-    SimplifiedQuantities,
-    merged,
-    scales,
-    unsigned,
-)
+from gd_analyze.simplification.recursion_reading import Names, SimplifiedQuantities, merged, scales, unsigned
 from gd_analyze.text import joined
 
 # What stands in for a step: numbers by the source they multiply.

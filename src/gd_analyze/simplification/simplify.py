@@ -18,7 +18,7 @@ from gd_analyze.simplification.accuracy import LevelTried
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import TooManyTermsError
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.exact_form import has_many_terms, many_terms_told
+from gd_analyze.simplification.exact_form import too_many_terms
 from gd_analyze.simplification.level import CandidateLevel, Level
 from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, no_dearer
@@ -37,142 +37,6 @@ if TYPE_CHECKING:
 # which every count takes seconds.
 _LEAST, _WIDER = 1e-6, 1.05
 _CLOSE, _CLOSE_IN_RECURSION = (1.02, 4), (1.1, 1)
-
-
-def at_level(
-    exact: ExactDynamics, budget: Budget, level: Level, how: SearchOptions, progress: Progress = None
-) -> SimplifiedModel:
-    """Simplify at a level, whatever `how` says of it; exact dynamics as they are `ExactDynamics.under` it."""
-    if how.operations is None:
-        return _within(exact, budget, level, how, progress)
-    return _of_few_operations(exact, budget, level, how, how.operations, progress)
-
-
-def _within(
-    exact: ExactDynamics, budget: Budget, level: Level, how: SearchOptions, progress: Progress = None
-) -> SimplifiedModel:
-    """Search under what the budget allows every joint; or, of the norm, under what keeps that."""
-
-    def search(
-        exact: ExactDynamics,
-        allowed: FloatArray,
-        thorough: bool = True,
-        start: SimplifiedModel | None = None,
-    ) -> SimplifiedModel:
-        # Written shortly, one that takes more operations than exact may still take fewer.
-        trial = how if thorough else replace(how, thorough=False, write=False, dearer=True)
-        return _within_allowed(exact, allowed, str(budget), level, trial, progress, start)
-
-    allowed = exact.allowed(budget)
-    if budget.norm is None:
-        return _required(search(exact, allowed), allowed)
-    return within_norm(exact, budget, search, exactly(exact, level, allowed, str(budget)))
-
-
-def _within_allowed(
-    exact: ExactDynamics,
-    allowed: FloatArray,
-    budget: str,
-    level: Level,
-    how: SearchOptions,
-    progress: Progress,
-    start: SimplifiedModel | None,
-) -> SimplifiedModel:
-    """Search on some of the states if there are very many; those that break the budget join them."""
-    known, margin = exact.thinned(), 1.0  # what is added counts a little more every time, so it ends
-    while True:
-        model = _searched(known, margin * allowed, budget, level, how, progress, start)
-        if known is exact:
-            return model
-        torque = model.torque(*exact.states.arrays)
-        if (exact.errors_of(torque).counting <= allowed).all():
-            return replace(model, accuracy=exact.held(replace(model.accuracy, allowed=allowed), torque))
-        off, weights = np.abs(torque - exact.torque), exact.states.weights
-        worst = exact.states.at(np.unique((off if weights is None else off * weights).argmax(axis=0)))
-        known = known.at(known.states.joined_by(*worst.arrays, worst.weights))
-        margin *= 0.98
-
-
-def _searched(
-    exact: ExactDynamics,
-    allowed: FloatArray,
-    budget: str,
-    level: Level,
-    how: SearchOptions,
-    progress: Progress,
-    start: SimplifiedModel | None,
-) -> SimplifiedModel:
-    if isinstance(level, CandidateLevel):
-        found = dropped(exact, level, allowed, how, progress)
-    else:
-        found = pruned(exact, allowed, how, progress, None if start is None else start.terms)
-    everything = exactly(exact, level, allowed, budget)
-    accuracy = replace(everything.accuracy, steps=found.steps, solved=found.solved, cut_short=found.cut_short)
-    model = measured(
-        exact,
-        replace(
-            everything,
-            terms=found.terms,
-            program=found.program,
-            refitted=found.refitted,
-            accuracy=accuracy,
-        ),
-    )
-    return model if how.dearer else no_dearer(exact, model)
-
-
-def _required(model: SimplifiedModel, allowed: FloatArray) -> SimplifiedModel:
-    """Refuse a model that misses what was allowed: a search that does so is at fault."""
-    if not (model.accuracy.errors.counting <= allowed).all():
-        raise GdAnalyzeError(
-            "the simplified model misses its budget",
-            expected=str(allowed.tolist()),
-            found=str(model.accuracy.errors.counting.tolist()),
-            next_step="please report this with the arm file and the states",
-        )
-    return model
-
-
-def _of_few_operations(
-    exact: ExactDynamics,
-    budget: Budget,
-    level: Level,
-    how: SearchOptions,
-    operations: int,
-    progress: Progress,
-) -> SimplifiedModel:
-    """Scale the budget until the model takes no more operations than asked for.
-
-    A quick count tells about where; whole searches then close in from there.
-    """
-    allowed = exact.allowed(budget)
-    if operations >= exact.form.operations.total:
-        return exactly(exact, level, allowed, str(budget))
-    some = exact.thinned()
-    if isinstance(level, CandidateLevel):
-        quick, (close, attempts) = quick_count(some, level, allowed), _CLOSE
-    else:
-        quick, (close, attempts) = quick_pruned_count(some, allowed), _CLOSE_IN_RECURSION
-    few, many = _LEAST, 1.0
-    while quick(many) > operations:
-        few, many = many, 2.0 * many
-    while many / few > close:
-        middle = (few * many) ** 0.5
-        few, many = (middle, many) if quick(middle) > operations else (few, middle)
-    best = _within(exact, budget.scaled(many), level, how, progress)
-    while best.operations.total > operations:
-        many *= _WIDER
-        best = _within(exact, budget.scaled(many), level, how, progress)
-    step = 0.8
-    for _ in range(attempts):
-        trial = _within(exact, budget.scaled(many * step), level, how)
-        if trial.operations.total <= operations:
-            best, many = trial, many * step
-        else:
-            step **= 0.5
-    return best
-
-
 # Where terms take less than this share of the exact torque's operations, the recursion is not tried: it was
 # found to take half to four fifths at states of all the arm's limits, at 1 % of peak torque. At few states it
 # may take fewer than terms, as its numbers are fitted to them, and then errs the more between them.
@@ -184,75 +48,6 @@ _MANY = 1.7
 # Levels that are tried; the others are for more than few operations: a mechanical system, or the founding
 # text's conclusions.
 _TRIED = (TERM, RECURSIVE)
-
-
-def cheapest(
-    exact: ExactDynamics,
-    budget: Budget,
-    how: SearchOptions,
-    progress: Progress = None,
-    stage: Callable[[str], object] = lambda _: None,
-) -> SimplifiedModel:
-    """Simplify at every promising level, and give the model of fewest operations.
-
-    Of models of a given number of operations it is the one of the smallest budget. What was tried, and what
-    was not, is said in `Accuracy.levels`.
-    """
-    models: list[SimplifiedModel] = []
-    tried: list[LevelTried] = []
-    for level in _TRIED:
-        why = _unpromising(exact, level, models if how.operations is None else [])
-        if not why and level is TERM and how.operations is None:
-            why = _too_long(exact, budget)
-        if not why:
-            stage(f"searching at level {level}")
-            try:
-                models.append(at_level(exact, budget, level, how, progress))
-            except TooManyTermsError as error:
-                why = error.what
-        operations = None if why else models[-1].operations.total
-        tried.append(LevelTried(level.name, operations, why))
-    best = min(models, key=_operations if how.operations is None else _allowed)
-    return replace(best, accuracy=replace(best.accuracy, levels=tuple(tried)))
-
-
-def _unpromising(exact: ExactDynamics, level: Level, models: Sequence[SimplifiedModel]) -> str:
-    """Why a level cannot take fewer operations than the models there are; "" where it may."""
-    if level is TERM:
-        return f"the arm has {many_terms_told(exact.form)}" if has_many_terms(exact.form) else ""
-    if models and exact.arm.n_joints <= _FEW_JOINTS:
-        return f"the arm has at most {_FEW_JOINTS} joints, and its numbers would be fitted to the states"
-    full = exact.form.operations.total
-    least = min((model.operations.total for model in models), default=full)
-    if least < _FEW * full:
-        return f"{least} of {full} operations are few, and its numbers would be fitted to the states"
-    return ""
-
-
-def _too_long(exact: ExactDynamics, budget: Budget) -> str:
-    """Why the terms that a budget leaves are no short way to write the torque; "" where they may be."""
-    full = exact.form.operations.total
-    if budget.norm is not None or exact.arm.n_joints <= _FEW_JOINTS:
-        return ""
-    try:
-        about = quick_count(exact.thinned(), TERM, exact.allowed(budget))(1.0)
-    except TooManyTermsError as error:
-        return error.what
-    return (
-        f"the terms left take about {about} operations, the exact torque {full}"
-        if about > _MANY * full
-        else ""
-    )
-
-
-def _operations(model: SimplifiedModel) -> float:
-    return model.operations.total
-
-
-def _allowed(model: SimplifiedModel) -> float:
-    return float(model.accuracy.allowed.max())
-
-
 _USUAL = SearchOptions()
 
 
@@ -281,11 +76,10 @@ def simplify(
         Allowed torque error per joint, or its text such as "1% or 10% friction", see `Budget.parse`; 1 % of
         each joint's peak torque over the states by default.
     level, refit, operations, effort
-        See `SearchOptions`. By default the level that takes the fewest operations is found out. "term" drops
-        torque
-        terms one by one; "recursive" changes steps of the recursion of Newton and Euler, for arms of many
-        terms; "energy" drops terms of the energies, so that the model stays a mechanical system; "element"
-        drops the effects of D_ij and h_i and c_i, the founding text's method.
+        See `SearchOptions`. By default the level of fewest operations is found out. "term" drops torque terms
+        one by one; "recursive" simplifies steps of the recursion of Newton and Euler, for arms of many terms;
+        "energy" drops terms of the energies, so that the model stays a mechanical system; "element" drops the
+        effects of D_ij and h_i and c_i, the founding text's method.
     drives
         Include drive inertia, or take the links alone; by default it is included where the arm describes
         drives, see `ExactDynamics.of`.
@@ -294,7 +88,7 @@ def simplify(
     -------
     SimplifiedModel
         Its largest error over the states is within the budget, measured on its own program. Where that takes
-        as many operations as the exact torque, it is the exact model. Its `notice` tells where the budget is
+        as many operations as the exact torque, it is the exact model. Its `notice` says where the budget is
         less than a joint's friction or the uncertainty of its torque.
 
     Raises
@@ -324,33 +118,190 @@ def simplify_exact(
     *,
     provenance: Mapping[str, str] | None = None,
     progress: Progress = None,
-    stage: Callable[[str], object] | None = None,
+    stage: Callable[[str], object] = lambda _: None,
 ) -> SimplifiedModel:
     """Do what `simplify` does, against exact dynamics that are at hand.
 
-    Parameters
-    ----------
-    exact, budget, how
-        What to simplify, how far, and how.
-    provenance
-        Stored with the model.
-    progress
-        Called with the number of candidates dropped, or of changes made, since the last call.
-    stage
-        Told what begins, in words.
-
-    Raises
-    ------
-    TooManyTermsError
-        If the level asked for has more terms than a search can weigh.
+    `provenance` is stored with the model; `progress` is called with the number of candidates dropped, or of
+    operations saved, since the last call; `stage` with what begins. A TooManyTermsError if the level asked
+    for has more terms than a search can weigh.
     """
-    budget, stage = Budget.of(budget), stage or (lambda _: None)
+    budget = Budget.of(budget)
     if how.operations is not None:
         budget.require_per_joint("a model of so many operations", "ask for a share of the norm alone")
     exact = exact.under(budget)
     if how.level is None:
-        model = cheapest(exact, budget, how, progress, stage)
+        model = _cheapest(exact, budget, how, progress, stage)
     else:
         stage(f"searching at level {how.level}")
         model = at_level(exact, budget, how.level, how, progress)
     return replace(model, provenance=dict(provenance or {}))
+
+
+def _cheapest(
+    exact: ExactDynamics,
+    budget: Budget,
+    how: SearchOptions,
+    progress: Progress,
+    stage: Callable[[str], object],
+) -> SimplifiedModel:
+    """Simplify at every promising level, and give the model of fewest operations.
+
+    Of models of a given number of operations it is the one of the smallest budget. `Accuracy.levels` states
+    what was tried.
+    """
+    models: list[SimplifiedModel] = []
+    tried: list[LevelTried] = []
+    for level in _TRIED:
+        why = _unpromising(exact, level, models if how.operations is None else [])
+        if not why and level is TERM and how.operations is None:
+            why = _too_long(exact, budget)
+        if not why:
+            stage(f"searching at level {level}")
+            try:
+                models.append(at_level(exact, budget, level, how, progress))
+            except TooManyTermsError as error:
+                why = error.what
+        operations = None if why else models[-1].operations.total
+        tried.append(LevelTried(level.name, operations, why))
+    if how.operations is None:
+        best = min(models, key=lambda model: model.operations.total)
+    else:
+        best = min(models, key=lambda model: float(model.accuracy.allowed.max()))
+    return replace(best, accuracy=replace(best.accuracy, levels=tuple(tried)))
+
+
+def _unpromising(exact: ExactDynamics, level: Level, models: Sequence[SimplifiedModel]) -> str:
+    """Why a level cannot take fewer operations than the models there are; "" where it may."""
+    if level is TERM:
+        many = too_many_terms(exact.form)
+        return f"the arm has {many}" if many else ""
+    if models and exact.arm.n_joints <= _FEW_JOINTS:
+        return f"the arm has at most {_FEW_JOINTS} joints, and its numbers would be fitted to the states"
+    full = exact.form.operations.total
+    least = min((model.operations.total for model in models), default=full)
+    if least < _FEW * full:
+        return f"{least} of {full} operations are few, and its numbers would be fitted to the states"
+    return ""
+
+
+def _too_long(exact: ExactDynamics, budget: Budget) -> str:
+    """Why the terms that a budget leaves are no short way to write the torque; "" where they may be."""
+    full = exact.form.operations.total
+    if budget.norm is not None or exact.arm.n_joints <= _FEW_JOINTS:
+        return ""
+    try:
+        about = quick_count(exact.thinned(), TERM, exact.allowed(budget))(1.0)
+    except TooManyTermsError as error:
+        return error.what
+    if about <= _MANY * full:
+        return ""
+    return f"the terms left take about {about} operations, the exact torque {full}"
+
+
+def at_level(
+    exact: ExactDynamics, budget: Budget, level: Level, how: SearchOptions, progress: Progress = None
+) -> SimplifiedModel:
+    """Simplify at a level, whatever `how` says of it; exact dynamics as they are `ExactDynamics.under` it."""
+    if how.operations is None:
+        return _within(exact, budget, level, how, progress)
+    return _of_few_operations(exact, budget, level, how, how.operations, progress)
+
+
+def _within(
+    exact: ExactDynamics, budget: Budget, level: Level, how: SearchOptions, progress: Progress = None
+) -> SimplifiedModel:
+    """Search under what the budget allows every joint; or, of the norm, under what keeps that."""
+
+    def search(
+        exact: ExactDynamics, allowed: FloatArray, thorough: bool = True, start: SimplifiedModel | None = None
+    ) -> SimplifiedModel:
+        # Written shortly, one that takes more operations than exact may still take fewer.
+        trial = how if thorough else replace(how, thorough=False, write=False, dearer=True)
+        # Of very many states some stand for all; those that break the budget join them. What is added counts
+        # a little more every time, so it ends.
+        known, margin = exact.thinned(), 1.0
+        while True:
+            model = _searched(known, margin * allowed, str(budget), level, trial, progress, start)
+            if known is exact:
+                return model
+            torque = model.torque(*exact.states.arrays)
+            if (exact.errors_of(torque).counting <= allowed).all():
+                return replace(model, accuracy=exact.held(replace(model.accuracy, allowed=allowed), torque))
+            off, weights = np.abs(torque - exact.torque), exact.states.weights
+            worst = exact.states.at(np.unique((off if weights is None else off * weights).argmax(axis=0)))
+            known = known.at(known.states.joined_by(*worst.arrays, worst.weights))
+            margin *= 0.98
+
+    allowed = exact.allowed(budget)
+    if budget.norm is not None:
+        return within_norm(exact, budget, search, exactly(exact, level, allowed, str(budget)))
+    model = search(exact, allowed)
+    if not (model.accuracy.errors.counting <= allowed).all():
+        raise GdAnalyzeError(
+            "the simplified model misses its budget",
+            expected=str(allowed.tolist()),
+            found=str(model.accuracy.errors.counting.tolist()),
+            next_step="please report this with the arm file and the states",
+        )
+    return model
+
+
+def _searched(
+    exact: ExactDynamics,
+    allowed: FloatArray,
+    budget: str,
+    level: Level,
+    how: SearchOptions,
+    progress: Progress,
+    start: SimplifiedModel | None,
+) -> SimplifiedModel:
+    if isinstance(level, CandidateLevel):
+        found = dropped(exact, level, allowed, how, progress)
+    else:
+        found = pruned(exact, allowed, how, progress, None if start is None else start.terms)
+    model = exactly(exact, level, allowed, budget)
+    accuracy = replace(model.accuracy, steps=found.steps, solved=found.solved, cut_short=found.cut_short)
+    model = replace(model, terms=found.terms, program=found.program, refitted=found.refitted)
+    model = measured(exact, replace(model, accuracy=accuracy))
+    return model if how.dearer else no_dearer(exact, model)
+
+
+def _of_few_operations(
+    exact: ExactDynamics,
+    budget: Budget,
+    level: Level,
+    how: SearchOptions,
+    operations: int,
+    progress: Progress,
+) -> SimplifiedModel:
+    """Scale the budget until the model takes no more operations than asked for.
+
+    A quick count finds about where; whole searches then close in from there.
+    """
+    allowed = exact.allowed(budget)
+    if operations >= exact.form.operations.total:
+        return exactly(exact, level, allowed, str(budget))
+    some = exact.thinned()
+    if isinstance(level, CandidateLevel):
+        quick, (close, attempts) = quick_count(some, level, allowed), _CLOSE
+    else:
+        quick, (close, attempts) = quick_pruned_count(some, allowed), _CLOSE_IN_RECURSION
+    few, many = _LEAST, 1.0
+    while quick(many) > operations:
+        few, many = many, 2.0 * many
+    while many / few > close:
+        middle = (few * many) ** 0.5
+        few, many = (middle, many) if quick(middle) > operations else (few, middle)
+    best = _within(exact, budget.scaled(many), level, how, progress)
+    while best.operations.total > operations:
+        many *= _WIDER
+        best = _within(exact, budget.scaled(many), level, how, progress)
+    step = 0.8
+    for _ in range(attempts):
+        trial = _within(exact, budget.scaled(many * step), level, how)
+        if trial.operations.total <= operations:
+            best, many = trial, many * step
+        else:
+            step **= 0.5
+    return best

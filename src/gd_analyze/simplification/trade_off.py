@@ -1,4 +1,9 @@
-"""Operations against error: what every level gives for smaller and larger budgets, with and without refit."""
+"""Models for smaller and larger budgets: the curve of every level, and the path of a given model.
+
+A budget path leads through a model that is given: terms join it for a smaller budget and leave it for a
+larger one, so that every term has one budget at which it goes. Of a recursion more and more steps are
+simplified, from the exact one for smaller budgets and from the given one for larger.
+"""
 
 from __future__ import annotations
 
@@ -15,140 +20,13 @@ from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import SWEEP, Candidates, Kept, TooManyTermsError, candidates_of
 from gd_analyze.simplification.elimination import Elimination, eliminate
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.exact_form import ExactForm, has_many_terms
+from gd_analyze.simplification.exact_form import ExactForm, too_many_terms
 from gd_analyze.simplification.level import CandidateLevel, Level, Terms
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured
 from gd_analyze.simplification.pruning import pruned_path
 from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
-
-# From a tenth of the budget to ten times it, ten steps to each side.
-PATH_FACTORS = tuple(10.0 ** (step / 10) for step in range(-10, 11))
-# A search in a recursion takes long: it is done for one in so many of them, and of recursions of more
-# operations, where it would take minutes, for none.
-_APART, _LONG = 5, 700
-
-
-def budget_path(
-    exact: ExactDynamics, budget: Budget, given: SimplifiedModel, factors: Sequence[float] = PATH_FACTORS
-) -> tuple[SimplifiedModel, ...]:
-    """Follow a model to smaller and to larger budgets.
-
-    Where the model was refitted, coefficients remain so from its own budget on, and are exact below.
-
-    Parameters
-    ----------
-    exact
-        Exact dynamics at the states it was made for.
-    budget, given
-        Its budget, and the model; the path leads through it at a factor of 1.
-    factors
-        Multiples of its budget, growing.
-
-    Returns
-    -------
-    tuple
-        One model per factor, within that budget: the exact one where none found on the way takes fewer
-        operations. None keeps a term that one before it does not keep, or takes more operations.
-    """
-    if isinstance(given.level, CandidateLevel):
-        trials = _nested(exact, given, factors)
-    else:
-        trials = _pruned(exact, given, factors)
-    last, models = exactly(exact, given.level, given.accuracy.allowed, str(budget)), []
-    for factor, trial in zip(factors, trials, strict=True):
-        allowed = factor * given.accuracy.allowed
-        # A model that undercuts the given one for a smaller budget is not on a way that leads through it.
-        least = given.operations.total if factor < 1.0 else 0
-        if trial is given or (
-            trial is not None
-            and least <= trial.operations.total < last.operations.total
-            and (trial.accuracy.errors.counting <= allowed).all()
-        ):
-            last = trial
-        accuracy = replace(last.accuracy, allowed=allowed, budget=str(budget.scaled(factor)))
-        models.append(replace(last, accuracy=accuracy))
-    return tuple(models)
-
-
-def _pruned(
-    exact: ExactDynamics, given: SimplifiedModel, factors: Sequence[float]
-) -> Iterator[SimplifiedModel | None]:
-    """Models with more and more changes of the recursion: some up to the given one, and some from it on."""
-    some, allowed = exact.thinned(), given.accuracy.allowed
-    is_long = exact.form.operations.total > _LONG
-    for side, start in (
-        ([f for f in factors if f <= 1.0], {}),
-        ([f for f in factors if f > 1.0], given.terms),
-    ):
-        looked_at = [
-            factor for k, factor in enumerate(side) if k % _APART == 0 and factor != 1.0 and not is_long
-        ]
-        found = dict(zip(looked_at, pruned_path(some, [f * allowed for f in looked_at], start), strict=True))
-        for factor in side:
-            if factor in found:
-                own = replace(given, terms=found[factor].terms, program=found[factor].program)
-                yield measured(exact, own)
-            else:
-                yield given if factor == 1.0 else None
-
-
-def _written(
-    exact: ExactDynamics, given: SimplifiedModel, kept: Sequence[Terms]
-) -> dict[frozenset[Any], SimplifiedModel]:
-    """Models by what they keep, as far as they may take fewer operations than exact."""
-    several = {frozenset(terms): terms for terms in reversed(kept)}
-    most = exact.form.operations.total - 1
-    programs = given.level.write_steps(given.form, [*several.values()], most)
-    return {
-        name: measured(exact, replace(given, terms=terms, program=program))
-        for (name, terms), program in zip(several.items(), programs, strict=False)
-    }
-
-
-def _nested(
-    exact: ExactDynamics, given: SimplifiedModel, factors: Sequence[float]
-) -> Iterator[SimplifiedModel | None]:
-    """Models that keep fewer and fewer terms; none where that takes more operations than exact."""
-    kept = [*_kept(exact, given, factors)]
-    known = _written(exact, given, [terms for f, terms in zip(factors, kept, strict=True) if f != 1.0])
-    for factor, terms in zip(factors, kept, strict=True):
-        yield given if factor == 1.0 else known.get(frozenset(terms))
-
-
-def _kept(exact: ExactDynamics, given: SimplifiedModel, factors: Sequence[float]) -> Iterator[Terms]:
-    """What is kept for each factor; at 1 what the model keeps."""
-    try:
-        swept = SWEEP * min(factors)
-        candidates = candidates_of(exact.thinned(), given.level, given.accuracy.allowed, swept)
-    except TooManyTermsError:
-        # Any model of so many terms takes more operations than the exact torque.
-        yield from (given.terms for _ in factors)
-        return
-    yield from _followed(candidates, given.terms, factors)
-
-
-def _followed(candidates: Candidates, given: Terms, factors: Sequence[float]) -> Iterator[Terms]:
-    """Let terms go in one order, the given model's last, whenever a budget allows."""
-    effects, swept = candidates.flat, candidates.swept
-    stays = np.array([term in given for term in candidates.terms])
-    fitted = np.array([given.get(term, weight) / weight for term, weight in candidates.terms.items()])
-    order = eliminate(candidates, last=stays).order
-    listed = {term: weight for term, weight in given.items() if term not in candidates.terms}
-    kept, scale = np.ones(len(effects), dtype=bool), np.ones(len(effects))
-    lost = np.zeros(effects.shape[1])
-    for factor in factors:
-        if factor >= 1.0 and scale is not fitted:
-            kept, scale = stays.copy(), fitted
-            lost = (1.0 - kept * scale) @ effects
-        for k in order:
-            if kept[k] and stays[k] == (factor > 1.0):
-                trial = lost + scale[k] * effects[k]
-                if np.abs(trial).max(initial=0.0) <= (factor - swept) / (1.0 - swept):
-                    kept[k], lost = False, trial
-        yield candidates.keep(kept, scale) | listed
-
 
 # Level and refit: every level, and every level once more with a refit that can have one.
 Kind = tuple[Level, bool]
@@ -157,19 +35,22 @@ KINDS: tuple[Kind, ...] = tuple(
     for level in LEVELS.values()
     for refit in ((False, True) if level.has_torque_terms else (False,))
 )
+FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
+# Of a path: from a tenth of the budget to ten times it, ten steps to each side.
+PATH_FACTORS = tuple(10.0 ** (step / 10) for step in range(-10, 11))
+# A search in a recursion takes long: it is done for one in so many of a path's budgets, and of recursions of
+# more operations, where it would take minutes, for none.
+_APART, _LONG = 5, 700
+# Budgets that differ by less are one.
+_SAME = 1.01
 # Operations of a point, and its largest error per joint, N m.
 _Found = tuple[OperationCount, FloatArray]
 
 
 def kinds_for(form: ExactForm) -> tuple[Kind, ...]:
     """Kinds that make sense for an arm: of very many terms, none that looks at them one by one."""
-    many = has_many_terms(form)
+    many = too_many_terms(form)
     return tuple(kind for kind in KINDS if not (many and kind[0].has_torque_terms))
-
-
-# Budgets that differ by less are one.
-_SAME = 1.01
-FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 
 
 @dataclass(frozen=True)
@@ -197,7 +78,7 @@ class TradeOffPoint:
     error_share: float
 
 
-def curves(points: Sequence[TradeOffPoint]) -> dict[tuple[Level, bool], tuple[TradeOffPoint, ...]]:
+def curves(points: Sequence[TradeOffPoint]) -> dict[Kind, tuple[TradeOffPoint, ...]]:
     """Points by level and refit, each with growing budget."""
     kinds = dict.fromkeys((point.level, point.refit) for point in points)
     return {
@@ -214,7 +95,7 @@ def trade_off(
     kinds: Sequence[Kind] | None = None,
     thorough: bool = True,
     through: Mapping[Kind, Sequence[SimplifiedModel]] | None = None,
-    progress: Callable[[int], None] | None = None,
+    progress: Callable[[int], None] = lambda _: None,
 ) -> tuple[TradeOffPoint, ...]:
     """Simplify for several budgets at every level.
 
@@ -246,7 +127,6 @@ def trade_off(
     """
     budget = Budget.of(budget).require_per_joint("a trade-off", "simplify for some shares of the norm")
     through = through or {}
-    tell = progress or (lambda _: None)
     points: list[TradeOffPoint] = []
     exact = exact.under(budget)
     allowed, order = exact.allowed(budget), sorted(factors)
@@ -277,9 +157,10 @@ def trade_off(
         for factor, each in zip(order, _no_dearer(found, without.get(level, [])), strict=True):
             best.append(each)
             operations, error = each
-            stated = str(budget.scaled(factor))
-            points.append(TradeOffPoint(level, refit, factor, stated, operations, _share(error, whole)))
-            tell(1)
+            # The largest share of any joint; one without a whole has none.
+            share = float(np.divide(error, whole, out=np.zeros_like(error), where=whole > 0.0).max())
+            points.append(TradeOffPoint(level, refit, factor, str(budget.scaled(factor)), operations, share))
+            progress(1)
         without.setdefault(level, best)
     return tuple(points)
 
@@ -304,17 +185,19 @@ def _best_of(
     exact: ExactDynamics, models: Sequence[SimplifiedModel], allowed: FloatArray, factors: Sequence[float]
 ) -> Iterator[_Found]:
     """Of models that are at hand, and exact, those of fewest operations within each budget."""
+
+    def is_within(model: SimplifiedModel, allowed: FloatArray) -> bool:
+        # One whose numbers are fitted must have been made for that budget.
+        kept = bool((model.accuracy.errors.counting <= allowed).all())
+        return kept and (
+            not model.level.always_refits or bool((model.accuracy.allowed <= _SAME * allowed).all())
+        )
+
     everything = exact.form.operations, np.zeros(len(allowed))
     for factor in factors:
-        within = [model for model in models if _is_within(model, factor * allowed)]
+        within = [model for model in models if is_within(model, factor * allowed)]
         found = [(model.operations, model.accuracy.errors.largest) for model in within]
         yield min([*found, everything], key=lambda each: each[0].total)
-
-
-def _is_within(model: SimplifiedModel, allowed: FloatArray) -> bool:
-    """Whether a model is within a budget; one whose numbers are fitted, whether it was made for that."""
-    kept = bool((model.accuracy.errors.counting <= allowed).all())
-    return kept and (not model.level.always_refits or bool((model.accuracy.allowed <= _SAME * allowed).all()))
 
 
 def _eliminated(
@@ -347,6 +230,103 @@ def _errors(candidates: Candidates, weights: FloatArray) -> FloatArray:
     return (1.0 - candidates.swept) * error.max(axis=1) + candidates.swept
 
 
-def _share(error: FloatArray, whole: FloatArray) -> float:
-    """Largest share of any joint; one without a whole has none."""
-    return float(np.divide(error, whole, out=np.zeros_like(error), where=whole > 0.0).max())
+def budget_path(
+    exact: ExactDynamics, budget: Budget, given: SimplifiedModel, factors: Sequence[float] = PATH_FACTORS
+) -> tuple[SimplifiedModel, ...]:
+    """Follow a model to smaller and to larger budgets.
+
+    Where the model was refitted, coefficients remain so from its own budget on, and are exact below.
+
+    Parameters
+    ----------
+    exact
+        Exact dynamics at the states it was fitted on.
+    budget, given
+        Its budget, and the model; the path leads through it at a factor of 1.
+    factors
+        Multiples of its budget, growing.
+
+    Returns
+    -------
+    tuple
+        One model per factor, within that budget: the exact one where none found on the way takes fewer
+        operations. None keeps a term that one before it does not keep, or takes more operations.
+    """
+    trials = (_nested if isinstance(given.level, CandidateLevel) else _pruned)(exact, given, factors)
+    last, models = exactly(exact, given.level, given.accuracy.allowed, str(budget)), []
+    for factor, trial in zip(factors, trials, strict=True):
+        allowed = factor * given.accuracy.allowed
+        # A model that undercuts the given one for a smaller budget is not on a way that leads through it.
+        least = given.operations.total if factor < 1.0 else 0
+        if trial is given or (
+            trial is not None
+            and least <= trial.operations.total < last.operations.total
+            and (trial.accuracy.errors.counting <= allowed).all()
+        ):
+            last = trial
+        accuracy = replace(last.accuracy, allowed=allowed, budget=str(budget.scaled(factor)))
+        models.append(replace(last, accuracy=accuracy))
+    return tuple(models)
+
+
+def _pruned(
+    exact: ExactDynamics, given: SimplifiedModel, factors: Sequence[float]
+) -> Iterator[SimplifiedModel | None]:
+    """Models with more and more simplified steps: some up to the given one, and some from it on."""
+    some, allowed = exact.thinned(), given.accuracy.allowed
+    is_long = exact.form.operations.total > _LONG
+    for side, start in (
+        ([f for f in factors if f <= 1.0], {}),
+        ([f for f in factors if f > 1.0], given.terms),
+    ):
+        searched = [f for k, f in enumerate(side) if k % _APART == 0 and f != 1.0 and not is_long]
+        found = dict(zip(searched, pruned_path(some, [f * allowed for f in searched], start), strict=True))
+        for factor in side:
+            if factor in found:
+                own = replace(given, terms=found[factor].terms, program=found[factor].program)
+                yield measured(exact, own)
+            else:
+                yield given if factor == 1.0 else None
+
+
+def _nested(
+    exact: ExactDynamics, given: SimplifiedModel, factors: Sequence[float]
+) -> Iterator[SimplifiedModel | None]:
+    """Models that keep fewer and fewer terms; none where that takes more operations than exact."""
+    kept = [*_kept(exact, given, factors)]
+    others = [terms for factor, terms in zip(factors, kept, strict=True) if factor != 1.0]
+    several = {frozenset(terms): terms for terms in reversed(others)}
+    most = exact.form.operations.total - 1
+    programs = given.level.write_steps(given.form, [*several.values()], most)
+    known: dict[frozenset[Any], SimplifiedModel] = {
+        name: measured(exact, replace(given, terms=terms, program=program))
+        for (name, terms), program in zip(several.items(), programs, strict=False)
+    }
+    for factor, terms in zip(factors, kept, strict=True):
+        yield given if factor == 1.0 else known.get(frozenset(terms))
+
+
+def _kept(exact: ExactDynamics, model: SimplifiedModel, factors: Sequence[float]) -> Iterator[Terms]:
+    """What is kept for each factor, at 1 what the model keeps: terms go in one order, the model's last."""
+    given = model.terms
+    candidates = _candidates(exact.thinned(), model.level, model.accuracy.allowed, SWEEP * min(factors))
+    if candidates is None:
+        yield from (given for _ in factors)
+        return
+    effects, swept = candidates.flat, candidates.swept
+    stays = np.array([term in given for term in candidates.terms])
+    fitted = np.array([given.get(term, weight) / weight for term, weight in candidates.terms.items()])
+    order = eliminate(candidates, last=stays).order
+    listed = {term: weight for term, weight in given.items() if term not in candidates.terms}
+    kept, scale = np.ones(len(effects), dtype=bool), np.ones(len(effects))
+    lost = np.zeros(effects.shape[1])
+    for factor in factors:
+        if factor >= 1.0 and scale is not fitted:
+            kept, scale = stays.copy(), fitted
+            lost = (1.0 - kept * scale) @ effects
+        for k in order:
+            if kept[k] and stays[k] == (factor > 1.0):
+                trial = lost + scale[k] * effects[k]
+                if np.abs(trial).max(initial=0.0) <= (factor - swept) / (1.0 - swept):
+                    kept[k], lost = False, trial
+        yield candidates.keep(kept, scale) | listed

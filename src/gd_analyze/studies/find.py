@@ -39,7 +39,7 @@ from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.energy import ENERGY
 from gd_analyze.simplification.evaluation import payload_effect
 from gd_analyze.simplification.exact import ExactDynamics, warn_without_torque
-from gd_analyze.simplification.exact_form import has_many_terms, many_terms_told
+from gd_analyze.simplification.exact_form import too_many_terms
 from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.model import SimplifiedModel, no_dearer
 from gd_analyze.simplification.ranking import TermRanking, rank_terms
@@ -131,7 +131,7 @@ def find(
         dominance = rank(dataset, budget=exact.allowed(how.asked))
         elements = simplify_exact(exact, how.asked, SearchOptions(ELEMENT, dearer=True), provenance=source)
         level = None if how.level is None else level_named(how.level)
-        many = (level is None or not level.has_torque_terms) and has_many_terms(exact.form)
+        many = (level is None or not level.has_torque_terms) and too_many_terms(exact.form)
         if level is ELEMENT and how.operations is None:
             model = no_dearer(exact, elements)
         else:
@@ -141,7 +141,7 @@ def find(
             )
         if many:
             warnings.warn(
-                f"{arm.name} has {many_terms_told(exact.form)}: elements are ranked, single terms are not",
+                f"{arm.name} has {too_many_terms(exact.form)}: elements are ranked, single terms are not",
                 GdAnalyzeWarning,
                 stacklevel=2,
             )
