@@ -107,9 +107,9 @@ EDITS: dict[str, tuple[Edit, str]] = {
     "a level of its own": (entry("trade_off/level", b"terms"), "level of trade_off cannot be 'terms'"),
     "effects exchanged": (
         made_again("decomposition/effect", text("rotation", "translation")),
-        "effect of decomposition are not those of the arm, in order",
+        "effect of decomposition is not in order",
     ),
-    "a joint twice": (entry("decomposition/joint", 2), "joint of decomposition are not those of the arm"),
+    "a joint twice": (entry("decomposition/joint", 2), "joint of decomposition is not in order"),
     "a quantity of its own": (entry("cross_check/quantity", b"energy"), "quantity of cross_check cannot be"),
     "a kind twice": (entry("trade_off/kind", b"term", 2), "kind of trade_off names one of its rows twice"),
     "an element twice": (
@@ -130,15 +130,15 @@ EDITS: dict[str, tuple[Edit, str]] = {
     "another unit": (attribute("decomposition/torque", "units", np.bytes_("N")), "is in other units"),
     "another shape of an attribute": (
         attribute("dominance", "threshold", np.zeros(2)),
-        "the attribute threshold of dominance has another shape",
+        "threshold of dominance has another shape",
     ),
     "an attribute of another kind": (
         attribute("simplified_model", "drives", 0.0),
-        "the attribute drives of simplified_model is of another kind",
+        "drives of simplified_model is of another kind",
     ),
     "an attribute that is no number": (
         attribute("dominance", "threshold", np.nan),
-        "the attribute threshold of dominance is no finite number",
+        "threshold of dominance is no finite number",
     ),
     "a coordinate more": (
         lambda file: file.copy("dominance/unit", "dominance/colour"),

@@ -44,13 +44,13 @@ def test_units_follow_the_joints():
     values = {name: [[0.0, 0.0]] for name in ("q", "qd", "qdd")}
     described = dict.fromkeys(["name", "origin", "rates", "fingerprint"], "")
     mixed = table("trajectory", values, [True, False], {"time": [0.0]}, described)
-    assert mixed.qd.attrs["units_in"] == "rate_unit"
-    assert mixed.rate_unit.values.tolist() == ["rad/s", "m/s"]
+    assert mixed.qd.attrs["units_in"] == "velocity_unit"
+    assert mixed.velocity_unit.values.tolist() == ["rad/s", "m/s"]
 
 
 @pytest.mark.parametrize("name", REQUIRED)
 def test_a_required_variable_must_be_there(swing_dataset, name):
-    with pytest.raises(StoreError, match=f"lacks {name}"):
+    with pytest.raises(StoreError, match=f"lacks the variable {name}"):
         validate(swing_dataset.drop_vars(name), "decomposition", BOTH_TURN)
 
 

@@ -65,7 +65,10 @@ def test_every_number_has_a_unit_that_parses_and_every_variable_an_equation(find
 
 
 def test_units_that_are_the_same_everywhere_stand_at_the_variable(puma_findings, mixed_findings):
-    for group, kinds in (("decomposition", "position rate effort inertia coupling"), ("beyond", "effort")):
+    for group, kinds in (
+        ("decomposition", "position velocity effort inertia christoffel"),
+        ("beyond", "effort"),
+    ):
         uniform, mixed = puma_findings.tables[group], mixed_findings.tables[group]
         assert not [name for name in uniform.coords if str(name).endswith("_unit")]
         assert {f"{kind}_unit" for kind in kinds.split()} <= set(mixed.coords)
@@ -77,7 +80,8 @@ def test_units_of_a_mixed_arm_balance(mixed_findings):
     """D qdd, h_ijk qd qd, h, c and tau of a row are all in the unit of the row, by a parser's arithmetic."""
     table = mixed_findings.decomposition
     efforts, rates, accelerations = (
-        [parsed(unit) for unit in table[f"{kind}_unit"].values] for kind in ("effort", "rate", "acceleration")
+        [parsed(unit) for unit in table[f"{kind}_unit"].values]
+        for kind in ("effort", "velocity", "acceleration")
     )
     for i, effort in enumerate(efforts):
         for j in range(6):

@@ -1,34 +1,36 @@
-"""Every variable a result may hold: name, dimensions, unit, equation and meaning, said once in schema.csv.
+"""Every variable, coordinate and attribute a result may hold, declared once: a line each of schema.csv.
 
-The same declaration makes a table, validates it, documents it and is stored with it as attributes. A unit
-that depends on whether joints turn or slide is given row by row, as a coordinate, where an arm has joints of
-both kinds; a unit that depends on what a row is about always is.
+The same declaration makes a table, validates it, documents it and is stored with it as attributes. Where an
+arm has revolute and prismatic joints, a unit that depends on their kind is given row by row, as a coordinate;
+a unit that depends on what a row is about always is.
 """
 
 from __future__ import annotations
 
 import csv
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gd_analyze.arrays import Array
 from gd_analyze.errors import StoreError
 from gd_analyze.text import LEVEL_NAMES
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     import xarray as xr
 
-    from gd_analyze.arrays import Array
+SCHEMA_VERSION = 5
 
+# Inputs are bounded so that torques stay below 1e65, see `gd_analyze.text.LARGEST`.
+LARGEST_RESULT = 1e150
 
-# Quantities of joints have units by the number of turning joints among those they are about.
+# Quantities of joints have units by the number of revolute joints among those they are about.
 UNITS: dict[str, tuple[str, ...]] = {
     "position": ("m", "rad"),
-    "rate": ("m/s", "rad/s"),
+    "velocity": ("m/s", "rad/s"),
     "acceleration": ("m/s^2", "rad/s^2"),
     "effort": ("N", "N m"),
     "viscous": ("N s/m", "N m s"),
@@ -40,48 +42,85 @@ UNITS: dict[str, tuple[str, ...]] = {
 # NumPy's types by what they are called in a declaration; text is of any length.
 _TYPES = {"number": "float64", "whole": "int64", "flag": "bool", "byte": "uint8", "text": "str"}
 
-# What numbers of a sign are not.
-_SIGNS = {"nonnegative": np.less, "positive": np.less_equal}
-
 
 @dataclass(frozen=True)
-class Values:
-    """Declaration of what is held.
+class Declared:
+    """Declaration of a variable, a coordinate or an attribute: one line of schema.csv.
 
     Parameters
     ----------
+    group, role, name
+        Its table; "variable", "optional" (a variable that may be missing), "coordinate" or "attribute"; and
+        its name there.
+    dims
+        Dimensions; the coordinate of the same name as its dimension holds the labels along it.
+    unit
+        A unit; a kind of `UNITS`; the name of a coordinate that holds one per row, with "@" before it; or "".
+    besides
+        What a variable may hold besides finite numbers: "nan" where a number is not known, "inf" for a share
+        of nothing.
     kind
         "number", "whole", "flag" (true or false), "byte" or "text".
     among
-        "nonnegative" or "positive" of numbers, which nan passes; or the values there may be, with "|"
-        between, of which "1..n" stands for all joints, "units" and "levels" for the names of these. "" for
-        all of the kind.
+        "nonnegative" or "positive" of numbers; or the values there may be, with "|" between, of which "1..n"
+        stands for all joints, "units" and "levels" for the names of these. "" for all of the kind.
+    symbol, equation, meaning
+        In formulas; where it is defined, or how; in words.
     """
 
+    group: str
+    role: str
+    name: str
+    dims: tuple[str, ...]
+    unit: str
+    besides: str
     kind: str
-    among: str = ""
+    among: str
+    symbol: str
+    equation: str
+    meaning: str
 
-    def require_kind(self, dtype: np.dtype[Any], what: str) -> None:
-        """Raise a StoreError where values are of another kind."""
-        is_text = self.kind == "text" and dtype.kind == "U"
-        if not is_text and dtype != _TYPES[self.kind]:
+    def attributes(self, revolute: Sequence[bool]) -> dict[str, str]:
+        """Attributes stored with the variable of an arm whose joints are revolute or not."""
+        out = {"long_name": self.meaning, "equation": self.equation}
+        if self.symbol:
+            out["symbol"] = self.symbol
+        if self.unit.startswith("@"):
+            out["units_in"] = self.unit[1:]
+        elif self.unit in UNITS and len(set(revolute)) > 1:
+            out["units_in"] = _unit_coordinate(self.unit)
+        elif self.unit:
+            joints = [revolute[0]] * sum(dim.startswith("joint") for dim in self.dims)
+            out["units"] = unit_of(self.unit, *joints) if self.unit in UNITS else self.unit
+        return out
+
+    def require(self, dims: tuple[Any, ...], dtype: np.dtype[Any], values: Any, n_joints: int) -> None:
+        """Raise a StoreError unless dimensions, kind and values are those declared.
+
+        `values` may be an array that reads itself when asked for its `values`; numbers of any sign are not
+        asked for them.
+        """
+        what = f"{self.name} of {self.group}"
+        if dims != self.dims:
+            raise StoreError(f"{what} has other dimensions", expected=str(self.dims), found=str(dims))
+        if dtype != _TYPES[self.kind] and not (self.kind == "text" and dtype.kind == "U"):
             raise StoreError(f"{what} is of another kind", expected=_TYPES[self.kind], found=str(dtype))
-
-    def require(self, values: Any, what: str, n_joints: int) -> None:
-        """Raise a StoreError where values are of another kind, or one is not among those there may be."""
+        if not self.among:
+            return
         held = np.asarray(values)
-        self.require_kind(held.dtype, what)
-        if self.among in _SIGNS and _SIGNS[self.among](held, 0).any():
-            raise StoreError(f"{what} is not {self.among}", found=str(held.min()))
-        words = self.words(n_joints)
-        for value in np.unique(held.astype(str)).tolist() if words else ():
-            if value not in words:
-                raise StoreError(f"{what} cannot be {value!r}", expected=", ".join(words), found=value)
+        if self.among in ("nonnegative", "positive"):
+            wrong = held[held < 0 if self.among == "nonnegative" else held <= 0]
+            if wrong.size:
+                raise StoreError(f"{what} is not {self.among}", found=str(wrong.min()))
+            return
+        choices = self._choices(n_joints)
+        for value in np.unique(held.astype(str)).tolist():
+            if value not in choices:
+                raise StoreError(f"{what} cannot be {value!r}", expected=", ".join(choices), found=value)
+        if self.role == "coordinate" and self.dims == (self.name,) and held.astype(str).tolist() != choices:
+            raise StoreError(f"{what} is not in order", expected=", ".join(choices), found=str(held.tolist()))
 
-    def words(self, n_joints: int) -> list[str]:
-        """List the values there may be, in order; none where they are not declared one by one."""
-        if not self.among or self.among in _SIGNS:
-            return []
+    def _choices(self, n_joints: int) -> list[str]:
         named = {
             "1..n": map(str, range(1, n_joints + 1)),
             "units": [unit for units in UNITS.values() for unit in units],
@@ -90,139 +129,38 @@ class Values:
         return [word for part in self.among.split("|") for word in named.get(part, [part])]
 
 
-@dataclass(frozen=True)
-class Label:
-    """Declaration of a coordinate or an attribute.
-
-    Parameters
-    ----------
-    name, dims
-        As stored; the coordinate of the same name as its dimension holds the labels along it.
-    values
-        What it may hold. Labels along a dimension that are declared one by one are there in this order.
-    meaning
-        In words.
-    """
-
-    name: str
-    dims: tuple[str, ...]
-    values: Values
-    meaning: str
-
-
-def _declared_labels(role: str) -> dict[str, dict[str, Label]]:
-    """Read the declarations of a role: one line each of schema_labels.csv."""
-    groups: dict[str, dict[str, Label]] = {}
-    lines = (Path(__file__).parent / "schema_labels.csv").read_text(encoding="utf-8").splitlines()
+def _declared(*roles: str) -> dict[str, dict[str, Declared]]:
+    """Declarations by group and name."""
+    groups: dict[str, dict[str, Declared]] = {}
+    lines = (Path(__file__).parent / "schema.csv").read_text(encoding="utf-8").splitlines()
     for row in csv.DictReader(lines):
-        if row["role"] == role:
-            values = Values(row["kind"], row["among"])
-            label = Label(row["name"], tuple(row["dims"].split()), values, row["meaning"])
-            groups.setdefault(row["group"], {})[label.name] = label
+        one = Declared(**(row | {"dims": tuple(row["dims"].split())}))  # type: ignore[arg-type]
+        if one.role in roles:
+            groups.setdefault(one.group, {})[one.name] = one
     return groups
 
 
-COORDINATES = _declared_labels("coordinate")
-ATTRIBUTES = _declared_labels("attribute")
+GROUPS = _declared("variable", "optional")
+COORDINATES = _declared("coordinate")
+ATTRIBUTES = _declared("attribute")
+OPTIONAL = {group: set(declared) for group, declared in _declared("optional").items()}
+
+# Groups that a run has only where there is something to say.
+OPTIONAL_GROUPS = {"measured_torque", "motions", "recording"}
 
 
-def require_coordinates(
-    dataset: xr.Dataset, group: str, n_joints: int, units: Mapping[str, tuple[tuple[str, ...], Any]]
-) -> None:
-    """Check that a table has the coordinates declared of its dimensions, and no other.
-
-    Parameters
-    ----------
-    dataset, group
-        The table, and of which group it is.
-    n_joints
-        Joints of the arm.
-    units
-        Coordinates beside the declared ones, dimensions and values, that say units row by row.
-
-    Raises
-    ------
-    StoreError
-        If one is missing or unknown, has other dimensions, or holds what it cannot.
-    """
-    declared = {
-        name: label
-        for name, label in COORDINATES.get(group, {}).items()
-        if set(label.dims) <= set(dataset.dims)
-    }
-    names = [*declared, *units]
-    for name in sorted(set(names) ^ set(map(str, dataset.coords))):
-        what = "lacks the coordinate" if name in names else "has no coordinate"
-        raise StoreError(f"{group} {what} {name}", expected=", ".join(names))
-    for name in names:
-        array, dims = dataset[name], declared[name].dims if name in declared else units[name][0]
-        what = f"{name} of {group}"
-        _require_dims(tuple(map(str, array.dims)), dims, what)
-        if name in declared:
-            _require_labels(array.values, declared[name], what, n_joints)
-        elif not np.array_equal(array.values, units[name][1]):
-            raise StoreError(f"{what} does not fit the joints of the arm")
-
-
-def require_attributes(attributes: Mapping[Any, Any], group: str, n_joints: int) -> None:
-    """Check that a table has the attributes declared; it may have others.
-
-    Raises
-    ------
-    StoreError
-        If one is missing or holds what it cannot.
-    """
-    for name, label in ATTRIBUTES.get(group, {}).items():
-        if name not in attributes:
-            raise StoreError(f"{group} lacks the attribute {name}", expected=label.meaning)
-        value, what = np.asarray(attributes[name]), f"the attribute {name} of {group}"
-        expected = tuple(n_joints for _ in label.dims)
-        if value.shape != expected:
-            raise StoreError(f"{what} has another shape", expected=str(expected), found=str(value.shape))
-        label.values.require(value, what, n_joints)
-        if value.dtype.kind == "f" and not np.isfinite(value).all():
-            raise StoreError(f"{what} is no finite number", found=str(attributes[name]))
-
-
-def _require_dims(found: tuple[str, ...], declared: tuple[str, ...], what: str) -> None:
-    if found != declared:
-        raise StoreError(
-            f"{what} has other dimensions than declared", expected=str(declared), found=str(found)
-        )
-
-
-def _require_labels(values: Any, label: Label, what: str, n_joints: int) -> None:
-    label.values.require(values, what, n_joints)
-    if label.dims == (label.name,):
-        words = label.values.words(n_joints)
-        if words and values.astype(str).tolist() != words:
-            raise StoreError(
-                f"{what} are not those of the arm, in order",
-                expected=", ".join(words),
-                found=", ".join(values.astype(str)),
-            )
-        if len(np.unique(values)) < len(values):
-            raise StoreError(f"{what} names one of its rows twice")
-
-
-SCHEMA_VERSION = 4
-
-# Inputs are bounded so that torques stay below 1e65, see `gd_analyze.text.LARGEST`.
-LARGEST_RESULT = 1e150
-
-
-def unit_of(kind: str, *turning: bool) -> str:
-    """Unit of a quantity of joints, given whether each of them turns.
+def unit_of(kind: str, *revolute: bool) -> str:
+    """Unit of a quantity of joints, given whether each of them is revolute.
 
     Examples
     --------
     >>> unit_of("inertia", True, False)
     'kg m'
     """
-    return UNITS[kind][sum(turning)]
+    return UNITS[kind][sum(revolute)]
 
 
-def units_of(kind: str, turning: Sequence[bool]) -> Array:
+def units_of(kind: str, revolute: Sequence[bool]) -> Array:
     """Unit of every entry of a quantity of an arm's joints: one axis per joint that it is about.
 
     Examples
@@ -230,111 +168,15 @@ def units_of(kind: str, turning: Sequence[bool]) -> Array:
     >>> units_of("inertia", [True, False]).tolist()
     [['kg m^2', 'kg m'], ['kg m', 'kg']]
     """
-    flags = np.array(turning, dtype=int)
+    flags = np.array(revolute, dtype=int)
     axes = np.meshgrid(*[flags] * (len(UNITS[kind]) - 1), indexing="ij")
     return np.array(UNITS[kind])[sum(axes)]
-
-
-@dataclass(frozen=True)
-class Variable:
-    """Declaration of one variable.
-
-    Parameters
-    ----------
-    name, dims
-        As stored.
-    unit
-        A unit; a kind of `UNITS`; the name of a coordinate that holds one per row, with "@" before it; or ""
-        for what has none.
-    besides
-        What else than finite numbers it may hold: "nan" where a number is not known, "inf" for a share of
-        nothing.
-    equation
-        Where it is defined, or how.
-    meaning
-        In words.
-    symbol
-        In formulas.
-    values
-        What it may hold.
-    """
-
-    name: str
-    dims: tuple[str, ...]
-    unit: str
-    besides: str
-    symbol: str
-    equation: str
-    meaning: str
-    values: Values
-
-    def attributes(self, turning: Sequence[bool]) -> dict[str, str]:
-        """Attributes stored with the variable of an arm, given whether its joints turn."""
-        out = {"long_name": self.meaning, "equation": self.equation}
-        if self.symbol:
-            out["symbol"] = self.symbol
-        if self.unit.startswith("@"):
-            out["units_in"] = self.unit[1:]
-        elif self.unit in UNITS and not _uniform(turning):
-            out["units_in"] = coordinate_of(self.unit)
-        elif self.unit:
-            joints = [turning[0]] * self._n_joint_dims
-            out["units"] = unit_of(self.unit, *joints) if self.unit in UNITS else self.unit
-        return out
-
-    @property
-    def _n_joint_dims(self) -> int:
-        return sum(dim.startswith("joint") for dim in self.dims)
-
-
-def coordinate_of(kind: str) -> str:
-    """Name of the coordinate that holds the units of a kind, joint by joint."""
-    return f"{kind.replace(' ', '_')}_unit"
-
-
-def _uniform(turning: Sequence[bool]) -> bool:
-    return all(turning) or not any(turning)
-
-
-def _declared() -> dict[str, dict[str, Variable]]:
-    """Read the declarations: one line each of schema.csv."""
-    groups: dict[str, dict[str, Variable]] = {}
-    lines = (Path(__file__).parent / "schema.csv").read_text(encoding="utf-8").splitlines()
-    for row in csv.DictReader(lines, restval=""):
-        group, dims = row.pop("group"), tuple(row.pop("dims").split())
-        values = Values(row.pop("kind") or "number", row.pop("among"))
-        groups.setdefault(group, {})[row["name"]] = Variable(dims=dims, values=values, **row)
-    return groups
-
-
-GROUPS = _declared()
-
-# Variables that a group may lack.
-OPTIONAL = {
-    "trajectory": {"stretch_from"},
-    "decomposition": {
-        "christoffel",
-        "drive_torque",
-        "inertia_by_link",
-        "coriolis_centrifugal_by_link",
-        "gravity_loading_by_link",
-        "coriolis_centrifugal_terms",
-    },
-    "budgets": {"kept", "kept_parts"},
-    "measured_torque": {
-        *("coulomb", "coulomb_error", "viscous", "viscous_error", "offset", "offset_error"),
-        *("rms_beside_friction", "correlation_beside_friction", "explained_beside_friction"),
-    },
-}
-
-# Groups that a run has only where there is something to say.
-OPTIONAL_GROUPS = {"measured_torque", "motions", "recording"}
 
 
 def table(
     group: str,
     values: Mapping[str, Any],
-    turning: Sequence[bool],
+    revolute: Sequence[bool],
     coords: Mapping[str, Any] | None = None,
     attrs: Mapping[str, Any] | None = None,
 ) -> xr.Dataset:
@@ -346,8 +188,8 @@ def table(
         One of `GROUPS`.
     values
         Arrays by the names declared.
-    turning
-        Whether each joint of the arm turns.
+    revolute
+        Whether each joint of the arm is revolute.
     coords, attrs
         Coordinates beside those of the joints, and attributes.
 
@@ -358,44 +200,23 @@ def table(
     """
     import xarray as xr
 
-    declared = GROUPS[group]
-    unknown = sorted(set(values) - set(declared))
-    if unknown:
-        raise StoreError(f"{unknown[0]} is not a variable of {group}", expected=", ".join(declared))
+    declared = _known(group, values)
     variables = {
-        name: (declared[name].dims, array, declared[name].attributes(turning))
-        for name, array in values.items()
+        name: (declared[name].dims, values[name], declared[name].attributes(revolute)) for name in values
     }
     dims = {dim for name in values for dim in declared[name].dims}
-    joints = np.arange(1, len(turning) + 1)
+    joints = np.arange(1, len(revolute) + 1)
     given = {dim: joints for dim in sorted(dims) if dim.startswith("joint")} | dict(coords or {})
-    if not _uniform(turning):
-        given |= _unit_coordinates({declared[name].unit: declared[name].dims for name in values}, turning)
-    dataset = xr.Dataset(variables, coords=given, attrs=dict(attrs or {}))
-    validate(dataset, group, turning)
+    dataset = xr.Dataset(variables, given | _units_by_row(group, values, revolute), dict(attrs or {}))
+    validate(dataset, group, revolute)
     return dataset
 
 
-def _unit_coordinates(kinds: Mapping[str, tuple[str, ...]], turning: Sequence[bool]) -> dict[str, Any]:
-    """Units row by row, of the kinds in use."""
-    return {
-        coordinate_of(kind): (tuple(dim for dim in dims if dim.startswith("joint")), units_of(kind, turning))
-        for kind, dims in kinds.items()
-        if kind in UNITS
-    }
+def validate(dataset: xr.Dataset, group: str, revolute: Sequence[bool]) -> None:
+    """Check that a table holds what is declared of its group.
 
-
-def validate(dataset: xr.Dataset, group: str, turning: Sequence[bool]) -> None:
-    """Check that a table holds what is declared of its group, in schema.csv and schema_labels.csv.
-
-    Values of variables that are numbers are left to `require_numbers`, as a long one may be read later.
-
-    Parameters
-    ----------
-    dataset, group
-        The table, and of which group it is.
-    turning
-        Whether each joint of the arm turns.
+    Values of variables that are numbers of any sign are left to `require_numbers`, as a long one may be read
+    later. Attributes beyond those declared may be there.
 
     Raises
     ------
@@ -403,48 +224,43 @@ def validate(dataset: xr.Dataset, group: str, turning: Sequence[bool]) -> None:
         If a variable, a coordinate or an attribute is missing, has other dimensions or another kind of
         values, or is in another unit; if a variable or a coordinate is unknown.
     """
-    declared = GROUPS[group]
-    for name in declared:
-        if name not in dataset and name not in OPTIONAL.get(group, ()):
-            found = ", ".join(str(known) for known in dataset.data_vars) or "no variables"
-            raise StoreError(f"{group} lacks {name}", expected=", ".join(declared), found=found)
-    for key, array in dataset.data_vars.items():
-        name = str(key)
-        if name not in declared:
-            raise StoreError(f"{name} is not a variable of {group}", expected=", ".join(declared))
-        _require_as_declared(array, declared[name], group, turning)
-    units = (
-        {}
-        if _uniform(turning)
-        else _unit_coordinates(
-            {declared[str(name)].unit: declared[str(name)].dims for name in dataset.data_vars}, turning
-        )
-    )
-    require_coordinates(dataset, group, len(turning), units)
-    require_attributes(dataset.attrs, group, len(turning))
-
-
-def _require_as_declared(
-    array: xr.DataArray, declared: Variable, group: str, turning: Sequence[bool]
-) -> None:
-    what = f"{declared.name} of {group}"
-    if tuple(array.dims) != declared.dims:
-        raise StoreError(
-            f"{what} has other dimensions than declared",
-            expected=str(declared.dims),
-            found=str(tuple(array.dims)),
-        )
-    declared.values.require_kind(array.dtype, what)
-    if declared.values.among:
-        declared.values.require(array.values, what, len(turning))
-    units = declared.attributes(turning)
-    for name in ("units", "units_in"):
-        if array.attrs.get(name) != units.get(name):
+    n, names = len(revolute), [str(name) for name in dataset.data_vars]
+    variables = _known(group, names)
+    units = _units_by_row(group, names, revolute)
+    coordinates = {k: one for k, one in COORDINATES.get(group, {}).items() if {*one.dims} <= {*dataset.dims}}
+    attributes = ATTRIBUTES.get(group, {})
+    for kind, expected, found in (
+        ("variable", set(variables) - OPTIONAL.get(group, set()), names),
+        ("coordinate", {*coordinates, *units}, dataset.coords),
+        ("attribute", set(attributes), dataset.attrs),
+    ):
+        if missing := sorted(expected - set(map(str, found))):
             raise StoreError(
-                f"{what} is in other units than declared",
-                expected=units.get(name, f"no {name}"),
-                found=str(array.attrs.get(name, f"no {name}")),
+                f"{group} lacks the {kind} {missing[0]}",
+                expected=", ".join(sorted(expected)),
+                found=", ".join(map(str, found)) or f"no {kind}s",
             )
+    for name, one in variables.items():
+        if name in names:
+            array = dataset[name]
+            one.require(array.dims, array.dtype, array, n)
+            _require_unit(array, one, revolute)
+    for name, array in dataset.coords.items():
+        if name in coordinates:
+            coordinates[str(name)].require(array.dims, array.dtype, array, n)
+            if array.dims == (name,) and len(np.unique(array)) < len(array):
+                raise StoreError(f"{name} of {group} names one of its rows twice")
+        elif name not in units:
+            raise StoreError(f"{group} has no coordinate {name}", expected=", ".join([*coordinates, *units]))
+        elif array.dims != units[str(name)][0] or not np.array_equal(array, units[str(name)][1]):
+            raise StoreError(f"{name} of {group} does not fit the joints of the arm")
+    for name, one in attributes.items():
+        value = np.asarray(dataset.attrs[name])
+        if value.shape != (n,) * len(one.dims):
+            raise StoreError(f"{name} of {group} has another shape", found=str(value.shape))
+        one.require(one.dims, value.dtype, value, n)
+        if value.dtype.kind == "f" and not np.isfinite(value).all():
+            raise StoreError(f"{name} of {group} is no finite number", found=str(dataset.attrs[name]))
 
 
 def require_numbers(values: Array, name: str, group: str) -> None:
@@ -455,17 +271,59 @@ def require_numbers(values: Array, name: str, group: str) -> None:
     Raises
     ------
     StoreError
-        If one is nan or infinite where that cannot be.
+        If one is nan, infinite or too large where that cannot be.
     """
     if values.dtype.kind != "f" or bool((np.abs(values) <= LARGEST_RESULT).all()):
         return
     besides = GROUPS[group][name].besides.split() if name in GROUPS[group] else []
-    beyond = np.isfinite(values) & (np.abs(values) > LARGEST_RESULT)
-    for kind, found in (("nan", np.isnan(values)), ("inf", np.isinf(values)), ("", beyond)):
-        if kind not in besides and found.any():
-            place = ", ".join(str(index + 1) for index in np.argwhere(found)[0])
+    wrong = ~(np.abs(values) <= LARGEST_RESULT)
+    for kind, allowed in (("nan", np.isnan(values)), ("inf", np.isinf(values))):
+        wrong &= ~allowed if kind in besides else True
+    if wrong.any():
+        place = ", ".join(str(index + 1) for index in np.argwhere(wrong)[0])
+        raise StoreError(
+            f"{name} of {group} holds what is no finite number, or too large",
+            expected=" or ".join([f"finite numbers up to {LARGEST_RESULT:g}", *besides]),
+            found=f"{values[wrong][0]}, entry {place}",
+        )
+
+
+def _known(group: str, names: Any) -> dict[str, Declared]:
+    """Declared variables of a group, once all of these names are among them."""
+    declared = GROUPS[group]
+    for name in names:
+        if name not in declared:
+            raise StoreError(f"{name} is not a variable of {group}", expected=", ".join(declared))
+    return declared
+
+
+def _unit_coordinate(kind: str) -> str:
+    return f"{kind.replace(' ', '_')}_unit"
+
+
+def _units_by_row(
+    group: str, names: Any, revolute: Sequence[bool]
+) -> dict[str, tuple[tuple[str, ...], Array]]:
+    """Coordinates of units joint by joint: none where all joints are of one kind."""
+    if len(set(revolute)) < 2:
+        return {}
+    kinds = {GROUPS[group][name].unit: GROUPS[group][name].dims for name in names}
+    return {
+        _unit_coordinate(kind): (
+            tuple(dim for dim in dims if dim.startswith("joint")),
+            units_of(kind, revolute),
+        )
+        for kind, dims in kinds.items()
+        if kind in UNITS
+    }
+
+
+def _require_unit(array: xr.DataArray, declared: Declared, revolute: Sequence[bool]) -> None:
+    expected = declared.attributes(revolute)
+    for name in ("units", "units_in"):
+        if array.attrs.get(name) != expected.get(name):
             raise StoreError(
-                f"{name} of {group} holds what is no finite number, or too large",
-                expected=" or ".join([f"finite numbers up to {LARGEST_RESULT:g}", *besides]),
-                found=f"{values[found][0]}, entry {place}",
+                f"{declared.name} of {declared.group} is in other units than declared",
+                expected=expected.get(name, f"no {name}"),
+                found=str(array.attrs.get(name, f"no {name}")),
             )
