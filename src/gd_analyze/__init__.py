@@ -10,29 +10,23 @@
 
 from __future__ import annotations
 
-import ast
 import importlib
-from pathlib import Path
 from typing import Any
 
-# What is public stands in the stub beside this file, once: home and name there, name here.
-_PUBLIC = {
-    entry.asname or entry.name: (node.module or "", entry.name)
-    for node in ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")).body
-    if isinstance(node, ast.ImportFrom)
-    for entry in node.names
-}
-
-__all__ = list(_PUBLIC)
+__version__ = "0.1.0"
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name when it is first used, so that the command line answers at once."""
-    if name not in _PUBLIC:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    home, there = _PUBLIC[name]
-    return getattr(importlib.import_module(home), there)
+    """Import the public names when the first is used, so that the command line answers at once."""
+    if name == "__all__":
+        return __dir__()
+    if not name.startswith("_"):
+        public = importlib.import_module("gd_analyze.public")
+        if hasattr(public, name):
+            return getattr(public, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
-    return sorted(_PUBLIC)
+    public = importlib.import_module("gd_analyze.public")
+    return sorted(["__version__", *(name for name in vars(public) if not name.startswith("_"))])

@@ -1,4 +1,4 @@
-"""Reading files up to a stated size, and writing them: whole or not at all, and those of a set together."""
+"""Files: read up to a size, written whole or not at all, shipped with the package, marked by their run."""
 
 from __future__ import annotations
 
@@ -7,29 +7,37 @@ import hashlib
 import json
 import os
 import re
-import shutil
-import signal
 import stat
-import sys
-import tempfile
-import threading
+import time
 import warnings
-from contextlib import ExitStack, contextmanager, suppress
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import Any, BinaryIO
 
 from gd_analyze.errors import GdAnalyzeWarning, Location, OutputError, StorageError, UsageError
 
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+RESULT_FILES = {
+    "h5": "analysis.h5",
+    "json": "model.json",
+    "csv": "dominance.csv",
+    "html": "report.html",
+    "pdf": "report.pdf",
+}
 
-# What the choice of another place mends; all else is the machine's failure.
+# Another place helps against these; all else is the machine's failure.
 _BAD_PLACE = {
     errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST,
     errno.ENAMETOOLONG, errno.ELOOP, errno.EINVAL, errno.EXDEV,
 }  # fmt: skip
 
 _PIECE = 2**20  # bytes read at once
+# Of a file that is being written; what a killed process left of one goes after a day.
+_TEMPORARY, _ABANDONED_AFTER = ".gd-analyze.", 86400.0
+
+# Searched for in the bytes of any kind of file.
+_MARK = re.compile(rb"gd-run:[0-9a-f]{8}-[0-9a-f]{16}")
+_ASKED = len("gd-run:") + 8
 
 
 @contextmanager
@@ -41,13 +49,11 @@ def replacing(path: str | Path) -> Iterator[Path]:
 
 @contextmanager
 def replacing_together(paths: Sequence[Path]) -> Iterator[tuple[Path, ...]]:
-    """Yield temporary paths of the same names, put in the places of `paths` when the block ends well.
+    """Yield temporary paths, put in the places of `paths` one after another when the block ends well.
 
     Whatever stood there stays until then, and stays for good if the block raises or the process is killed.
-    All content is on the disk before the first file is renamed. The renames follow each other in the order of
-    `paths`, with nothing in between that could fail for want of space; two processes that write into one
-    folder do so one after the other. A process killed between two renames leaves files of both sets, and one
-    killed at any time a hidden folder, which the next to write there removes.
+    All content is on the disk before the first file is replaced, so no file is ever half written. A process
+    killed between two replacements leaves files of both sets, which `warn_of_others` notices.
 
     Parameters
     ----------
@@ -65,13 +71,13 @@ def replacing_together(paths: Sequence[Path]) -> Iterator[tuple[Path, ...]]:
         yield ()
         return
     folder, where = paths[0].parent, paths[0] if len(paths) == 1 else paths[0].parent
+    temporaries = tuple(folder / f"{_TEMPORARY}{os.getpid()}.{path.name}" for path in paths)
     for path in paths:
         _require_no_obstacle(path)
-    with ExitStack() as until_done:
+    try:
         with _named("cannot write there", where):
             folder.mkdir(parents=True, exist_ok=True)
-            place = until_done.enter_context(staging(folder))
-            temporaries = tuple(place / path.name for path in paths)
+            _remove_abandoned(folder)
             for temporary in temporaries:
                 temporary.touch()
         with _named("writing failed", where):
@@ -79,7 +85,12 @@ def replacing_together(paths: Sequence[Path]) -> Iterator[tuple[Path, ...]]:
             for temporary in temporaries:
                 with temporary.open("r+b") as written:
                     os.fsync(written.fileno())
-            _put_in_place(temporaries, paths)
+            for temporary, path in zip(temporaries, paths, strict=True):
+                temporary.replace(path)
+    finally:
+        for temporary in temporaries:
+            with suppress(OSError):
+                temporary.unlink(missing_ok=True)
 
 
 def read_at_most(source: str | Path | BinaryIO, most: int) -> bytes | None:
@@ -147,219 +158,12 @@ def require_writable(path: Path, option: str = "--out") -> None:
 
 def require_formats(formats: Collection[str], files: Mapping[str, str]) -> None:
     """Raise a UsageError where a format is none of those that `files` are written in."""
-    unknown = sorted(set(formats) - set(files))
-    if unknown:
-        raise UsageError(
-            f"there is no format {unknown[0]!r}", where="formats", expected=", ".join(files), found=unknown[0]
-        )
-
-
-def _require_no_obstacle(path: Path) -> None:
-    """Refuse to put a file in the place of a folder, a device or a pipe, or under a name that cannot be."""
-    with _named("cannot write there", path):
-        try:
-            mode = path.stat().st_mode
-        except (FileNotFoundError, NotADirectoryError):
-            return
-        if not stat.S_ISREG(mode):
-            kind = "is a folder" if stat.S_ISDIR(mode) else "is a device or a pipe, not a file"
-            raise OSError(errno.EISDIR, kind)
-
-
-def _put_in_place(temporaries: Sequence[Path], paths: Sequence[Path]) -> None:
-    """Rename all, and see the names to the disk."""
-    folder = paths[0].parent
-    with _serialised(folder), _kept_open(paths), signals_held():
-        for done, (temporary, path) in enumerate(zip(temporaries, paths, strict=True)):
-            try:
-                temporary.replace(path)
-            except OSError as error:
-                if not done:
-                    raise
-                names = [each.name for each in paths]
-                raise _named_error(
-                    f"only {', '.join(names[:done])} could be put in place; "
-                    f"{', '.join(names[done:])} are still those of before",
-                    path,
-                    error,
-                ) from None
-
-
-@contextmanager
-def _kept_open(paths: Sequence[Path]) -> Iterator[None]:
-    """Keep open what is to be replaced.
-
-    To give free the space of a file takes a hundred times as long as to rename one, and would come between
-    two renames. On Windows a file that is open cannot be replaced.
-    """
-    with ExitStack() as kept:
-        for path in () if sys.platform == "win32" else paths:
-            with suppress(OSError):  # there is none, or none that this user may read: slower, and as good
-                kept.callback(os.close, os.open(path, os.O_RDONLY))
-        yield
-
-
-@contextmanager
-def _serialised(folder: Path) -> Iterator[None]:
-    """Let one process at a time rename in a folder, and see its names to the disk; neither is for Windows."""
-    if sys.platform == "win32":
-        yield
-        return
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        locked(descriptor, wait=True)
-        yield
-        with suppress(OSError):  # of a file system that knows no such thing; the renames are done
-            os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
-@contextmanager
-def _named(what: str, where: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise _named_error(what, where, error) from None
-
-
-def _named_error(what: str, where: Path, error: OSError) -> OutputError:
-    bad_place = error.errno in _BAD_PLACE
-    return (OutputError if bad_place else StorageError)(
-        what,
-        where=Location(where),
-        found=error.strerror or str(error),
-        next_step="choose a file in a folder you may write to"
-        if bad_place
-        else "see to the disk, or choose another place",
-    )
-
-
-if sys.platform != "win32":
-    import fcntl
-
-# Of the hidden folder, of the file in it that is locked, and of the folder in it that is yielded.
-_PREFIX, _LOCK, _NEW = ".gd-analyze.", "lock", "new"
-
-
-@contextmanager
-def staging(folder: Path) -> Iterator[Path]:
-    """Yield an empty folder inside `folder`, so on its file system; it is gone when the block ends.
-
-    What killed processes left in `folder` is removed first. That an owner lives is told by the lock it holds
-    on a file: the kernel gives it up with the process, however that ends. The number of a process would be
-    another's after a while, and means nothing to another machine or container.
-
-    Raises
-    ------
-    OSError
-        If the folder cannot be read or written.
-    """
-    for left in list(folder.glob(f"{_PREFIX}*")):
-        _remove_if_abandoned(left)
-    place, lock = _held(folder)
-    try:
-        (place / _NEW).mkdir()
-        yield place / _NEW
-    finally:
-        os.close(lock)
-        with suppress(OSError):
-            _remove(place)
-
-
-def locked(descriptor: int, *, wait: bool = False) -> bool:
-    """Take the lock on an open file or folder; False where another holds it.
-
-    A file system without locks counts as granting them to a writer. On Windows nothing is locked: a file that
-    is open cannot be removed there.
-    """
-    if sys.platform != "win32":
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
-        except BlockingIOError:
-            return False
-        except OSError:
-            return True
-    return True
-
-
-def _held(folder: Path) -> tuple[Path, int]:
-    """Make a folder that no other process takes for abandoned, and the descriptor that holds it."""
-    while True:
-        place = Path(tempfile.mkdtemp(dir=folder, prefix=_PREFIX))
-        try:
-            lock = os.open(place / _LOCK, os.O_RDWR | os.O_CREAT, 0o600)
-        except FileNotFoundError:
-            continue  # another process removed it in the moment before it was held
-        except OSError:
-            place.rmdir()
-            raise
-        if locked(lock) and os.fstat(lock).st_nlink:
-            return place, lock
-        os.close(lock)
-
-
-def _remove(place: Path) -> None:
-    """Remove a temporary folder, its lock last: who is killed meanwhile leaves one known to be ours."""
-    shutil.rmtree(place / _NEW, ignore_errors=True)
-    (place / _LOCK).unlink(missing_ok=True)
-    place.rmdir()
-
-
-def _remove_if_abandoned(place: Path) -> None:
-    """Remove a temporary folder unless its owner lives or cannot be known to be gone."""
-    if sys.platform == "win32":
-        with suppress(OSError):
-            (place / _LOCK).unlink()  # refused while its owner has it open
-            (place / _LOCK).touch()
-            _remove(place)
-        return
-    try:
-        lock = os.open(place / _LOCK, os.O_RDWR | os.O_NOFOLLOW)
-    except FileNotFoundError:
-        with suppress(OSError):  # not empty: not ours
-            place.rmdir()
-        return
-    except OSError:
-        return  # another user's
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        _remove(place)
-    except OSError:
-        pass  # held; or on a file system without locks, which cannot tell
-    finally:
-        os.close(lock)
-
-
-_NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
-
-
-@contextmanager
-def signals_held() -> Iterator[None]:
-    """Let requests to end wait until the block has ended; they are answered then.
-
-    Python answers signals in its main thread only, so that in another there is nothing to hold.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    came: list[int] = []
-    numbers = [getattr(signal, name) for name in _NAMES if hasattr(signal, name)]
-    # A handler that is not Python's own could not be put back.
-    before = {number: handler for number in numbers if (handler := signal.getsignal(number)) is not None}
-    for number in before:
-        signal.signal(number, lambda number, frame: came.append(number))
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-        for number in came:
-            signal.raise_signal(number)
+    for unknown in sorted(set(formats) - set(files)):
+        raise UsageError(f"there is no format {unknown!r}", where="formats", expected=", ".join(files))
 
 
 def data_folder(kind: str) -> Path:
-    """Folder of the shipped "robots", "trajectories" or "references"."""
+    """Folder of the shipped "robots", "trajectories" or "references": in a wheel, or beside src."""
     package = Path(__file__).parent
     packaged = package / "data" / kind
     return packaged if packaged.is_dir() else package.parent.parent / "data" / kind
@@ -370,25 +174,8 @@ def shipped(kind: str, suffix: str) -> dict[str, Path]:
     return {path.stem: path for path in sorted(data_folder(kind).glob(f"*{suffix}"))}
 
 
-RESULT_FILES = {
-    "h5": "analysis.h5",
-    "json": "model.json",
-    "csv": "dominance.csv",
-    "html": "report.html",
-    "pdf": "report.pdf",
-}
-
-# What follows is searched for in the bytes of any kind of file, so it must stand there as it is, and say by
-# itself what it is.
-_MARK_PREFIX = "gd-run:"
-_MARK = re.compile(rb"gd-run:[0-9a-f]{8}-[0-9a-f]{16}")
-_OF_WHAT = len(_MARK_PREFIX) + 8
-_LENGTH = _OF_WHAT + 1 + 16
-_BLOCK = 1 << 20
-
-
 def mark_of(asked: Sequence[Any], everything: Any = None) -> str:
-    """Mark a run; the same arguments give the same mark.
+    """Mark of a run, which each of its files carries; the same arguments give the same mark.
 
     Parameters
     ----------
@@ -402,32 +189,18 @@ def mark_of(asked: Sequence[Any], everything: Any = None) -> str:
         hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
         for value in (list(asked), [list(asked), everything])
     )
-    return f"{_MARK_PREFIX}{first[:8]}-{second[:16]}"
+    return f"gd-run:{first[:8]}-{second[:16]}"
 
 
-def marks_in(path: Path) -> set[str]:
-    """Marks in the first part of a file that has any; none where it is missing or no file.
-
-    There may be more than one: a stored command may name a path that holds one.
-    """
-    if not path.is_file():
-        return set()
-    try:
-        with path.open("rb") as file:
-            before = b""
-            while block := file.read(_BLOCK):
-                if found := _MARK.findall(before + block):
-                    return {mark.decode() for mark in found}
-                before = block[-_LENGTH:]
-    except OSError:  # nobody can read it, so nobody can take it for one of this run
-        return set()
-    return set()
-
-
-def others(folder: Path, names: Iterable[str], mark: str) -> list[str]:
-    """Those files of a folder that are not of the run; files without a mark are of a run without one."""
-    found = {name: marks_in(folder / name) for name in names if (folder / name).is_file()}
-    return [name for name, marks in found.items() if (mark not in marks if mark else bool(marks))]
+def mark_in(path: Path) -> str:
+    """First mark in a file; "" where it has none, is missing or cannot be read."""
+    with suppress(OSError), path.open("rb") as file:
+        before = b""
+        while piece := file.read(_PIECE):
+            if found := _MARK.search(before + piece):
+                return found[0].decode()
+            before = piece[-40:]  # longer than a mark
+    return ""
 
 
 def warn_of_others(path: Path, mark: str) -> None:
@@ -440,11 +213,13 @@ def warn_of_others(path: Path, mark: str) -> None:
     """
     if path.name not in RESULT_FILES.values():
         return
-    strangers = others(path.parent, [name for name in RESULT_FILES.values() if name != path.name], mark)
-    if strangers:
-        _warn(
-            f"the folder {path.parent} holds files of different runs: {_are_not(strangers)} of the run of "
-            f"{path.name}; `gd-analyze report` with the folder's analysis.h5 makes the others anew"
+    others = _others(path.parent, [name for name in RESULT_FILES.values() if name != path.name], mark)
+    if others:
+        warnings.warn(
+            f"files of different runs in {path.parent}: {', '.join(others)} differ from {path.name}; "
+            "`gd-analyze report` with the folder's analysis.h5 makes them anew",
+            GdAnalyzeWarning,
+            stacklevel=3,
         )
 
 
@@ -460,56 +235,72 @@ def require_one_run(
     ----------
     folder
         Where to write.
-    files
-        The names of a set of files.
-    written
-        Those of them that the run at hand will write.
+    files, written
+        The names of a set of files, and those that the run at hand will write.
     mark
-        Its mark; of a run that no other repeats, one of which only the first part counts.
+        Its mark; of what it replaces only the first part counts.
     overwrite
         Replace whatever is there.
 
     Returns
     -------
     tuple of Path
-        What does not belong to the run, to be removed when its files are written.
+        Files of other runs, to be removed when this one's are written.
 
     Raises
     ------
     OutputError
-        If the folder holds files of a run that was asked for something else, or of none, or if it would then
-        hold files of two runs.
+        If the folder holds files of another run, or would then hold files of two.
     """
-    there = {name: marks_in(folder / name) for name in files if (folder / name).is_file()}
-    strangers = [name for name, marks in there.items() if not _same_asked(marks, mark)]
-    left = [name for name, marks in there.items() if name not in written and mark not in marks]
-    if not overwrite and strangers:
+    others = _others(folder, files, mark)
+    asked_else = [name for name in others if mark_in(folder / name)[:_ASKED] != mark[:_ASKED]]
+    left = [name for name in others if name not in written]
+    if (asked_else or left) and not overwrite:
         raise OutputError(
             f"the folder {folder} holds files of another run",
             where=Location(folder),
             expected="none, or those of a run of the same arm, motion and options",
-            found=", ".join(strangers),
-            next_step="choose another folder with --out, or replace the other run with --overwrite",
-        )
-    if not overwrite and left:
-        raise OutputError(
-            f"the folder {folder} would hold files of two runs",
-            where=Location(folder),
-            expected=f"none but {', '.join(written)}, or those of a run of just the same inputs",
-            found=", ".join(left),
-            next_step="write every format, choose another folder with --out, or remove them with --overwrite",
+            found=", ".join(asked_else or left),
+            next_step="choose another folder with --out, write all formats, or replace them with --overwrite",
         )
     return tuple(folder / name for name in left)
 
 
-def _same_asked(marks: Collection[str], mark: str) -> bool:
-    """Whether a file is of a run that was asked for the same."""
-    return any(found[:_OF_WHAT] == mark[:_OF_WHAT] for found in marks)
+def _others(folder: Path, names: Iterable[str], mark: str) -> list[str]:
+    """Those files of a folder that are not of the run; files without a mark are of a run without one."""
+    return [name for name in names if (folder / name).is_file() and mark_in(folder / name) != mark]
 
 
-def _are_not(names: Sequence[str]) -> str:
-    return f"{', '.join(names)} {'is' if len(names) == 1 else 'are'} not"
+def _remove_abandoned(folder: Path) -> None:
+    for left in folder.glob(f"{_TEMPORARY}*"):
+        with suppress(OSError):
+            if time.time() - left.lstat().st_mtime > _ABANDONED_AFTER:
+                left.unlink()
 
 
-def _warn(text: str) -> None:
-    warnings.warn(text, GdAnalyzeWarning, stacklevel=4)
+def _require_no_obstacle(path: Path) -> None:
+    """Refuse to put a file in the place of a folder, a device or a pipe, or under a name that cannot be."""
+    with _named("cannot write there", path):
+        try:
+            mode = path.stat().st_mode
+        except (FileNotFoundError, NotADirectoryError):
+            return
+        if not stat.S_ISREG(mode):
+            kind = "is a folder" if stat.S_ISDIR(mode) else "is a device or a pipe, not a file"
+            raise OSError(errno.EISDIR, kind)
+
+
+@contextmanager
+def _named(what: str, where: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        bad_place = error.errno in _BAD_PLACE
+        raise (OutputError if bad_place else StorageError)(
+            what,
+            where=Location(where),
+            found=error.strerror or str(error),
+            next_step="choose a file in a folder you may write to"
+            if bad_place
+            else "free space on the disk, or choose another place",
+        ) from None

@@ -134,7 +134,7 @@ def _declared(*roles: str) -> dict[str, dict[str, Declared]]:
     groups: dict[str, dict[str, Declared]] = {}
     lines = (Path(__file__).parent / "schema.csv").read_text(encoding="utf-8").splitlines()
     for row in csv.DictReader(lines):
-        one = Declared(**(row | {"dims": tuple(row["dims"].split())}))  # type: ignore[arg-type]
+        one = Declared(**(row | {"dims": tuple(row["dims"].split())}))
         if one.role in roles:
             groups.setdefault(one.group, {})[one.name] = one
     return groups
@@ -245,14 +245,15 @@ def validate(dataset: xr.Dataset, group: str, revolute: Sequence[bool]) -> None:
             array = dataset[name]
             one.require(array.dims, array.dtype, array, n)
             _require_unit(array, one, revolute)
-    for name, array in dataset.coords.items():
+    for key, array in dataset.coords.items():
+        name = str(key)
         if name in coordinates:
-            coordinates[str(name)].require(array.dims, array.dtype, array, n)
+            coordinates[name].require(array.dims, array.dtype, array, n)
             if array.dims == (name,) and len(np.unique(array)) < len(array):
                 raise StoreError(f"{name} of {group} names one of its rows twice")
         elif name not in units:
             raise StoreError(f"{group} has no coordinate {name}", expected=", ".join([*coordinates, *units]))
-        elif array.dims != units[str(name)][0] or not np.array_equal(array, units[str(name)][1]):
+        elif array.dims != units[name][0] or not np.array_equal(array, units[name][1]):
             raise StoreError(f"{name} of {group} does not fit the joints of the arm")
     for name, one in attributes.items():
         value = np.asarray(dataset.attrs[name])

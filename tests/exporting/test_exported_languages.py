@@ -16,12 +16,12 @@ from hostile import HOSTILE, NAMES, hostile, renamed
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gd_analyze import __version__
 from gd_analyze.exporting.export import written
 from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.exporting.names import LONGEST, identifier, identifiers, reserved
 from gd_analyze.exporting.registry import LANGUAGES, language_class
 from gd_analyze.operations.program import OperationCount
-from gd_analyze.version import __version__
 from strategies import examples
 
 CODE = tuple(language for language in LANGUAGES if language != "latex")

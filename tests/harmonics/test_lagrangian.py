@@ -6,7 +6,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from harmonic_arms import states_of, tolerances
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -19,6 +18,7 @@ from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.parts import Drive
+from harmonic_arms import states_of, tolerances
 from parallel_axes import arms_with_runs, scara
 from strategies import States, arms, examples, two_link_of
 

@@ -6,7 +6,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from harmonic_arms import states_of, tolerances
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -15,6 +14,7 @@ from gd_analyze.harmonics.products import to_terms
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.robots.catalogue import load_arm
+from harmonic_arms import states_of, tolerances
 from parallel_axes import arm_of, arms_with_runs
 from strategies import arms, examples, two_link_of
 

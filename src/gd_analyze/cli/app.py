@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem
 
+from gd_analyze import __version__
 from gd_analyze.cli.analyze import analyze
 from gd_analyze.cli.arms import arms
 from gd_analyze.cli.certify import certify
@@ -28,7 +29,6 @@ from gd_analyze.cli.validate import validate
 from gd_analyze.errors import UsageError
 from gd_analyze.files import shipped
 from gd_analyze.simplification.cache import folder
-from gd_analyze.version import __version__
 
 EPILOG = """\b
 Examples:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterator, Sequence
 
+from gd_analyze import __version__
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.exporting.export_input import ExportInput, up
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.model_file import model_text
 from gd_analyze.text import number
-from gd_analyze.version import __version__
 
 
 def header(given: ExportInput, foreign: Callable[[str], str]) -> list[str]:

@@ -110,5 +110,5 @@ def degrees(values: FloatArray, joint: Joint) -> FloatArray:
 
 def motion_unit(joint: Joint, name: str) -> str:
     """Unit in which "q", "qd" or "qdd" of a joint is shown."""
-    prismatic, revolute = UNITS[{"q": "position", "qd": "rate", "qdd": "acceleration"}[name]]
+    prismatic, revolute = UNITS[{"q": "position", "qd": "velocity", "qdd": "acceleration"}[name]]
     return revolute.replace("rad", "deg") if joint.kind == "revolute" else prismatic

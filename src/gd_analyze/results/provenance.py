@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from importlib.metadata import version as installed_version
 from typing import Any
 
+from gd_analyze import __version__
 from gd_analyze.files import mark_of
-from gd_analyze.version import __version__
 
 _PASSING = ("created", "command")
 

@@ -23,13 +23,16 @@ import pandas as pd
 import gd_analyze as gd
 import gd_analyze.report.html
 import gd_analyze.report.pdf
-from gd_analyze import files
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
-from gd_analyze.files import marks_in
+from gd_analyze.files import mark_in
 from gd_analyze.results.findings import Findings
 from gd_analyze.studies import folder as results_folder
 from gd_analyze.studies.folder import FILES, write_findings
-from strategies import names_in
+
+
+def names_in(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
 
 # Before each rename that shall be hit, and longer than all of them take then, s: by itself it takes 20e-6.
 PAUSE, RENAMING = 1e-3, 8e-3
@@ -114,26 +117,24 @@ def for_ever(write: Callable[[], None], before: Callable[[int], None] | None = N
 
 def telling_of_renames(tell: int) -> None:
     """Write a byte when renames begin, and take time for each."""
-    put_in_place, replace = files._put_in_place, Path.replace
-
-    def told(*words: object) -> None:
-        os.write(tell, b".")
-        put_in_place(*words)
+    replace = Path.replace
 
     def slow(self: Path, target: Path) -> Path:
+        if target.name == FILES["h5"]:
+            os.write(tell, b".")
         time.sleep(PAUSE)
         return replace(self, target)
 
-    files._put_in_place, Path.replace = told, slow
+    Path.replace = slow
 
 
 def what_is_wrong(folder: Path) -> tuple[list[str], bool]:
     """What must never be, and whether the folder holds files of both runs."""
     wrong: list[str] = []
     names = [name for name in FILES.values() if (folder / name).exists()]
-    marks = {name: marks_in(folder / name) for name in names}
-    wrong += [f"{name} has not one mark" for name, found in marks.items() if len(found) != 1]
-    mixed = len({mark for found in marks.values() for mark in found}) > 1
+    marks = {name: mark_in(folder / name) for name in names}
+    wrong += [f"{name} has no mark" for name, found in marks.items() if not found]
+    mixed = len(set(marks.values())) > 1
     for name, load in (("analysis.h5", gd.load_findings), ("model.json", gd.load_model)):
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always", GdAnalyzeWarning)
@@ -196,7 +197,7 @@ def main(folder: Path, number: int, seed: int) -> None:
         next(turns)
         if k < len(each_number) or draw.random() < 0.5:  # the others are followed by a second kill
             write_quickly()
-            if names_in(folder) != names:
+            if [name for name in names_in(folder) if not name.startswith(".gd-analyze.")] != names:
                 wrong.append(f"kill {k + 1}: the next run left {names_in(folder)}")
     print(json.dumps({"kills": len(ways), "mixed": mixed, "left_something": left, "wrong": wrong}))
 

@@ -1,0 +1,124 @@
+"""The folder of what takes long to make: where it is, and that nothing depends on what is in it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gd_analyze.simplification import cache
+from gd_analyze.simplification.cache import VARIABLE, folder, keep, kept, name_of, without_cache
+from strategies import examples, names_in
+
+NAME = name_of(["a key", 1.5])
+VALUE = [["a", 1.0, -0.0], {"b": None}]
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch) -> Path:
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "deep" / "cache"))
+    return tmp_path / "deep" / "cache"
+
+
+def test_what_was_kept_is_there_unless_it_is_switched_off(place, monkeypatch):
+    assert kept(NAME) is None
+    keep(NAME, VALUE)
+    assert kept(NAME) == VALUE
+    assert str(kept(NAME)[0][2]) == "-0.0"
+    with without_cache():
+        assert folder() is kept(NAME) is None
+        keep(name_of("another"), VALUE)
+    assert len(names_in(place)) == 1
+    monkeypatch.setattr(cache, "__version__", "0.0.1")
+    assert name_of(["a key", 1.5]) != NAME
+
+
+def test_where_it_is(monkeypatch, cache_of_the_tests):
+    assert folder() == cache_of_the_tests
+    for name in ("off", "OFF", ""):
+        monkeypatch.setenv(VARIABLE, name)
+        assert folder() is None
+    monkeypatch.delenv(VARIABLE)
+    assert folder().name == "gd-analyze"
+
+
+@examples(60)
+@given(st.data())
+def test_a_damaged_entry_is_none(tmp_path_factory, data):
+    place = tmp_path_factory.mktemp("cache")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(VARIABLE, str(place))
+        keep(NAME, VALUE)
+        (path,) = place.iterdir()
+        content = path.read_bytes()
+        at = data.draw(st.integers(0, len(content) - 1))
+        flipped = bytes([content[at] ^ 1 << data.draw(st.integers(0, 7))])
+        whole = [content[:at], content[:at] + flipped + content[at + 1 :], content + content[at:], b"\0" * at]
+        changed = data.draw(st.sampled_from(whole))
+        path.write_bytes(changed)
+        assert kept(NAME) is None or changed == content
+        keep(NAME, VALUE)
+        assert kept(NAME) == VALUE
+
+
+@pytest.mark.parametrize("body", [b"[" * 100_000, b"{", b"NaN\xff", b"", b"1" * 5000])
+def test_what_is_no_json_or_another_entrys_is_none(place, body):
+    keep(NAME, VALUE)
+    (path,) = place.iterdir()
+    other = name_of("another")
+    path.with_name(path.name.replace(NAME, other)).write_bytes(path.read_bytes())
+    assert kept(other) is None
+    path.write_bytes(cache._digest(NAME, body).encode() + b"\n" + body)
+    assert kept(NAME) is None
+    path.unlink()
+    path.symlink_to("/dev/zero")
+    assert kept(NAME) is None
+
+
+def test_no_folder_and_a_full_disk_are_done_without(place, monkeypatch, blocked_folder):
+    def full(path: Path, content: bytes) -> None:
+        path.touch()
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    keep(NAME, VALUE)
+    assert names_in(place) == []
+    monkeypatch.setenv(VARIABLE, str(blocked_folder))
+    keep(NAME, VALUE)
+    assert kept(NAME) is None
+
+
+def test_old_entries_go(place, monkeypatch):
+    monkeypatch.setattr(cache, "MOST", 20_000)
+    place.mkdir(parents=True)
+    (place / "notes.txt").write_text("the user's" * 10_000)
+    names = [name_of(k) for k in range(60)]
+    for age, name in enumerate(names):
+        keep(name, "x" * 1000)
+        os.utime(place / f"{name}.gd.json", (age, age))
+    held = {path.name: path.stat().st_size for path in place.glob("*.json")}
+    assert sum(held.values()) <= 20_000
+    assert {f"{name}.gd.json" for name in names[-5:]} <= set(held)
+    assert (place / "notes.txt").exists()
+
+
+WRITE = """
+from gd_analyze.simplification.cache import keep, kept, name_of
+for k in range(60):
+    keep(name_of(k % 7), [k % 7] * 2000)
+    assert kept(name_of(k % 7)) in ([k % 7] * 2000, None), k
+"""
+
+
+def test_processes_do_not_disturb_each_other(place):
+    running = [subprocess.Popen([sys.executable, "-c", WRITE], stderr=subprocess.PIPE) for _ in range(3)]
+    for process in running:
+        _, errors = process.communicate(timeout=60)
+        assert process.returncode == 0, errors
+    assert [kept(name_of(k)) for k in range(7)] == [[k] * 2000 for k in range(7)]
+    assert len(names_in(place)) == 7

@@ -1,0 +1,138 @@
+"""Every file of a run carries its mark, and files of another run are noticed."""
+
+from __future__ import annotations
+
+import dataclasses
+import shutil
+import warnings
+from pathlib import Path
+
+import pytest
+
+import gd_analyze as gd
+from gd_analyze.errors import GdAnalyzeWarning, OutputError
+from gd_analyze.files import RESULT_FILES, mark_in
+from gd_analyze.studies.folder import require_folder, write_findings
+
+QUICK = ("h5", "json", "csv")
+
+
+@pytest.fixture(scope="module")
+def other_budget(two_link, swing):
+    return gd.find(two_link, swing, gd.Settings(budget=gd.Budget.parse("30%")))
+
+
+@pytest.fixture(scope="module")
+def written(swing_findings, other_budget, tmp_path_factory):
+    """Folders of two runs."""
+    folder = tmp_path_factory.mktemp("runs")
+    write_findings(swing_findings, folder / "one", RESULT_FILES)
+    write_findings(other_budget, folder / "other", RESULT_FILES)
+    return folder
+
+
+@pytest.fixture
+def folder(tmp_path, written):
+    return Path(shutil.copytree(written / "one", tmp_path / "r"))
+
+
+def mark(findings) -> str:
+    return findings.provenance["run"]
+
+
+def warned(work, *words) -> str:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", GdAnalyzeWarning)
+        work(*words)
+    return "\n".join(str(warning.message) for warning in caught)
+
+
+def test_every_file_carries_the_mark(folder, swing_findings):
+    assert {mark_in(folder / name) for name in RESULT_FILES.values()} == {mark(swing_findings)}
+    assert warned(gd.load_findings, folder / "analysis.h5") == ""
+    assert warned(gd.load_model, folder / "model.json") == ""
+    assert gd.load_findings(folder / "analysis.h5").provenance["run"] == mark(swing_findings)
+
+
+def test_the_mark_is_of_inputs_and_options_alone(two_link, swing, swing_findings):
+    heavy = dataclasses.replace(two_link, gravity=two_link.gravity * 1.001)
+    named = dataclasses.replace(swing, name="other")
+    options = [{"budget": gd.Budget.parse("2%")}, {"level": "term"}, {"refit": True}, {"by_link": True}]
+    marks = [mark(gd.find(two_link, swing, gd.Settings(**one))) for one in options]
+    marks += [mark(gd.find(heavy, swing)), mark(gd.find(two_link, named)), mark(swing_findings)]
+    assert len(set(marks)) == len(marks)
+    # The first part is of what was asked for: names and options.
+    assert len({found.split("-")[1] for found in marks}) == len(marks) - 1
+    assert mark(gd.find(two_link, swing)) == mark(swing_findings)
+
+
+@pytest.mark.parametrize("name", sorted(RESULT_FILES.values()))
+def test_a_file_of_another_run_is_noticed(folder, written, name):
+    shutil.copy(written / "other" / name, folder)
+    for read, load in (
+        ("analysis.h5", gd.load_findings),
+        ("analysis.h5", gd.load_results),
+        ("model.json", gd.load_model),
+    ):
+        message = warned(load, folder / read).partition(";")[0]
+        assert f"different runs in {folder}" in message
+        assert all(
+            (other in message) == (name in (read, other)) for other in set(RESULT_FILES.values()) - {read}
+        )
+
+
+def test_a_file_of_no_run_is_noticed_and_one_of_another_name_is_not(folder, two_link, swing):
+    model = gd.simplify(two_link, swing)
+    gd.save_model(model, folder / "mine.json")
+    assert warned(gd.load_model, folder / "mine.json") == ""
+    gd.save_model(model, folder / "model.json")
+    assert "model.json" in warned(gd.load_findings, folder / "analysis.h5")
+
+
+def claimed(folder, findings, formats=RESULT_FILES, *, overwrite=False):
+    return require_folder(folder, formats, mark(findings), overwrite=overwrite)
+
+
+def test_the_same_run_again_replaces_the_files(folder, two_link, swing, swing_findings):
+    assert claimed(folder, swing_findings) == claimed(folder, swing_findings, QUICK) == ()
+    # Of another arm under the same name: all files or none.
+    fixed = gd.find(dataclasses.replace(two_link, gravity=two_link.gravity * 1.001), swing)
+    assert claimed(folder, fixed) == ()
+    with pytest.raises(OutputError, match="another run") as caught:
+        claimed(folder, fixed, QUICK)
+    assert caught.value.details["found"] == "report.html, report.pdf"
+
+
+@pytest.mark.parametrize("formats", [RESULT_FILES, ("csv",)])
+def test_another_run_is_replaced_only_when_told_to(folder, other_budget, formats):
+    with pytest.raises(OutputError, match="holds files of another run") as caught:
+        claimed(folder, other_budget, formats)
+    assert caught.value.details["found"] == ", ".join(RESULT_FILES.values())
+    others = claimed(folder, other_budget, QUICK, overwrite=True)
+    assert [path.name for path in others] == ["report.html", "report.pdf"]
+    write_findings(other_budget, folder, QUICK, others)
+    assert sorted(path.name for path in folder.iterdir()) == sorted(RESULT_FILES[name] for name in QUICK)
+
+
+@pytest.mark.parametrize("name", sorted(RESULT_FILES.values()))
+def test_a_file_of_no_run_is_not_replaced(tmp_path, swing_findings, name):
+    (tmp_path / name).write_bytes(b"mine")
+    with pytest.raises(OutputError, match="another run"):
+        claimed(tmp_path, swing_findings)
+
+
+def test_a_mixture_is_mended_from_the_analysis(folder, other_budget):
+    """What is put in place first is what the others are made from."""
+    warned(write_findings, other_budget, folder, ("h5",))
+    with pytest.warns(GdAnalyzeWarning, match="different runs"):
+        findings = gd.load_findings(folder / "analysis.h5")
+    assert warned(write_findings, findings, folder, ("json", "csv", "html", "pdf")) == ""
+    assert warned(gd.load_findings, folder / "analysis.h5") == ""
+
+
+def test_marks_are_found_wherever_they_stand(tmp_path):
+    sign, path = "gd-run:0123abcd-0123456789abcdef", tmp_path / "any"
+    for before in (0, 1, (1 << 20) - 5, (1 << 20) + 7):
+        path.write_bytes(b"x" * before + sign.encode())
+        assert mark_in(path) == sign, before
+    assert mark_in(tmp_path) == mark_in(tmp_path / "none") == ""

@@ -1,0 +1,107 @@
+"""Numbers, units and names of others as a reader meets them."""
+
+from __future__ import annotations
+
+import math
+import re
+import unicodedata
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gd_analyze.arrays import are_possible
+from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
+from gd_analyze.text import (
+    LARGEST,
+    amount,
+    figures,
+    fitting,
+    in_python,
+    number_in,
+    percent,
+    shortened,
+    visible,
+)
+from strategies import examples
+
+ACTING = ("\x1b[31m", "a\nb", "\x9b2J", "\u202eabc", "\x00", "\u2028", "\ud800")
+
+
+def test_three_digits_and_a_unit_with_a_prefix() -> None:
+    assert [figures(x) for x in (0.0, 41.0, 0.0012, 2.1e-14, np.inf)] == [
+        "0", "41.0", "0.00120", "2.10 × 10⁻¹⁴", "∞",
+    ]  # fmt: skip
+    assert [percent(x) for x in (0.0, 1e-6, 0.01234, 1.1502, np.inf)] == [
+        "0 %",
+        "< 0.01 %",
+        "1.2 %",
+        "115 %",
+        "∞",
+    ]
+    assert amount(6.56e-5, "N m") == "65.6 µN m"
+    assert amount(12_300.0, "N") == "12.3 kN"
+    assert amount(4e-5, "kg m^2") == "40 mg m^2"
+    assert amount(2.1e-14, "N m") == "2.10e-14 N m"  # round-off is no quantity of the arm
+    assert amount(0.01, "deg") == "0.01 deg"
+
+
+@given(st.lists(st.floats(1e-6, 1e3), min_size=1, max_size=6))
+def test_a_row_in_one_unit_needs_no_powers_of_ten_within_seven_decades(values: list[float]) -> None:
+    factor, _ = fitting(values, "N m")
+    assert not [x for x in values if x > 1.01e-5 * max(values) and "×" in figures(x / factor)]
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+@examples(100)
+def test_every_number_that_python_writes_is_read(number: float) -> None:
+    assert number_in(repr(number)) == number
+    assert number_in(f" {number:+.17e} ") == number
+
+
+def test_what_is_no_number_in_a_table() -> None:
+    for text in ("1_000", "\uff11", "\u0661", "inf", "nan", "0x1", "1e", "1,5", ""):
+        assert number_in(text) is None
+    assert are_possible([[LARGEST, -LARGEST], [0.0, 1.0]])
+    assert not any(are_possible([0.0, x]) for x in (math.nan, math.inf, np.nextafter(LARGEST, math.inf)))
+
+
+@pytest.mark.parametrize("text", ["", "Unimation PUMA 560", "1.2 %\u00a0kg m²", "τ₁ – ö 関節", "a\\b"])
+def test_what_shows_stays(text):
+    assert visible(text) == text
+
+
+@given(st.text() | st.sampled_from(ACTING))
+def test_no_text_acts_on_a_terminal(text):
+    assert all(sign.isprintable() or unicodedata.category(sign) == "Zs" for sign in visible(text))
+
+
+@given(st.text(min_size=1), st.integers(90, 400))
+def test_a_long_text_is_cut_to_a_length_and_keeps_its_ends(text, most):
+    long = "start " + text * 500 + " end of it"
+    cut = shortened(long, most)
+    assert len(cut) == most
+    assert (cut[:6], cut[-10:]) == ("start ", " end of it")
+
+
+def test_values_that_python_does_not_write():
+    deep: list[object] = []
+    for _ in range(100_000):
+        deep = [deep]
+    assert in_python(10**5000) == "int, too large to be shown"
+    assert in_python(deep) == "list, too large to be shown"
+
+
+@pytest.mark.parametrize("part", ["what", "where", "expected", "found", "next_step"])
+def test_no_part_of_a_message_acts_or_runs_on(part):
+    evil = "\x1b[2J\nerror: all is well\u202e" + "x" * 100_000
+    error = GdAnalyzeError(**{"what": "it is wrong", part: evil})
+    lines = str(error).split("\n")
+    assert len(lines) == (1 if part == "what" else 2)
+    assert all(line.isprintable() and len(line) <= 1100 for line in lines)
+    assert re.search(r"\\x1b\[2J\\nerror", str(error))
+    with pytest.warns(GdAnalyzeWarning) as caught:
+        warnings.warn(evil[:20], GdAnalyzeWarning, stacklevel=1)
+    assert str(caught[0].message).isprintable()
