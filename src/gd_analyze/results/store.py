@@ -1,28 +1,30 @@
-"""The results file: tables in HDF5, a group per concept, and as JSON what is no table, all under seal."""
+"""The results file: tables in HDF5, a group per concept, as JSON what is no table, and a digest at the end.
+
+A damaged HDF5 file can make the HDF5 library loop for ever, so damage has to be seen before the library
+looks. The digest follows the HDF5 data as one line of text. Readers of HDF5 know from its head how long the
+data are and take no notice of what follows; a program that edits the file loses or invalidates the line.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import json
+import os
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
 from gd_analyze.dynamics.long_decomposition import MOST_KEPT
-from gd_analyze.errors import Location, StoreError
+from gd_analyze.errors import GdAnalyzeError, Location, StoreError
 from gd_analyze.files import replacing, warn_of_others
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.fit import require_models_fit, require_tables_fit, require_terms_fit
-from gd_analyze.results.hdf5_reader import open_tables, read_attributes, read_table
-from gd_analyze.results.hdf5_writer import write_tables
-from gd_analyze.results.motions_table import motions_in
-from gd_analyze.results.recording_table import recording_in
-from gd_analyze.results.refusal import damage_named
-from gd_analyze.results.seal import require_sealed, seal
-from gd_analyze.results.tables import gaps_in
+from gd_analyze.results.hdf5 import read_attributes, read_table, write_tables
+from gd_analyze.results.motion_tables import gaps_in, motions_in, recording_in
+from gd_analyze.results.store_check import require_fit
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import arm_from_description, describe_in_full
 from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS, SCHEMA_VERSION, table
@@ -35,6 +37,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FORMAT = "gd-analyze results"
+_HDF5, _MARK = b"\x89HDF\r\n\x1a\n", b"\ngd-analyze sha256 "
+# The mark, a digest in hexadecimal, the end of the line.
+SEAL_LENGTH = len(_MARK) + 64 + 1
+# Bytes read at a time: the memory that checking takes, whatever the length of the file.
+_BLOCK = 2**20
+_DAMAGED = "the results file is damaged"
 
 
 def save_results(findings: Findings, path: str | Path) -> None:
@@ -60,18 +68,6 @@ def save_results(findings: Findings, path: str | Path) -> None:
 
 def write_results(findings: Findings, path: Path) -> None:
     """Write the file as it is named, without a way back: for a place that is replaced as a whole."""
-    attributes = {
-        "format": FORMAT,
-        "schema": SCHEMA_VERSION,
-        **findings.provenance,
-        "warnings": "\n".join(findings.warnings),
-    }
-    write_tables(path, {**findings.tables, "documents": _documents(findings)}, attributes)
-    seal(path)
-
-
-def _documents(findings: Findings) -> xr.Dataset:
-    """What is no table: arm, models and terms, as JSON in bytes."""
     documents = {
         "arm": describe_in_full(findings.arm),
         "model": document_of(findings.model).model_dump(),
@@ -80,7 +76,11 @@ def _documents(findings: Findings) -> xr.Dataset:
     if findings.element_model is not findings.model:
         documents["element_model"] = document_of(findings.element_model).model_dump()
     encoded = np.frombuffer(json.dumps(documents, ensure_ascii=False).encode(), dtype=np.uint8)
-    return table("documents", {"json": encoded}, findings.arm.is_revolute)
+    stored = table("documents", {"json": encoded}, findings.arm.is_revolute)
+    attributes = {"format": FORMAT, "schema": SCHEMA_VERSION, **findings.provenance}
+    attributes["warnings"] = "\n".join(findings.warnings)
+    write_tables(path, {**findings.tables, "documents": stored}, attributes)
+    seal(path)
 
 
 def load_findings(path: str | Path) -> Findings:
@@ -97,30 +97,23 @@ def load_findings(path: str | Path) -> Findings:
     with _opened(path) as file:
         attributes = read_attributes(file)
         tables, documents, arm = _read(file, MOST_KEPT)
-        del tables["documents"]
         model = elements = checked_model(ModelDocument.model_validate(documents["model"]))
         if "element_model" in documents:
             elements = checked_model(ModelDocument.model_validate(documents["element_model"]))
-        require_models_fit(model, elements, tables, arm)
         ranked = TERM.from_entries(ExactForm(arm), documents["ranked_terms"])
-        require_terms_fit(ranked, tables)
+        require_fit(tables, arm, (model, elements, ranked))
         warn_of_others(path, str(attributes.get("run", "")))
         motion, warnings = tables["trajectory"], attributes["warnings"]
-        motions = motions_in(tables["motions"]) if "motions" in tables else ()
         if motion.sizes["time"] <= MOST_KEPT:
             file.close()
+        del tables["documents"]
         return Findings(
             arm=arm,
             trajectory=Trajectory(
-                motion.time.values,
-                motion.q.values,
-                motion.qd.values,
-                motion.qdd.values,
-                motion.attrs["name"],
-                motion.attrs["origin"],
-                motion.attrs["rates"],
+                *(motion[name].values for name in ("time", "q", "qd", "qdd")),
+                *(motion.attrs[name] for name in ("name", "origin", "rates")),
                 gaps=gaps_in(motion),
-                motions=motions,
+                motions=motions_in(tables["motions"]) if "motions" in tables else (),
                 recording=recording_in(tables),
             ),
             tables=tables,
@@ -159,7 +152,8 @@ def load_results(path: str | Path) -> xr.DataTree:
     path = Path(path)
     with _opened(path) as file:
         root = xr.Dataset(attrs=read_attributes(file))
-        tables, _, _ = _read(file)
+        tables, _, arm = _read(file)
+        require_fit(tables, arm)
         file.close()
     warn_of_others(path, str(root.attrs.get("run", "")))
     return xr.DataTree.from_dict({"/": root} | {f"/{name}": table for name, table in tables.items()})
@@ -174,7 +168,6 @@ def _read(
     arm = arm_from_description(documents["arm"])
     names = [name for name in GROUPS if name != "documents" and (name in file or name not in OPTIONAL_GROUPS)]
     tables = {name: read_table(file, name, arm.is_revolute, most_rows) for name in names}
-    require_tables_fit(tables, arm)
     return tables | {"documents": stored}, documents, arm
 
 
@@ -182,8 +175,11 @@ def _read(
 def _opened(path: Path) -> Iterator[h5py.File]:
     """Open a results file whose digest is right; whatever is wrong with it is a StoreError that names it.
 
-    It stays open where all is well: tables of a long trajectory are read later.
+    It stays open where all is well: tables of a long trajectory are read later. What reading a damaged file
+    raises has no common class.
     """
+    import h5py
+
     if not path.is_file():
         raise StoreError(
             "there is no such results file",
@@ -199,11 +195,17 @@ def _opened(path: Path) -> Iterator[h5py.File]:
             found=error.strerror or str(error),
             next_step="give the path of a file you may read",
         ) from None
-    with damage_named(path), ExitStack() as failing:
-        file = failing.enter_context(open_tables(path))
-        _require_ours(file, path)
-        yield file
-        failing.pop_all()
+    try:
+        with ExitStack() as failing:
+            file = failing.enter_context(h5py.File(path, "r", track_order=True))
+            _require_ours(file, path)
+            yield file
+            failing.pop_all()
+    except Exception as error:
+        if isinstance(error, StoreError) and "where" in error.details:
+            raise
+        found = error.what if isinstance(error, GdAnalyzeError) else str(error) or type(error).__name__
+        raise _refusal(path, _DAMAGED, found.splitlines()[0]) from None
 
 
 def _require_ours(file: h5py.File, path: Path) -> None:
@@ -225,3 +227,54 @@ def _require_ours(file: h5py.File, path: Path) -> None:
             found=", ".join(groups) or "no groups",
             next_step="name the analysis.h5 of a results folder",
         )
+
+
+def _refusal(path: Path, what: str, found: str) -> StoreError:
+    return StoreError(
+        what,
+        where=Location(path),
+        expected="a file as gd-analyze wrote it, e.g. analysis.h5",
+        found=found,
+        next_step="take a copy that was not changed, or run the analysis again",
+    )
+
+
+def seal(path: Path) -> None:
+    """Append the digest of all that a file holds."""
+    with path.open("r+b") as file:
+        digest = _digest(file, os.fstat(file.fileno()).st_size)
+        file.seek(0, os.SEEK_END)
+        file.write(_MARK + digest + b"\n")
+
+
+def require_sealed(path: Path) -> None:
+    """Check that a file ends in the digest of what comes before.
+
+    Raises
+    ------
+    StoreError
+        If it does not: it is no HDF5 file, or cut short, or changed.
+    OSError
+        If it cannot be read.
+    """
+    with path.open("rb") as file:
+        if file.read(len(_HDF5)) != _HDF5:
+            raise _refusal(path, f"{_DAMAGED} or not HDF5", "another kind of file")
+        length = os.fstat(file.fileno()).st_size - SEAL_LENGTH
+        file.seek(max(length, 0))
+        line = file.read(SEAL_LENGTH)
+        if length < 0 or not line.startswith(_MARK):
+            found = "no digest at its end: cut short, edited since, or written by another program or version"
+            raise _refusal(path, "this HDF5 file is not as gd-analyze wrote it", found)
+        if line != _MARK + _digest(file, length) + b"\n":
+            raise _refusal(path, f"{_DAMAGED}, or was edited since it was written", "another digest")
+
+
+def _digest(file: BinaryIO, length: int) -> bytes:
+    """SHA-256 of the first bytes of a file, in hexadecimal."""
+    digest = hashlib.sha256()
+    file.seek(0)
+    while length > 0 and (block := file.read(min(length, _BLOCK))):
+        digest.update(block)
+        length -= len(block)
+    return digest.hexdigest().encode()

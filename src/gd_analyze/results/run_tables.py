@@ -1,4 +1,4 @@
-"""What was found as labelled tables, one per group of the schema."""
+"""What a run found as labelled tables, one per group of the schema."""
 
 from __future__ import annotations
 
@@ -13,11 +13,10 @@ from gd_analyze.certification.tube import Margin, Tube
 from gd_analyze.dynamics.pinocchio_check import Residual
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import term_formula
-from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import table
 from gd_analyze.simplification.accuracy import ErrorTable
-from gd_analyze.simplification.element import parts_of
+from gd_analyze.simplification.element import ELEMENT, parts_of
 from gd_analyze.simplification.evaluation import PayloadEffect, losses
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel
@@ -26,28 +25,6 @@ from gd_analyze.simplification.trade_off import TradeOffPoint, curves
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-def trajectory_table(arm: RobotArm, trajectory: Trajectory) -> xr.Dataset:
-    """Tabulate the motion."""
-    gaps = {"stretch_from": [1, *(row + 1 for row in trajectory.gaps)]} if trajectory.gaps else {}
-    return table(
-        "trajectory",
-        {"q": trajectory.q, "qd": trajectory.qd, "qdd": trajectory.qdd, **gaps},
-        arm.is_revolute,
-        {"time": ("time", trajectory.time, {"units": "s"})},
-        {
-            "name": trajectory.name,
-            "origin": trajectory.origin,
-            "rates": trajectory.rates_from,
-            "fingerprint": trajectory.fingerprint,
-        },
-    )
-
-
-def gaps_in(motion: xr.Dataset) -> tuple[int, ...]:
-    """Gaps of a trajectory that was tabulated."""
-    return tuple((motion.stretch_from.values[1:] - 1).tolist()) if "stretch_from" in motion else ()
 
 
 def cross_check_table(residuals: Sequence[Residual], arm: RobotArm) -> xr.Dataset:
@@ -280,3 +257,35 @@ def _counts(model: SimplifiedModel) -> dict[str, int]:
         for suffix, count in (("", model.operations), ("_full", model.operations_full))
         for kind in ("multiplications", "additions", "sines_cosines")
     }
+
+
+def budgets_table(
+    path: Sequence[SimplifiedModel], factors: Sequence[float], ranking: TermRanking
+) -> xr.Dataset:
+    """Tabulate what is kept, at what error and how many operations, for each multiple of the budget.
+
+    Of a model of torque or energy terms, `kept` says which of the ranked torque terms remain: one remains as
+    long as anything does that makes it. Of a model of parts, `kept_parts` says which of these do. A recursion
+    keeps neither.
+    """
+    form, counts = path[0].form, [model.operations for model in path]
+    values: dict[str, Any] = {
+        "budget": [model.accuracy.budget for model in path],
+        "operations": [count.total for count in counts],
+        "multiplications": [count.multiplications for count in counts],
+        "additions": [count.additions for count in counts],
+        "largest_error": [model.accuracy.errors.largest for model in path],
+    }
+    coords: dict[str, Any] = {
+        "factor": ("factor", list(factors), {"long_name": "multiple of the budget"}),
+    }
+    if path[0].level.has_torque_terms:
+        terms = [ranked.term for ranked in ranking.terms]
+        kept = [[term in model.torques for term in terms] for model in path]
+        values["kept"] = np.array(kept, dtype=bool).reshape(len(path), len(terms))
+        coords["rank"] = np.arange(1, len(terms) + 1)
+    elif path[0].level is ELEMENT:
+        parts = parts_of(form.arm.n_joints)
+        values["kept_parts"] = [[part in model.terms for part in parts] for model in path]
+        coords["part"] = [part.label for part in parts]
+    return table("budgets", values, form.arm.is_revolute, coords)

@@ -1,0 +1,310 @@
+"""Labelled tables in HDF5, in netCDF-4's layout, in which nothing that we read lacks a checksum.
+
+Since its version 1.10 the format has a checksum on all that describes data, and the filter fletcher32 puts
+one on the data. The exception is the heap of values whose lengths vary: a damaged one can make the HDF5
+library loop for ever. So strings have a fixed length here. Only netCDF's lists of dimension scales,
+DIMENSION_LIST, are kept in the heap; xarray needs them, so we write them, and we read the attribute "dims".
+
+A file may be forged in spite of its digest: links to other files, values of varying length and numbers that
+cannot be are refused.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.arrays import CHUNK, Array, chunks
+from gd_analyze.dynamics.on_demand import on_demand
+from gd_analyze.errors import StoreError
+from gd_analyze.schema import GROUPS, require_numbers, validate
+
+if TYPE_CHECKING:
+    import h5py
+    import xarray as xr
+
+# Oldest and newest version of the format to write; HDF5 1.10 is of 2016.
+_VERSIONS = ("v110", "v110")
+# Attributes that dimension scales consist of.
+OF_SCALES = {"CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST"}
+# What tells us a variable's dimensions, and xarray its coordinates and types.
+_DIMS, _COORDINATES, _DTYPE, _ENCODING = "dims", "coordinates", "dtype", "_Encoding"
+# What netCDF calls a dimension without labels, before its length.
+_WITHOUT_LABELS = "This is a netCDF dimension but not a netCDF variable."
+_NUMBERS = (np.float64, np.int64, np.int8, np.uint8)
+_PAGE = 1 << 16
+
+
+def write_tables(path: Path, tables: Mapping[str, xr.Dataset], attributes: Mapping[str, Any]) -> None:
+    """Write tables, each a group of its name, and attributes of the whole; equal ones give equal files.
+
+    Raises
+    ------
+    StoreError
+        If a number is not finite where all are; the file is not whole then.
+    OSError
+        If the file cannot be written.
+    """
+    import h5py
+
+    with sound_file(path) as sink, h5py.File(sink, "w", libver=_VERSIONS, track_order=True) as file:
+        _describe(file, attributes)
+        for name, dataset in tables.items():
+            _write_table(file.create_group(name, track_order=True), dataset, name)
+            _fill(file[name], dataset, name, sink)
+
+
+def _write_table(group: h5py.Group, dataset: xr.Dataset, name: str) -> None:
+    """Make all variables of a table, and write those that are not along time."""
+    labels = [key for key in dataset.coords if key not in dataset.dims]
+    _describe(group, dataset.attrs | ({_COORDINATES: " ".join(map(str, labels))} if labels else {}))
+    for key, variable in dataset.variables.items():
+        _create(group, str(key), variable, name)
+    for dim, size in dataset.sizes.items():
+        if dim not in dataset.variables:
+            group.create_dataset(str(dim), (size,), ">f4").make_scale(f"{_WITHOUT_LABELS}{size:10d}")
+        else:
+            group[str(dim)].make_scale(str(dim))
+    for key, variable in dataset.variables.items():
+        if variable.dims != (key,):
+            for axis, dim in zip(group[str(key)].dims, variable.dims, strict=True):
+                axis.attach_scale(group[str(dim)])
+
+
+def _create(group: h5py.Group, key: str, variable: xr.Variable, name: str) -> None:
+    """Make a variable and what describes it; one along time is still without values."""
+    along_time = variable.dims[:1] == ("time",)
+    values, attributes = (None, {}) if along_time else _stored(variable.values)
+    if values is not None:
+        require_numbers(values, key, name)
+    made = group.create_dataset(
+        key,
+        variable.shape,
+        variable.dtype if values is None else values.dtype,
+        data=values,
+        chunks=(min(variable.shape[0], CHUNK), *variable.shape[1:]) if variable.size else None,
+        fletcher32=variable.size > 0,
+        track_order=True,
+    )
+    _describe(made, variable.attrs | attributes | {_DIMS: " ".join(map(str, variable.dims))})
+
+
+def _fill(group: h5py.Group, dataset: xr.Dataset, name: str, sink: SoundFile) -> None:
+    """Write the values along time, block by block, as long as there is room for them."""
+    long = [key for key, variable in dataset.variables.items() if variable.dims[:1] == ("time",)]
+    for chunk in chunks(dataset.sizes["time"]) if long else ():
+        if sink.failure is not None:
+            return
+        block = dataset[long].isel(time=chunk)
+        for key in long:
+            values = np.ascontiguousarray(block[key].values)
+            require_numbers(values, str(key), name)
+            group[str(key)][chunk] = values
+
+
+def _describe(item: h5py.Group | h5py.Dataset, attributes: Mapping[Any, Any]) -> None:
+    for key, value in attributes.items():
+        item.attrs.create(str(key), _stored(value)[0])
+
+
+def _stored(values: Any) -> tuple[Array, dict[str, str]]:
+    """Give an array as it is stored, and the attributes that say what it was."""
+    import h5py
+
+    array = np.asarray(values)
+    if array.dtype.kind in "UO":
+        encoded = np.char.encode(array.astype(str), "utf-8")
+        # One byte alone would be netCDF's character, of which readers make bytes.
+        return encoded.astype(h5py.string_dtype("utf-8", max(encoded.dtype.itemsize, 2))), {
+            _ENCODING: "utf-8"
+        }
+    return (array.astype(np.int8), {_DTYPE: "bool"}) if array.dtype.kind == "b" else (array, {})
+
+
+def _restored(array: Array, attributes: dict[str, Any]) -> Array:
+    """Undo `_stored`, and take its attributes away."""
+    attributes.pop(_ENCODING, None)
+    if array.dtype.kind == "S":
+        return np.char.decode(array, "utf-8")
+    return array.astype(bool) if attributes.pop(_DTYPE, None) == "bool" else array
+
+
+def read_attributes(item: Any) -> dict[str, Any]:
+    """Attributes of a file, a group or a variable as plain values, in the order written."""
+    found: dict[str, Any] = {}
+    for name in item.attrs:
+        if name not in OF_SCALES:
+            if not _is_plain(item.attrs.get_id(name).dtype):
+                raise StoreError(f"attribute {name} of {item.name} is of a kind that is never written")
+            found[name] = _restored(np.asarray(item.attrs[name]), {}).tolist()
+    return found
+
+
+def read_table(file: h5py.File, name: str, revolute: Sequence[bool], most_rows: float = np.inf) -> xr.Dataset:
+    """Read one group of `gd_analyze.schema.GROUPS`.
+
+    Parameters
+    ----------
+    file
+        Opened by h5py with `track_order`.
+    name
+        Of the group.
+    revolute
+        Whether each joint of the arm is revolute; that of "documents", which says so, does not depend on it.
+    most_rows
+        Of how many set points to read all there is of them. Of more, a variable that is not one number per
+        joint is read when somebody asks for its values, and holds the file open until then.
+
+    Raises
+    ------
+    StoreError
+        If it is not as `write_tables` writes it, or not as declared.
+    """
+    import xarray as xr
+
+    group, declared = _member(file, name), GROUPS[name]
+    variables: dict[str, Any] = {}
+    coordinates: dict[str, Any] = {}
+    for key in group:
+        dataset = _member(group, key)
+        attributes = read_attributes(dataset)
+        if _DIMS in attributes:  # what has none is the scale of a dimension without labels
+            dims = tuple(attributes.pop(_DIMS).split())
+            _require_plain(dataset)
+            if dims[0] == "time" and len(dims) > 2 and len(dataset) > most_rows:
+                values: Any = _later(dataset, name, key)
+            else:
+                values = _restored(np.asarray(dataset[()]), attributes)
+                require_numbers(values, key, name)
+            (variables if key in declared else coordinates)[key] = (dims, values, attributes)
+    attributes = read_attributes(group)
+    attributes.pop(_COORDINATES, None)
+    table = xr.Dataset(variables, coordinates, attributes)
+    validate(table, name, revolute)
+    return table
+
+
+def _member(group: h5py.Group, name: str) -> Any:
+    import h5py
+
+    if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+        raise StoreError(f"{name} of {group.name} is a link to elsewhere")
+    return group[name]
+
+
+def _is_plain(dtype: np.dtype[Any]) -> bool:
+    return dtype.kind == "S" or dtype in _NUMBERS
+
+
+def _require_plain(dataset: Any) -> None:
+    import h5py
+
+    is_plain = isinstance(dataset, h5py.Dataset) and _is_plain(dataset.dtype)
+    if not is_plain or not (dataset.fletcher32 or dataset.size == 0):
+        raise StoreError(f"{dataset.name} is not stored as variables are, with a checksum")
+    if dataset.id.get_storage_size() < dataset.nbytes:
+        raise StoreError(f"{dataset.name} is larger than what is stored of it")
+
+
+def _later(dataset: Any, group: str, name: str) -> Any:
+    """Values of a long variable, read when they are asked for; `dataset` holds the file open."""
+
+    def read(rows: NDArray[np.intp]) -> Array:
+        first, behind = int(rows[0]), int(rows[-1]) + 1
+        try:
+            values = np.asarray(dataset[first:behind] if behind - first == len(rows) else dataset[rows])
+        except OSError as error:
+            raise StoreError("the results file is damaged", found=str(error)) from None
+        require_numbers(values, name, group)
+        return values
+
+    return on_demand(dataset.shape, read)
+
+
+class SoundFile(io.FileIO):
+    """Takes every write; what comes after one that failed is kept in memory, so that it can be read again.
+
+    Whoever writes much should look at `failure` now and then, and stop.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, "w+")
+        self.failure: OSError | None = None
+        self._kept: dict[int, bytearray] = {}
+
+    def write(self, data: Any) -> int:
+        """Write all of `data` where the file stands."""
+        whole = memoryview(data).cast("B")
+        start, left = self.tell(), whole
+        try:
+            while self.failure is None and left:
+                left = left[super().write(left) :]
+        except OSError as error:
+            self.failure = error
+        if self.failure is not None:
+            for page, place, piece in self._pieces(start, whole):
+                self._kept.setdefault(page, self._page(page))[place : place + len(piece)] = piece
+        self.seek(start + len(whole))
+        return len(whole)
+
+    def readinto(self, buffer: Any) -> int:
+        """Read what was written, zeros where nothing was."""
+        if self.failure is None:
+            return super().readinto(buffer) or 0
+        start, whole = self.tell(), memoryview(buffer).cast("B")
+        for page, place, piece in self._pieces(start, whole):
+            piece[:] = self._page(page)[place : place + len(piece)]
+        self.seek(start + len(whole))
+        return len(whole)
+
+    def truncate(self, size: int | None = None) -> int:
+        """Set the size of the file, which only matters as long as all can be written."""
+        try:
+            if self.failure is None:
+                return super().truncate(size)
+        except OSError as error:
+            self.failure = error
+        return size or 0
+
+    def _pieces(self, start: int, data: memoryview) -> Iterator[tuple[int, int, memoryview]]:
+        """Data page by page: the page's number, the place in it, and what belongs there."""
+        done = 0
+        while done < len(data):
+            page, place = divmod(start + done, _PAGE)
+            piece = data[done : done + _PAGE - place]
+            yield page, place, piece
+            done += len(piece)
+
+    def _page(self, number: int) -> bytearray:
+        """A page as it was kept, or as it is on the disk and filled up with zeros."""
+        if number in self._kept:
+            return self._kept[number]
+        page = bytearray(_PAGE)
+        self.seek(number * _PAGE)
+        super().readinto(page)
+        return page
+
+
+@contextmanager
+def sound_file(path: Path) -> Iterator[SoundFile]:
+    """Open a file to be given to h5py in place of its path.
+
+    Where a write fails, on a full disk, HDF5 cannot close the file any more: h5py raises errors of other
+    kinds, and the process ends in a segmentation fault (HDF5 1.14). Here it is told that all went well, and
+    the failure is raised when it has closed the file.
+
+    Raises
+    ------
+    OSError
+        The first failure to write.
+    """
+    with SoundFile(path) as file:
+        yield file
+    if file.failure is not None:
+        raise file.failure

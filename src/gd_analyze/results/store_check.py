@@ -1,0 +1,130 @@
+"""Whether the parts of a results file belong together: every table, model and term to one arm and motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gd_analyze.dynamics.dominance import elements
+from gd_analyze.errors import StoreError
+from gd_analyze.harmonics.terms import Torques
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.description import describe
+from gd_analyze.schema import OPTIONAL
+from gd_analyze.simplification.element import ELEMENT, parts_of
+from gd_analyze.simplification.levels import level_named
+from gd_analyze.simplification.model import SimplifiedModel
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Models = tuple[SimplifiedModel, SimplifiedModel, Torques]
+# What is found and what belongs there.
+Pair = tuple[str, Any, Any]
+
+
+def require_fit(tables: Mapping[str, xr.Dataset], arm: RobotArm, models: Models | None = None) -> None:
+    """Check that all tables are about one arm, one set of points and one model.
+
+    Parameters
+    ----------
+    tables
+        As `gd_analyze.schema` declares them.
+    arm
+        Whose they are.
+    models
+        The model, the model by elements and the ranked terms, where they are read.
+
+    Raises
+    ------
+    StoreError
+        If two parts contradict each other.
+    """
+    for pairs in (_labels(tables, arm), _numbers(tables), _models(tables, arm, models) if models else ()):
+        for what, found, expected in pairs:
+            if found != expected:
+                raise StoreError(
+                    f"{what} is not what belongs to the rest", expected=str(expected), found=str(found)
+                )
+
+
+def _labels(tables: Mapping[str, xr.Dataset], arm: RobotArm) -> Iterator[Pair]:
+    of_arm = {
+        "element": sorted(element.label for element in elements(arm.n_joints)),
+        "part": sorted(part.label for part in parts_of(arm.n_joints)),
+    }
+    names, time = [joint.name for joint in arm.joints], tables["trajectory"].time.values
+    for group, table in tables.items():
+        for name, labels in of_arm.items():
+            if name in table.dims:
+                yield f"{name} of {group}", sorted(table[name].values.tolist()), labels
+        if "joint_name" in table:
+            yield f"joint_name of {group}", table.joint_name.values.tolist(), names
+        if "time" in table.dims:
+            yield f"time of {group}", np.array_equal(table.time.values, time), True
+    kinds = tables["decomposition"].joint_kind.values.tolist()
+    yield "joint_kind of decomposition", kinds, [joint.kind for joint in arm.joints]
+    if "motions" in tables:
+        for name in ("element", "quantity"):
+            ranked = tables["dominance"][name].values.tolist()
+            yield f"{name} of motions", tables["motions"][name].values.tolist(), ranked
+
+
+def _numbers(tables: Mapping[str, xr.Dataset]) -> Iterator[Pair]:
+    """What is not a number is what cannot be known; what is said twice is the same."""
+    motion, beyond, tube, parts = (tables[name] for name in ("trajectory", "beyond", "tube", "parts"))
+    shown, path = tables["simplified_model"], tables["budgets"]
+    if "stretch_from" in motion:
+        begins = motion.stretch_from.values
+        in_order = begins[0] == 1 and (np.diff(begins) > 0).all() and begins[-1] <= motion.sizes["time"]
+        yield "stretch_from of trajectory", bool(in_order), True
+    drawn, certified = beyond.attrs["states_drawn"] > 0, bool(beyond.certified.notnull().all())
+    stated, proven = bool(beyond.uncertainty.notnull().all()), bool(tube.tube_certified.notnull().all())
+    known = {"certified": certified, "worst_found": certified, "uncertainty": stated}
+    known |= {"within_limits": drawn, "within_limits_share": drawn}
+    for name, expected in known.items():
+        yield f"{name} of beyond", bool((beyond[name].notnull() == expected).all()), True
+    for name in ("tube_certified", "tube_worst_found", "tube_along"):
+        yield f"{name} of tube", bool((tube[name].notnull() == proven).all()), True
+    if proven:
+        largest = tube.tube_along.max("segment")
+        yield "tube_certified of tube", tube.tube_certified.values.tolist(), largest.values.tolist()
+    for name in ("torque_peak", "torque_share"):
+        yield f"{name} of parts", bool((parts[name].notnull() | parts.kept).all()), True
+    level = level_named(shown.attrs["level"])
+    kept = {"kept"} if level.has_torque_terms else {"kept_parts"} if level is ELEMENT else set()
+    yield "what budgets keep", {"kept", "kept_parts"} & {*path}, kept
+    if "rank" in path.dims:
+        yield "rank of budgets", path["rank"].values.tolist(), tables["terms"]["rank"].values.tolist()
+    at_one = path.operations.values[path.factor.values == 1.0].tolist()
+    total = int(shown.attrs["multiplications"] + shown.attrs["additions"])
+    yield "operations of budgets at a factor of 1", at_one, [total]
+    if "motions" in tables:
+        alone = tables["motions"]
+        yield "set_points of motions", int(alone.set_points.values.sum()), motion.sizes["time"]
+        for name in ("peak_torque", "largest_error"):
+            yield f"{name} of motions", bool((alone[name].max("motion") <= shown[name]).all()), True
+    if "measured_torque" in tables:
+        table = tables["measured_torque"]
+        read = (table.measured.notnull() & table.filtered.notnull()).any("time").values
+        said = table.verdict.values != "not measured"
+        yield "verdict of measured_torque without readings", bool((said & ~read).any()), False
+        friction = OPTIONAL["measured_torque"] & {*table.data_vars}
+        yield (
+            "friction of measured_torque",
+            friction or OPTIONAL["measured_torque"],
+            OPTIONAL["measured_torque"],
+        )
+
+
+def _models(tables: Mapping[str, xr.Dataset], arm: RobotArm, models: Models) -> Iterator[Pair]:
+    model, by_elements, ranked = models
+    for one in (model, by_elements):
+        yield "the arm of a model", describe(one.arm), describe(arm)
+    yield "level of the model", model.level.name, tables["simplified_model"].attrs["level"]
+    yield "level of the model by elements", by_elements.level.name, ELEMENT.name
+    stated = tables["motions"].motion.values.tolist() if "motions" in tables else []
+    yield "motions of the model", [one.name for one in model.accuracy.motions], stated
+    yield "the weights of the ranked terms", [*ranked.values()], tables["terms"].weight.values.tolist()
