@@ -23,8 +23,7 @@ from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.simplification.cache import VARIABLE
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.simplify import simplify
-from gd_analyze.studies.find import find
-from gd_analyze.studies.settings_main import Origin, Settings
+from gd_analyze.studies.main_job import Origin, Settings, find
 from recorded_logs import CUTOFF, recorded
 from strategies import PROFILE
 

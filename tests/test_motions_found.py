@@ -13,10 +13,10 @@ import gd_analyze as gd
 from gd_analyze.dynamics import long_decomposition
 from gd_analyze.errors import StoreError
 from gd_analyze.results.motion_words import changing, motion_rows, strict_sentence, verdict_rows
-from gd_analyze.results.seal import SEAL_LENGTH, seal
-from gd_analyze.results.store import load_findings, save_results
+from gd_analyze.results.store import SEAL_LENGTH, load_findings, save_results, seal
 from gd_analyze.results.summary import budget_sentence, changing_sentence, subtitle
-from gd_analyze.studies.folder import default_folder, write_findings
+from gd_analyze.studies.main_job import default_folder
+from gd_analyze.studies.main_job_files import write_findings
 from several_motions import swung
 
 # Allowed errors and shares of them are quotients, rounded once or twice.

@@ -19,8 +19,7 @@ from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.term import TERM
 from gd_analyze.simplification.trade_off import trade_off
 from gd_analyze.studies.compare import compare
-from gd_analyze.studies.find import find
-from gd_analyze.studies.settings_main import Settings
+from gd_analyze.studies.main_job import Settings, find
 
 
 @pytest.fixture(scope="module")

@@ -26,8 +26,8 @@ import gd_analyze.report.pdf
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
 from gd_analyze.files import mark_in
 from gd_analyze.results.findings import Findings
-from gd_analyze.studies import folder as results_folder
-from gd_analyze.studies.folder import FILES, write_findings
+from gd_analyze.studies import main_job_files as results_folder
+from gd_analyze.studies.main_job_files import FILES, write_findings
 
 
 def names_in(folder: Path) -> list[str]:

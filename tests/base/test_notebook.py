@@ -14,7 +14,7 @@ import gd_analyze as gd
 from gd_analyze.errors import ArmError, OutputError, TrajectoryError, UsageError
 from gd_analyze.motions.csv_file import shipped_trajectories
 from gd_analyze.robots.catalogue import builtin_arms
-from gd_analyze.studies.settings_main import Settings
+from gd_analyze.studies.main_job import Settings
 
 ROBOT, MOTION = "two_link", "two-link-swing"
 

@@ -12,7 +12,7 @@ import pytest
 import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeWarning, OutputError
 from gd_analyze.files import RESULT_FILES, mark_in
-from gd_analyze.studies.folder import require_folder, write_findings
+from gd_analyze.studies.main_job_files import require_folder, write_findings
 
 QUICK = ("h5", "json", "csv")
 

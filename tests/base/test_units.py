@@ -12,8 +12,8 @@ from gd_analyze.dynamics.pinocchio_check import cross_check
 from gd_analyze.report.document import document
 from gd_analyze.results.store import load_findings
 from gd_analyze.schema import GROUPS
-from gd_analyze.studies.find import find
-from gd_analyze.studies.folder import write_findings
+from gd_analyze.studies.main_job import find
+from gd_analyze.studies.main_job_files import write_findings
 
 UNITS = pint.UnitRegistry()
 

@@ -11,7 +11,7 @@ import pytest
 import gd_analyze as gd
 from gd_analyze.cli.analyze import FORMATS
 from gd_analyze.cli.report import FORMATS as MADE_AGAIN
-from gd_analyze.studies.folder import FILES
+from gd_analyze.studies.main_job_files import FILES
 
 
 def test_the_formats_are_those_of_the_library():

@@ -14,8 +14,7 @@ from gd_analyze.cli.output import Output
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.torque_words import torque_sentence
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.studies.find import find
-from gd_analyze.studies.settings_main import Settings
+from gd_analyze.studies.main_job import Settings, find
 from recorded_logs import recorded
 
 

@@ -12,7 +12,7 @@ import pytest
 import gd_analyze as gd
 from gd_analyze.errors import UsageError
 from gd_analyze.simplification.model_file import save_model
-from gd_analyze.studies.folder import FILES
+from gd_analyze.studies.main_job_files import FILES
 
 LONG = "a" * 300
 resource = pytest.importorskip("resource", reason="limits on file size are a matter of POSIX")
@@ -25,7 +25,7 @@ def nothing_computed(monkeypatch):
     def fail(*words, **more):
         raise AssertionError("computed before the output was known to be writable")
 
-    monkeypatch.setattr(importlib.import_module("gd_analyze.studies.analyze"), "find", fail)
+    monkeypatch.setattr(importlib.import_module("gd_analyze.studies.main_job"), "find", fail)
     monkeypatch.setattr(importlib.import_module("gd_analyze.simplification"), "simplify_exact", fail)
     monkeypatch.setattr(importlib.import_module("gd_analyze.studies"), "compare", fail)
     for name in ("evaluate", "harmonics_of"):

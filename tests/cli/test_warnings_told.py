@@ -10,7 +10,7 @@ from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.motions.csv_file import read_trajectory
 from gd_analyze.results.store import load_findings
 from gd_analyze.robots.catalogue import load_arm
-from gd_analyze.studies.find import find
+from gd_analyze.studies.main_job import find
 
 
 def test_positions_outside_limits_are_a_warning(run, here):

@@ -24,11 +24,9 @@ from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.motions.csv_file import read_trajectory
 from gd_analyze.motions.states import states_of
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.results.seal import SEAL_LENGTH, require_sealed, seal
-from gd_analyze.results.store import save_results
+from gd_analyze.results.store import SEAL_LENGTH, require_sealed, save_results, seal
 from gd_analyze.robots.catalogue import load_arm
-from gd_analyze.studies.find import find
-from gd_analyze.studies.settings_main import Settings
+from gd_analyze.studies.main_job import Settings, find
 from recorded_logs import with_torques
 
 # Numbers that a dataset says it has, and that no memory holds.

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.measured_torque import VERDICTS, compare_torque
 from gd_analyze.motions.states import states_of
-from gd_analyze.results.torque_table import measured_torque_table
+from gd_analyze.results.motion_tables import measured_torque_table
 from gd_analyze.results.torque_words import (
     is_described,
     measured_rows,

@@ -17,8 +17,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm
 from gd_analyze.robots.catalogue import load_arm
-from gd_analyze.studies.find import find
-from gd_analyze.studies.settings_main import Origin, Settings
+from gd_analyze.studies.main_job import Origin, Settings, find
 
 
 @pytest.fixture(scope="session")

@@ -11,8 +11,7 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, JointKind, Link, Placement
-from gd_analyze.studies.find import find
-from gd_analyze.studies.settings_main import Origin, Settings
+from gd_analyze.studies.main_job import Origin, Settings, find
 from strategies import random_inertia
 
 HOSTILE = '#strong[x] $x^2$ "quoted" <script>alert(1)</script> *b* = @ref \\n'

@@ -13,7 +13,7 @@ from gd_analyze.report.main_page import render_html
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.studies.compare import compare
 from gd_analyze.studies.comparison_files import render_comparison_html
-from gd_analyze.studies.find import find
+from gd_analyze.studies.main_job import find
 from several_motions import swung
 
 RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]

@@ -19,8 +19,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import JointKind
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.element import parts_of
-from gd_analyze.studies.find import find
-from gd_analyze.studies.settings_main import Settings
+from gd_analyze.studies.main_job import Settings, find
 
 EIGHT: list[JointKind] = [*("prismatic",) * 5, *("revolute",) * 3]
 

@@ -21,8 +21,7 @@ from gd_analyze.results import summary
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
-from gd_analyze.studies.find import find
-from gd_analyze.studies.settings_main import Settings
+from gd_analyze.studies.main_job import Settings, find
 
 HOSTILE = '</script><script>alert(1)</script><b title="'
 

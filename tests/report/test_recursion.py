@@ -20,8 +20,7 @@ from gd_analyze.report.recursion_document import recursion_data, recursion_shown
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.simplification.recursive import RECURSIVE
-from gd_analyze.studies.find import find
-from gd_analyze.studies.settings_main import Origin, Settings
+from gd_analyze.studies.main_job import Origin, Settings, find
 
 MATHS = PageMathML()
 

@@ -84,9 +84,8 @@ def analyze(
 
     with output.working() as stage:
         stage("reading")
-        from gd_analyze.studies.find import source_of
-        from gd_analyze.studies.folder import FILES, default_folder, require_folder, write_findings
-        from gd_analyze.studies.settings_main import Origin
+        from gd_analyze.studies.main_job import Origin, default_folder, source_of
+        from gd_analyze.studies.main_job_files import FILES, require_folder, write_findings
 
         how = gd.Settings(budget=gd.Budget.parse(budget), christoffel=not no_christoffel, **settings)
         arm = load_arm_carrying(robot, payload)

@@ -21,7 +21,7 @@ def print_findings(
     from gd_analyze.result import Fact
     from gd_analyze.results.run_result import run_result
     from gd_analyze.simplification.recursive import RECURSIVE
-    from gd_analyze.studies.folder import FILES
+    from gd_analyze.studies.main_job_files import FILES
 
     model = findings.model
     result = run_result(findings, top)

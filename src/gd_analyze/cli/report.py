@@ -39,7 +39,7 @@ def report(
 
     with output.working() as stage:
         stage("reading")
-        from gd_analyze.studies.folder import FILES, require_folder, write_findings
+        from gd_analyze.studies.main_job_files import FILES, require_folder, write_findings
 
         folder = analysis.parent if out is None else out
         findings = gd.load_findings(analysis)

@@ -17,7 +17,7 @@ from gd_analyze.cli.joint_table import (
 from gd_analyze.cli.measured_torque import show_friction
 from gd_analyze.cli.terminal import line, sentence, table
 from gd_analyze.motions.states import in_words
-from gd_analyze.results.torque_table import measured_torque_table
+from gd_analyze.results.motion_tables import measured_torque_table
 from gd_analyze.results.torque_words import rows_told, torque_sentence
 from gd_analyze.simplification.accuracy import share_of
 from gd_analyze.text import joint_name, number, percent, short_name

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import CHUNK, Array, chunks
-from gd_analyze.dynamics.on_demand import on_demand
+from gd_analyze.dynamics.long_decomposition import on_demand
 from gd_analyze.errors import StoreError
 from gd_analyze.schema import GROUPS, require_numbers, validate
 

@@ -110,8 +110,13 @@ def load_findings(path: str | Path) -> Findings:
         return Findings(
             arm=arm,
             trajectory=Trajectory(
-                *(motion[name].values for name in ("time", "q", "qd", "qdd")),
-                *(motion.attrs[name] for name in ("name", "origin", "rates")),
+                motion.time.values,
+                motion.q.values,
+                motion.qd.values,
+                motion.qdd.values,
+                motion.attrs["name"],
+                motion.attrs["origin"],
+                motion.attrs["rates"],
                 gaps=gaps_in(motion),
                 motions=motions_in(tables["motions"]) if "motions" in tables else (),
                 recording=recording_in(tables),

@@ -1,11 +1,14 @@
-"""The main job's computing: arm and trajectory in; decomposition, ranking, model, curve and bounds out."""
+"""The main job: arm and trajectory in; decomposition, ranking, model, curve and bounds out."""
 
 from __future__ import annotations
 
+import difflib
+import re
 import warnings
-from dataclasses import replace
+from collections.abc import Collection
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -16,20 +19,16 @@ from gd_analyze.dynamics.dominance import rank
 from gd_analyze.dynamics.long_decomposition import decompose_on_demand
 from gd_analyze.dynamics.measured_torque import compared, require_torques
 from gd_analyze.dynamics.pinocchio_check import cross_check
-from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
+from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError, UsageError
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.motions.checks import check_against_arm
 from gd_analyze.motions.pool import GivenMotions, taken_apart, trajectory_of
 from gd_analyze.motions.states import states_in_box
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.results import tables
-from gd_analyze.results.budgets_table import budgets_table
+from gd_analyze.results import motion_tables, run_tables
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.motions_table import motions_table, rank_by_motion
 from gd_analyze.results.provenance import provenance_of_run
-from gd_analyze.results.recording_table import recording_table
-from gd_analyze.results.torque_table import measured_torque_table
-from gd_analyze.results.torque_words import is_described, torque_warning
+from gd_analyze.results.run_result import is_described, torque_warning
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.description import describe_in_full
@@ -40,6 +39,7 @@ from gd_analyze.simplification.energy import ENERGY
 from gd_analyze.simplification.evaluation import payload_effect
 from gd_analyze.simplification.exact import ExactDynamics, warn_without_torque
 from gd_analyze.simplification.exact_form import too_many_terms
+from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.model import SimplifiedModel, no_dearer
 from gd_analyze.simplification.ranking import TermRanking, rank_terms
@@ -47,7 +47,7 @@ from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.term import TERM
 from gd_analyze.simplification.trade_off import PATH_FACTORS, budget_path, kinds_for, trade_off
-from gd_analyze.studies.settings_main import Origin, Progress, Settings, Silent
+from gd_analyze.studies.main_job_files import FILES, require_folder, write_findings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,6 +61,205 @@ _DRAWN = 1000
 _EFFORT, _EFFORT_OF_TUBE = 5_000, 100_000
 # The same of a model that is not chosen by its terms, where it has no more than so many: a few seconds.
 _LITTLE, _MOST_WRITTEN = (500, 2_000), 150_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """How the main job analyses an arm along a trajectory.
+
+    Parameters
+    ----------
+    budget
+        Allowed torque error, or its text such as "1% or 10% friction"; 1 % of each joint's peak torque by
+        default.
+    level, refit, operations
+        How to simplify, see `gd_analyze.simplification.search_options.SearchOptions`; by default the level
+        that takes the fewest operations of
+        those that are promising for the arm.
+    drives
+        Include drive inertia as a separate contribution; by default where the arm describes drives.
+    margin
+        How far states may be from the motion for which the model's errors are bounded, or its text such as
+        "1deg,1mm,qd=2%,qdd=5%", which is the default.
+    fit_friction
+        Say which friction, fitted to measured torques beside the model, explains them best; none of it
+        becomes part of the model.
+    christoffel, by_link, terms
+        What else to keep of the decomposition, see `decompose`.
+
+    Raises
+    ------
+    UsageError
+        If there is no such level, budget or margin are not understood, or the budget is of the norm.
+    """
+
+    budget: Budget | str | None = None
+    level: str | Level | None = None
+    refit: bool = False
+    operations: int | None = None
+    drives: bool | None = None
+    margin: Margin | str | None = None
+    fit_friction: bool = False
+    christoffel: bool = True
+    by_link: bool = False
+    terms: bool = False
+
+    def __post_init__(self) -> None:
+        budget = Budget.of(self.budget).require_per_joint(
+            "the main job's results, which show every joint beside what it is allowed,",
+            'gd-analyze simplify ROBOT TRAJECTORY --budget "..." takes it',
+        )
+        object.__setattr__(self, "budget", budget)
+        object.__setattr__(self, "margin", Margin.of(self.margin))
+        if self.level is not None:
+            object.__setattr__(self, "level", level_named(self.level))
+
+    @property
+    def asked(self) -> Budget:
+        """The budget as a value."""
+        return Budget.of(self.budget)
+
+    def described(self) -> dict[str, Any]:
+        """All of it as JSON values."""
+        values = {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        level = None if self.level is None else level_named(self.level).name
+        return values | {"budget": self.asked.entries, "level": level, "margin": str(self.margin)}
+
+    def unusual(self) -> list[str]:
+        """Options that are off their defaults, as words of a file name: "budget-0.5pct", "refit"."""
+        own, usual = self.described(), Settings().described()
+        values = {name: value for name, value in own.items() if value != usual[name]}
+        if "budget" in values:
+            values["budget"] = str(self.asked).replace("%", "pct")
+        return [_word(name.replace("_", "-"), value) for name, value in values.items()]
+
+
+def settings_of(settings: Settings | None, options: dict[str, Any]) -> Settings:
+    """Take settings as users of the library give them: as a value, or field by field.
+
+    Raises
+    ------
+    UsageError
+        If both are given, or there is no such field.
+    """
+    if not options:
+        return settings or Settings()
+    names = [entry.name for entry in fields(Settings)]
+    unknown = sorted(set(options) - set(names))
+    if settings is not None or unknown:
+        near = difflib.get_close_matches(unknown[0], names, n=1) if unknown else []
+        raise UsageError(
+            f"there is no option {unknown[0]!r}" if unknown else "settings are given twice",
+            where=unknown[0] if unknown else "settings",
+            expected=", ".join(names) if unknown else "an object, or its fields one by one",
+            next_step=f"did you mean {near[0]!r}?" if near else None,
+        )
+    return Settings(**options)
+
+
+def _word(name: str, value: Any) -> str:
+    """Say an option in signs that any file's name may have."""
+    if isinstance(value, bool):
+        return name if value else f"no-{name}"
+    return f"{name}-{re.sub('[^A-Za-z0-9.]+', '_', str(value))}"
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What came before the main job.
+
+    Parameters
+    ----------
+    command
+        What the user typed.
+    warnings
+        Warnings given while the input was read.
+    """
+
+    command: str = ""
+    warnings: tuple[str, ...] = ()
+
+
+class Progress(Protocol):
+    """Whom to tell how far the work is."""
+
+    def __call__(self, label: str, total: int | None = None) -> None:
+        """Begin a stage of `total` steps, or of an unknown number."""
+
+    def advance(self, steps: int) -> None:
+        """Note that some steps are done."""
+
+
+class Silent:
+    """Keeps it to itself."""
+
+    def __call__(self, label: str, total: int | None = None) -> None:
+        """Do nothing."""
+
+    def advance(self, steps: int) -> None:
+        """Do nothing."""
+
+
+def analyze(
+    arm: RobotArm | str | Path,
+    trajectory: GivenMotions,
+    out: str | Path | None = None,
+    settings: Settings | None = None,
+    *,
+    formats: Collection[str] = tuple(FILES),
+    overwrite: bool = False,
+    **options: Any,
+) -> Findings:
+    """Do the main job: find everything, and write it down where a folder is named.
+
+    Parameters
+    ----------
+    arm, trajectory
+        What to analyse, along one motion or several; or a shipped name, or the path of a file. A folder
+        stands for all trajectories in it.
+    out
+        Folder for the results; nothing is written without one.
+    settings, options
+        How, see `Settings`: an object, or its fields one by one, such as ``budget="0.5%"``.
+    formats
+        Which files to write, of `gd_analyze.studies.main_job_files.FILES`.
+    overwrite
+        Replace a run of another arm, motion or other options that the folder holds.
+
+    Returns
+    -------
+    Findings
+        What was found; the files hold the same.
+
+    Raises
+    ------
+    UsageError
+        If there is no such option or format, or settings and options are both given.
+    OutputError
+        If the folder cannot be written to, or holds another run; nothing is computed or written then.
+    StorageError
+        If the machine fails while the files are written, e.g. a full disk; those of before stay.
+    GdAnalyzeError
+        As for `find`.
+
+    Examples
+    --------
+    >>> import gd_analyze as gd
+    >>> findings = gd.analyze("puma560", "pick-and-place", budget="5%")
+    >>> findings.model.operations.total < findings.model.operations_full.total
+    True
+    """
+    how = settings_of(settings, options)
+    if out is None:
+        return find(arm, trajectory, how)
+    if out == "":
+        raise UsageError("the name of the folder is empty", where="out", next_step="name a folder, or none")
+    folder, arm = Path(out), arm_of(arm)
+    motion = trajectory_of(trajectory, arm)
+    strangers = require_folder(folder, formats, source_of(arm, motion, how)["run"], overwrite=overwrite)
+    findings = find(arm, motion, how)
+    write_findings(findings, folder, formats, strangers)
+    return findings
 
 
 def find(
@@ -157,20 +356,20 @@ def find(
     efforts = _efforts(model, many)
     recorded = {}
     if trajectory.recording is not None and trajectory.recording.measured:
-        recorded["recording"] = recording_table(arm, trajectory, dataset, dominance)
+        recorded["recording"] = motion_tables.recording_table(arm, trajectory, dataset, dominance)
     return Findings(
         arm=arm,
         trajectory=trajectory,
         tables={
-            "trajectory": tables.trajectory_table(arm, trajectory),
+            "trajectory": motion_tables.trajectory_table(arm, trajectory),
             "decomposition": dataset,
-            "cross_check": tables.cross_check_table(residuals, arm),
+            "cross_check": run_tables.cross_check_table(residuals, arm),
             "dominance": dominance,
-            "simplified_model": tables.model_table(model, dataset, model.torque(*exact.states.arrays)),
-            "parts": tables.parts_table(elements, exact, dominance),
-            "terms": tables.terms_table(ranking, arm, not many),
-            "trade_off": tables.trade_off_table(points, arm, how.asked.shares_of),
-            "budgets": budgets_table(path, PATH_FACTORS, ranking),
+            "simplified_model": run_tables.model_table(model, dataset, model.torque(*exact.states.arrays)),
+            "parts": run_tables.parts_table(elements, exact, dominance),
+            "terms": run_tables.terms_table(ranking, arm, not many),
+            "trade_off": run_tables.trade_off_table(points, arm, how.asked.shares_of),
+            "budgets": run_tables.budgets_table(path, PATH_FACTORS, ranking),
             "beyond": _beyond(exact, model, ranking, efforts),
             "tube": _tube(exact, model, trajectory, Margin.of(how.margin), efforts),
             **recorded,
@@ -204,8 +403,8 @@ def _by_motion(
     if not trajectory.motions:
         return {}
     allowed = [alone.allowed(how.asked) for alone in exact.by_motion.values()]
-    ranked = rank_by_motion(exact.arm, dataset, trajectory, allowed)
-    return {"motions": motions_table(exact.arm, trajectory, dominance, ranked, model.accuracy)}
+    ranked = motion_tables.rank_by_motion(exact.arm, dataset, trajectory, allowed)
+    return {"motions": motion_tables.motions_table(exact.arm, trajectory, dominance, ranked, model.accuracy)}
 
 
 def _asked(exact: ExactDynamics, budget: Budget, model: SimplifiedModel) -> Budget:
@@ -220,7 +419,7 @@ def _measured_torque(
     if trajectory.recording is None or trajectory.recording.torque is None:
         return {}
     comparison = compared(arm, trajectory, np.asarray(dataset.torque.values))
-    table = measured_torque_table(comparison, trajectory, fit_friction=how.fit_friction)
+    table = motion_tables.measured_torque_table(comparison, trajectory, fit_friction=how.fit_friction)
     if not is_described(table):
         warnings.warn(torque_warning(table, arm.name), GdAnalyzeWarning, stacklevel=3)
     return {"measured_torque": table}
@@ -254,7 +453,7 @@ def _beyond(
         drawn = exact.at(states_in_box(arm, _DRAWN))
         errors = drawn.errors_of(model.torque(*drawn.states.arrays))
     payload, drawn_states = payload_effect(model, states), _DRAWN if errors else 0
-    return tables.beyond_table(model, certificate, errors, payload, ranking.uncertainty, drawn_states)
+    return run_tables.beyond_table(model, certificate, errors, payload, ranking.uncertainty, drawn_states)
 
 
 def _tube(
@@ -282,7 +481,7 @@ def _tube(
         unknown = np.full((1, 3, arm.n_joints), np.nan)
         margins, note = margin.along(arm, motion), f"Not certified: {error.what} ({error.details['where']})."
         tube = Tube(unknown, unknown, motion.time[:1], motion.time[-1:], margins, motion.name, 0, note)
-    return tables.tube_table(model, tube, certificate, margin)
+    return run_tables.tube_table(model, tube, certificate, margin)
 
 
 def _told(caught: list[warnings.WarningMessage]) -> list[str]:
@@ -291,3 +490,8 @@ def _told(caught: list[warnings.WarningMessage]) -> list[str]:
         if not issubclass(item.category, GdAnalyzeWarning):
             warnings.warn_explicit(item.message, item.category, item.filename, item.lineno)
     return [str(item.message) for item in caught if issubclass(item.category, GdAnalyzeWarning)]
+
+
+def default_folder(arm: RobotArm, trajectory: Trajectory, settings: Settings) -> Path:
+    """Folder the results go to when none is named; options that are not the usual ones are in its name."""
+    return Path("reports") / "-".join([arm.name, trajectory.name, *settings.unusual()])

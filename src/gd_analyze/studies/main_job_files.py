@@ -13,13 +13,10 @@ from gd_analyze.files import (
     require_one_run,
     require_writable,
 )
-from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import frame_of
 from gd_analyze.results.store import write_results
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.model_file import model_text
-from gd_analyze.studies.settings_main import Settings
 
 FILES = RESULT_FILES
 
@@ -69,11 +66,6 @@ def _ranking_csv(findings: Findings) -> str:
     if "run" in findings.provenance:
         ranking["run"] = findings.provenance["run"]
     return ranking.to_csv(index=False, lineterminator="\n")
-
-
-def default_folder(arm: RobotArm, trajectory: Trajectory, settings: Settings) -> Path:
-    """Folder the results go to when none is named; options that are not the usual ones are in its name."""
-    return Path("reports") / "-".join([arm.name, trajectory.name, *settings.unusual()])
 
 
 def require_folder(

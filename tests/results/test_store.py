@@ -10,19 +10,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gd_analyze.certification.box import Box
-from gd_analyze.certification.certificate import certify
-from gd_analyze.errors import StoreError
-from gd_analyze.results.hdf5_layout import OF_SCALES
+from gd_analyze.errors import OutputError
+from gd_analyze.results import store
+from gd_analyze.results.hdf5 import OF_SCALES, sound_file
 from gd_analyze.results.store import load_findings, load_results, save_results
-from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS, require_numbers
-from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.ranking import rank_terms
-from gd_analyze.simplification.recursive import RECURSIVE
-from gd_analyze.simplification.term import TERM
-from gd_analyze.simplification.trade_off import KINDS, budget_path, trade_off
-from gd_analyze.studies.folder import write_findings
+from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS
+from gd_analyze.studies.main_job_files import write_findings
+from strategies import names_in
 
 
 def test_round_trip_is_exact(stored, puma_findings):
@@ -80,16 +74,6 @@ def test_plain_h5py_opens_it(stored, puma_findings):
         assert file.attrs["gd_analyze"]
 
 
-def test_every_declared_attribute_is_stored(stored):
-    with h5py.File(stored) as file:
-        for group, variables in GROUPS.items():
-            for name, variable in variables.items():
-                if name == "drive_torque" or f"{group}/{name}" in file:
-                    attributes = file[f"{group}/{name}"].attrs
-                    for key, value in variable.attributes([True] * 6).items():
-                        assert attributes[key].decode() == value, (group, name, key)
-
-
 def test_everything_has_a_checksum_and_a_fixed_length(stored):
     """Else damage goes unseen, or makes the HDF5 library loop; what xarray alone reads is the exception."""
 
@@ -121,15 +105,6 @@ def test_text_beyond_ascii(swing_findings, tmp_path):
         assert tree.attrs["warnings"] == f"{odd}\nb"
 
 
-def test_what_is_not_known_may_be_no_number(swing_findings):
-    for group, table in swing_findings.tables.items():
-        for name, array in table.variables.items():
-            require_numbers(array.values, str(name), group)
-    require_numbers(np.array([np.nan]), "certified", "beyond")
-    with pytest.raises(StoreError):
-        require_numbers(np.array([np.inf]), "certified", "beyond")
-
-
 def test_model_errors_are_stored_with_the_model(stored, puma_findings):
     model = load_results(stored)["simplified_model"]
     error = np.abs(model["torque_error"].values).max(axis=0)
@@ -140,36 +115,69 @@ def test_model_errors_are_stored_with_the_model(stored, puma_findings):
     assert model.attrs["multiplications"] == puma_findings.model.operations.multiplications
 
 
-def test_ranking_curve_and_certificate_are_stored(stored, puma_findings):
-    tree = load_results(stored)
-    exact = ExactDynamics.of(puma_findings.arm, puma_findings.trajectory, drives=True)
-    ranking = rank_terms(exact)
-    assert [term.term for term in ranking.terms] == [*puma_findings.ranked_terms]
-    assert tree["terms"]["weight"].values.tolist() == [*puma_findings.ranked_terms.values()]
-    # The ranking is repeated from set points of which the decomposition was not at hand.
-    np.testing.assert_allclose(
-        tree["terms"]["without_share"].values, [term.without_share for term in ranking.terms], rtol=1e-9
-    )
-    assert tree["terms"].attrs["not_worth_keeping"] == ranking.not_worth_keeping
-    curve = tree["trade_off"]["operations"]
-    # The curve of a recursion only where that is the model.
-    assert set(curve["kind"].values) == {"element", "term", "term refit", "energy", "energy refit"}
-    path = budget_path(exact, Budget(), puma_findings.model)
-    factors, through = curve["factor"].values.tolist(), {(TERM, False): path}
-    kinds = [kind for kind in KINDS if kind[0] is not RECURSIVE]
-    for point in trade_off(exact, factors=factors, kinds=kinds, thorough=False, through=through):
-        kind = f"{point.level} refit" if point.refit else point.level.name
-        assert curve.sel(kind=kind, factor=point.factor) == point.operations.total
-    assert tree["budgets"]["operations"].values.tolist() == [model.operations.total for model in path]
-    beyond = tree["beyond"]
-    certificate = certify(puma_findings.model, Box.around(*exact.states.arrays), effort=5_000)
-    np.testing.assert_allclose(beyond["certified"], certificate.certified, rtol=1e-9)
-    assert (beyond["certified"].values >= tree["simplified_model"]["largest_error"].values * (1 - 1e-9)).all()
-    assert beyond["torque_per_kg"].attrs["units"] == "N m/kg"
+def test_a_failure_while_writing_keeps_the_old_file(swing_findings, tmp_path, monkeypatch):
+    path = tmp_path / "analysis.h5"
+    save_results(swing_findings, path)
+    old = path.read_bytes()
+
+    def fail(path, *_):
+        path.write_bytes(b"half")
+        raise RuntimeError("midway")
+
+    monkeypatch.setattr(store, "write_tables", fail)
+    with pytest.raises(RuntimeError, match="midway"):
+        save_results(swing_findings, path)
+    assert path.read_bytes() == old
+    assert names_in(tmp_path) == ["analysis.h5"]
 
 
-def test_lean_results_are_stored_too(swing_findings, tmp_path):
-    save_results(swing_findings, tmp_path / "analysis.h5")
-    tree = load_results(tmp_path / "analysis.h5")
-    assert "inertia_by_link" not in tree["decomposition"]
-    assert tree.attrs["warnings"] == ""
+def test_unwritable(swing_findings, blocked_folder):
+    with pytest.raises(OutputError):
+        save_results(swing_findings, blocked_folder / "analysis.h5")
+
+
+@pytest.fixture
+def limited():
+    """Files end at a size, as on a disk that is full."""
+    resource = pytest.importorskip("resource", reason="limits on file size are a matter of POSIX")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_what_is_written_can_be_read_whether_it_fits_or_not(tmp_path, limited, rng):
+    """Writes and reads anywhere, as on a file in memory."""
+    limited(100_000)
+    size = 400_000
+    expected = np.zeros(size, np.uint8)
+    with pytest.raises(OSError, match="File too large"), sound_file(tmp_path / "x") as file:  # noqa: PT012 - the block is the test
+        for _ in range(300):
+            start, stop = sorted(rng.integers(0, size, 2).tolist())
+            data = rng.integers(0, 256, stop - start, dtype=np.uint8)
+            file.seek(start)
+            assert file.write(data) == len(data)
+            assert file.tell() == stop
+            expected[start:stop] = data
+            start, stop = sorted(rng.integers(0, size, 2).tolist())
+            if file.failure is not None:
+                read = bytearray(stop - start)
+                file.seek(start)
+                assert file.readinto(read) == stop - start
+                assert bytes(read) == expected[start:stop].tobytes()
+        assert file.failure is not None
+
+
+@pytest.mark.parametrize("size", [0, 100_000, 3_000_000])
+def test_hdf5_closes_a_file_that_did_not_fit(tmp_path, limited, rng, size):
+    """Larger than the cache of HDF5, which reads again what it wrote; noise, so that it stays large."""
+    limited(size)
+    numbers = rng.normal(size=20_000)
+    with (  # noqa: PT012 - the block is the test
+        pytest.raises(OSError, match="File too large"),
+        sound_file(tmp_path / "x.h5") as file,
+        h5py.File(file, "w") as written,
+    ):
+        for k in range(30):
+            written.create_dataset(f"group/of/{k}", data=numbers, chunks=(500,), compression=1)
+        assert (written["group/of/3"][:] == numbers).all()
+    assert (tmp_path / "x.h5").stat().st_size <= size

@@ -1,0 +1,238 @@
+"""The main job: files hold what was found, the result says it in facts, and bad input costs nothing."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import gd_analyze as gd
+from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, OutputError, TrajectoryError, UsageError
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.results.model_facts import headline, worst_error
+from gd_analyze.results.run_result import run_headline, run_result
+from gd_analyze.robots.payload import with_payload
+from gd_analyze.simplification.recursive import RECURSIVE
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.studies import main_job
+from gd_analyze.studies.main_job import Origin, Settings, analyze, default_folder, find
+from gd_analyze.studies.main_job_files import FILES, write_findings
+from strategies import names_in
+
+DATA_FORMATS = ("h5", "json", "csv")
+
+
+@pytest.fixture
+def nothing_computed(monkeypatch):
+    def fail(*args, **options):
+        raise AssertionError("computed before the output was known to be writable")
+
+    monkeypatch.setattr(main_job, "find", fail)
+
+
+@pytest.mark.parametrize("formats", [(), ("h5",), ("csv", "json")], ids=lambda f: "+".join(f) or "none")
+def test_exactly_the_chosen_files(two_link, swing, tmp_path, formats):
+    folder = tmp_path / "deep" / "results"
+    analyze(two_link, swing, folder, formats=formats)
+    assert sorted(names_in(folder) if folder.exists() else []) == sorted(FILES[name] for name in formats)
+
+
+def test_nothing_is_written_without_a_folder(two_link, swing, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert analyze(two_link, swing).model.operations.total > 0
+    assert names_in(tmp_path) == []
+
+
+def test_the_files_hold_what_was_found(puma_findings, tmp_path):
+    write_findings(puma_findings, tmp_path, DATA_FORMATS)
+    tree = gd.load_results(tmp_path / "analysis.h5")
+    np.testing.assert_array_equal(tree["decomposition/torque"], puma_findings.decomposition.torque)
+    assert tree.attrs["command"] == "gd-analyze puma560"
+    model = gd.load_model(tmp_path / "model.json")
+    assert model.torques == puma_findings.model.torques
+    assert model.provenance["command"] == "gd-analyze puma560"
+    table, dominance = pd.read_csv(tmp_path / "dominance.csv"), puma_findings.dominance
+    assert table["element"].tolist() == dominance.element.values.tolist()
+    # Written with every digit; a parser that is fast may miss the last bit.
+    np.testing.assert_allclose(table["torque_peak"], dominance.torque_peak, rtol=4e-16, atol=0)
+    parts = table[["part_peak_translation", "part_peak_rotation"]]
+    np.testing.assert_allclose(parts, dominance.part_peak, rtol=4e-16, atol=0)
+
+
+@pytest.mark.parametrize(
+    ("options", "more"),
+    [
+        ({"budget": "1%"}, ""),
+        ({"budget": "0.5%"}, "-budget-0.5pct"),
+        ({"budget": "1%,0.2"}, "-budget-1pct_0.2_N_m"),
+        (
+            {"level": "energy", "refit": True, "christoffel": False, "operations": 90},
+            "-level-energy-refit-operations-90-no-christoffel",
+        ),
+    ],
+)
+def test_the_default_folder_says_the_options(two_link, swing, options, more):
+    assert default_folder(two_link, swing, Settings(**options)).name == f"two_link-two-link-swing{more}"
+
+
+@pytest.mark.usefixtures("nothing_computed")
+def test_an_unwritable_folder_is_found_out_first(two_link, swing, blocked_folder, tmp_path, monkeypatch):
+    with pytest.raises(OutputError) as caught:
+        analyze(two_link, swing, blocked_folder, formats=DATA_FORMATS)
+    assert str(blocked_folder) in caught.value.details["where"]
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    with pytest.raises(OutputError):
+        analyze(two_link, swing, tmp_path / "new", formats=DATA_FORMATS)
+    with pytest.raises(UsageError, match="docx"):
+        analyze(two_link, swing, tmp_path, formats=("h5", "docx"))
+    assert names_in(tmp_path) == ["file"]
+
+
+def test_what_fails_writes_nothing(puma, two_link, swing, tmp_path, monkeypatch):
+    with pytest.raises(TrajectoryError):
+        analyze(puma, swing, tmp_path / "out", formats=DATA_FORMATS)
+
+    def disagree(*args):
+        raise GdAnalyzeError("torque disagrees with Pinocchio")
+
+    monkeypatch.setattr(main_job, "cross_check", disagree)
+    with pytest.raises(GdAnalyzeError):
+        analyze(two_link, swing, tmp_path / "out", formats=DATA_FORMATS)
+    assert names_in(tmp_path) == []
+
+
+def test_warnings_end_up_in_the_findings(two_link, swing, monkeypatch):
+    real = main_job.decompose_on_demand
+
+    def suspicious(*args, **options):
+        warnings.warn("an odd arm", GdAnalyzeWarning, stacklevel=1)
+        return real(*args, **options)
+
+    monkeypatch.setattr(main_job, "decompose_on_demand", suspicious)
+    found = find(two_link, swing, origin=Origin(warnings=("an odd file",)))
+    assert found.warnings == ("an odd file", "an odd arm")
+
+
+def test_budget_and_options_reach_what_they_are_for(puma, pick_and_place):
+    found = find(puma, pick_and_place, Settings(budget="5%", drives=True, christoffel=False, terms=True))
+    assert (found.model.accuracy.budget, found.model.drives) == ("5%", True)
+    assert "christoffel" not in found.decomposition
+    assert "coriolis_centrifugal_terms" in found.decomposition
+    peak = np.abs(found.decomposition.torque.values).max(axis=0)
+    np.testing.assert_array_equal(found.dominance.attrs["floor"], 0.05 * peak / 8)
+    np.testing.assert_array_equal(found.model.accuracy.allowed, 0.05 * peak)
+
+
+def test_an_arm_of_many_terms_is_simplified_in_its_recursion(two_link, swing, monkeypatch) -> None:
+    monkeypatch.setattr("gd_analyze.simplification.exact_form.MOST_TERMS", 3)
+    findings = find(two_link, swing)
+    model = findings.model
+    assert model.level is RECURSIVE
+    assert (model.accuracy.errors.largest <= model.accuracy.allowed).all()
+    tried = {one.level: one for one in model.accuracy.levels}
+    assert tried["recursive"].operations == model.operations.total <= findings.element_model.operations.total
+    assert tried["term"].operations is None
+    assert not findings.is_written_out
+    assert findings.ranked_terms == {}
+    budgets = findings.tables["budgets"]
+    counts, errors = budgets.operations.values, budgets.largest_error.values
+    assert counts[0] >= counts[10] == model.operations.total > counts[-1]
+    assert (errors <= budgets.factor.values[:, None] * model.accuracy.allowed * (1 + 1e-12)).all()
+
+
+@pytest.mark.parametrize("level", ["element", "energy"])
+def test_the_level_asked_for(puma, pick_and_place, level) -> None:
+    findings = gd.find(puma, pick_and_place, Settings(level=level, budget="5%"))
+    model = findings.model
+    assert model.level.name == level
+    # Of elements alone nothing is gained: the exact torque takes fewer operations.
+    assert model.saves == (level != "element")
+    assert findings.tables["tube"].tube_certified.notnull().all()
+    assert (model.accuracy.errors.largest <= model.accuracy.allowed).all()
+    again = gd.evaluate(model, pick_and_place).errors
+    assert again.largest == pytest.approx(model.accuracy.errors.largest)
+
+
+def test_the_number_of_terms_counts_unlisted_ones(puma, pick_and_place) -> None:
+    """Carrying something off the last axis makes more terms than a ranking lists; all are counted."""
+    arm = with_payload(puma, 2.0, np.array([0.05, 0.0, 0.1]))
+    findings = find(arm, pick_and_place, Settings(level="term"))
+    total = findings.tables["terms"].attrs["total"]
+    assert total == len(findings.model.form.torques) > findings.tables["terms"].sizes["rank"]
+    assert run_result(findings).document()["terms_total"] == total
+
+
+def test_the_tube_holds_what_certify_proves(puma, pick_and_place, puma_findings):
+    table, model = puma_findings.tables["tube"], puma_findings.model
+    tube = gd.Tube.along(puma, pick_and_place)
+    certificate = gd.certify(model, tube, effort=100_000)
+    np.testing.assert_array_equal(table.tube_along, certificate.along)
+    np.testing.assert_array_equal(table.tube_certified, certificate.certified)
+    np.testing.assert_array_equal(table.segment_from, tube.begin)
+    for name, margins in zip(("q", "qd", "qdd"), tube.margins, strict=True):
+        np.testing.assert_array_equal(table[f"tube_margin_{name}"], margins)
+    assert (table.tube_certified >= model.accuracy.errors.largest).all()
+    assert (table.tube_certified < puma_findings.tables["beyond"].certified).all()
+    assert table.attrs["note"] in run_result(puma_findings).notices
+
+
+@pytest.mark.parametrize("margin", ["3deg,qd=6%", gd.Margin(revolute=np.radians(3.0), velocity=0.06)])
+def test_the_margin_is_the_users(two_link, swing, margin):
+    found = find(two_link, swing, Settings(margin=margin, budget="5%"))
+    assert found.tables["tube"].attrs["margin"] == "3deg,1mm,qd=6%,qdd=5%"
+    np.testing.assert_allclose(found.tables["tube"].tube_margin_q, np.radians(3.0))
+    usual = find(two_link, swing, Settings(budget="5%"))
+    assert usual.provenance["run"] != found.provenance["run"]
+    with pytest.raises(UsageError, match="margin"):
+        Settings(margin="3")
+
+
+def test_a_torn_motion_has_no_certificate_and_one_point_has(two_link):
+    """What is said of the set points themselves stays."""
+    q = np.array([[0.0, 0.0], [1.0, 1.0], [1.1, 1.2]])
+    torn = find(two_link, Trajectory(np.array([0.0, 1e-9, 1.0]), q, 0.1 + 0 * q, 1 + 0 * q, "torn"))
+    assert torn.tables["tube"].tube_certified.isnull().all()
+    assert run_result(torn).document()["proven_error"] is None
+    assert "not proven" in run_headline(torn) or not torn.model.saves
+    one = find(two_link, Trajectory(np.zeros(1), q[:1], q[:1], q[:1], "one"))
+    assert one.tables["tube"].tube_certified.notnull().all()
+
+
+@pytest.fixture(scope="module")
+def of_budget(puma, pick_and_place):
+    exact = gd.ExactDynamics.of(puma, pick_and_place, True)
+    return lambda budget: simplify_exact(exact, budget, SearchOptions(thorough=False, write=False))
+
+
+def test_errors_are_in_the_terms_of_the_budget(of_budget):
+    model = of_budget("1%")
+    errors, worst = model.accuracy.errors, worst_error(model)
+    assert (worst.joint, worst.of) == (errors.worst + 1, "peak torque")
+    assert worst.value == errors.largest_share.max()
+    certified = replace(model, accuracy=replace(model.accuracy, budget="1%, certified"))
+    assert worst_error(certified) == worst
+    model = of_budget("1")
+    largest = model.accuracy.errors.largest
+    assert worst_error(model).text == f"{largest.max():.3g} N m"
+    accuracy = of_budget("1% or 10% friction").accuracy
+    used = accuracy.errors.largest / accuracy.allowed
+    worst = worst_error(of_budget("1% or 10% friction"))
+    assert (worst.joint, worst.of, worst.value) == (used.argmax() + 1, "allowed error", used.max())
+
+
+def test_a_bound_is_never_shown_smaller_than_it_is(of_budget):
+    model = of_budget("1%")
+    assert worst_error(model, 0.01001 * model.accuracy.errors.peak_torque).size == "1.1 %"
+    assert worst_error(of_budget("1"), np.full(6, 1.0001)).size == "1.01 N m"
+
+
+def test_it_is_said_where_nothing_can_be_dropped(of_budget, swing_findings):
+    model = of_budget("0.0001%")
+    assert not model.saves
+    assert f"{model.operations_full.total} operations" in headline(model)
+    assert run_result(swing_findings).document()["proven_error"] == 0.0
