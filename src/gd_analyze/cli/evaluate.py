@@ -1,11 +1,11 @@
-"""`gd-analyze evaluate`: a simplified model elsewhere than it was made for."""
+"""`gd-analyze evaluate`: a simplified model elsewhere than it was fitted on."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -15,22 +15,22 @@ from gd_analyze.cli.log_options import log_options, read_motion
 from gd_analyze.cli.options import FILE, out_option
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.outputs import require_outputs
-from gd_analyze.cli.recursion_view import losses_of_changes
-from gd_analyze.cli.terminal import line, sentence
 
 if TYPE_CHECKING:
+    from gd_analyze.result import Result
     from gd_analyze.robots.payload import Payload
     from gd_analyze.simplification.evaluation import Evaluation, Loss, PayloadEffect
 
-# Shares of peak torque below this are printed as "< 0.01 %".
+# Smallest share of peak torque that people see a loss of.
 _WORTH_A_LINE = 1e-4
+_LOSS = ("part", "torque_peak", "torque_joint", "torque_share")
 
 
 @dataclass(frozen=True, eq=False)
 class _Trial:
     """A model, what the arm carried, and what came of it.
 
-    The model's promise is that along the motion, where it is one of several that the model was made for;
+    The model's accuracy is that along the motion, where it is one of several that the model was fitted on;
     `fitted_on` is all of them.
     `without_payload` is the evaluation for the arm without the payload, None where there is none.
     """
@@ -44,7 +44,7 @@ class _Trial:
     lost: tuple[Loss, ...]
 
 
-@click.command(short_help="Try a simplified model elsewhere than it was made for.")
+@click.command(short_help="Try a simplified model elsewhere than it was fitted on.")
 @click.argument("model", type=FILE, help="A model.json that gd-analyze wrote.")
 @trajectory_or_states
 @log_options
@@ -61,12 +61,11 @@ def evaluate(
     out: Path | None,
     output: Output,
 ) -> None:
-    r"""Evaluate a simplified model elsewhere than it was made for, and report its torque error there.
+    r"""Evaluate a simplified model elsewhere than it was fitted on, and report its torque error there.
 
     What may be dropped depends on the states: the error stated for some says nothing of others. This is for
     a look at one motion, or at drawn states, and for torques over time; `gd-analyze validate` gives a verdict
-    over files. With
-    --payload the exact torque is that of the arm carrying it; the model remains as it was made.
+    over files. With --payload the exact torque is that of the arm carrying it; the model stays as it is.
 
     \b
     Examples:
@@ -93,188 +92,131 @@ def evaluate(
             loaded = replace(loaded, accuracy=loaded.accuracy.along(motion.fingerprint))
         stage("evaluating")
         evaluation = gd.evaluate(loaded, given, held)
-        # At the other levels what is dropped is single terms, and with a payload it is not what the error
-        # comes from.
-        tells = motion is not None and body is None and not loaded.level.has_torque_terms
-        lost: tuple[Loss, ...] = ()
-        if tells and loaded.level is gd.LEVELS["recursive"]:
-            lost = losses_of_changes(loaded, given)
-        elif tells:
-            lost = losses(loaded, evaluation.dynamics)
+        # With a payload, what is dropped is not what the error comes from.
+        lost = losses(loaded, evaluation.dynamics) if motion is not None and body is None else ()
         if out is not None and motion is not None:
             stage(f"writing {out.name}")
             write_text(out, torque_csv(motion, evaluation))
         without = None if body is None else gd.evaluate(loaded, given)
         trial = _Trial(loaded, fitted_on, body, evaluation, without, gd.payload_effect(loaded, given), lost)
-    output.give(lambda: _document(trial) | output.about(out), lambda: _show(trial), out)
+    output.give(_result(trial), wrote=out)
 
 
-def _document(trial: _Trial) -> dict[str, Any]:
-    from dataclasses import asdict
+def _result(trial: _Trial) -> Result:
+    import numpy as np
 
-    from gd_analyze.cli.joint_table import error_values, joint_rows, norm_rows
-    from gd_analyze.simplification.accuracy import share_of
-
-    model, effect, body = trial.model, trial.effect, trial.payload
-    errors, promised, bare = trial.evaluation.errors, model.accuracy.errors, trial.without_payload
-    exact, where = trial.evaluation.dynamics, trial.evaluation.dynamics.states.described
-    allowed = model.accuracy.allowed if model.accuracy.asked.norm is None else None
-    columns = {
-        **error_values(errors, allowed),
-        "peak_torque_made_for": promised.peak_torque,
-        "largest_share_of_peak_made_for": share_of(errors.largest, promised.peak_torque),
-        "promised_largest_error": promised.largest,
-        "promised_of_allowed": None if allowed is None else share_of(promised.largest, allowed),
-        "largest_error_without_payload": None if bare is None else bare.errors.largest,
-        "torque_per_kg": effect.torque_per_kg,
-        "mass_within_budget": effect.mass_within_budget,
-    }
-    return {
-        "arm": model.arm.name,
-        "level": model.level.name,
-        "fitted_on": dict(trial.fitted_on),
-        "budget": model.accuracy.budget,
-        "promised": "measured" if model.accuracy.measured else "stated by the file",
-        "held_against": {
-            "arm": exact.arm.name,
-            "drives": model.drives,
-            "payload": body
-            and {"mass": body.mass, "position": body.position.tolist(), "inertia": body.inertia.tolist()},
-        },
-        **{key: where.get(key) for key in ("trajectory", "set_points", "box", "states", "seed")},
-        "joints": joint_rows(model.arm, columns),
-        "norms": norm_rows(trial.evaluation.norms),
-        "promised_norms": norm_rows(model.accuracy.norms),
-        "mass_within_budget": effect.largest_mass,
-        "limiting_joint": effect.limiting_joint,
-        "largest_losses": [asdict(loss) for loss in trial.lost],
-    }
-
-
-def _show(trial: _Trial) -> None:
-    from gd_analyze.cli.joint_table import arm_in_words, joint_table, times
     from gd_analyze.motions.states import in_words
-    from gd_analyze.results.error_words import norms_told
-    from gd_analyze.results.summary import measure_told
-
-    model, exact = trial.model, trial.evaluation.dynamics
-    errors, allowed = trial.evaluation.errors, model.accuracy.allowed
-    fitted_on = str(model.accuracy.fitted_on.get("trajectory", "the arm's box"))
-    where = exact.states.described
-    over = f"over {exact.states.in_words}"
-    if "trajectory" in where:
-        over = f"along {where['trajectory']}, {where['set_points']} set points"
-    sentence(f"{arm_in_words(exact.arm, model.drives)}, {over}", bold=True)
-    unaware = "without this payload, " if trial.payload is not None else ""
-    several = trial.fitted_on != model.accuracy.fitted_on
-    whole = f", one of {in_words(trial.fitted_on).partition(' of ')[2]}," if several else ""
-    sentence(f"by a model made {unaware}for {fitted_on}{whole} with a budget of {model.accuracy.budget}.")
-    if model.accuracy.asked.norm is not None:
-        _show_by_norm(trial)
-        return
-    if trial.without_payload is not None:
-        beside, heading = trial.without_payload.errors, "unloaded"
-    else:
-        # Not measured again: the file's word.
-        beside, heading = model.accuracy.errors, "promised" if model.accuracy.measured else "stated"
-    joint_table(
-        f"Torque error, {{units}}, and as a multiple of the allowed one: here, and {heading}",
-        exact.arm,
-        [
-            ("peak here", errors.peak_torque),
-            ("largest", errors.largest),
-            ("allowed", allowed),
-            ("× allowed", times(errors.largest, allowed)),
-            (heading, times(beside.largest, allowed)),
-            ("within", ["yes" if holds else "no" for holds in trial.evaluation.within(allowed)]),
-        ],
-    )
-    line()
-    measure = "" if where == model.accuracy.fitted_on else measure_told(model)
-    meant = f"; the {measure} is meant, not that here" if measure else ""
-    sentence(f"Allowed: {model.accuracy.budget}{meant}.")
-    sentence(f"{norms_told(trial.evaluation.norms, exact.arm)}.")
-    _compare(trial, fitted_on)
-    _say_what_may_be_carried(trial)
-
-
-def _show_by_norm(trial: _Trial) -> None:
-    """Show the errors under a budget of the norm, which allows no joint a number of its own."""
-    from gd_analyze.cli.joint_table import joint_table, percents
-    from gd_analyze.results.error_words import norms_in_words, norms_told
-
-    model, evaluation, asked = trial.model, trial.evaluation, trial.model.accuracy.asked.norm
-    errors, bare, promised = trial.evaluation.errors, trial.without_payload, model.accuracy.norms
-    joint_table(
-        "Torque error here, {units}, and its share of the peak torque here",
-        evaluation.dynamics.arm,
-        [
-            ("peak here", errors.peak_torque),
-            ("largest", errors.largest),
-            ("share", percents(errors.largest_share)),
-            ("RMS", errors.rms),
-            ("share", percents(errors.rms_share)),
-        ],
-    )
-    line()
-    kept = "kept" if asked and evaluation.keeps(asked) else "not kept"
-    sentence(f"Allowed: {model.accuracy.budget}, which is {kept} here.")
-    sentence(f"{norms_told(evaluation.norms, model.arm)}.")
-    if bare is not None:
-        sentence(f"Without the payload: {norms_in_words(bare.norms)}.")
-    stated = "" if model.accuracy.measured else ", as its file states"
-    sentence(f"Where the model was made{stated}: {norms_in_words(promised)}.")
-
-
-def _compare(trial: _Trial, fitted_on: str) -> None:
-    """Say how the error here compares to the one promised, or to the one without the payload."""
+    from gd_analyze.result import Column, Fact, Result, Table, joint_columns
+    from gd_analyze.results.model_facts import drives_text, norm_facts, norms_text
     from gd_analyze.simplification.accuracy import share_of
-    from gd_analyze.text import number
 
-    model, here, allowed = trial.model, trial.evaluation.errors.largest, trial.model.accuracy.allowed
-
-    def torque(value: float, joint: int) -> str:
-        return f"{number(value)} {model.arm.joints[joint].effort_unit}"
-
-    if trial.without_payload is not None:
-        unloaded = trial.without_payload.errors.largest
-        most = int(share_of(here - unloaded, allowed).argmax())
-        sentence(
-            f"The payload tells most at joint {most + 1}, which errs by {torque(here[most], most)} with it "
-            f"and by {torque(unloaded[most], most)} without."
-        )
-        return
-    promised = model.accuracy.errors.largest
-    worst = int(share_of(here, allowed).argmax())
-    there = f"{'on' if 'trajectory' in model.accuracy.fitted_on else 'over'} {fitted_on}"
-    if (share_of(here, allowed) <= share_of(promised, allowed).max()).all():
-        sentence(f"The model errs no more here than {there}.")
-        return
-    sentence(
-        f"Joint {worst + 1} errs by {torque(here[worst], worst)} here, "
-        f"{number(here[worst] / allowed[worst])} times what is allowed, "
-        f"and by {torque(promised[worst], worst)} {there}."
-        + (" What was dropped and matters most here:" if trial.lost else "")
+    model, effect, body, found = trial.model, trial.effect, trial.payload, trial.evaluation
+    errors, promised, bare, asked = (
+        found.errors,
+        model.accuracy.errors,
+        trial.without_payload,
+        model.accuracy.asked,
     )
-    for loss in [loss for loss in trial.lost if loss.torque_share >= _WORTH_A_LINE][:5]:
-        joint = loss.torque_joint - 1
-        sentence(
-            f"{loss.part:18} up to {torque(loss.torque_peak, joint)} at joint {joint + 1}, "
-            f"{number(loss.torque_peak / allowed[joint])} times what is allowed",
-            indent="  ",
-        )
-
-
-def _say_what_may_be_carried(trial: _Trial) -> None:
-    from gd_analyze.text import named_joints, number
-
-    effect = trial.effect
-    within = (trial.without_payload or trial.evaluation).within(trial.model.accuracy.allowed)
-    beyond = [i for i, holds in enumerate(within, start=1) if not holds]
-    if beyond:
-        sentence(f"Beyond the budget here, even without any payload: {named_joints(beyond, len(within))}.")
-    elif effect.limiting_joint is not None:
-        sentence(
-            f"A point mass of up to {number(effect.largest_mass)} kg in the hand keeps every joint within "
-            f"the budget here; joint {effect.limiting_joint} leaves it first."
-        )
+    exact, where, arm = found.dynamics, found.dynamics.states.described, model.arm
+    nothing, units = [None] * arm.n_joints, [joint.effort_unit for joint in arm.joints]
+    per_kg = [f"{unit}/kg" for unit in units]
+    per_joint = asked.norm is None
+    allowed = model.accuracy.allowed if per_joint else np.full(arm.n_joints, np.nan)
+    # Not measured again: the file's word.
+    beside, heading = (promised, "promised" if model.accuracy.measured else "stated")
+    if bare is not None:
+        beside, heading = bare.errors, "unloaded"
+    joints = Table(
+        "joints",
+        "Torque error here",
+        (
+            *joint_columns(exact.arm.joints),
+            Column("peak_torque", "peak here", errors.peak_torque, units),
+            Column("largest_error", "error", errors.largest, units),
+            Column("", "" if per_joint else "of peak", errors.largest_share, shown="percent"),
+            Column("rms_error", "" if per_joint else "RMS", errors.rms, units),
+            Column("", "allowed" if per_joint else "", allowed, units),
+            Column("", "of allowed" if per_joint else "", share_of(errors.largest, allowed), shown="times"),
+            Column("", heading if per_joint else "", share_of(beside.largest, allowed), shown="times"),
+            Column(
+                "within_allowed",
+                "within" if per_joint else "",
+                found.within(allowed) if per_joint else nothing,
+                shown="flag",
+            ),
+            Column("allowed_error", "", model.accuracy.allowed if per_joint else nothing),
+            Column("largest_of_allowed", "", share_of(errors.largest, allowed)),
+            Column("largest_share_of_peak_here", "", errors.largest_share),
+            Column("peak_torque_fitted_on", "", promised.peak_torque),
+            Column("largest_share_of_peak_fitted_on", "", share_of(errors.largest, promised.peak_torque)),
+            Column("promised_largest_error", "", promised.largest),
+            Column("promised_of_allowed", "", share_of(promised.largest, allowed)),
+            Column("largest_error_without_payload", "", nothing if bare is None else bare.errors.largest),
+            Column("torque_per_kg", "", effect.torque_per_kg, per_kg),
+            Column("mass_within_budget", "", effect.mass_within_budget, "kg"),
+        ),
+    )
+    lost = [loss for loss in trial.lost if loss.torque_share >= _WORTH_A_LINE]
+    places = [loss.torque_joint - 1 for loss in lost]
+    beyond = bool((share_of(errors.largest, allowed) > share_of(promised.largest, allowed).max()).any())
+    shown = Table(
+        "",
+        "Left out, by torque alone here",
+        (
+            Column("", "what", [loss.part for loss in lost], shown="text"),
+            Column("", "torque", [loss.torque_peak for loss in lost], [units[joint] for joint in places]),
+            Column("", "joint", [loss.torque_joint for loss in lost], shown="count"),
+            Column(
+                "",
+                "of allowed",
+                [x.torque_peak / allowed[k] for x, k in zip(lost, places, strict=True)],
+                shown="times",
+            ),
+        ),
+        top=5,
+    )
+    every = Table(
+        "largest_losses",
+        "",
+        tuple(Column(name, "", [getattr(loss, name) for loss in trial.lost]) for name in _LOSS),
+    )
+    carried = body and {"mass": body.mass, "position": body.position, "inertia": body.inertia}
+    within = (bare or found).within(model.accuracy.allowed).all()
+    mass = "Point mass at the end effector within the budget" * bool(within and effect.limiting_joint)
+    kept = "" if asked.norm is None else "kept here" if found.keeps(asked.norm) else "not kept here"
+    stated = norms_text(model.accuracy.norms)
+    return Result(
+        title=f"{exact.arm.title or exact.arm.name}: torque error of a model of {arm.name}",
+        subtitle=", ".join(filter(None, [f"over {exact.states.in_words}", drives_text(arm, model.drives)])),
+        facts=(
+            Fact("arm", "", arm.name),
+            Fact("level", "Level", model.level.name),
+            Fact("fitted_on", "Model fitted on", dict(trial.fitted_on), text=in_words(trial.fitted_on)),
+            Fact("budget", "Budget", model.accuracy.budget, note=kept),
+            Fact("promised", "", "measured" if model.accuracy.measured else "stated by the file"),
+            Fact("held_against", "", {"arm": exact.arm.name, "drives": model.drives, "payload": carried}),
+            *(Fact(key, "", where.get(key)) for key in ("trajectory", "set_points", "box", "states", "seed")),
+            *norm_facts(found.norms, exact.arm),
+            Fact(
+                "",
+                "Norm without the payload" if bare else "",
+                None,
+                text=norms_text(bare.norms if bare else ()),
+            ),
+            Fact(
+                "promised_norms",
+                "" if per_joint else "Norm where the model was fitted",
+                [norm._asdict() for norm in model.accuracy.norms],
+                text=stated,
+            ),
+            Fact(
+                "mass_within_budget",
+                mass,
+                effect.largest_mass,
+                "kg",
+                note=f"joint {effect.limiting_joint} first",
+            ),
+            Fact("limiting_joint", "", effect.limiting_joint),
+        ),
+        parts=(joints, *((shown,) if beyond else ()), every),
+    )

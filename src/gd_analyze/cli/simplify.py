@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -13,11 +14,10 @@ from gd_analyze.cli.levels import BUDGET, budget_option, level_option, simplify_
 from gd_analyze.cli.options import command_line, digits_option, margin_option, out_option
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.outputs import require_outputs
-from gd_analyze.cli.recursion_view import recursion_document, show_recursion
-from gd_analyze.cli.terminal import WIDTH, line, lines, sentence
 
 if TYPE_CHECKING:
     from gd_analyze.certification.certificate import Certificate
+    from gd_analyze.result import Part, Result
 
 
 @click.command(short_help="Find a model of few terms within a torque budget.")
@@ -61,8 +61,8 @@ def simplify(
 ) -> None:
     r"""Simplify an arm's equations of motion to few terms within a torque budget.
 
-    The error is that at the states the model is made for; elsewhere it may be larger, unless --certified.
-    Equations of levels term and energy are in absolute rates, see docs/simplification.md.
+    The error holds at the states the model is fitted on; elsewhere it may be larger, unless --certified.
+    Equations of levels term and energy are in absolute velocities, see docs/simplification.md.
 
     \b
     Examples:
@@ -114,127 +114,102 @@ def simplify(
             stage(f"writing {out.name}")
             gd.save_model(model, out)
 
-    output.give(
-        lambda: (
-            _document(model, exact.states, certificate, digits) | {"seconds": seconds} | output.about(out)
-        ),
-        lambda: _show(model, exact.states, certificate, seconds, digits),
-        out,
-    )
+    output.give(_result(model, exact.states, certificate, seconds, digits), wrote=out)
 
 
-def _document(
-    model: gd.SimplifiedModel, states: gd.States, certificate: Certificate | None, digits: int
-) -> dict[str, Any]:
-    from gd_analyze.cli.joint_table import counts, joint_rows, norm_rows, promise_values
-    from gd_analyze.formulas.languages import Plain
-
-    accuracy = model.accuracy
-    columns = promise_values(accuracy) | {"certified": None if certificate is None else certificate.certified}
-    where = {} if certificate is None else {"certified_within": certificate.region.where}
-    document: dict[str, Any] = {
-        "arm": model.arm.name,
-        "level": model.level.name,
-        "refitted": model.refitted,
-        "drives": model.drives,
-        "budget": accuracy.budget,
-        "fitted_on": dict(accuracy.fitted_on),
-        "operations": counts(model.operations),
-        "operations_full": counts(model.operations_full),
-        "levels": [one._asdict() for one in accuracy.levels],
-        "search": [step._asdict() for step in accuracy.steps],
-        "solved": accuracy.solved,
-        "cut_short": accuracy.cut_short,
-        "saves": model.saves,
-        "notice": model.notice,
-        "joints": joint_rows(model.arm, columns),
-        "norms": norm_rows(accuracy.norms),
-    } | where
-    if model.level is gd.LEVELS["element"]:
-        return document | {"kept": _labels(model), "dropped": _labels(model, dropped=True)}
-    plain = Plain(digits)
-    return (
-        document
-        | {
-            "terms": len(model.terms),
-            "equations": [plain.line(formula) for formula in model.formulas],
-            "legend": list(plain.legend(model.legend)),
-        }
-        | (recursion_document(model, states, digits) if model.level is gd.LEVELS["recursive"] else {})
-    )
-
-
-def _labels(model: gd.SimplifiedModel, dropped: bool = False) -> list[str]:
-    from gd_analyze.simplification.element import parts_of
-
-    return [p.label for p in parts_of(model.arm.n_joints) if (p in model.terms) != dropped]
-
-
-def _show(
+def _result(
     model: gd.SimplifiedModel,
     states: gd.States,
     certificate: Certificate | None,
     seconds: float,
     digits: int,
-) -> None:
-    from gd_analyze.cli.joint_table import arm_in_words, promise_table
-    from gd_analyze.formulas.languages import Plain
+) -> Result:
     from gd_analyze.motions.states import in_words
-    from gd_analyze.results.error_words import errs_by, norms_told
-    from gd_analyze.results.summary import nothing_gained, worst_error
-    from gd_analyze.text import amount, rounded_up
+    from gd_analyze.result import Column, Fact, Result, Table
+    from gd_analyze.results.model_facts import (
+        drives_text,
+        headline,
+        joint_errors,
+        norm_facts,
+        operation_facts,
+        worst_error,
+    )
 
     accuracy, arm = model.accuracy, model.arm
-    full, left = model.operations_full, model.operations
-    if model.saves:
-        proven = certificate and worst_error(model, certificate.certified)
-        answer = f"{left.total} instead of {full.total} operations, " + (
-            f"no error above {proven.in_words}, proven" if proven else errs_by(model)
+    bound = None if certificate is None else certificate.certified
+    joints = joint_errors(model, bound)
+    certified = [None] * arm.n_joints if bound is None else bound
+    joints = replace(joints, columns=(*joints.columns, Column("certified", "", certified)))
+    proven: tuple[Fact, ...] = ()
+    answer = None
+    if certificate is not None and bound is not None:
+        worst = worst_error(model, bound)
+        answer = f"Torque error at most {worst.text} (joint {worst.joint}), proven"
+        proven = (
+            Fact("certified_within", "Proven for every state", certificate.region.where),
+            Fact("", "Proof" * bool(certificate.note), certificate.note),
         )
-        sentence(f"{arm_in_words(arm, model.drives)}: {answer}", bold=True)
-    else:
-        sentence(f"{arm_in_words(arm)}: {nothing_gained(model)}", bold=True)
-    line(f"operations  {full}")
-    if model.saves:
-        line(f"         -> {left}")
-    refitted = ", refitted" if model.refitted else ""
-    sentence(
-        f"{model.size[0]} of {model.size[1]} {model.level.keeps}{refitted}, budget {accuracy.budget}, for "
-        f"{in_words(accuracy.fitted_on)}; in {seconds:.2g} s"
+    levels = Table(
+        "levels",
+        "Levels",
+        (
+            Column("level", "level", [one.level for one in accuracy.levels], shown="text"),
+            Column("operations", "operations", [one.operations for one in accuracy.levels], shown="count"),
+            Column("why", "not tried because", [one.why for one in accuracy.levels], shown="text"),
+        ),
     )
-    for tried in accuracy.levels:
-        sentence(f"Level {tried.level}: {tried.why or f'{tried.operations} operations'}.")
-    sentence(f"Operations after each step of the search: {accuracy.search}.")
-    promise_table(accuracy, arm)
-    line()
-    sentence(f"{norms_told(accuracy.norms, arm)}.")
-    line()
-    if model.notice:
-        sentence(model.notice)
-        line()
-    if certificate is not None:
-        bounds = ", ".join(
-            amount(rounded_up(float(bound)), joint.effort_unit)
-            for bound, joint in zip(certificate.certified, model.arm.joints, strict=True)
-        )
-        sentence(
-            f"Certified: no state within {certificate.where} has an error above {bounds} at the joints. "
-            f"{certificate.note}"
-        )
-        line()
-    if model.level is gd.LEVELS["element"]:
-        for heading, dropped in (("Kept", False), ("Dropped", True)):
-            sentence(heading, bold=True)
-            sentence(", ".join(_labels(model, dropped)) or "nothing")
-        return
-    if model.level is gd.LEVELS["recursive"]:
-        show_recursion(model, states, digits)
-        return
-    plain = Plain(digits)
-    sentence("The model, in kg, m, s, rad", bold=True)
-    for formula in model.formulas:
-        lines(plain.wrapped(formula, WIDTH) + "\n")
-    meanings = plain.legend(model.legend)
-    if meanings:
-        line()
-        sentence("; ".join(meanings) + ".")
+    search = Table(
+        "search",
+        "Operations after each step of the search",
+        (
+            Column("name", "step", [step.name for step in accuracy.steps], shown="text"),
+            Column("operations", "operations", [step.operations for step in accuracy.steps], shown="count"),
+        ),
+        note="Effort used up before the end." if accuracy.cut_short else "",
+    )
+    kept = f"{model.size[0]} of {model.size[1]} {model.level.keeps}{', refitted' * model.refitted}"
+    return Result(
+        title=", ".join(filter(None, [arm.title or arm.name, drives_text(arm, model.drives)])),
+        headline=headline(model, answer),
+        facts=(
+            Fact("arm", "", arm.name),
+            Fact("level", "Level", model.level.name, note=kept),
+            Fact("refitted", "", model.refitted),
+            Fact("drives", "", model.drives),
+            Fact("budget", "Budget", accuracy.budget),
+            Fact("fitted_on", "States", dict(accuracy.fitted_on), text=in_words(accuracy.fitted_on)),
+            *operation_facts(model),
+            Fact("solved", "", accuracy.solved),
+            Fact("cut_short", "", accuracy.cut_short),
+            *proven,
+            *norm_facts(accuracy.norms, arm),
+            Fact("seconds", "Time", seconds, "s"),
+        ),
+        parts=(joints, levels, search, *_model_parts(model, states, digits)),
+        notices=(model.notice,) if model.notice else (),
+    )
+
+
+def _model_parts(model: gd.SimplifiedModel, states: gd.States, digits: int) -> tuple[Part, ...]:
+    """What the model is: parts kept, or equations."""
+    from gd_analyze.formulas.languages import equations
+    from gd_analyze.result import Fact
+    from gd_analyze.results.recursion_parts import recursion_parts
+    from gd_analyze.simplification.element import ELEMENT, parts_of
+    from gd_analyze.simplification.recursive import RECURSIVE
+
+    if model.level is ELEMENT:
+        parts = parts_of(model.arm.n_joints)
+        kept = [part.label for part in parts if part in model.terms]
+        dropped = [part.label for part in parts if part not in model.terms]
+        return Fact("kept", "Kept", kept), Fact("dropped", "Dropped" * bool(dropped), dropped)
+    title = "Equations, in kg, m, s, rad"
+    written = equations("equations", title, model.formulas, model.legend, digits=digits)
+    facts = (Fact("terms", "", len(model.terms)), Fact("legend", "", list(written.legend_lines)))
+    if model.level is not RECURSIVE:
+        return (*facts, written)
+    return (
+        *facts,
+        Fact("equations", "", list(written.lines)),
+        *recursion_parts(model, states, digits),
+    )

@@ -10,9 +10,9 @@ import gd_analyze as gd
 from gd_analyze.cli.given import Given, given_dynamics
 from gd_analyze.cli.levels import budget_option
 from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.terminal import sentence, table
 
 if TYPE_CHECKING:
+    from gd_analyze.result import Result
     from gd_analyze.simplification.trade_off import TradeOffPoint
 
 
@@ -38,8 +38,6 @@ def trade_off(given: Given, budget: str, quick: bool, output: Output) -> None:
       gd-analyze trade-off puma560
       gd-analyze trade-off puma560 pick-and-place --quick
     """
-    from gd_analyze.cli.joint_table import counts
-
     with output.working() as stage:
         from gd_analyze.simplification.trade_off import FACTORS, KINDS, kinds_for
 
@@ -50,60 +48,63 @@ def trade_off(given: Given, budget: str, quick: bool, output: Output) -> None:
         stage("simplifying", len(kinds) * len(FACTORS))
         points = gd.trade_off(exact, allowed, kinds=kinds, thorough=not quick, progress=stage.advance)
     absent = [level.name for level, refit in KINDS if not refit and (level, refit) not in kinds]
-    output.give(
-        lambda: {
-            "arm": exact.arm.name,
-            "drives": exact.form.drives,
-            "states": dict(exact.states.described),
-            "budget": str(allowed),
-            "shares_of": allowed.shares_of,
-            "operations_full": counts(exact.form.operations),
-            "saves": any(point.operations.total < exact.form.operations.total for point in points),
-            "points": [
-                {
-                    "level": point.level.name,
-                    "refit": point.refit,
-                    "budget": point.budget,
-                    "operations": counts(point.operations),
-                    "largest_share": point.error_share,
-                }
-                for point in points
-            ],
-            "levels_not_tried": absent,
-            "warnings": output.warnings,
-        },
-        lambda: _show(exact, points, absent),
-    )
+    output.give(_result(exact, allowed, points, absent))
 
 
-def _show(exact: gd.ExactDynamics, points: tuple[TradeOffPoint, ...], absent: list[str]) -> None:
-    from gd_analyze.cli.joint_table import arm_in_words
+def _result(
+    exact: gd.ExactDynamics, budget: gd.Budget, points: tuple[TradeOffPoint, ...], absent: list[str]
+) -> Result:
+    from dataclasses import asdict
+
     from gd_analyze.figures.trade_off import kind_name
+    from gd_analyze.result import Column, Fact, Result, Table
+    from gd_analyze.results.model_facts import drives_text
     from gd_analyze.simplification.exact_form import too_many_terms
     from gd_analyze.simplification.trade_off import curves
 
-    arm = arm_in_words(exact.arm, exact.form.drives)
-    sentence(f"{arm}, over {exact.states.in_words}", bold=True)
+    arm, full = exact.arm, exact.form.operations
     by_kind = curves(points)
-    table(
+    budgets = [point.budget for point in next(iter(by_kind.values()), ())]
+    curve = Table(
+        "",
         "Multiplications and additions of one torque evaluation, by budget",
-        ["budget", *(kind_name(level.name, refit) for level, refit in by_kind)],
-        [
-            [row[0].budget, *(str(point.operations.total) for point in row)]
-            for row in zip(*by_kind.values(), strict=True)
-        ],
-        "r",
+        (
+            Column("", "budget", budgets, shown="text"),
+            *(
+                Column("", kind_name(level.name, refit), [p.operations.total for p in row], shown="count")
+                for (level, refit), row in by_kind.items()
+            ),
+        ),
+        note="Where no model takes fewer operations, the exact torque counts.",
     )
-    if absent:
-        sentence(
-            f"Not tried, as the arm has {too_many_terms(exact.form)}: level {' and '.join(absent)}. Models "
-            "that are sums of so many terms take more operations than the exact torque."
-        )
-    full = exact.form.operations.total
-    if all(point.operations.total >= full for point in points):
-        sentence(
-            f"Nothing is saved within any of these budgets: no model found takes fewer operations than "
-            f"the {full} of the exact torque, which is given."
-        )
-    else:
-        sentence(f"The exact torque takes {full}; where a model would not take fewer, that is given.")
+    rows = Table(
+        "points",
+        "",
+        (
+            Column("level", "", [point.level.name for point in points]),
+            Column("refit", "", [point.refit for point in points]),
+            Column("budget", "", [point.budget for point in points]),
+            Column("operations", "", [asdict(p.operations) | {"total": p.operations.total} for p in points]),
+            Column("largest_share", "", [point.error_share for point in points]),
+        ),
+    )
+    saves = any(point.operations.total < full.total for point in points)
+    return Result(
+        title=f"{arm.title or arm.name}: operations against torque error",
+        subtitle=", ".join(
+            filter(None, [f"over {exact.states.in_words}", drives_text(arm, exact.form.drives)])
+        ),
+        facts=(
+            Fact("arm", "", arm.name),
+            Fact("drives", "", exact.form.drives),
+            Fact("states", "", dict(exact.states.described)),
+            Fact("budget", "", str(budget)),
+            Fact("shares_of", "", budget.shares_of),
+            Fact("operations_full", "Operations of the exact torque", asdict(full), text=str(full)),
+            Fact("saves", "" if saves else "Operations saved within these budgets", saves, text="none"),
+            Fact(
+                "levels_not_tried", "Levels not tried" * bool(absent), absent, note=too_many_terms(exact.form)
+            ),
+        ),
+        parts=(curve, rows),
+    )

@@ -13,16 +13,19 @@ import numpy as np
 from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray, chunks
 from gd_analyze.dynamics.regressor import regressor
 from gd_analyze.errors import ModelError
+from gd_analyze.formulas.languages import Plain
 from gd_analyze.motions.pool import GivenMotions
 from gd_analyze.motions.states import States, require_dataset, states_for
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.accuracy import ErrorTable, share_of
-from gd_analyze.simplification.element import parts_of, torque_by_part
+from gd_analyze.simplification.element import ElementLevel, parts_of, torque_by_part
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.measures import NormShare
 from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.recursion_losses import first_terms, omissions
+from gd_analyze.simplification.recursive import RecursiveLevel
 from gd_analyze.text import amount, html_of, joint_name, percent
 
 if TYPE_CHECKING:
@@ -220,16 +223,9 @@ def payload_effect(model: SimplifiedModel, states: States) -> PayloadEffect:
 
 @dataclass(frozen=True)
 class Loss:
-    """One part left out: its largest torque, at the joint where that is most of the peak torque.
+    """One part or step left out: its largest torque alone, N m, where that weighs most, and share of peak.
 
-    Parameters
-    ----------
-    part
-        Label of the part.
-    torque_peak
-        Largest torque of the part at joint `torque_joint` (from 1), N m.
-    torque_share
-        The same over that joint's peak torque; infinite where the joint has none.
+    Joints count from 1; the share is infinite where the joint has no torque.
     """
 
     part: str
@@ -239,7 +235,15 @@ class Loss:
 
 
 def losses(model: SimplifiedModel, exact: ExactDynamics) -> tuple[Loss, ...]:
-    """Rank the parts that a model of parts left out by their torque at given states, largest share first."""
+    """Rank what a model left out by the torque that each makes alone at given states, the largest first.
+
+    Of parts of elements by the share of peak torque, of a recursion by that of the allowed error. At other
+    levels single terms are dropped, see `rank_terms`, and there is nothing to list.
+    """
+    if isinstance(model.level, RecursiveLevel):
+        return _losses_of_recursion(model, exact.states)
+    if not isinstance(model.level, ElementLevel):
+        return ()
     parts = tuple(part for part in parts_of(model.arm.n_joints) if part not in model.terms)
     largest = np.zeros((len(parts), model.arm.n_joints))
     for chunk in chunks(len(exact.states)):
@@ -253,3 +257,14 @@ def losses(model: SimplifiedModel, exact: ExactDynamics) -> tuple[Loss, ...]:
         for p, (part, joint) in enumerate(zip(parts, joints, strict=True))
     ]
     return tuple(sorted(rows, key=lambda loss: -loss.torque_share))
+
+
+def _losses_of_recursion(model: SimplifiedModel, states: States) -> tuple[Loss, ...]:
+    plain, out = Plain(), []
+    for one in omissions(model.form, model.terms, states):
+        multiples = share_of(one.torque, model.accuracy.allowed)
+        joint = int(multiples.argmax())
+        label = f"{first_terms(one.exact, plain)} in {plain.symbol(one.quantity.symbol)}"
+        lost = Loss(label, float(one.torque[joint]), joint + 1, float(one.share[joint]))
+        out.append((float(multiples[joint]), lost))
+    return tuple(lost for _, lost in sorted(out, key=lambda pair: -pair[0]))

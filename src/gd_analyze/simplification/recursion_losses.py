@@ -13,6 +13,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray, chunks
 from gd_analyze.dynamics.regrouped_links import regrouped
 from gd_analyze.formulas.formula import Power, Product, Symbol
+from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.printer import PRIME
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import UFUNCS
@@ -28,6 +29,8 @@ Instead = dict[int, float]
 # Shares of peak torque that rounding makes, and ratios that are one.
 _NOTHING, _EQUAL = 1e-12, 1e-9
 _AXES = "xyz"
+# Characters of a sum that is written in full in a table.
+_LONGEST = 24
 # Of every link in this order: mass, first moments, second moments, and the drive's inertia.
 KINDS = ("M", "MX", "MY", "MZ", "Pxx", "Pyy", "Pzz", "Pxy", "Pxz", "Pyz", "J")
 _UNITS = ("kg", *3 * ["kg m"], *7 * ["kg m^2"])
@@ -91,6 +94,12 @@ def omissions(form: ExactForm, changes: Changes, states: States) -> tuple[Omissi
             exact, now = steps.before_and_after(quantity, instead)
             out.append(Omission(tuple(instead), quantity, exact, now, largest, share))
     return tuple(sorted(out, key=lambda one: (-float(one.share.max(initial=0.0)), one.places)))
+
+
+def first_terms(terms: Sequence[Product], plain: Plain) -> str:
+    """A sum in plain characters, of a long one only the first term."""
+    whole = plain.sum(terms)
+    return whole if len(terms) < 2 or len(whole) <= _LONGEST else f"{plain.sum(terms[:1])} + …"
 
 
 class _Steps:
