@@ -24,10 +24,17 @@ from gd_analyze import dynamics
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.operations.counting import Tally, counting_array
 from gd_analyze.operations.program import OperationCount
-from gd_analyze.studies.cost_explanations import explanation
-from gd_analyze.studies.costs import SIZES, Counted, Growth, count_cost, growth
-from gd_analyze.studies.generic_chain import generic_chain
-from gd_analyze.studies.text_costs import TextCost, text_costs
+from gd_analyze.studies.comparison_costs import (
+    SIZES,
+    Counted,
+    Growth,
+    TextCost,
+    count_cost,
+    explanation,
+    generic_chain,
+    growth,
+    text_costs,
+)
 
 N = 6
 

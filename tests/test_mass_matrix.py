@@ -17,7 +17,7 @@ from gd_analyze.errors import ArmError, GdAnalyzeWarning
 from gd_analyze.motions.states import States
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Drive, Joint, Link
-from gd_analyze.studies.compare import compare
+from gd_analyze.studies.comparison import compare
 from strategies import arms_with_states, examples
 
 

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from gd_analyze.studies.compare import compare
 
 import gd_analyze as gd
 from gd_analyze.certification.box import Box
@@ -18,7 +19,6 @@ from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.term import TERM
 from gd_analyze.simplification.trade_off import trade_off
-from gd_analyze.studies.compare import compare
 from gd_analyze.studies.main_job import Settings, find
 
 

@@ -258,7 +258,7 @@ def written(value: Any, unit: str = "", shown: Shown = "number") -> str:
         return ", ".join(written(entry, unit, shown) for entry in value)
     if shown in ("number", "bound"):
         return amount(rounded_up(value) if shown == "bound" else value, pretty(unit)).rstrip()
-    if shown in ("percent", "bound_percent"):
+    if shown in ("percent", "share", "bound_percent"):
         text = percent(share_up(value) if shown == "bound_percent" else value)
     else:
         text = f"{value:.0f}" if shown == "count" else f"{number(value)} times"

@@ -8,7 +8,7 @@ import pytest
 
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_toml import toml_of
-from gd_analyze.studies.generic_chain import generic_chain
+from gd_analyze.studies.comparison_costs import generic_chain
 from parallel_axes import arm_of
 
 RANK = ("rank", "two_link", "two-link-swing")

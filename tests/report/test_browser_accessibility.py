@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 from browser import NARROW, WIDE, Tab, opened
 
+from gd_analyze.report.html import page_of
 from gd_analyze.report.main_page import render_html
 from gd_analyze.robots.catalogue import load_arm
-from gd_analyze.studies.compare import compare
-from gd_analyze.studies.comparison_files import render_comparison_html
+from gd_analyze.studies.comparison import compare, comparison_result
 from gd_analyze.studies.main_job import find
 from several_motions import swung
 
@@ -41,7 +41,7 @@ def test_no_rule_is_broken(browser: Any, file: Path, width: int, scheme: str) ->
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_no_rule_is_broken_by_a_comparison(browser: Any, tmp_path: Path, scheme: str) -> None:
     path = tmp_path / "comparison.html"
-    path.write_text(render_comparison_html(compare(load_arm("two_link"))), encoding="utf-8")
+    path.write_text(page_of(comparison_result(compare(load_arm("two_link")))), encoding="utf-8")
     with opened(browser, path, color_scheme=scheme) as tab:
         tab.unfold()
         assert violations(tab) == []

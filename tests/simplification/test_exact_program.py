@@ -32,7 +32,7 @@ from gd_analyze.simplification.model_checks import require_terms_computed
 from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify, simplify_exact
 from gd_analyze.simplification.term import TERM
-from gd_analyze.studies.costs import count_cost
+from gd_analyze.studies.comparison_costs import count_cost
 from parallel_axes import scara
 from strategies import arms, arms_with_states, examples, random_states
 

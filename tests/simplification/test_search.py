@@ -22,7 +22,7 @@ from gd_analyze.simplification.search import search
 from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.term import TERM
-from gd_analyze.studies.generic_chain import generic_chain
+from gd_analyze.studies.comparison_costs import generic_chain
 from strategies import examples, two_link_of
 
 

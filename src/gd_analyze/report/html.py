@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -162,13 +161,11 @@ def paragraphs(note: str, kind: str = "") -> str:
 
 def table_html(table: Table, numbers: Numbers) -> str:
     """A table that scrolls where it is wide and, where it is long, can be sorted."""
-    columns = [column for column in table.columns if column.label]
     count = table.n_rows if table.top is None else min(table.top, table.n_rows)
     sortable = count > _SORTABLE
     heads, cells = [], []
-    for column in columns:
-        unit, written = cells_of(column, count)
-        name = text(column.label) + (f" <small>{text(unit)}</small>" if unit else "")
+    for column, unit, written in cells_of(table):
+        name = text(column.label) + (Markup(" <small>{}</small>").format(text(unit)) if unit else "")
         kind = "" if _is_left(column) else ' class="value"'
         title = f' title="{escape(column.meaning)}"' if column.meaning else ""
         name = Markup(f'<button type="button">{name}</button>') if sortable else name
@@ -184,13 +181,13 @@ def table_html(table: Table, numbers: Numbers) -> str:
     )
 
 
-def cells_of(column: Column, count: int | None = None) -> tuple[str, list[Markup]]:
-    """Unit for the heading, and cells as HTML."""
-    if column.shown == "math":
-        return "", [maths(value) for value in column.values[:count]]
-    shown = replace(column, shown="percent") if column.shown == "share" else column
-    unit, written = shown.cells(count)
-    return unit, [text(cell) for cell in written]
+def cells_of(table: Table) -> Iterator[tuple[Column, str, list[Markup]]]:
+    """Columns that are shown, with the unit for the heading and cells as HTML."""
+    for column, unit, cells in table.shown():
+        if column.shown == "math":
+            yield column, "", [maths(value) for value in column.values[: table.top]]
+        else:
+            yield column, unit, [text(cell) for cell in cells]
 
 
 def _marked(column: Column, written: Sequence[Markup], sortable: bool) -> list[str]:

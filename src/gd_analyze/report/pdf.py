@@ -5,7 +5,6 @@ from __future__ import annotations
 import datetime
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -97,9 +96,7 @@ def _part(part: Part, numbers: Numbers) -> dict[str, Any]:
 
 def table_data(table: Table, numbers: Numbers) -> dict[str, Any]:
     """Heads and rows of cells of a table."""
-    columns = [column for column in table.columns if column.label]
-    count = table.n_rows if table.top is None else min(table.top, table.n_rows)
-    units, cells = zip(*(_cells(column, count) for column in columns), strict=True)
+    columns, units, cells = zip(*_cells(table), strict=True)
     return {
         "kind": "table",
         "number": numbers.tables.get(table.key),
@@ -115,16 +112,16 @@ def table_data(table: Table, numbers: Numbers) -> dict[str, Any]:
     }
 
 
-def _cells(column: Column, count: int) -> tuple[str, list[Any]]:
-    """Unit, and cells: text, mathematics ("math"), or an effect ("effect") with its letters."""
-    values = column.values[:count]
-    if column.shown == "math":
-        return "", [_maths(value) for value in values]
-    if column.shown == "effect":
-        return "", [_effect(value) for value in values]
-    shown = replace(column, shown="percent") if column.shown == "share" else column
-    unit, cells = shown.cells(count)
-    return unit, [pretty(cell) for cell in cells]
+def _cells(table: Table) -> Iterator[tuple[Column, str, list[Any]]]:
+    """Columns with units and cells: text, mathematics ("math"), or an effect ("effect") with its letters."""
+    for column, unit, cells in table.shown():
+        values = column.values[: table.top]
+        if column.shown == "math":
+            yield column, "", [_maths(value) for value in values]
+        elif column.shown == "effect":
+            yield column, "", [_effect(value) for value in values]
+        else:
+            yield column, unit, [pretty(cell) for cell in cells]
 
 
 def _effect(value: str | None) -> Any:

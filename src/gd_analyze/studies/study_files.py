@@ -1,13 +1,88 @@
-"""Studies as files of one folder: checked before any computing, written together."""
+"""Files of a study: its result as a page that opens offline, a typeset PDF, and JSON."""
 
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from gd_analyze.files import mark_of, replacing_together, require_formats, require_one_run
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.report.html import page_of
+from gd_analyze.report.pdf import pdf_of
+from gd_analyze.result import Result
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.description import fingerprint
+
+FORMATS = ("html", "pdf", "json")
+
+
+class StudyFolder:
+    """Files NAME.html, NAME.pdf and NAME.json of one run in a folder.
+
+    Parameters
+    ----------
+    folder, name
+        Where to, and what the files are called.
+    formats
+        Some of `FORMATS`.
+    asked
+        What the study was asked for, by which runs are told apart.
+    overwrite
+        Whether a run of something else may be replaced.
+
+    Raises
+    ------
+    UsageError
+        If there is no such format.
+    OutputError
+        If files of another run stand there.
+    """
+
+    def __init__(
+        self, folder: Path, name: str, formats: Collection[str], asked: Sequence[str], *, overwrite: bool
+    ) -> None:
+        every = {format_: f"{name}.{format_}" for format_ in FORMATS}
+        require_formats(formats, every)
+        self.paths = {format_: folder / every[format_] for format_ in formats}
+        names = [path.name for path in self.paths.values()]
+        self._others = require_one_run(folder, every.values(), names, mark_of(asked), overwrite=overwrite)
+
+    def write(self, result: Result) -> None:
+        """Write all files when the last is made, and remove those of another run.
+
+        Raises
+        ------
+        OutputError
+            If the folder cannot be written to.
+        """
+        made = [_WRITERS[format_](result) for format_ in self.paths]
+        with replacing_together([*self.paths.values()]) as temporaries:
+            for temporary, content in zip(temporaries, made, strict=True):
+                temporary.write_bytes(content)
+        for path in self._others:
+            path.unlink(missing_ok=True)
+
+
+_WRITERS: Mapping[str, Callable[[Result], bytes]] = {
+    "html": lambda result: page_of(result).encode(),
+    "pdf": lambda result: pdf_of(result, result.provenance["created"]),
+    "json": lambda result: (json.dumps(result.document(), indent=2, allow_nan=False) + "\n").encode(),
+}
+
+
+def inputs_stated(arm: RobotArm, motion: Trajectory | None) -> dict[str, str]:
+    """State arm, payload and motion with their hashes."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # given when the arm was read
+        stated = {"arm": f"{arm.name}, SHA-256 {fingerprint(arm)[:16]}"}
+    payload = [note for note in arm.assumptions if "payload" in note]
+    if payload:
+        stated["payload"] = "; ".join(payload)
+    motion_stated = "none given" if motion is None else f"{motion.name}, SHA-256 {motion.fingerprint[:16]}"
+    return stated | {"trajectory": motion_stated}
 
 
 def require_folder(

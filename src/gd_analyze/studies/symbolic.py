@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from gd_analyze.arrays import Array
-from gd_analyze.dynamics.methods import known_method
+from gd_analyze.dynamics.methods import METHODS, known_method
 from gd_analyze.errors import UsageError
+from gd_analyze.result import Equations, Fact, Result, Section
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint
 
@@ -36,6 +37,16 @@ class ClosedForms:
     inertia: sympy.Matrix
     coriolis_centrifugal: sympy.Matrix
     gravity_loading: sympy.Matrix
+
+    def entries(self) -> dict[str, str]:
+        """Entries as text by their names: D12, h1, c2."""
+        parts = {"D": self.inertia, "h": self.coriolis_centrifugal, "c": self.gravity_loading}
+        return {
+            f"{symbol}{i + 1}{j + 1 if symbol == 'D' else ''}": str(matrix[i, j])
+            for symbol, matrix in parts.items()
+            for i in range(matrix.rows)
+            for j in range(matrix.cols)
+        }
 
 
 def two_link_closed_forms(method: str) -> ClosedForms:
@@ -88,7 +99,7 @@ def text_closed_forms() -> ClosedForms:
     sp = _sympy()
     s = _symbols()
     m1, m2, length, g = s["m1"], s["m2"], s["l"], s["g"]
-    first, second, rate1, rate2 = s["theta1"], s["theta2"], s["thetad1"], s["thetad2"]
+    first, second, velocity1, velocity2 = s["theta1"], s["theta2"], s["thetad1"], s["thetad2"]
     c1, c2, s2, c12 = sp.cos(first), sp.cos(second), sp.sin(second), sp.cos(first + second)
     d12 = m2 * length**2 / 3 + m2 * length**2 * c2 / 2
     d11 = m1 * length**2 / 3 + sp.Rational(4, 3) * m2 * length**2 + m2 * c2 * length**2
@@ -96,8 +107,8 @@ def text_closed_forms() -> ClosedForms:
         sp.Matrix([[d11, d12], [d12, m2 * length**2 / 3]]),
         sp.Matrix(
             [
-                -m2 * s2 * length**2 * rate2**2 / 2 - m2 * s2 * length**2 * rate1 * rate2,
-                m2 * s2 * length**2 * rate1**2 / 2,
+                -m2 * s2 * length**2 * velocity2**2 / 2 - m2 * s2 * length**2 * velocity1 * velocity2,
+                m2 * s2 * length**2 * velocity1**2 / 2,
             ]
         ),
         sp.Matrix(
@@ -107,6 +118,41 @@ def text_closed_forms() -> ClosedForms:
             ]
         ),
     )
+
+
+def symbolic_result(robot: str) -> Result:
+    """D, h and c of the two-link arm by every formulation, and whether they are the founding text's.
+
+    Raises
+    ------
+    UsageError
+        If another robot is named, or SymPy is not installed.
+    """
+    if robot != "two_link":
+        raise UsageError(
+            "only the founding text's two-link arm has closed forms here",
+            where="--symbolic",
+            expected="two_link",
+            found=robot,
+        )
+    text = text_closed_forms()
+    forms = {name: two_link_closed_forms(name) for name in METHODS}
+    methods = {name: found.entries() | {"is_the_text's": same(found, text)} for name, found in forms.items()}
+    # Formulations that end in the same expressions are listed together.
+    alike: dict[tuple[tuple[str, object], ...], list[str]] = {}
+    for name, entries in methods.items():
+        alike.setdefault(tuple(entries.items()), []).append(METHODS[name].title)
+    sections = tuple(
+        Section(
+            "",
+            "; ".join(titles),
+            (Equations("", "", tuple(f"{label:3} = {entry}" for label, entry in entries)),),
+            note="As in FGL87." if is_text else "NOT as in FGL87.",
+        )
+        for (*entries, (_, is_text)), titles in alike.items()
+    )
+    facts = (Fact("text", "", text.entries()), Fact("methods", "", methods))
+    return Result("Two-link planar arm", "in symbols, by every formulation", facts=facts, parts=sections)
 
 
 def same(one: ClosedForms, other: ClosedForms) -> bool:
@@ -119,7 +165,7 @@ def same(one: ClosedForms, other: ClosedForms) -> bool:
 
 @dataclass(frozen=True)
 class _Angle:
-    """Of joints that turn, the formulations take cosine and sine only, and those of sums."""
+    """Of revolute joints the formulations take cosine and sine only, and those of sums."""
 
     symbol: Any
 

@@ -1,0 +1,349 @@
+"""Operations of one torque by every formulation: counted on the very code, and as [FGL87] states them."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache, cached_property, partial
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+
+from gd_analyze.dynamics.methods import METHODS, Method
+from gd_analyze.files import data_folder
+from gd_analyze.operations.counting import count_operations
+from gd_analyze.operations.program import OperationCount, Program
+from gd_analyze.operations.trace import Trace
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.frames import standard_placements
+from gd_analyze.robots.parts import DHRow, Joint, Link
+
+Counted = Literal["executed", "folded", "text"]
+
+# The founding text's polynomials are set beside ours for these numbers of joints.
+SIZES = tuple(range(1, 13))
+# With one or two joints some sums are empty.
+_REGULAR = 3
+# Below six joints constant and low-order terms hide the order.
+_ASYMPTOTIC = 6
+# Any seed will do: counts depend on which numbers are zero, not on their values.
+_SEED = 1987
+# The explanations are of so many joints of the generic chain.
+N_JOINTS = 6
+
+
+@dataclass(frozen=True)
+class Polynomial:
+    """A polynomial in the number of joints n; coefficients from n^0 upwards."""
+
+    coefficients: tuple[Fraction, ...]
+
+    def __call__(self, n: int) -> int:
+        """Value at n, a whole number of operations."""
+        value = sum(c * n**k for k, c in enumerate(self.coefficients))
+        assert value == int(value), "a count is whole"
+        return int(value)
+
+    def __str__(self) -> str:
+        """Highest power first, e.g. "128/3 n^4 - 7 n"."""
+        terms = []
+        for power in reversed(range(len(self.coefficients))):
+            coefficient = self.coefficients[power]
+            if coefficient:
+                factor = "" if abs(coefficient) == 1 and power else str(abs(coefficient))
+                symbol = "" if power == 0 else "n" if power == 1 else f"n^{power}"
+                terms.append(("-" if coefficient < 0 else "+", f"{factor} {symbol}".strip()))
+        if not terms:
+            return "0"
+        first = terms[0][1] if terms[0][0] == "+" else f"-{terms[0][1]}"
+        return " ".join([first, *(f"{sign} {term}" for sign, term in terms[1:])])
+
+
+def exact_polynomial(sizes: Sequence[int], counts: Sequence[int]) -> Polynomial | None:
+    """Find the polynomial of lowest degree through all counts.
+
+    Newton's divided differences vanish beyond its degree; a polynomial that uses up every point explains
+    nothing and is none.
+
+    Parameters
+    ----------
+    sizes
+        Different whole numbers.
+    counts
+        One per size.
+    """
+    differences = [Fraction(count) for count in counts]
+    newton = [differences[0]]
+    for order in range(1, len(sizes)):
+        differences = [
+            (differences[k + 1] - differences[k]) / (sizes[k + order] - sizes[k])
+            for k in range(len(differences) - 1)
+        ]
+        newton.append(differences[0])
+    while newton and newton[-1] == 0:
+        newton.pop()
+    if len(newton) == len(sizes):
+        return None
+    # Horner's scheme: times (n - size), plus the difference before.
+    coefficients: list[Fraction] = []
+    for size, factor in reversed(list(zip(sizes, newton, strict=False))):
+        raised, lowered = [Fraction(), *coefficients], [size * c for c in coefficients] + [Fraction()]
+        coefficients = [a - b for a, b in zip(raised, lowered, strict=True)]
+        coefficients[0] += factor
+    return Polynomial(tuple(coefficients) or (Fraction(),))
+
+
+@dataclass(frozen=True)
+class TextCost:
+    """One line of the founding text's tables: a whole formulation, or one row of its breakdown.
+
+    `name` is a method of `METHODS` for a whole, the founding text's row for a part.
+    """
+
+    name: str
+    table: str
+    multiplications: Polynomial
+    additions: Polynomial
+    remark: str = ""
+
+    def at(self, n: int) -> OperationCount:
+        """Count at n joints; sines and cosines, which the founding text leaves out, as 0."""
+        return OperationCount(self.multiplications(n), self.additions(n), 0)
+
+
+@dataclass(frozen=True)
+class TextCosts:
+    """All the founding text says of costs."""
+
+    source: str
+    remark: str
+    totals: tuple[TextCost, ...]
+    rows: tuple[TextCost, ...]
+
+    def of(self, method: str, table: str | None = None) -> TextCost | None:
+        """What FGL87 says of a method, in its first table that does; None where it says nothing."""
+        found = [c for c in self.totals if c.name == method and table in (None, c.table)]
+        return found[0] if found else None
+
+    def rows_of(self, table: str) -> tuple[TextCost, ...]:
+        """Rows of a table, in its order."""
+        return tuple(row for row in self.rows if row.table == table)
+
+
+@cache
+def text_costs() -> TextCosts:
+    """Read the shipped reference."""
+    with (data_folder("references") / "fgl87_costs.toml").open("rb") as file:
+        data = tomllib.load(file)
+    return TextCosts(
+        data["source"],
+        data["remark"],
+        tuple(_cost(entry, entry["method"]) for entry in data["totals"]),
+        tuple(_cost(entry, entry["row"]) for entry in data["rows"]),
+    )
+
+
+def _cost(entry: Mapping[str, Any], name: str) -> TextCost:
+    multiplications, additions = (
+        Polynomial(tuple(Fraction(c) for c in entry[key])) for key in ("multiplications", "additions")
+    )
+    return TextCost(name, entry["table"], multiplications, additions, entry.get("remark", ""))
+
+
+@cache
+def generic_chain(n: int) -> RobotArm:
+    """Arm of n revolute joints whose link frames turn by +90 and -90 degrees in turn.
+
+    Every link has an offset, a length, a full inertia tensor and a centre of mass off every axis, and
+    gravity has three components: what remains to be saved is what every Denavit-Hartenberg arm with
+    right-angled twists has.
+
+    Parameters
+    ----------
+    n
+        Number of joints, 1 or more.
+    """
+    random = np.random.default_rng(_SEED)
+    joints, links = [], []
+    for i in range(n):
+        before, behind = standard_placements(
+            "revolute", DHRow(0.0, 0.2 + 0.01 * i, 0.3 + 0.01 * i, (-1) ** i * math.pi / 2)
+        )
+        root = random.normal(scale=0.1, size=(3, 3))
+        second = root @ root.T
+        inertia = np.trace(second) * np.eye(3) - 0.5 * (second + second.T)
+        joints.append(Joint(str(i + 1), placement=before))
+        links.append(Link(str(i + 1), 1.0 + 0.1 * i, random.uniform(-0.1, 0.1, 3), inertia, behind))
+    return RobotArm(
+        f"chain{n}",
+        tuple(joints),
+        tuple(links),
+        gravity=np.array([1.0, 2.0, -9.5]),
+        title=f"Generic chain of {n} joints",
+    )
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Arithmetic of one torque evaluation.
+
+    Parameters
+    ----------
+    executed
+        What the code carries out as it stands, products with zero included.
+    folded
+        What is left when constants are folded, products with 0 and 1 vanish and equal subexpressions are
+        evaluated once.
+    """
+
+    executed: OperationCount
+    folded: OperationCount
+
+
+@dataclass(frozen=True, eq=False)
+class Growth:
+    """Costs on the generic chain over the number of joints.
+
+    Parameters
+    ----------
+    costs
+        By method, one for each of `sizes`, the numbers of joints.
+    """
+
+    costs: Mapping[str, tuple[Cost, ...]]
+    sizes: ClassVar[tuple[int, ...]] = SIZES
+
+    def counts(self, method: str, which: Counted) -> tuple[OperationCount, ...]:
+        """Counts by size, ours or FGL87's; none where it has no polynomial of the method."""
+        if which != "text":
+            return tuple(getattr(cost, which) for cost in self.costs[method])
+        stated = text_costs().of(method)
+        return () if stated is None else tuple(stated.at(n) for n in self.sizes)
+
+    def slope(self, method: str, which: Counted) -> float | None:
+        """Slope of log(operations) over log(n) from six joints on; None where less than two are counted."""
+        counts = zip(self.sizes, self.counts(method, which), strict=False)
+        large = [(n, count.total) for n, count in counts if n >= _ASYMPTOTIC]
+        return exponent(*zip(*large, strict=True)) if len(large) > 1 else None
+
+    @cached_property
+    def polynomials(self) -> dict[str, tuple[Polynomial, Polynomial]]:
+        """Multiplications and additions as executed: the polynomials that all from three joints on obey."""
+        found = {}
+        for name, costs in self.costs.items():
+            regular = {n: cost.executed for n, cost in zip(self.sizes, costs, strict=True) if n >= _REGULAR}
+            multiplications, additions = (
+                exact_polynomial(list(regular), [getattr(count, what) for count in regular.values()])
+                for what in ("multiplications", "additions")
+            )
+            if multiplications is not None and additions is not None:
+                found[name] = (multiplications, additions)
+        return found
+
+
+def count_cost(method: Method, arm: RobotArm) -> Cost:
+    """Count one method's torque of an arm.
+
+    Parameters
+    ----------
+    method
+        One of `METHODS`.
+    arm
+        The arm; its numbers are constants, the state is not.
+    """
+    n = arm.n_joints
+    code = partial(method.torque, arm)
+    # Values do not matter to a count, only that they are there.
+    executed = count_operations(code, *np.full((3, n), 0.5))
+    trace = Trace()
+    torque = code(*(trace.inputs(name, n) for name in ("q", "qd", "qdd")))
+    return Cost(executed, Program.of(trace, list(torque[:, 0])).count)
+
+
+def growth(progress: Callable[[int], None] = lambda done: None) -> Growth:
+    """Count every method on generic chains of `SIZES` joints.
+
+    Parameters
+    ----------
+    progress
+        Called with the number of counts done since the last call; there are sizes times methods of them.
+    """
+
+    def counted(method: Method, n: int) -> Cost:
+        cost = _count_chain(method, n)
+        progress(1)
+        return cost
+
+    return Growth({name: tuple(counted(method, n) for n in SIZES) for name, method in METHODS.items()})
+
+
+@cache
+def _count_chain(method: Method, n: int) -> Cost:
+    """Cost on the generic chain; a count never changes within a run."""
+    return count_cost(method, generic_chain(n))
+
+
+def exponent(sizes: Sequence[int], totals: Sequence[int]) -> float:
+    """Slope of log(total) against log(size): the power that fits best."""
+    return float(np.polyfit(np.log(sizes), np.log(totals), 1)[0])
+
+
+_WHY = {
+    "lagrange_euler": (
+        "FGL87's rows amount to four 4x4 products (256 multiplications) for each of its 392 traces. Ours "
+        "forms every derivative of a transform once, going outwards, and weights it with the link's "
+        "pseudo-inertia once, so a trace takes 16; it does not use the symmetry of D and of h's coefficients "
+        "and takes 532 traces. The zeros and ones of the 4x4 matrices are multiplied out by both; folding "
+        "strikes them."
+    ),
+    "recursive_lagrangian": (
+        "Every link costs the same, but in eight whole 3x3 products, where Newton-Euler has vector products. "
+        "A rotation matrix carries nine numbers for three freedoms."
+    ),
+    "newton_euler_base": (
+        "Every inertia tensor is turned into the base frame, R I Rᵀ: what link frames save. Axes and points "
+        "are placed in the base frame first."
+    ),
+    "newton_euler_link": (
+        "Ours makes the rotation matrices from sines and cosines, a row FGL87's table does not have. The "
+        "joint's axis may have any direction in the link's frame: multiplying by its zeros and ones is "
+        "folded away where it is an axis of the frame."
+    ),
+    "newton_euler_regrouped": (
+        "Frames stand on the joints' axes, and a link that turns keeps seven of its ten parameters, as the "
+        "others act on the link before. Executed it multiplies whole matrices by zeros that are known "
+        "beforehand; folding strikes them, and what is left is the least of all."
+    ),
+    "generalized_dalembert": (
+        "The equations are followed term by term and link by link, D, h and c each on their own: what the "
+        "joints do to the centres of mass is worked out anew in all three, which folding shares. D is summed "
+        "in full, not its upper triangle."
+    ),
+    "composite_moments": (
+        "FGL87 sums over links for every element; the moments of all links from joint m outwards are one "
+        "suffix sum, used by every element of row m, and h comes from brackets of pairs of joints rather "
+        "than from triples."
+    ),
+}
+
+
+def explanation(method: str, grown: Growth) -> str:
+    """Set a method's count beside FGL87's, and say why they differ; `grown` must have `N_JOINTS`."""
+    cost = grown.costs[method][grown.sizes.index(N_JOINTS)]
+    executed, folded = cost.executed.total, cost.folded.total
+    stated = text_costs().of(method)
+    if stated is None:
+        counted = (
+            f"Not counted in the founding text; at n = {N_JOINTS} ours carries out {executed} operations, "
+            f"folded {folded}."
+        )
+    else:
+        total = stated.at(N_JOINTS).total
+        counted = (
+            f"At n = {N_JOINTS} the founding text counts {total} operations, ours carries out {executed} "
+            f"({100 * executed / total:.0f} % of that), folded {folded} ({100 * folded / total:.0f} %)."
+        )
+    return f"{counted} {_WHY[method]}"

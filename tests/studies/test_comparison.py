@@ -1,0 +1,270 @@
+"""Formulations compared: counts of the code that runs, measured agreement, and what is shown of both."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+import sys
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gd_analyze.arrays import CHUNK
+from gd_analyze.dynamics.methods import METHODS, torque_of_states
+from gd_analyze.errors import TrajectoryError, UsageError
+from gd_analyze.motions.states import States, states_in_box
+from gd_analyze.operations.program import Program
+from gd_analyze.operations.trace import Trace
+from gd_analyze.report.html import page_of
+from gd_analyze.studies.comparison import compare, comparison_result, growth_figure
+from gd_analyze.studies.comparison_agreement import agreement, time_methods
+from gd_analyze.studies.comparison_costs import (
+    N_JOINTS,
+    Polynomial,
+    count_cost,
+    exact_polynomial,
+    explanation,
+    exponent,
+    text_costs,
+)
+from gd_analyze.studies.symbolic import same, text_closed_forms, two_link_closed_forms
+from strategies import arms_with_states, examples
+
+ORDERS = {"n": 1, "n^2": 2, "n^3": 3, "n^4": 4}
+
+
+@examples(5)
+@given(arms_with_states(max_joints=4, count=3))
+def test_what_is_counted_is_the_torque(drawn):
+    """The folded program, run on numbers, is the method: folding must not change a value."""
+    arm, states = drawn
+    n = arm.n_joints
+    q, qd, qdd = states.last
+    inputs = {
+        f"{name}{i + 1}": values[i] for name, values in (("q", q), ("qd", qd), ("qdd", qdd)) for i in range(n)
+    }
+    for method in METHODS.values():
+        trace = Trace()
+        symbols = (trace.inputs(name, n) for name in ("q", "qd", "qdd"))
+        traced = method.torque(arm, *symbols)
+        program = Program.of(trace, list(traced[:, 0]))
+        assert count_cost(method, arm).folded == program.count
+        wanted = method.torque(arm, q, qd, qdd)
+        # Folding reorders sums of some 1000 terms no larger than the torques of this arm's worst joint
+        # by a small factor (levers cancel): 1e-11 of it is 5e4 roundings.
+        np.testing.assert_allclose(program.run(inputs), wanted, rtol=0, atol=1e-11 * np.abs(wanted).max())
+
+
+@pytest.mark.parametrize("name", list(METHODS))
+def test_the_order_is_that_of_the_equations_and_folding_only_saves(grown, name):
+    """Exactly: from three joints on the counts are polynomials, and their degree is the stated order."""
+    multiplications, additions = grown.polynomials[name]
+    order = ORDERS[METHODS[name].growth]
+    assert len(multiplications.coefficients) - 1 == len(additions.coefficients) - 1 == order
+    for n, cost in zip(grown.sizes, grown.costs[name], strict=True):
+        if n >= 3:
+            assert multiplications(n) == cost.executed.multiplications
+            assert additions(n) == cost.executed.additions
+        pairs = zip(dataclasses.astuple(cost.folded), dataclasses.astuple(cost.executed), strict=True)
+        assert all(folded <= executed for folded, executed in pairs)
+
+
+def test_recursions_win_in_the_end(grown):
+    last = {name: costs[-1].executed.total for name, costs in grown.costs.items()}
+    assert last["newton_euler_link"] < last["newton_euler_base"] < last["recursive_lagrangian"]
+    assert last["recursive_lagrangian"] < last["composite_moments"]
+    assert last["composite_moments"] < last["generalized_dalembert"] < last["lagrange_euler"]
+    # Seven logarithms fitted by a straight line: some tens of roundings.
+    assert exponent([6, 8, 12], [6**3, 8**3, 12**3]) == pytest.approx(3, rel=1e-13)
+
+
+@examples(10)
+@given(arms_with_states(max_joints=6))
+def test_all_formulations_agree(drawn):
+    arm, states = drawn
+    found = agreement(arm, States(states.q, states.qd, states.qdd))
+    assert found.holds, (found.torque, found.from_pinocchio, found.bounds)
+    assert found.names == (*METHODS, "pinocchio")
+    np.testing.assert_array_equal(found.torque, found.torque.T)
+    assert not np.diagonal(found.torque).any()
+    assert found.largest == max(found.worst_of(name) for name in found.names)
+
+
+@pytest.mark.parametrize("quantity", ["torque", "dynamics"])
+def test_a_wrong_formulation_is_noticed(two_link, quantity):
+    states = states_in_box(two_link, 20)
+    right = METHODS["newton_euler_link"]
+
+    def wrong_torque(arm, q, qd, qdd, **rest):
+        return right.torque(arm, q, qd, qdd, **rest) * (1 + 1e-9)
+
+    def wrong_dynamics(arm, q, qd):
+        given = right.dynamics(arm, q, qd)
+        return dataclasses.replace(given, inertia=given.inertia * (1 + 1e-9))
+
+    wrong = {"torque": wrong_torque, "dynamics": wrong_dynamics}[quantity]
+    methods = METHODS | {"newton_euler_link": dataclasses.replace(right, **{quantity: wrong})}
+    found = agreement(two_link, states, methods=methods)
+    assert not found.holds
+    worst = max(found.from_pinocchio, key=lambda name: max(found.from_pinocchio[name].values()))
+    assert worst == "newton_euler_link"
+
+
+def test_chunks_do_not_show(two_link):
+    states = states_in_box(two_link, CHUNK + 7)
+    method = METHODS["composite_moments"]
+    whole = torque_of_states(method, two_link, states.q, states.qd, states.qdd)
+    part = torque_of_states(method, two_link, states.q[CHUNK:], states.qd[CHUNK:], states.qdd[CHUNK:])
+    # Vector instructions may round the last elements of an array differently: a few roundings.
+    np.testing.assert_allclose(whole[CHUNK:], part, rtol=0, atol=1e-14 * np.abs(whole).max())
+
+
+def test_a_trajectory_of_another_arm_is_refused(puma, swing):
+    with pytest.raises(TrajectoryError, match="puma560"):
+        compare(puma, swing)
+
+
+def test_times_are_measured_of_every_method(two_link):
+    done = []
+    timing = time_methods(two_link, states_in_box(two_link, 50), repeats=2, progress=done.append)
+    assert list(timing.seconds) == list(METHODS)
+    assert all(0 < seconds < 1 for seconds in (*timing.seconds.values(), timing.pinocchio))
+    assert (timing.set_points, timing.repeats, sum(done)) == (50, 2, 3)
+
+
+def test_the_result_holds_everything_and_names_are_only_text(swing_comparison):
+    result = comparison_result(swing_comparison)
+    told = json.loads(json.dumps(result.document(), allow_nan=False))
+    *methods, pinocchio = told["cost"]["methods"]
+    assert ([row["name"] for row in methods], pinocchio["name"]) == (list(METHODS), "pinocchio")
+    for row in methods:
+        assert row["executed"]["additions"] == swing_comparison.costs[row["name"]].executed.additions
+        stated = text_costs().of(row["name"])
+        assert (row["text"] and row["text"]["multiplications"]) == (stated and stated.multiplications(2))
+    assert told["agrees"]
+    assert told["notices"] == ["odd"]
+    assert len(told["agreement"]["torque_differences"]) == len(METHODS) + 1
+    arm = dataclasses.replace(swing_comparison.arm, title="<script>alert(1)</script>")
+    hostile = dataclasses.replace(swing_comparison, arm=arm, warnings=("<b>",))
+    assert "<script>alert" not in page_of(comparison_result(hostile))
+
+
+def test_a_disagreement_is_the_headline(swing_comparison):
+    bounds = dict.fromkeys(swing_comparison.agreement.bounds, 0.0)
+    apart = dataclasses.replace(swing_comparison.agreement, bounds=bounds)
+    result = comparison_result(dataclasses.replace(swing_comparison, agreement=apart))
+    assert not result.document()["agrees"]
+    assert "DISAGREE" in result.headline
+
+
+@pytest.mark.parametrize("name", list(METHODS))
+def test_explanations_are_made_of_the_counts(grown, name):
+    sentence = explanation(name, grown)
+    cost = grown.costs[name][grown.sizes.index(N_JOINTS)]
+    assert {str(cost.executed.total), str(cost.folded.total)} <= set(re.findall(r"\d+", sentence))
+    stated = text_costs().of(name)
+    assert stated is None or str(stated.at(N_JOINTS).total) in sentence
+
+
+def test_the_traces_of_lagrange_euler_are_as_told(grown):
+    """One per h_ikm or D_ik and link in ours; in the text one per link and pair for D, n times that for h."""
+    n, sentence = N_JOINTS, explanation("lagrange_euler", grown)
+    assert f"takes {sum(j**2 + j**3 for j in range(1, n + 1))} traces" in sentence
+    assert f"each of its {n * (n + 1) ** 2 * (n + 2) // 6} traces" in sentence
+
+
+def test_the_figure_has_every_curve_and_the_texts(grown):
+    (panel,) = growth_figure(grown, "executed").panels
+    curves = [item for item in panel.items if hasattr(item, "dashes")]
+    ours = {curve.label: curve for curve in curves if curve.label}
+    assert set(ours) == {method.short for method in METHODS.values()}
+    assert len(curves) - len(ours) == sum(bool(grown.counts(name, "text")) for name in METHODS)
+    for name, method in METHODS.items():
+        assert ours[method.short].y[-1] == grown.costs[name][-1].executed.total
+
+
+@pytest.mark.parametrize(("table", "method"), [("3.1", "lagrange_euler"), ("3.4", "newton_euler_link")])
+def test_the_rows_of_the_text_add_up_to_its_total(table, method):
+    rows, total = text_costs().rows_of(table), text_costs().of(method, table)
+    for n in range(1, 13):  # twelve values fix polynomials of the fourth degree
+        assert sum(row.multiplications(n) for row in rows) == total.multiplications(n)
+        assert sum(row.additions(n) for row in rows) == total.additions(n)
+
+
+def test_counts_the_text_prints():
+    dalembert = text_costs().of("generalized_dalembert")
+    assert (dalembert.multiplications(6), dalembert.additions(6)) == (2963, 2209)
+    assert "reconstructed" in dalembert.remark
+    for cost in text_costs().totals:
+        assert cost.name in METHODS
+        assert all(cost.at(n).total > 0 for n in range(1, 13))
+    rows = {row.name: row for row in text_costs().rows_of("3.1")}
+    for n in range(1, 13):
+        # A trace is four products of 4x4 matrices.
+        traces = n * (n + 1) * (n + 2) // 6
+        row = rows["Tr(U_jk J_j U_ji^T)"]
+        assert (row.multiplications(n), row.additions(n)) == (256 * traces, (4 * 48 + 3) * traces)
+        row = rows["Tr(U_jkm J_j U_ji^T)"]
+        assert (row.multiplications(n), row.additions(n)) == (256 * n * traces, (4 * 48 + 3) * n * traces)
+
+
+@examples(30)
+@given(
+    st.lists(st.fractions(-50, 50, max_denominator=6), min_size=1, max_size=5).filter(lambda c: c[-1] != 0)
+)
+def test_a_polynomial_is_found_from_its_values(coefficients):
+    sizes = range(3, 13)
+    # Denominators up to 6: sixty times the values are whole, as counts are.
+    values = [int(60 * sum(c * n**k for k, c in enumerate(coefficients))) for n in sizes]
+    assert exact_polynomial(sizes, values).coefficients == tuple(60 * c for c in coefficients)
+
+
+def test_values_of_no_polynomial_are_refused():
+    assert exact_polynomial(range(1, 9), [2**n for n in range(1, 9)]) is None
+    values = [n**2 for n in range(1, 9)]
+    values[4] += 1
+    assert exact_polynomial(range(1, 9), values) is None
+    assert str(Polynomial((Fraction(-7), Fraction(), Fraction(128, 3)))) == "128/3 n^2 - 7"
+
+
+@pytest.mark.parametrize("method", list(METHODS))
+def test_every_formulation_gives_the_texts_closed_forms_exactly(method):
+    found, text = two_link_closed_forms(method), text_closed_forms()
+    for part in ("inertia", "coriolis_centrifugal", "gravity_loading"):
+        difference = (getattr(found, part) - getattr(text, part)).applyfunc(sympy.simplify)
+        assert difference == sympy.zeros(*difference.shape)
+        assert not getattr(found, part).atoms(sympy.Float)
+    assert same(found, text)
+    assert not same(dataclasses.replace(text, gravity_loading=2 * text.gravity_loading), text)
+
+
+def test_the_text_is_the_built_in_arm(two_link):
+    """The closed forms with the arm's numbers put in are its numeric dynamics."""
+    arm = two_link
+    q, qd = np.array([[0.3], [-0.8]]), np.array([[1.2], [0.7]])
+    numeric = METHODS["composite_moments"].dynamics(arm, q, qd)
+    values = dict(zip(("theta1", "theta2", "thetad1", "thetad2"), (*q[:, 0], *qd[:, 0]), strict=True))
+    values |= {"m1": arm.mass[0], "m2": arm.mass[1], "l": arm.dh_table[0].a, "g": -arm.gravity[1]}
+    text = text_closed_forms()
+    for wanted, found in (
+        (text.inertia, numeric.inertia[..., 0]),
+        (text.coriolis_centrifugal, numeric.coriolis_centrifugal),
+        (text.gravity_loading, numeric.gravity_loading),
+    ):
+        numbers = {symbol: values[symbol.name] for symbol in wanted.free_symbols}
+        expected = np.array(wanted.subs(numbers).tolist(), dtype=float)
+        # Some twenty roundings of numbers no larger than the largest element.
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14 * np.abs(expected).max())
+
+
+def test_symbols_need_sympy_and_a_method_there_is(monkeypatch):
+    with pytest.raises(UsageError, match="kane"):
+        two_link_closed_forms("kane")
+    monkeypatch.setitem(sys.modules, "sympy", None)
+    with pytest.raises(UsageError, match=r"gd-analyze\[symbolic\]"):
+        text_closed_forms()
