@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 import pytest
-from gd_analyze.studies.compare import compare
+from gd_analyze.studies.comparison import compare
 
 import gd_analyze as gd
 from gd_analyze.certification.box import Box

@@ -8,7 +8,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
-from gd_analyze.studies.generic_chain import generic_chain
+from gd_analyze.studies.comparison_costs import generic_chain
 
 import gd_analyze as gd
 from gd_analyze.formulas.languages import Plain
