@@ -6,7 +6,6 @@ import json
 
 import numpy as np
 import pytest
-from gd_analyze.studies.comparison import compare
 
 import gd_analyze as gd
 from gd_analyze.certification.box import Box
@@ -19,6 +18,7 @@ from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.term import TERM
 from gd_analyze.simplification.trade_off import trade_off
+from gd_analyze.studies.comparison import compare
 from gd_analyze.studies.main_job import Settings, find
 
 
@@ -52,7 +52,6 @@ def test_so_the_verbs_tell_it(capsys, tmp_path, monkeypatch, two_link, words):
     full = ExactForm(two_link).operations.total
     if words[0] == "compare":
         assert told["operations_full"]["multiplications"] + told["operations_full"]["additions"] == full
-        assert str(full) in told["headline"]
     else:
         assert (
             max(

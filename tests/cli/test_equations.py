@@ -8,13 +8,13 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
-from gd_analyze.studies.comparison_costs import generic_chain
 
 import gd_analyze as gd
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.printer import number
 from gd_analyze.formulas.writing import element_formula
 from gd_analyze.robots.arm_toml import toml_of
+from gd_analyze.studies.comparison_costs import generic_chain
 
 
 def body(text: str) -> str:
