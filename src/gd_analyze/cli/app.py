@@ -6,23 +6,21 @@ from itertools import takewhile
 from pathlib import Path
 
 import click
-from click.shell_completion import CompletionItem
+from click.shell_completion import CompletionItem, get_completion_class
 
 from gd_analyze import __version__
-from gd_analyze.cli.analyze import analyze
 from gd_analyze.cli.arms import arms
 from gd_analyze.cli.certify import certify
 from gd_analyze.cli.columns import columns
 from gd_analyze.cli.compare import compare
-from gd_analyze.cli.completion import completion
 from gd_analyze.cli.control import control
 from gd_analyze.cli.equations import equations
 from gd_analyze.cli.evaluate import evaluate
 from gd_analyze.cli.export import export
+from gd_analyze.cli.main_job import analyze, report
 from gd_analyze.cli.options import ROBOT
 from gd_analyze.cli.plan import plan
 from gd_analyze.cli.rank import rank
-from gd_analyze.cli.report import report
 from gd_analyze.cli.simplify import simplify
 from gd_analyze.cli.trade_off import trade_off
 from gd_analyze.cli.validate import validate
@@ -46,8 +44,8 @@ Exit codes:
   130  interrupted
 
 \b
-What takes long to work out is kept for the next run in a folder that
---version names; GD_ANALYZE_CACHE sets another one, or turns it off.
+Slow results are cached in a folder that --version names; GD_ANALYZE_CACHE
+sets another folder, or turns the cache off.
 """
 
 _FLAGS = {"--json", "--quiet", "--no-cache", "--debug"}
@@ -111,9 +109,9 @@ class MainJobGroup(click.Group):
         super().format_options(ctx, formatter)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """List the verbs, and say where their options are told."""
+        """List the verbs."""
         rows = [(name, c.get_short_help_str(60)) for name, c in self.commands.items() if not c.hidden]
-        with formatter.section("Verbs (gd-analyze VERB --help tells more)"):
+        with formatter.section("Verbs (options: gd-analyze VERB --help)"):
             formatter.write_dl(rows)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -121,7 +119,7 @@ class MainJobGroup(click.Group):
         return list(self.commands)
 
 
-def _tell_version(context: click.Context) -> None:
+def _show_version(context: click.Context) -> None:
     place = folder()
     click.echo(f"gd-analyze {__version__}\ncache {'off' if place is None else place}")
     context.exit()
@@ -138,11 +136,30 @@ def _tell_version(context: click.Context) -> None:
     is_flag=True,
     expose_value=False,
     is_eager=True,
-    callback=lambda context, _, asked: _tell_version(context) if asked else None,
+    callback=lambda context, _, asked: _show_version(context) if asked else None,
     help="Show the version, and where the cache is, and exit.",
 )
 def app() -> None:
     """Split an arm's dynamics by effect, rank the parts, drop what the torque budget allows."""
+
+
+@click.command(short_help="Print a shell's completion script.")
+@click.argument(
+    "shell", type=click.Choice(["bash", "zsh", "fish"]), metavar="SHELL", help="bash, zsh or fish."
+)
+@click.pass_context
+def completion(ctx: click.Context, shell: str) -> None:
+    r"""Print the completion script of a shell: verbs, options, arms and trajectories.
+
+    \b
+    Put one of these into ~/.bashrc, ~/.zshrc or ~/.config/fish/config.fish:
+      eval "$(gd-analyze completion bash)"
+      eval "$(gd-analyze completion zsh)"
+      gd-analyze completion fish | source
+    """
+    kind = get_completion_class(shell)
+    assert kind is not None  # click ships all three
+    click.echo(kind(ctx.find_root().command, {}, "gd-analyze", "_GD_ANALYZE_COMPLETE").source())
 
 
 VERBS = (

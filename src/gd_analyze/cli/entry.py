@@ -20,7 +20,6 @@ import click
 from click.exceptions import NoArgsIsHelpError
 
 from gd_analyze.cli.app import app
-from gd_analyze.cli.closed_streams import fill_closed_streams
 from gd_analyze.cli.terminal import tell
 from gd_analyze.errors import GdAnalyzeError, StorageError, UsageError
 from gd_analyze.text import visible
@@ -45,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         interrupted, 143 if terminated.
     """
     if arguments is None:
-        fill_closed_streams()
+        _fill_closed_streams()
         _behave_as_a_process()
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
@@ -81,7 +80,7 @@ def _explain(error: Exception, words: Sequence[str]) -> int:
     if "--debug" in words:
         traceback.print_exception(error)
     if isinstance(error, click.ClickException):
-        error = _in_our_words(error)
+        error = _as_our_own(error)
     if isinstance(error, GdAnalyzeError):
         tell("error", str(error))
         return FAILED if isinstance(error, StorageError) else BAD_INPUT
@@ -93,22 +92,22 @@ def _explain(error: Exception, words: Sequence[str]) -> int:
         tell("error", str(GdAnalyzeError("out of memory", found=str(error), next_step=fewer)))
     elif isinstance(error, OSError):
         where = None if error.filename is None else str(error.filename)
-        told = GdAnalyzeError("the system refused", where=where, found=error.strerror or str(error))
-        tell("error", str(told))
+        explained = GdAnalyzeError("the system refused", where=where, found=error.strerror or str(error))
+        tell("error", str(explained))
         if error.errno in _AT_FAULT:
             return BAD_INPUT
     else:
         last = traceback.extract_tb(error.__traceback__)[-1]
-        told = GdAnalyzeError(
+        explained = GdAnalyzeError(
             f"{type(error).__name__}: {error}",
             where=f"{Path(last.filename).name}, line {last.lineno}",
             next_step="this is a bug in gd-analyze; please report it with what --debug shows",
         )
-        tell("error", str(told))
+        tell("error", str(explained))
     return FAILED
 
 
-def _in_our_words(error: click.ClickException) -> GdAnalyzeError:
+def _as_our_own(error: click.ClickException) -> GdAnalyzeError:
     """Put click's complaint into the form of every other message."""
     context = getattr(error, "ctx", None)
     message = " ".join(error.format_message().split()).rstrip(".").replace(". (", " (")
@@ -137,6 +136,39 @@ def _behave_as_a_process() -> None:
     # last bits do not depend on the machine's cores either.
     if "OMP_NUM_THREADS" not in os.environ:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
+class _Closed(io.TextIOBase):
+    """A stream that can be neither read nor written, and says so."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    encoding = "utf-8"
+
+    @property
+    def buffer(self) -> _Closed:
+        return self
+
+    def read(self, size: int | None = -1) -> str:
+        raise OSError(errno.EBADF, f"standard {self._name} is closed")
+
+    def write(self, text: str) -> int:
+        raise OSError(errno.EBADF, f"standard {self._name} is closed")
+
+
+def _fill_closed_streams() -> None:
+    """Put something in the place of standard streams that are closed, as `>&-` and `<&-` do in a shell.
+
+    Their numbers are taken, so that no file opened later gets the number that libraries print to. What reads
+    or writes the closed stream fails by name; messages have nowhere to go, and the exit code remains.
+    """
+    while (number := os.open(os.devnull, os.O_RDWR)) <= 2:
+        pass
+    os.close(number)
+    sys.stdin = sys.stdin or _Closed("input")
+    sys.stdout = sys.stdout or _Closed("output")
+    sys.stderr = sys.stderr or io.StringIO()
 
 
 def _terminate(number: int, frame: FrameType | None) -> NoReturn:

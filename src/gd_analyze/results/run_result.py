@@ -341,7 +341,7 @@ def ranking_table(findings: Findings, top: int | None = None) -> Table:
         "torque_peak": ("torque", "@torque_unit"),
         "torque_joint": ("joint", "", "count"),
         "torque_share": ("of peak", "", "percent"),
-        "shown_verdict": ("dominant", "", "text"),
+        "shown_verdict": ("effect", "", "text"),
         "shown_kept": ("kept", "", "text"),
         **({"shown_text": ("FGL87", "", "text")} if with_text else {}),
     }

@@ -57,7 +57,7 @@ _QUICK_CURVES = (ELEMENT, TERM, ENERGY)
 # Multiples of the budget that the report's curve shows, and states drawn to try a model beyond its own.
 _FACTORS = (0.5, 1.0, 2.0, 5.0)
 _DRAWN = 1000
-# Of certificates: close to the truth in a box as small as a trajectory's, and along a motion that is told.
+# Of certificates: close to the truth in a box as small as a trajectory's, and around a motion.
 _EFFORT, _EFFORT_OF_TUBE = 5_000, 100_000
 # The same of a model that is not chosen by its terms, where it has no more than so many: a few seconds.
 _LITTLE, _MOST_WRITTEN = (500, 2_000), 150_000
@@ -74,16 +74,14 @@ class Settings:
         default.
     level, refit, operations
         How to simplify, see `gd_analyze.simplification.search_options.SearchOptions`; by default the level
-        that takes the fewest operations of
-        those that are promising for the arm.
+        that takes the fewest operations of those that are promising for the arm.
     drives
         Include drive inertia as a separate contribution; by default where the arm describes drives.
     margin
         How far states may be from the motion for which the model's errors are bounded, or its text such as
         "1deg,1mm,qd=2%,qdd=5%", which is the default.
     fit_friction
-        Say which friction, fitted to measured torques beside the model, explains them best; none of it
-        becomes part of the model.
+        Fit friction to measured torques beside the model; it does not become part of the model.
     christoffel, by_link, terms
         What else to keep of the decomposition, see `decompose`.
 
@@ -301,9 +299,7 @@ def find(
     if how.fit_friction:
         require_torques(trajectory)
     none = np.zeros(arm.n_joints)
-    _ = how.asked.allowed(
-        ReferenceTorques(arm, none, none)
-    )  # what does not fit shall fail before any computing
+    how.asked.allowed(ReferenceTorques(arm, none, none))  # a budget that does not fit fails before computing
     before, stage = origin or Origin(), progress or Silent()
     source = source_of(arm, trajectory, how, before.command)
     stage("decomposing", trajectory.n_set_points)
@@ -330,7 +326,7 @@ def find(
         dominance = rank(dataset, budget=exact.allowed(how.asked))
         elements = simplify_exact(exact, how.asked, SearchOptions(ELEMENT, dearer=True), provenance=source)
         level = None if how.level is None else level_named(how.level)
-        many = (level is None or not level.has_torque_terms) and too_many_terms(exact.form)
+        many = "" if level is not None and level.has_torque_terms else too_many_terms(exact.form)
         if level is ELEMENT and how.operations is None:
             model = no_dearer(exact, elements)
         else:
@@ -339,22 +335,25 @@ def find(
                 exact, how.asked, search, provenance=source, progress=stage.advance, stage=stage
             )
         if many:
-            warnings.warn(
-                f"{arm.name} has {too_many_terms(exact.form)}: elements are ranked, single terms are not",
-                GdAnalyzeWarning,
-                stacklevel=2,
-            )
+            text = f"{arm.name} has {many}: elements are ranked, single terms are not"
+            warnings.warn(text, GdAnalyzeWarning, stacklevel=2)
     stage("trying other budgets")
     ranking = TermRanking() if many else rank_terms(exact)
-    asked = _asked(exact, how.asked, model)
+    # Where a number of operations was asked for, the model keeps to another budget.
+    asked = how.asked.scaled(float((model.accuracy.allowed / exact.allowed(how.asked)).max()))
     path = budget_path(exact, asked, model)
     through = {(model.level, how.refit and model.level.has_torque_terms): path}
     # The curve of a recursion takes seconds: it is drawn where it is that of the model.
     kinds = [kind for kind in kinds_for(exact.form) if kind[0] in (*_QUICK_CURVES, model.level)]
     points = trade_off(exact, asked, factors=_FACTORS, kinds=kinds, thorough=False, through=through)
     stage("bounding errors")
-    efforts = _efforts(model, many)
-    recorded = {}
+    efforts = _efforts(model, bool(many))
+    recorded, by_motion = {}, {}
+    if trajectory.motions:
+        allowed = [alone.allowed(how.asked) for alone in exact.by_motion.values()]
+        ranked = motion_tables.rank_by_motion(arm, dataset, trajectory, allowed)
+        table = motion_tables.motions_table(arm, trajectory, dominance, ranked, model.accuracy)
+        by_motion["motions"] = table
     if trajectory.recording is not None and trajectory.recording.measured:
         recorded["recording"] = motion_tables.recording_table(arm, trajectory, dataset, dominance)
     return Findings(
@@ -374,12 +373,12 @@ def find(
             "tube": _tube(exact, model, trajectory, Margin.of(how.margin), efforts),
             **recorded,
             **measured,
-            **_by_motion(exact, dataset, trajectory, dominance, how, model),
+            **by_motion,
         },
         model=model,
         element_model=elements,
         ranked_terms={ranked.term: ranked.weight for ranked in ranking.terms},
-        warnings=tuple(dict.fromkeys([*before.warnings, *_told(caught)])),
+        warnings=tuple(dict.fromkeys([*before.warnings, *_own(caught)])),
         provenance=source,
     )
 
@@ -391,31 +390,10 @@ def source_of(arm: RobotArm, trajectory: Trajectory, how: Settings, command: str
     return provenance_of_run(command, asked, [describe_in_full(arm), motion], repeats=True)
 
 
-def _by_motion(
-    exact: ExactDynamics,
-    dataset: xr.Dataset,
-    trajectory: Trajectory,
-    dominance: xr.Dataset,
-    how: Settings,
-    model: SimplifiedModel,
-) -> dict[str, xr.Dataset]:
-    """Tell of each motion by itself, where there are several."""
-    if not trajectory.motions:
-        return {}
-    allowed = [alone.allowed(how.asked) for alone in exact.by_motion.values()]
-    ranked = motion_tables.rank_by_motion(exact.arm, dataset, trajectory, allowed)
-    return {"motions": motion_tables.motions_table(exact.arm, trajectory, dominance, ranked, model.accuracy)}
-
-
-def _asked(exact: ExactDynamics, budget: Budget, model: SimplifiedModel) -> Budget:
-    """Give the budget that a model keeps to: scaled where a number of operations was asked for."""
-    return budget.scaled(float((model.accuracy.allowed / exact.allowed(budget)).max()))
-
-
 def _measured_torque(
     arm: RobotArm, trajectory: Trajectory, dataset: xr.Dataset, how: Settings
 ) -> dict[str, xr.Dataset]:
-    """Hold the exact torque against the measured one, where there is one, and warn where it is another."""
+    """Compare measured torque with the exact one, and warn where they contradict each other."""
     if trajectory.recording is None or trajectory.recording.torque is None:
         return {}
     comparison = compared(arm, trajectory, np.asarray(dataset.torque.values))
@@ -442,7 +420,7 @@ def _efforts(model: SimplifiedModel, many: bool) -> tuple[int, int] | None:
 def _beyond(
     exact: ExactDynamics, model: SimplifiedModel, ranking: TermRanking, efforts: tuple[int, int] | None
 ) -> xr.Dataset:
-    """Hold a model against states it was not made for."""
+    """Try a model at states that it was not fitted on."""
     arm, states = exact.arm, exact.states
     certificate: Certificate | None = None
     if efforts is not None:
@@ -484,8 +462,8 @@ def _tube(
     return run_tables.tube_table(model, tube, certificate, margin)
 
 
-def _told(caught: list[warnings.WarningMessage]) -> list[str]:
-    """Our own warnings as sentences; those of other libraries go on to whoever listens."""
+def _own(caught: list[warnings.WarningMessage]) -> list[str]:
+    """Our own warnings as sentences; those of other libraries are passed on."""
     for item in caught:
         if not issubclass(item.category, GdAnalyzeWarning):
             warnings.warn_explicit(item.message, item.category, item.filename, item.lineno)

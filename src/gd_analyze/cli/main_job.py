@@ -1,0 +1,153 @@
+"""`gd-analyze ROBOT TRAJECTORY`, the main job, and `gd-analyze report`, its reports made again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+import gd_analyze as gd
+from gd_analyze.cli.given import GivenRobot, drives_option, load_arm_carrying, payload_option, robot_given
+from gd_analyze.cli.levels import budget_option, level_option, simplify_options
+from gd_analyze.cli.log_options import log_options, read_motions
+from gd_analyze.cli.options import (
+    FILE,
+    command_line,
+    formats_option,
+    margin_option,
+    out_option,
+    overwrite_option,
+    top_option,
+    trajectories_argument,
+)
+from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.outputs import require_outputs
+
+if TYPE_CHECKING:
+    from gd_analyze.results.findings import Findings
+
+FORMATS = ("h5", "json", "csv", "html", "pdf")
+# What can be made from the file; the file itself is there.
+MADE_AGAIN = FORMATS[1:]
+
+
+class MainJobContext(click.Context):
+    """The main job is called without a verb, and its messages say so."""
+
+    @property
+    def command_path(self) -> str:
+        """`gd-analyze`."""
+        return self.parent.command_path if self.parent is not None else super().command_path
+
+
+class MainJob(click.Command):
+    """A command that stands for the program itself."""
+
+    context_class = MainJobContext
+
+
+@click.command(cls=MainJob, hidden=True)
+@robot_given
+@trajectories_argument()
+@log_options
+@out_option("Folder for the results.  [default: reports/ROBOT-TRAJECTORY[-OPTIONS]]")
+@overwrite_option
+@formats_option(FORMATS)
+@budget_option()
+@level_option()
+@simplify_options
+@drives_option
+@payload_option
+@margin_option("How far states may be from the motion for which the model's errors are proven")
+@click.option("--fit-friction", is_flag=True, help="Fit the friction that measured torques show.")
+@click.option(
+    "--no-christoffel", is_flag=True, help="Leave h_ijk out of analysis.h5: 2 n^3 numbers per set point."
+)
+@click.option("--by-link", is_flag=True, help="Also store what each link contributes.")
+@click.option("--terms", is_flag=True, help="Also store the terms T1..T4, R1, R2 that h consists of.")
+@top_option
+@reporting
+def analyze(
+    robot: GivenRobot,
+    trajectories: tuple[str, ...],
+    out: Path | None,
+    overwrite: bool,
+    formats: tuple[str, ...],
+    payload: str | None,
+    no_christoffel: bool,
+    top: int,
+    output: Output,
+    **settings: Any,
+) -> None:
+    """Decompose, rank, simplify, store and report: the main job."""
+    with output.working() as stage:
+        stage("reading")
+        from gd_analyze.studies.main_job import Origin, default_folder, source_of
+        from gd_analyze.studies.main_job_files import FILES, require_folder, write_findings
+
+        how = gd.Settings(christoffel=not no_christoffel, **settings)
+        arm = load_arm_carrying(robot, payload)
+        motion = read_motions(trajectories, arm)
+        folder = default_folder(arm, motion, how) if out is None else out
+        require_outputs(*(folder / FILES[name] for name in formats))
+        mark = source_of(arm, motion, how)["run"]
+        strangers = require_folder(folder, formats, mark, overwrite=overwrite)
+        origin = Origin(command_line(), tuple(output.warnings))
+        findings = gd.find(arm, motion, how, origin=origin, progress=stage)
+        stage(f"writing {', '.join(formats)}")
+        write_findings(findings, folder, formats, strangers)
+        output.warnings.extend(warning for warning in findings.warnings if warning not in output.warnings)
+    _give(findings, folder, formats, output, top)
+
+
+@click.command(short_help="Make the reports of a stored analysis again.")
+@click.argument("analysis", type=FILE, help="The analysis.h5 of a folder that the main job wrote.")
+@out_option("Folder for the reports.  [default: the file's own]")
+@overwrite_option
+@formats_option(MADE_AGAIN)
+@top_option
+@reporting
+def report(
+    analysis: Path, out: Path | None, overwrite: bool, formats: tuple[str, ...], top: int, output: Output
+) -> None:
+    r"""Write what the main job wrote beside its analysis.h5 once more, without computing anything anew.
+
+    Reports beside the file are replaced; another folder must not hold another run. The terminal shows what
+    the main job showed.
+
+    \b
+    Examples:
+      gd-analyze report reports/puma560-pick-and-place/analysis.h5
+      gd-analyze report analysis.h5 --format html --out elsewhere
+    """
+    with output.working() as stage:
+        stage("reading")
+        from gd_analyze.studies.main_job_files import FILES, require_folder, write_findings
+
+        folder = analysis.parent if out is None else out
+        findings = gd.load_findings(analysis)
+        require_outputs(*(folder / FILES[name] for name in formats))
+        strangers: tuple[Path, ...] = ()
+        if (folder / FILES["h5"]).resolve() != analysis.resolve():
+            mark = findings.provenance.get("run", "")
+            strangers = require_folder(folder, formats, mark, overwrite=overwrite)
+        stage(f"writing {', '.join(formats)}")
+        write_findings(findings, folder, formats, strangers)
+    _give(findings, folder, formats, output, top)
+
+
+def _give(findings: Findings, folder: Path, formats: tuple[str, ...], output: Output, top: int) -> None:
+    """Print what was found and which files hold it; `top` rows of the ranking for people."""
+    from gd_analyze.result import Section
+    from gd_analyze.results.recursion_parts import recursion_parts
+    from gd_analyze.results.run_result import run_result
+    from gd_analyze.studies.main_job_files import FILES
+
+    result = run_result(findings, top)
+    if findings.model.level is gd.LEVELS["recursive"] and output.as_json:
+        parts = recursion_parts(findings.model, gd.states_of(findings.trajectory), 3)
+        result = replace(result, parts=(*result.parts, Section("recursion", "", parts)))
+    output.warnings[:] = dict.fromkeys([*findings.warnings, *output.warnings])
+    output.give(result, wrote=[folder / FILES[name] for name in formats])
