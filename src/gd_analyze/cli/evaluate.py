@@ -185,13 +185,14 @@ def _result(trial: _Trial) -> Result:
     mass = "Point mass at the end effector within the budget" * bool(within and effect.limiting_joint)
     kept = "" if asked.norm is None else "kept here" if found.keeps(asked.norm) else "not kept here"
     stated = norms_text(model.accuracy.norms)
+    fitted = in_words(trial.fitted_on) if trial.fitted_on else "states not named"
     return Result(
         title=f"{exact.arm.title or exact.arm.name}: torque error of a model of {arm.name}",
         subtitle=", ".join(filter(None, [f"over {exact.states.in_words}", drives_text(arm, model.drives)])),
         facts=(
             Fact("arm", "", arm.name),
             Fact("level", "Level", model.level.name),
-            Fact("fitted_on", "Model fitted on", dict(trial.fitted_on), text=in_words(trial.fitted_on)),
+            Fact("fitted_on", "Model fitted on", dict(trial.fitted_on), text=fitted),
             Fact("budget", "Budget", model.accuracy.budget, note=kept),
             Fact("promised", "", "measured" if model.accuracy.measured else "stated by the file"),
             Fact("held_against", "", {"arm": exact.arm.name, "drives": model.drives, "payload": carried}),

@@ -149,15 +149,13 @@ def _result(
             Fact("certified_within", "Proven for every state", certificate.region.where),
             Fact("", "Proof" * bool(certificate.note), certificate.note),
         )
-    levels = Table(
-        "levels",
-        "Levels",
-        (
-            Column("level", "level", [one.level for one in accuracy.levels], shown="text"),
-            Column("operations", "operations", [one.operations for one in accuracy.levels], shown="count"),
-            Column("why", "not tried because", [one.why for one in accuracy.levels], shown="text"),
-        ),
+    took = (
+        f"{one.operations} operations" if not one.why else f"not tried: {one.why}" for one in accuracy.levels
     )
+    levels = [
+        Fact("", f"Level {one.level}", None, text=text)
+        for one, text in zip(accuracy.levels, took, strict=True)
+    ]
     search = Table(
         "search",
         "Operations after each step of the search",
@@ -179,13 +177,15 @@ def _result(
             Fact("budget", "Budget", accuracy.budget),
             Fact("fitted_on", "States", dict(accuracy.fitted_on), text=in_words(accuracy.fitted_on)),
             *operation_facts(model),
+            *levels,
+            Fact("levels", "", [one._asdict() for one in accuracy.levels]),
             Fact("solved", "", accuracy.solved),
             Fact("cut_short", "", accuracy.cut_short),
             *proven,
             *norm_facts(accuracy.norms, arm),
             Fact("seconds", "Time", seconds, "s"),
         ),
-        parts=(joints, levels, search, *_model_parts(model, states, digits)),
+        parts=(joints, search, *_model_parts(model, states, digits)),
         notices=(model.notice,) if model.notice else (),
     )
 

@@ -100,7 +100,12 @@ def _result(
             Fact("states", "", dict(exact.states.described)),
             Fact("budget", "", str(budget)),
             Fact("shares_of", "", budget.shares_of),
-            Fact("operations_full", "Operations of the exact torque", asdict(full), text=str(full)),
+            Fact(
+                "operations_full",
+                "Operations of the exact torque",
+                asdict(full) | {"total": full.total},
+                text=str(full),
+            ),
             Fact("saves", "" if saves else "Operations saved within these budgets", saves, text="none"),
             Fact(
                 "levels_not_tried", "Levels not tried" * bool(absent), absent, note=too_many_terms(exact.form)

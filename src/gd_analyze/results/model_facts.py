@@ -86,8 +86,15 @@ def operation_facts(model: SimplifiedModel) -> tuple[Fact, ...]:
     """Operations of a model, and of the exact torque in the fewest known."""
     count, full = model.operations, model.operations_full
     return (
-        Fact("operations", "Operations of the model", asdict(count), text=str(count)),
-        Fact("operations_full", "Operations of the exact torque", asdict(full), text=str(full)),
+        Fact(
+            "operations", "Operations of the model", asdict(count) | {"total": count.total}, text=str(count)
+        ),
+        Fact(
+            "operations_full",
+            "Operations of the exact torque",
+            asdict(full) | {"total": full.total},
+            text=str(full),
+        ),
         Fact("saves", "", model.saves),
     )
 
