@@ -1,17 +1,20 @@
-"""The tube: every state it is said to hold it holds, in few boxes, and where it is wide it says so."""
+"""Tubes and margins: they hold every state they should, in few boxes, and state where they are wide."""
 
 from __future__ import annotations
+
+import math
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import gd_analyze as gd
 from gd_analyze.certification.tube import Margin, Tube
 from gd_analyze.errors import TrajectoryError, UsageError
 from gd_analyze.motions.between import Between
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.robots.arm import RobotArm
 from strategies import examples, motions
 
 
@@ -33,11 +36,15 @@ def is_a_chain(tube: Tube, motion: Trajectory) -> bool:
     return ends and bool((tube.begin[1:] == tube.end[:-1]).all() and (tube.begin <= tube.end).all())
 
 
-@examples(40)
+def sine(count: int) -> Trajectory:
+    time, w = np.linspace(0.0, 2.0, count), np.array([2.0, 3.0])
+    angle = np.outer(time, w)
+    return Trajectory(time, np.sin(angle), w * np.cos(angle), -(w**2) * np.sin(angle))
+
+
+@examples(30)
 @given(motions(), st.integers(0, 2**32 - 1), st.sampled_from([3, 40, 2048]))
-def test_states_within_the_margins_of_what_is_between_set_points_are_in_it(
-    case, seed: int, most: int
-) -> None:
+def test_states_within_the_margins_between_set_points_are_in_it(case, seed, most):
     arm, motion = case
     rng = np.random.default_rng(seed)
     tube = Tube.along(arm, motion, most=most)
@@ -53,126 +60,170 @@ def test_states_within_the_margins_of_what_is_between_set_points_are_in_it(
 
 
 @pytest.mark.parametrize("side", [0, 1])
-def test_accelerations_that_jump_at_a_set_point_are_in_it_from_both_sides(two_link: RobotArm, side) -> None:
+def test_accelerations_that_jump_at_a_set_point_are_in_it_from_both_sides(two_link, side):
     """A trapezoidal profile, its set points at the corners: either acceleration of a corner may be given."""
     time, pushes = np.array([0.0, 1.0, 3.0, 4.0]), np.array([2.0, 0.0, -2.0])
     velocities = np.concatenate([[0.0], np.cumsum(pushes * np.diff(time))])
     positions = np.concatenate([[0.0], np.cumsum((velocities[1:] + velocities[:-1]) / 2 * np.diff(time))])
-    given_pushes = np.append(pushes, -2.0) if side else np.insert(pushes, 0, 2.0)
-    q, qd, qdd = (np.outer(x, [1.0, 0.5]) for x in (positions, velocities, given_pushes))
-    motion = Trajectory(time, q, qd, qdd)
-    tube = Tube.along(two_link, motion)
+    accelerations = np.append(pushes, -2.0) if side else np.insert(pushes, 0, 2.0)
+    q, qd, qdd = (np.outer(x, [1.0, 0.5]) for x in (positions, velocities, accelerations))
+    tube = Tube.along(two_link, Trajectory(time, q, qd, qdd))
+    off = np.stack([tube.margins, -tube.margins])
     for interval, push in enumerate(pushes):
-        for share in np.linspace(0.0, 1.0, 41):
-            t = share * (time[interval + 1] - time[interval])
-            state = np.array([positions[interval] + velocities[interval] * t + push * t**2 / 2, 0.0, push])
-            state[1] = velocities[interval] + push * t
-            states = state[:, None] * [1.0, 0.5]
-            off = np.stack([tube.margins, -tube.margins])
-            assert holds(tube, time[interval] + t, states + off, 1e-12)
+        for t in np.linspace(0.0, time[interval + 1] - time[interval], 41):
+            velocity = velocities[interval] + push * t
+            position = positions[interval] + velocities[interval] * t + push * t**2 / 2
+            state = np.outer([position, velocity, push], [1.0, 0.5])
+            assert holds(tube, time[interval] + t, state + off, 1e-12)
 
 
-def wave(count: int, duration: float = 2.0) -> Trajectory:
-    time = np.linspace(0.0, duration, count)
-    w = np.array([2.0, 3.0])
-    angle = np.outer(time, w)
-    return Trajectory(time, np.sin(angle), w * np.cos(angle), -(w**2) * np.sin(angle))
-
-
-@pytest.mark.parametrize("count", [12, 60, 1000])
-def test_a_smooth_motion_is_in_it(two_link: RobotArm, count: int) -> None:
-    motion, closely = wave(count), wave(4001)
-    tube = Tube.along(two_link, motion)
-    states = np.stack([closely.q, closely.qd, closely.qdd], axis=1)
-    for time, state in zip(closely.time, states, strict=True):
-        assert holds(tube, time, state)
-
-
-def test_a_coarse_trajectory_is_told_and_its_tube_is_wider(two_link: RobotArm) -> None:
-    fine, coarse = Tube.along(two_link, wave(60)), Tube.along(two_link, wave(6))
+def test_a_coarse_trajectory_has_a_wider_tube_that_says_so(two_link):
+    closely = sine(4001)
+    fine, coarse = Tube.along(two_link, sine(60)), Tube.along(two_link, sine(6))
+    for tube in (fine, coarse):
+        states = np.stack([closely.q, closely.qd, closely.qdd], axis=1)
+        assert tube is coarse or all(map(holds, [tube] * 4001, closely.time, states))
     assert (fine.coarse, fine.note) == (0, "")
     assert coarse.coarse == 5
-    for words in ("too far apart", "5 of 5 intervals", "every joint", "the tube is wider there"):
-        assert words in coarse.note
+    assert "5 of 5 intervals" in coarse.note
     widths = [np.mean(tube.upper - tube.lower, axis=0) for tube in (fine, coarse)]
     assert (widths[1] > 2 * widths[0]).all()
+    # Boxes are as large as the margins, of which one is the tube's own and one the motion's.
+    assert ((fine.upper - fine.lower) / (2 * fine.margins) <= 2.2).all()
+    assert len(fine) < 400
 
 
-def test_one_interval_that_is_open_is_named(two_link: RobotArm) -> None:
-    motion = wave(61)
+def test_one_ambiguous_interval_is_named(two_link):
+    motion = sine(61)
     bent = motion.qdd.copy()
     bent[30, 1] += 0.4 * np.abs(bent[:, 1]).max()
     tube = Tube.along(two_link, Trajectory(motion.time, motion.q, motion.qd, bent))
     assert tube.coarse == 2
     assert "acceleration of joint 2" in tube.note
-    open_ = (tube.begin >= motion.time[29] - 1e-9) & (tube.end <= motion.time[31] + 1e-9)
+    there = (tube.begin >= motion.time[29] - 1e-9) & (tube.end <= motion.time[31] + 1e-9)
     widths = (tube.upper - tube.lower)[:, 2, 1]
-    assert widths[open_].min() > 2 * np.median(widths[~open_])
+    assert widths[there].min() > 2 * np.median(widths[~there])
 
 
-def test_pieces_are_about_as_large_as_the_margins(two_link: RobotArm) -> None:
-    tube = Tube.along(two_link, wave(60))
-    widths = (tube.upper - tube.lower) / (2 * tube.margins)
-    # Of two margins one is the tube's own, the other what the motion changes by; to this comes a few per cent
-    # by which the motions between set points differ.
-    assert (widths <= 2.2).all()
-    assert len(tube) < 400
+@pytest.mark.parametrize("most", [2048, 50])
+def test_a_long_recording_has_few_boxes(two_link, most):
+    motion = sine(100_000)
+    tube = Tube.along(two_link, motion, most=most)
+    assert len(tube) <= min(most, 1000)
+    assert is_a_chain(tube, motion)
+    for k in range(0, motion.n_set_points, 997):
+        state = np.stack([motion.q[k], motion.qd[k], motion.qdd[k]])
+        assert holds(tube, motion.time[k], np.stack([state + tube.margins, state - tube.margins]), 1e-12)
 
 
-def test_a_long_recording_has_few_boxes(two_link: RobotArm) -> None:
-    """Set points in the same box have it in common, and so do more of them where boxes are few."""
-    motion = wave(100_000)
-    usual, few = Tube.along(two_link, motion), Tube.along(two_link, motion, most=50)
-    assert 50 < len(usual) < 1000
-    assert len(few) <= 50
-    for tube in (usual, few):
-        assert is_a_chain(tube, motion)
-        for k in range(0, motion.n_set_points, 997):
-            state = np.stack([motion.q[k], motion.qd[k], motion.qdd[k]])
-            assert holds(tube, motion.time[k], np.stack([state + tube.margins, state - tube.margins]), 1e-12)
-
-
-def test_rounded_numbers_at_a_thousand_a_second_are_not_coarse(two_link: RobotArm) -> None:
+def test_rounded_numbers_at_a_thousand_a_second_are_not_coarse(two_link):
     """A last digit of 1e-6 rad over a millisecond would be an acceleration of many rad/s^2."""
-    motion = wave(2001)
+    motion = sine(2001)
     rounded = Trajectory(motion.time, *(np.round(x, 6) for x in (motion.q, motion.qd, motion.qdd)))
     tube = Tube.along(two_link, rounded)
     assert tube.coarse == 0
     assert np.abs(tube.upper[:, 2] - tube.lower[:, 2]).max() <= 4 * tube.margins[2].max() + 1e-9
 
 
-def test_a_joint_that_stands_still_is_still_but_for_its_position(two_link: RobotArm) -> None:
-    motion = wave(60)
+def test_still_joints_no_margins_and_a_single_set_point(two_link):
+    motion = sine(60)
     still = [np.stack([x[:, 0], 0.0 * x[:, 0]], axis=1) for x in (motion.q, motion.qd, motion.qdd)]
     tube = Tube.along(two_link, Trajectory(motion.time, *still))
     assert not tube.lower[:, 1:, 1].any()
     assert not tube.upper[:, 1:, 1].any()
     np.testing.assert_allclose(tube.upper[:, 0, 1], np.radians(1.0))
-
-
-def test_no_margins_leave_the_motion(two_link: RobotArm) -> None:
-    motion = wave(60)
-    tube = Tube.along(two_link, motion, Margin(0.0, 0.0, 0.0, 0.0))
+    bare = Tube.along(two_link, motion, Margin(0.0, 0.0, 0.0, 0.0))
     for k in range(motion.n_set_points):
-        assert holds(tube, motion.time[k], np.stack([motion.q[k], motion.qd[k], motion.qdd[k]]), 1e-12)
-    assert len(tube) <= 2048
-
-
-def test_a_single_set_point_is_a_box(two_link: RobotArm) -> None:
+        assert holds(bare, motion.time[k], np.stack([motion.q[k], motion.qd[k], motion.qdd[k]]), 1e-12)
     state = np.array([[0.3, -0.4]])
-    tube = Tube.along(two_link, Trajectory(np.zeros(1), state, 2 * state, 3 * state))
-    assert len(tube) == 1
-    np.testing.assert_allclose(tube.upper[0, 1] - tube.lower[0, 1], 0.04 * np.abs(2 * state[0]))
+    one = Tube.along(two_link, Trajectory(np.zeros(1), state, 2 * state, 3 * state))
+    np.testing.assert_allclose(one.upper[0, 1] - one.lower[0, 1], 0.04 * np.abs(2 * state[0]))
 
 
-def test_set_points_with_no_motion_between_are_refused(two_link: RobotArm) -> None:
+def joined(*motions: Trajectory) -> Trajectory:
+    """Motions one after the other, with gaps of a second between."""
+    times, end = [], 0.0
+    for motion in motions:
+        times.append(motion.time - motion.time[0] + end)
+        end = float(times[-1][-1]) + 1.0
+    states = (np.concatenate([getattr(motion, name) for motion in motions]) for name in ("q", "qd", "qdd"))
+    gaps = np.cumsum([motion.n_set_points for motion in motions])[:-1].tolist()
+    return Trajectory(np.concatenate(times), *states, name="joined", gaps=tuple(gaps))
+
+
+def test_each_stretch_between_gaps_has_its_own_boxes(two_link, swing):
+    motion = joined(swing, swing)
+    alone, both = Tube.along(two_link, swing), Tube.along(two_link, motion)
+    # Time was shifted, which rounds the steps in their last digits.
+    np.testing.assert_allclose(both.lower, np.tile(alone.lower, (2, 1, 1)), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(both.upper, np.tile(alone.upper, (2, 1, 1)), rtol=0, atol=1e-9)
+    before, after = motion.time[motion.gaps[0] - 1], motion.time[motion.gaps[0]]
+    assert not ((both.begin < after) & (both.end > before)).any()
+    assert "Gaps in the motion: 1" in both.note
+    whole = Tube.along(two_link, replace(motion, gaps=()))
+    assert ((whole.begin < after) & (whole.end > before)).any()
+    model = gd.simplify(two_link, swing, "1%")
+    certified = [gd.certify(model, tube).certified for tube in (alone, both)]
+    np.testing.assert_allclose(*certified, rtol=1e-6)
+
+
+def test_every_stretch_has_a_box_and_single_set_points_are_boxes(two_link, swing):
+    motion = joined(swing, swing, swing)
+    tube = Tube.along(two_link, motion, most=1)
+    states = np.stack([motion.q, motion.qd, motion.qdd], axis=1)
+    for part, lower, upper in zip(motion.stretches, tube.lower, tube.upper, strict=True):
+        assert ((states[part] >= lower) & (states[part] <= upper)).all()
+    q, qd, qdd = (getattr(swing, name)[:3] for name in ("q", "qd", "qdd"))
+    single = Tube.along(two_link, Trajectory([0.0, 1.0, 2.0], q, qd, qdd, gaps=(1, 2)))
+    np.testing.assert_allclose((single.lower + single.upper)[:, 0] / 2, q, atol=1e-12)
+    mixed = Tube.along(two_link, Trajectory([0.0, 0.01, 2.0], q, qd, qdd, gaps=(2,)))
+    assert mixed.begin[-1] == mixed.end[-1] == 2.0
+
+
+def test_impossible_motions_and_other_arms_are_refused(two_link, puma):
     q = np.array([[0.0, 0.0], [1.0, 1.0]])
-    motion = Trajectory(np.array([0.0, 1e-9]), q, 0 * q, 0 * q)
     with pytest.raises(TrajectoryError, match="no possible motion") as caught:
-        Tube.along(two_link, motion)
+        Tube.along(two_link, Trajectory(np.array([0.0, 1e-9]), q, 0 * q, 0 * q))
     assert "set points 1 and 2" in str(caught.value)
-
-
-def test_a_trajectory_of_another_arm_is_refused(puma: RobotArm) -> None:
     with pytest.raises(UsageError, match="does not fit arm"):
-        Tube.along(puma, wave(10))
+        Tube.along(puma, sine(10))
+
+
+@pytest.mark.parametrize(
+    ("text", "margin"),
+    [
+        ("1deg,1mm,qd=2%,qdd=5%", Margin()),
+        ("0.5deg", Margin(revolute=math.radians(0.5))),
+        (" 0.02 rad , 0.002 m", Margin(revolute=0.02, prismatic=0.002)),
+        ("qdd=10%,qd=0%", Margin(velocity=0.0, acceleration=0.1)),
+    ],
+)
+def test_margins_are_read_and_written(text, margin):
+    assert Margin.parse(text) == margin
+    assert astuple(Margin.parse(str(margin))) == pytest.approx(astuple(margin), rel=1e-11)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "1", "2%", "deg", "-1deg", "nan deg", "1deg,,1mm", "qd=1deg", "q=2%", "qd=2", "1deg,2deg", "1m,1mm"],
+)
+def test_wrong_margins_are_refused(text):
+    with pytest.raises(UsageError, match="--margin"):
+        Margin.parse(text)
+
+
+@pytest.mark.parametrize("values", [{"velocity": -0.1}, {"revolute": math.nan}, {"prismatic": math.inf}])
+def test_margins_out_of_range_are_refused(values):
+    with pytest.raises(UsageError, match=f"Margin, {next(iter(values))}"):
+        Margin(**values)
+
+
+def test_velocities_and_accelerations_have_shares_of_their_largest():
+    """Joint 3 of the Stanford arm is prismatic; joint 1 is held still and has a margin of position alone."""
+    arm = gd.load_arm("stanford")
+    velocities, accelerations = np.ones((3, 6)) * [0, 1, -2, 3, 4, 5], -2 * np.ones((3, 6)) * range(6)
+    motion = Trajectory(np.arange(3.0), np.zeros((3, 6)), velocities, accelerations)
+    position, velocity, acceleration = Margin().along(arm, motion)
+    np.testing.assert_allclose(position, [*np.radians([1, 1]), 1e-3, *np.radians([1, 1, 1])])
+    np.testing.assert_allclose(velocity, 0.02 * np.abs(velocities[0]))
+    np.testing.assert_allclose(acceleration, 0.05 * np.abs(accelerations[0]))

@@ -1,4 +1,4 @@
-"""A box of states: what a bound is about."""
+"""A box of states, over which a bound holds."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class Box:
     Parameters
     ----------
     lower, upper
-        Positions lie between them, rad (m), shape (n,).
+        Limits of the positions, rad (m), shape (n,).
     velocity, acceleration
         Largest magnitudes, per s and s^2, shape (n,).
     where
-        What they are, in words.
+        Name of these states.
 
     Raises
     ------
@@ -49,26 +49,21 @@ class Box:
                     expected=f"{shape[0]} numbers" if len(shape) == 1 and shape[0] else "numbers in a row",
                     found=f"shape {array.shape}",
                 )
-            if not np.isfinite(array).all():
-                raise UsageError(
-                    "a limit of the box is not finite",
-                    where=f"{what}, joint {int(np.flatnonzero(~np.isfinite(array))[0]) + 1}",
-                    expected="finite numbers",
-                )
             array.flags.writeable = False
             object.__setattr__(self, what, array)
-        self._require(self.lower <= self.upper, "lower", "at most the upper limit", self.lower)
-        self._require(self.velocity >= 0.0, "velocity", "a magnitude, at least 0", self.velocity)
-        self._require(self.acceleration >= 0.0, "acceleration", "a magnitude, at least 0", self.acceleration)
+            self._require(np.isfinite(array), what, "finite numbers")
+        self._require(self.lower <= self.upper, "lower", "at most the upper limit")
+        self._require(self.velocity >= 0.0, "velocity", "a magnitude, at least 0")
+        self._require(self.acceleration >= 0.0, "acceleration", "a magnitude, at least 0")
 
-    def _require(self, holds: NDArray[np.bool_], what: str, expected: str, values: FloatArray) -> None:
+    def _require(self, holds: NDArray[np.bool_], what: str, expected: str) -> None:
         if not holds.all():
             joint = int(np.flatnonzero(~holds)[0])
             raise UsageError(
                 "no state lies within the box",
                 where=f"{what}, joint {joint + 1}",
                 expected=expected,
-                found=f"{values[joint]:g}" + (f" above {self.upper[joint]:g}" if what == "lower" else ""),
+                found=f"{getattr(self, what)[joint]:g}",
             )
 
     @property
@@ -78,7 +73,7 @@ class Box:
 
     @property
     def centre(self) -> FloatArray:
-        """The middle of the positions, shape (n,)."""
+        """Middle of the positions, shape (n,)."""
         return (self.lower + self.upper) / 2
 
     @property
@@ -88,12 +83,12 @@ class Box:
 
     @classmethod
     def of(cls, arm: RobotArm) -> Box:
-        """Take the arm's own limits, and assumed ones where it states none.
+        """Box of the arm's own limits, and of assumed ones where it states none.
 
         Warns
         -----
         GdAnalyzeWarning
-            Of limits that are assumed; `where` says so, too.
+            Names the limits that are assumed, as `where` does.
         """
         limits = box_limits(arm)
         where = f"the arm's limits{limits.remark}"
@@ -101,10 +96,7 @@ class Box:
 
     @classmethod
     def around(cls, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> Box:
-        """Enclose given states: the smallest box that holds all of them.
-
-        Positions lie between the smallest and the largest seen, velocities and accelerations have at most the
-        largest magnitude seen.
+        """Smallest box around given states.
 
         Parameters
         ----------

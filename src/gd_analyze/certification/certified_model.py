@@ -1,9 +1,9 @@
-"""Models whose budget holds for every state of a box or a tube, not only for those it was made for.
+"""Models that are proven to keep their budget at every state of a box or a tube.
 
-A model is made for some states and certified over the region. Where the bound is beyond the budget, the worst
-state found joins the states, so that the next model knows of it, and the budget of that joint shrinks a
-little; by what the bound asks for where a model is a program without terms, which takes long to make. A few
-rounds suffice, as the bound is close to the worst state.
+A model is fitted on some states and certified over the region. If the bound of a joint exceeds the budget,
+the worst state found joins the states and the budget of that joint shrinks: a little, or by as much as the
+bound asks for if the model is a program without terms, which takes long to fit. A few rounds suffice, as the
+bound is close to the worst state.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer
 from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 
-# Rounds at most; of the first the budget shrinks to no less than this share, later by what the bound asks.
+# Most rounds; rounds in which the budget shrinks by a constant share; that share.
 _ROUNDS, _PATIENT, _SLIGHTLY = 16, 4, 0.96
-# Of a search, in each of them.
+# Share of a usual search in each round.
 _EFFORT = 0.25
 
 
@@ -43,33 +43,33 @@ def simplify_certified(
     provenance: Mapping[str, str] | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> tuple[SimplifiedModel, Certificate]:
-    """Leave out what a budget allows at every state of a box, or of a tube around a motion.
+    """Simplify as far as a budget allows at every state of a box, or of a tube around a motion.
 
     Parameters
     ----------
     exact
-        Exact dynamics at the states to begin with; a share in the budget is of their peak torque.
+        Exact dynamics at the first states; shares in the budget are of their peak torque.
     budget
         Allowed torque error per joint.
     region
-        The states for which it holds.
+        The states.
     level, effort, provenance
-        As for `simplify_exact`; every round takes a quarter of a usual search. Terms are not refitted:
-        coefficients fitted to some states err by the whole budget at many, and by more between them.
+        As for `simplify_exact`. Terms are not refitted: coefficients fitted on some states err by the whole
+        budget at many of them, and by more between them.
     progress
         Called with 1 after every round.
 
     Returns
     -------
     tuple
-        The model, and the certificate that proves its budget. The exact one, where none that takes fewer
-        operations was found.
+        The model, and the certificate that proves its budget; the exact model if none with fewer operations
+        was found.
 
     Raises
     ------
     UsageError
-        If not even the exact model could be certified: the budget is less than what the bound resolves. Or if
-        the budget is of the norm: of how many of endlessly many states it holds cannot be proven.
+        If the budget is below the round-off of the bound, so that not even the exact model can be certified,
+        or if the budget is of the norm, which holds for a share of states only.
     """
     budget = Budget.of(budget).require_per_joint(
         "a certified model", "leave --certified away, and bound the model's errors with `gd-analyze certify`"
@@ -82,7 +82,7 @@ def simplify_certified(
         within = Budget.of_torques(share * allowed)
         model = simplify_exact(known, within, how, provenance=provenance)
         if turn == 0:
-            # The level that was the cheapest remains the one.
+            # The cheapest level of the first round is kept.
             level, levels = model.level, model.accuracy.levels
             how = replace(how, level=level)
         model = replace(model, accuracy=replace(model.accuracy, levels=levels))
@@ -92,7 +92,7 @@ def simplify_certified(
         if (certificate.certified <= allowed).all():
             finished = _finished(model, exact, allowed, stated)
             if finished.program is not model.program:
-                # Written anew it is another program, and that one runs.
+                # This other program is the one that runs.
                 certificate = certify(finished, region, harmonics=exact.form.harmonics)
             model = finished
         beyond = certificate.certified > allowed
@@ -102,7 +102,7 @@ def simplify_certified(
             break
         known = known.at(known.states.joined_by(*(states[beyond] for states in certificate.worst_states)))
         needed = 0.98 * allowed / np.where(beyond, certificate.certified, allowed)
-        # Where numbers are refitted each model takes long, and the bound asks at once.
+        # Each model takes long where numbers are refitted.
         patient = turn < _PATIENT and not model.level.always_refits
         share = np.where(beyond, np.minimum(share, _SLIGHTLY) if patient else share * needed, share)
     everything = replace(exactly(exact, model.level, allowed, stated), provenance=dict(provenance or {}))
@@ -121,7 +121,7 @@ def simplify_certified(
 def _finished(
     model: SimplifiedModel, exact: ExactDynamics, allowed: FloatArray, stated: str
 ) -> SimplifiedModel:
-    """Say what the model was asked for, and write its program with few operations."""
+    """State the budget, and write the program with few operations."""
     written = model
     if model.terms:
         written = replace(model, program=model.level.write(model.form, model.terms, THOROUGH))
@@ -136,7 +136,7 @@ def _finished(
 
 
 def _certified(tried: LevelTried, level: Level, operations: int) -> LevelTried:
-    """What a level takes once a model is certified; others were only searched without."""
+    """Operations of the certified level; others were searched without a proof."""
     if tried.level == level.name:
         return tried._replace(operations=operations)
     if tried.operations is None:

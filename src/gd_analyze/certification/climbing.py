@@ -1,4 +1,4 @@
-"""Climbing to a local maximum within a box of positions, from several places at once."""
+"""Climbing to a local maximum within a box of positions, from several positions at once."""
 
 from __future__ import annotations
 
@@ -12,26 +12,29 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.motion import Motion
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 
-# Of the box's width: the first step, and how often it is halved.
+# First step, of the box's width, and the number of times that it is halved.
 _FIRST_STEP, _HALVINGS = 1 / 32, 9
-# Moves at most, lest a long ridge be followed for ever.
-_MOST_MOVES = 40
+# Most moves, and most choices of velocities, so that a long ridge is not followed forever.
+_MOST_MOVES, _MOST_CHOICES = 40, 40
+# Places tried along a joint, and Newton's steps from the best of them.
+_PLACES, _STEPS = 33, 3
+# A smaller relative gain does not count.
+_GAIN = 3e-4
 
 
 def local_maximum(
     value: Callable[[FloatArray], FloatArray], box: Box, starts: FloatArray
 ) -> tuple[FloatArray, float]:
-    """Climb from every start, and return the highest place reached and its value.
+    """Climb from every start; return the highest position reached and its value.
 
-    Every joint is tried one step to either side; the best of these is taken, and the step halved where none
-    is better.
+    One step to either side is tried for every joint. The best is taken; if none is better the step is halved.
 
     Parameters
     ----------
     value
-        Of positions (n, K), shape (K,).
+        Function of positions (n, K), shape (K,).
     box
-        Its limits are kept.
+        Limits of the positions.
     starts
         Positions, shape (n, S).
     """
@@ -58,29 +61,26 @@ def local_maximum(
     return q[:, top], float(reached[top])
 
 
-# Times that velocities are chosen at most, lest a long ridge be followed for ever.
-_CHOICES = 40
-# Places along a joint that are looked at, and Newton's steps from the best of them.
-_PLACES, _STEPS = 33, 3
-# A gain less than this share is none.
-_GAIN = 3e-4
-
-
 def highest_position(
-    waves: TrigonometricPolynomial, motion: Motion, box: Box, starts: FloatArray
+    polynomial: TrigonometricPolynomial, motion: Motion, box: Box, starts: FloatArray
 ) -> FloatArray:
-    """Climb from every start (n, S) and return the position of the largest error reached, shape (n,)."""
+    """Climb from every start (n, S); return the position of the largest error reached, shape (n,).
+
+    With velocities and accelerations held at the worst, the error is one polynomial, and along one joint a
+    polynomial with few coefficients, whose largest value is found at once. So joints take turns, and after
+    all of them the velocities are chosen anew.
+    """
     q = np.clip(starts, box.lower[:, None], box.upper[:, None])
-    values = waves(q)
+    values = polynomial(q)
     reached = motion.reached(values)
     climbing = np.arange(q.shape[1])
-    for _ in range(_CHOICES):
+    for _ in range(_MOST_CHOICES):
         shares = motion.shares(values[:, climbing])
-        real, imaginary = (part.T @ shares for part in waves.parts)
-        ridge = _Ridge(waves, real + 1j * imaginary, q[:, climbing])
-        for joint in map(int, np.flatnonzero(waves.degrees)):
+        real, imaginary = (part.T @ shares for part in polynomial.parts)
+        ridge = _Ridge(polynomial, real + 1j * imaginary, q[:, climbing])
+        for joint in map(int, np.flatnonzero(polynomial.degrees)):
             ridge.climb(joint, box)
-        there = waves(ridge.q)
+        there = polynomial(ridge.q)
         now = motion.reached(there)
         better = now > (1.0 + _GAIN) * reached[climbing]
         climbing = climbing[better]
@@ -95,54 +95,53 @@ class _Ridge:
     """S polynomials, each at its own position: coefficients (W, S), positions q (n, S)."""
 
     def __init__(
-        self, waves: TrigonometricPolynomial, coefficients: NDArray[np.complex128], q: FloatArray
+        self, polynomial: TrigonometricPolynomial, coefficients: NDArray[np.complex128], q: FloatArray
     ) -> None:
-        self.waves, self.q = waves, q.copy()
-        self.revolute = ~np.array(waves.prismatic)
-        self.turned = coefficients * np.exp(1j * (waves.multiples[:, self.revolute] @ q[self.revolute]))
+        self.multiples, self.revolute, self.q = polynomial.multiples, polynomial.revolute, q.copy()
+        angles = self.multiples[:, self.revolute] @ q[self.revolute]
+        self.harmonics = coefficients * np.exp(1j * angles)
 
     def climb(self, joint: int, box: Box) -> None:
         """Move every position to its best place along one joint."""
-        multiples = self.waves.multiples[:, joint]
+        multiples = self.multiples[:, joint]
         orders = np.unique(multiples)
-        waves = self._without(joint)
-        along = np.stack([waves[multiples == m].sum(axis=0) for m in orders])
-        turns, now = bool(self.revolute[joint]), self.q[joint]
-        if turns:
+        values = self._without_power(joint)
+        along = np.stack([values[multiples == m].sum(axis=0) for m in orders])
+        revolute, now = bool(self.revolute[joint]), self.q[joint]
+        if revolute:
             along *= np.exp(-1j * np.outer(orders, now))
         places = np.linspace(box.lower[joint], box.upper[joint], _PLACES)
-        best = places[_along(along, orders, places[:, None, None], turns)[0].argmax(axis=0)]
+        best = places[_along(along, orders, places[:, None, None], revolute)[0].argmax(axis=0)]
         for _ in range(_STEPS):
-            _, slope, curve = _along(along, orders, best, turns)
+            _, slope, curve = _along(along, orders, best, revolute)
             step = np.where(curve < 0.0, -slope / np.where(curve < 0.0, curve, 1.0), 0.0)
             best = np.clip(best + step, box.lower[joint], box.upper[joint])
-        old, new = (_along(along, orders, x, turns)[0] for x in (now, best))
-        gains = new > old
-        self.q[joint] = np.where(gains, best, now)
-        if turns:
+        old, new = (_along(along, orders, x, revolute)[0] for x in (now, best))
+        self.q[joint] = np.where(new > old, best, now)
+        if revolute:
             phases = np.exp(1j * np.outer(orders, self.q[joint] - now))
-            self.turned *= phases[np.searchsorted(orders, multiples)]
+            self.harmonics *= phases[np.searchsorted(orders, multiples)]
 
-    def _without(self, joint: int) -> Array:
-        """Waves at the positions, but for the power of one joint if it slides, shape (W, S)."""
-        out: Array = self.turned
+    def _without_power(self, joint: int) -> Array:
+        """Harmonics at the positions, without the power of one joint if it is prismatic, shape (W, S)."""
+        out: Array = self.harmonics
         for k in np.flatnonzero(~self.revolute):
             if k != joint:
-                out = out * self.q[k] ** self.waves.multiples[:, [k]]
+                out = out * self.q[k] ** self.multiples[:, [k]]
         return out
 
 
 def _along(
-    coefficients: Array, orders: NDArray[np.int64], x: FloatArray, turns: bool
+    coefficients: Array, orders: NDArray[np.int64], x: FloatArray, revolute: bool
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Values, slopes and curvatures of polynomials (D, S) in one joint at places (..., S)."""
     m = orders[:, None].astype(float)
     x = x[..., None, :]
-    if turns:
+    if revolute:
         basis = coefficients * np.exp(1j * m * x)
-        ways = basis, 1j * m * basis, -(m**2) * basis
+        three = basis, 1j * m * basis, -(m**2) * basis
     else:
         powers = [x ** np.maximum(m - less, 0.0) for less in range(3)]
-        ways = coefficients * powers[0], coefficients * m * powers[1], coefficients * m * (m - 1) * powers[2]
-    value, slope, curve = (way.real.sum(axis=-2) for way in ways)
+        three = coefficients * powers[0], coefficients * m * powers[1], coefficients * m * (m - 1) * powers[2]
+    value, slope, curve = (one.real.sum(axis=-2) for one in three)
     return value, slope, curve

@@ -1,4 +1,4 @@
-"""The torque error of a model: exact torque minus the model's, as waves."""
+"""The torque error of a model, exact torque minus the model's, as trigonometric polynomials."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial
 
 _EPS = float(np.finfo(float).eps)
-# What should cancel between model and exact form leaves waves of this share of the torque, or less. There may
-# be many, in many joints; a bound by their amplitudes costs nothing and keeps them from the choice of grids.
+# Harmonics of up to this share of the torque are left where model and exact form cancel. They may be many, in
+# many joints; bounding them by their amplitudes costs nothing and keeps them out of the choice of grids.
 _CANCELLED = 1e-12
-# Coefficients up to which trying the worst velocities at every place takes no longer than holding them on
-# the way.
+# Coefficients up to which trying the worst velocities everywhere takes no longer than holding them.
 _FEW = 16_000
+_EFFECTS = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,17 +30,17 @@ class ErrorField:
 
     Parameters
     ----------
-    waves
-        F_r(q) max|r| of every factor r.
+    polynomial
+        F_r(q) max|r| for every factor r.
     motion
         The factors.
     round_off
-        What evaluating it, at any position of the box, can be off by.
+        Largest round-off of evaluating the error at a position of the box.
     rest
-        Largest value of what is not in it: what should cancel, and the rounding of all coefficients.
+        Largest value of what the polynomial lacks: harmonics that cancel, and rounding of coefficients.
     """
 
-    waves: TrigonometricPolynomial
+    polynomial: TrigonometricPolynomial
     motion: Motion
     round_off: float
     rest: float
@@ -53,60 +53,61 @@ class ErrorField:
         roundings: float,
         box: Box,
     ) -> ErrorField:
-        """Prepare a joint's row of the error.
+        """Build one joint's error.
 
         Parameters
         ----------
         exact
-            What adds up to the exact torque, see `exact_row`.
+            Summands of the exact torque, see `exact_row`.
         model, roundings
-            The model's row, and what its coefficients' rounding makes of the torque.
+            The model's row, and the torque that rounding of its coefficients amounts to.
         box
             The states.
         """
         parts, places = exact
         factors = velocity_factors(box.n_joints)
         largest = np.array([_largest(factor, box) for factor in factors])
-        waves = largest * TrigonometricPolynomial.summed([parts.added(places, len(factors)), -1.0 * model])
+        error = largest * TrigonometricPolynomial.summed([parts.added(places, len(factors)), -1.0 * model])
         # Every coefficient is the sum of three slopes of sums over links and a drive, and a difference.
         size = float(largest[places] @ parts.sizes(box.farthest).sum(axis=1))
         rest = (box.n_joints + 8) * _EPS * size + roundings
-        sizes = waves.sizes(box.farthest)
+        sizes = error.sizes(box.farthest)
         cancelled = sizes <= _CANCELLED * size
-        kept = np.where(cancelled, 0.0, waves.coefficients)
-        there = (kept != 0.0).any(axis=1)
-        waves = TrigonometricPolynomial(waves.prismatic, waves.multiples, kept)[there].above(0.0)
-        motion = Motion(box.n_joints, tuple(f for f, used in zip(factors, there, strict=True) if used))
-        return cls(waves, motion, round_off_of(waves, box), rest + float(sizes[cancelled].sum()))
+        kept = np.where(cancelled, 0.0, error.coefficients)
+        used = (kept != 0.0).any(axis=1)
+        error = TrigonometricPolynomial(error.prismatic, error.multiples, kept)[used].above(0.0)
+        motion = Motion(box.n_joints, tuple(f for f, is_used in zip(factors, used, strict=True) if is_used))
+        return cls(error, motion, round_off_of(error, box), rest + float(sizes[cancelled].sum()))
 
     def worst(self, box: Box, starts: FloatArray) -> tuple[float, FloatArray, FloatArray, FloatArray]:
-        """Largest error that climbing from positions (n, S) finds, and its state: q, qd and qdd, shape (n,).
+        """Largest error found by climbing from positions (n, S), and its state q, qd, qdd, shape (n,).
 
         Velocities and accelerations are the worst at each position.
         """
-        if not len(self.waves):
+        if not len(self.polynomial):
             return 0.0, box.centre, np.zeros(box.n_joints), np.zeros(box.n_joints)
-        if self.waves.coefficients.size <= _FEW:
-            q, _ = local_maximum(lambda q: self.motion.reached(self.waves(q)), box, starts)
+        if self.polynomial.coefficients.size <= _FEW:
+            q, _ = local_maximum(lambda q: self.motion.reached(self.polynomial(q)), box, starts)
         else:
-            q = highest_position(self.waves, self.motion, box, starts)
-        error, velocities, pushes = self.motion.worst(self.waves(q[:, None])[:, 0])
+            q = highest_position(self.polynomial, self.motion, box, starts)
+        error, velocities, pushes = self.motion.worst(self.polynomial(q[:, None])[:, 0])
         return error, q, velocities * box.velocity, pushes * box.acceleration
 
 
-def round_off_of(waves: TrigonometricPolynomial, box: Box) -> float:
-    """What the value of a sum of waves can be off by.
+def round_off_of(polynomial: TrigonometricPolynomial, box: Box) -> float:
+    """Largest round-off of the sum of all polynomials' values in a box.
 
-    Every value is a sum of products in which no more than `count` roundings follow one another: one per wave
-    and polynomial, some ten per joint. Each is eps/2 of terms that add up to `reach`: on a grid products of
-    cosines and sines, which add up to sqrt(2) times a wave's amplitude per revolute joint at most. An angle
-    m.q, and the place of a node, is off by some eps of the farthest one, which may be a turn beyond the box.
+    A value is a sum of products with no more than `count` roundings in a row: one per harmonic and
+    polynomial, some ten per joint. Each rounding is eps/2 of terms that add up to `reach`; on a grid these
+    are products of cosines and sines, at most sqrt(2) times a harmonic's amplitude per revolute joint. An
+    angle m.q, and the place of a node, is off by some eps of the farthest one, which may be a turn beyond the
+    box.
     """
-    degrees = np.array(waves.degrees)
-    count = sum(waves.coefficients.shape) + 32 * (1 + len(degrees))
-    revolute = int((degrees[~np.array(waves.prismatic)] > 0).sum())
-    reach = 2.0 ** (revolute / 2) * float(waves.sizes(box.farthest).sum())
-    farthest = box.farthest + 2 * np.pi * ~np.array(waves.prismatic)
+    degrees = np.array(polynomial.degrees)
+    count = sum(polynomial.coefficients.shape) + 32 * (1 + len(degrees))
+    revolute = int((degrees[polynomial.revolute] > 0).sum())
+    reach = 2.0 ** (revolute / 2) * float(polynomial.sizes(box.farthest).sum())
+    farthest = box.farthest + 2 * np.pi * polynomial.revolute
     return count * (1.0 + float(degrees @ farthest)) * _EPS * reach
 
 
@@ -116,11 +117,22 @@ def _largest(factor: VelocityFactor, box: Box) -> float:
     return float(np.prod([limit[joint] for joint in joints]))
 
 
-_EFFECTS = 2
-
-
 def harmonics_slack(harmonics: Harmonics, box: Box) -> FloatArray:
-    """Torque per joint, N m (N), shape (n,), that the noise of the exact dynamics can hide in a box."""
+    """Largest torque error per joint of the exact dynamics themselves, N m (N), shape (n,).
+
+    They are found from values of D_ij on a grid of angles, link by link and effect by effect. Each value is
+    off by at most delta, from which the noise was made, and the transform's rounding doubles that: 2 delta,
+    at most the cut. In sup norm a trigonometric interpolation, restricted to the harmonics that can occur, is
+    off by at most the largest error of its values times sqrt(number of functions) (Cauchy-Schwarz on its
+    kernel), and its slopes by the degree times that (Bernstein). Harmonics that cannot occur are made of
+    errors alone and never kept. Structural zeros left out were no larger than `left_out` times the cut, and
+    adding up links leaves out no more than the cut. With
+
+        tau_i = sum_j D_ij qdd_j + sum_jk h_ijk qd_j qd_k + c_i,
+        h_ijk = (dD_ij/dq_k + dD_ik/dq_j - dD_jk/dq_i) / 2,
+
+    this bounds the error of the torque.
+    """
     n, velocity = harmonics.arm.n_joints, box.velocity
     cut, cut_of_potential = harmonics.cut
     grown = _grown(harmonics, DEGREE, box)
@@ -138,7 +150,7 @@ def harmonics_slack(harmonics: Harmonics, box: Box) -> FloatArray:
 
 
 def _interpolated(harmonics: Harmonics, joints: range, degree: int, box: Box) -> float:
-    """Error over the cut of a function of some joints: of what is kept, and of all that may be left out."""
+    """Error over the cut of a function of some joints: of harmonics kept, and of all that may be left out."""
     value, count = 1.0, 1
     for run in harmonics.velocities.runs:
         present = sum(joint in joints for joint in run)
@@ -147,8 +159,8 @@ def _interpolated(harmonics: Harmonics, joints: range, degree: int, box: Box) ->
             value *= 2.0 + 4.0 * float(box.farthest[run[0]]) ** 2
             count *= degree + 1
         else:
-            # The sum or difference of two of the m sums of angles that links have turned by; of degree 1 one
-            # of them or a difference. Cosine and sine of each, and 1.
+            # Cosine and sine of the sum or difference of two of the m absolute angles of the links, for
+            # degree 1 of one of them or of a difference, and 1.
             functions = 1 + degree * (present**2 + present)
             value *= math.sqrt(functions)
             count *= functions

@@ -1,4 +1,4 @@
-"""What velocities and accelerations can make of a torque error at one position."""
+"""Largest torque error that velocities and accelerations can make at one position."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from gd_analyze.arrays import FloatArray
 from gd_analyze.harmonics.expansion import VelocityFactor
 
-# Above it the signs of the velocities are not tried all: 2^9 choices for ten joints.
+# Most joints whose signs of velocity are all tried: 2^9 choices for ten.
 _MOST_SIGNED = 10
-# And above this not all of -1, 0 and 1: 3280 choices for eight joints.
+# Most joints whose velocities -1, 0 and 1 are all tried: 3280 choices for eight.
 _MOST_THIRDS = 8
 
 
@@ -22,15 +22,15 @@ _MOST_THIRDS = 8
 class Motion:
     """The factors r of an error sum_r F_r(q) r.
 
-    Values of F_r(q) max|r| at some positions are given to the methods, so that velocities and accelerations
-    are shares of their limits, between -1 and 1.
+    Methods take values of F_r(q) max|r|, so that velocities and accelerations are shares of their limits,
+    between -1 and 1.
 
     Parameters
     ----------
     n_joints
         n.
     factors
-        Of the polynomials, in their order.
+        One per polynomial, in their order.
     """
 
     n_joints: int
@@ -38,7 +38,7 @@ class Motion:
 
     @cached_property
     def _kinds(self) -> tuple[list[int], list[int], list[int], list[int]]:
-        """Places of 1, accelerations, squares and products of two velocities."""
+        """Places of 1, of accelerations, of squares and of products of two velocities."""
         kinds = [kind if len(set(joints)) < 2 else "pair" for kind, joints in self.factors]
         still, pushed, squares, pairs = (
             [p for p, kind in enumerate(kinds) if kind == wanted] for wanted in ("1", "qdd", "qd", "pair")
@@ -46,7 +46,7 @@ class Motion:
         return still, pushed, squares, pairs
 
     def _split(self, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Values without motion, what accelerations add, values of squares and of products of velocities."""
+        """Sum at rest, the most that accelerations add, values of squares, values of products."""
         still, pushed, squares, pairs = self._kinds
         return values[still].sum(axis=0), np.abs(values[pushed]).sum(axis=0), values[squares], values[pairs]
 
@@ -59,7 +59,7 @@ class Motion:
 
     @cached_property
     def _signs(self) -> FloatArray:
-        """Every choice of signs of the velocities, up to the sign of all, shape (choices, n)."""
+        """All choices of signs of the velocities, up to a common sign, shape (choices, n)."""
         paired = self._joints(self._kinds[3])[1:]
         free = paired if len(paired) < _MOST_SIGNED else []
         out = np.ones((2 ** len(free), self.n_joints))
@@ -75,8 +75,8 @@ class Motion:
     def quick_bound(self, values: FloatArray) -> FloatArray:
         """Upper bound of the error over all velocities and accelerations, (K,), from values (P, K).
 
-        Every acceleration can have the sign that is worst; products of two velocities share signs, of which
-        all choices are tried; a square counts where it adds to the error, for the velocity may also be 0.
+        Every acceleration has its worst sign. Products of two velocities share signs, all choices of which
+        are tried. A square counts only if it adds to the error, as the velocity may be 0.
         """
         still, pushed, squares, pairs = self._split(values)
         if len(self._signs) < 2 ** max(0, len(self._joints(self._kinds[3])) - 1):
@@ -87,10 +87,10 @@ class Motion:
         return np.asarray(pushed + np.maximum(up, -down))
 
     def bound(self, values: FloatArray) -> FloatArray:
-        """Bound as `quick_bound` does, but let a square that takes from the error count.
+        """Upper bound that is at most `quick_bound`: squares that reduce the error count as well.
 
-        From t^2 >= 2 |t| - 1 where it takes and t^2 <= |t| where it adds the error is at most a function that
-        is linear in every single |velocity|, and largest where all velocities are -1, 0 or 1.
+        With t^2 >= 2 |t| - 1 where a square reduces the error and t^2 <= |t| where it adds to it, the error
+        is at most a function that is linear in every |velocity|, and so largest for velocities -1, 0 and 1.
         """
         quick = self.quick_bound(values)
         if not len(self._thirds):
@@ -98,16 +98,16 @@ class Motion:
         still, pushed, squares, pairs = self._split(values)
         sides = []
         for sign in (1.0, -1.0):
-            taking = np.minimum(sign * squares, 0.0)
-            linear = np.vstack([sign * squares + taking, sign * pairs])
-            sides.append(sign * still - taking.sum(axis=0) + (self._thirds @ linear).max(axis=0))
+            reducing = np.minimum(sign * squares, 0.0)
+            linear = np.vstack([sign * squares + reducing, sign * pairs])
+            sides.append(sign * still - reducing.sum(axis=0) + (self._thirds @ linear).max(axis=0))
         return np.asarray(np.minimum(quick, pushed + np.maximum(*sides)))
 
     @cached_property
     def _thirds(self) -> FloatArray:
-        """Values of squares (as |velocity|) and pairs where all velocities are -1, 0 or 1; none for many.
+        """Squares (as |velocity|) and products where all velocities are -1, 0 or 1; empty for many joints.
 
-        Shape (choices, squares + pairs); of two choices with opposite signs one.
+        Shape (choices, squares + pairs); one of two choices with opposite signs.
         """
         moving = [*self._kinds[2], *self._kinds[3]]
         joints = self._joints(moving)
@@ -120,7 +120,7 @@ class Motion:
         return np.where(a == b, np.abs(choices[:, a]), choices[:, a] * choices[:, b])
 
     def reached(self, values: FloatArray) -> FloatArray:
-        """Error's magnitude that velocities at their limits, or none, reach at every position, shape (K,)."""
+        """Error that velocities at their limits, or zero, reach at every position, shape (K,)."""
         return self._at_vertices(values).max(axis=0)
 
     def _at_vertices(self, values: FloatArray) -> FloatArray:
@@ -129,10 +129,7 @@ class Motion:
         return np.abs(np.vstack([still[None], moved])) + pushed
 
     def shares(self, values: FloatArray) -> FloatArray:
-        """Every factor, -1 to 1, where velocities and accelerations at their limits are worst, shape (P, K).
-
-        Times the values they add up to what `reached` gives.
-        """
+        """Factors, -1 to 1, that make the error of `reached`, shape (P, K)."""
         still, pushed, squares, pairs = self._kinds
         best = self._at_vertices(values).argmax(axis=0)
         moves = best > 0
@@ -146,10 +143,10 @@ class Motion:
         return out
 
     def worst(self, values: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Search the velocities and accelerations of one position's largest error.
+        """Search for the velocities and accelerations of the largest error at one position.
 
-        From the best vertex on, one velocity after the other goes where the error, a quadratic function of
-        it, is largest.
+        From the best vertex on, each velocity in turn moves to where the error, a quadratic function of it,
+        is largest.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""A tube of states: what is within margins of a motion, between its set points too."""
+"""A tube of states: all within margins of a motion, between its set points too."""
 
 from __future__ import annotations
 
@@ -18,30 +18,38 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import LARGEST, UNSIGNED, named_joints
 
-# What is read: which margin an entry is, and what its unit is worth.
+# Entries of a margin: field, and factor to its unit.
 _UNITS = {
     "deg": ("revolute", math.pi / 180),
     "rad": ("revolute", 1.0),
     "mm": ("prismatic", 1e-3),
     "m": ("prismatic", 1.0),
-    "% velocity": ("velocity", 1e-2),
-    "% acceleration": ("acceleration", 1e-2),
+    "qd%": ("velocity", 1e-2),
+    "qdd%": ("acceleration", 1e-2),
 }
-_KINDS = {"qd": "velocity", "qdd": "acceleration"}
+
+# Most boxes, a second's work: intervals of a long recording share boxes.
+MOST_PIECES = 2048
+# Most pieces of one interval: more would only resolve an interval that the set points leave open.
+_MOST_OF_ONE = 32
+# Share of a margin below which differences count as rounding of the numbers in a file.
+_ROUNDING = 1e-3
+# Share of a joint's largest value that replaces a margin of zero where sizes are compared with margins.
+_LEAST_SHARE = 0.02
 
 
 @dataclass(frozen=True)
 class Margin:
-    """How far states may be from the motion; what a drive that follows it well stays within by default.
+    """Largest distance of states from the motion; by default what a drive that follows it well keeps.
 
-    A joint that is held still has a margin of position only: a share of no velocity is none.
+    A joint that is held still has a margin of position only, as its peak velocity is zero.
 
     Parameters
     ----------
     revolute, prismatic
-        Of the positions of joints that turn, rad, and that slide, m.
+        Positions of revolute joints, rad, and of prismatic joints, m.
     velocity, acceleration
-        Of velocities and accelerations, as a share of each joint's largest along the motion.
+        Velocities and accelerations, as shares of each joint's largest along the motion.
 
     Raises
     ------
@@ -59,7 +67,7 @@ class Margin:
             value = getattr(self, entry.name)
             if not 0.0 <= value <= LARGEST:
                 raise UsageError(
-                    "a margin cannot be that",
+                    "a margin is out of range",
                     where=f"Margin, {entry.name}",
                     expected=f"0 or more, up to {LARGEST:g}",
                     found=f"{value:g}",
@@ -67,12 +75,12 @@ class Margin:
 
     @classmethod
     def of(cls, given: Margin | str | None) -> Margin:
-        """Take a margin, its text, or the default."""
+        """Margin from its text, itself, or the default."""
         return cls.parse(given) if isinstance(given, str) else given or cls()
 
     @classmethod
     def parse(cls, text: str) -> Margin:
-        """Read "1deg,1mm,qd=2%,qdd=5%", or some of these: what is not named is as by default.
+        """Read "1deg,1mm,qd=2%,qdd=5%", or some of these entries; others are as by default.
 
         Raises
         ------
@@ -87,8 +95,8 @@ class Margin:
         given: dict[str, float] = {}
         for column, entry in enumerate(text.split(","), start=1):
             match = re.fullmatch(rf"(?:(qdd?)=)?({UNSIGNED}) ?(deg|rad|mm|m|%)", entry.strip())
-            unit = match and (f"% {_KINDS[match[1]]}" if match[1] in _KINDS else match[3])
-            if match is None or unit not in _UNITS or (match[3] == "%") != bool(match[1]):
+            unit = match and (match[1] or "") + match[3]
+            if match is None or unit not in _UNITS:
                 raise UsageError(
                     "the margin is not understood",
                     where=f"--margin, entry {column}",
@@ -96,7 +104,7 @@ class Margin:
                     "accelerations, comma-separated",
                     found=repr(entry.strip()),
                 )
-            name, worth = _UNITS[unit]
+            name, factor = _UNITS[unit]
             if name in given:
                 raise UsageError(
                     "a margin is given twice",
@@ -104,33 +112,31 @@ class Margin:
                     expected="one entry each",
                     found=repr(text),
                 )
-            given[name] = float(match[2]) * worth
+            given[name] = float(match[2]) * factor
         return cls(**given)
 
     def __str__(self) -> str:
-        """As `parse` reads it."""
+        """Text that `parse` reads."""
         return (
             f"{math.degrees(self.revolute):.12g}deg,{1e3 * self.prismatic:.12g}mm,"
             f"qd={100 * self.velocity:.12g}%,qdd={100 * self.acceleration:.12g}%"
         )
 
     def in_words(self, arm: RobotArm) -> str:
-        """Say it of an arm's joints.
+        """Text for the kinds of joints that an arm has.
 
         Examples
         --------
         >>> from gd_analyze.robots.catalogue import load_arm
         >>> Margin().in_words(load_arm("puma560"))
-        '1 degree, 2 % of peak velocity and 5 % of peak acceleration'
+        '1°, 2 % of peak velocity and 5 % of peak acceleration'
         """
-        degrees = f"{math.degrees(self.revolute):.6g}"
         kinds = {
-            "revolute": f"{degrees} degree{'' if degrees == '1' else 's'}",
+            "revolute": f"{math.degrees(self.revolute):.6g}°",
             "prismatic": f"{1e3 * self.prismatic:.6g} mm",
         }
-        positions = " or ".join(
-            words for kind, words in kinds.items() if kind in {j.kind for j in arm.joints}
-        )
+        present = {joint.kind for joint in arm.joints}
+        positions = " or ".join(text for kind, text in kinds.items() if kind in present)
         velocity, acceleration = 100 * self.velocity, 100 * self.acceleration
         return f"{positions}, {velocity:.6g} % of peak velocity and {acceleration:.6g} % of peak acceleration"
 
@@ -141,39 +147,29 @@ class Margin:
         return np.stack([position, self.velocity * peaks[0], self.acceleration * peaks[1]])
 
 
-# Boxes at most, a second's work: a long recording has its set points in common boxes.
-MOST_PIECES = 2048
-# Pieces of one interval at most: more would only resolve an interval that the set points leave open.
-_MOST_OF_ONE = 32
-# Of a margin: differences this small count as rounding of the numbers in a file.
-_ROUNDING = 1e-3
-# What stands for a margin of zero where sizes are compared with margins: a share of the joint's largest.
-_LEAST_SHARE = 0.02
-
-
 @dataclass(frozen=True, eq=False)
 class Tube:
     """A chain of boxes of states along a motion.
 
-    A state belongs to a box where each of its q, qd and qdd is within the margin of what the motion takes
-    between two instants, see `Between` for what that is between the set points. Where the motions that are
-    possible there differ by more than the margin, all that any of them takes from one set point to the next
-    belongs to every box in between. Across a gap of the motion there is no box.
+    Each box is about some time. It holds the states whose q, qd and qdd are within the margins of what the
+    motion takes in that time; see `Between` for the motion between set points. If the possible motions
+    between two set points differ by more than the margin, every box between them holds all that any of them
+    takes there. Across a gap of the motion there is no box.
 
     Parameters
     ----------
     lower, upper
         Limits of q, qd and qdd, SI, shape (pieces, 3, n).
     begin, end
-        From when to when each box is about, s, shape (pieces,).
+        Time that each box is about, s, shape (pieces,).
     margins
         Of q, qd and qdd, shape (3, n).
     where
-        What it is around, in words.
+        Name of these states.
     coarse
-        Between how many pairs of set points the motion is not told to within the margins.
+        Number of intervals between set points in which possible motions differ by more than the margins.
     note
-        A sentence about that, or "".
+        Remark on gaps and on these intervals, or "".
     """
 
     lower: FloatArray
@@ -208,11 +204,11 @@ class Tube:
         Parameters
         ----------
         arm, motion
-            Whose joints, and what they do.
+            The arm and its motion.
         margin
-            How far states may be from it, or its text, see `Margin.parse`.
+            A margin or its text, see `Margin.parse`.
         most
-            Boxes at most; of a longer motion several intervals share one.
+            Most boxes; intervals of a longer motion share them.
 
         Raises
         ------
@@ -231,17 +227,15 @@ class Tube:
         around = Margin.of(margin)
         margins = around.along(arm, motion)
         where = f"{around.in_words(arm)} of {motion.name}"
-        if motion.n_set_points == 1:
-            state = np.stack([motion.q, motion.qd, motion.qdd], axis=1)
-            return cls(state - margins, state + margins, motion.time, motion.time, margins, where)
         path = _Path(motion, margins)
-        boxes = [path.boxes(most), _single(motion)]
-        lower, upper, begin, end = (np.concatenate(arrays) for arrays in zip(*boxes, strict=True))
+        parts = path.boxes(most), _single(motion)
+        lower, upper, begin, end = (np.concatenate(pair) for pair in zip(*parts, strict=True))
         order = np.argsort(begin, kind="stable")
         lower, upper, begin, end = lower[order], upper[order], begin[order], end[order]
-        coarse = path.unsure.any(axis=(1, 2))
-        note = " ".join(filter(None, (_gaps_told(motion), path.note(motion))))
-        return cls(lower - margins, upper + margins, begin, end, margins, where, int(coarse.sum()), note)
+        gaps = f"Gaps in the motion: {len(motion.gaps)}; nothing is proven across them." * bool(motion.gaps)
+        note = " ".join(filter(None, (gaps, path.note())))
+        coarse = int(path.unsure.any(axis=(1, 2)).sum())
+        return cls(lower - margins, upper + margins, begin, end, margins, where, coarse, note)
 
 
 def _single(motion: Trajectory) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
@@ -251,22 +245,12 @@ def _single(motion: Trajectory) -> tuple[FloatArray, FloatArray, FloatArray, Flo
     return state, state, motion.time[at], motion.time[at]
 
 
-def _gaps_told(motion: Trajectory) -> str:
-    if not motion.gaps:
-        return ""
-    count = len(motion.gaps)
-    return (
-        f"The motion has {count} gap{'s' * (count > 1)}: each of its {count + 1} stretches has a tube of its "
-        "own, and nothing is said of what lies between."
-    )
-
-
 class _Path:
-    """What a motion takes between its set points, interval by interval.
+    """The motion between its set points, interval by interval.
 
-    `lower` and `upper` are the limits in every interval, `differences` how far the possible motions are
-    apart, `unsure` where that is more than the margin; shape (intervals, 3, n). An interval across a gap has
-    nan for limits, and joins no other.
+    `lower` and `upper` are its limits in every interval, `differences` largest differences of the possible
+    motions, `unsure` where these exceed the margin; shape (intervals, 3, n). An interval across a gap has nan
+    for limits and joins no other.
     """
 
     def __init__(self, motion: Trajectory, margins: FloatArray) -> None:
@@ -279,11 +263,11 @@ class _Path:
         self.lower, self.upper, self.differences = (np.empty((count, *margins.shape)) for _ in range(3))
         self.unsure = np.empty(self.lower.shape, dtype=bool)
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            # There is no memory for all coefficients of a long recording at once.
             for part in chunks(count):
                 self._fill(part)
 
     def _fill(self, part: slice) -> None:
-        """Look at some intervals; of very many there is no memory for more than what is kept."""
         between, across = self._between(part), ~self.known[part]
         begin = np.zeros(len(between.coefficients))
         low, high = between.ranges(begin, begin + 1.0)
@@ -292,7 +276,6 @@ class _Path:
         differences[across] = 0.0
         largest = np.maximum(np.abs(low), np.abs(high))
         self._require_possible(part.start, largest)
-        # Round-off of numbers that are the same is no difference.
         noise = 64 * np.finfo(float).eps * np.nan_to_num(largest)
         self.lower[part], self.upper[part], self.differences[part] = low, high, differences
         self.unsure[part] = differences > np.maximum(self.margins, noise)
@@ -314,7 +297,7 @@ class _Path:
             )
 
     def boxes(self, most: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Limits and instants of at most `most` boxes, as small as the margins where that is possible."""
+        """Limits and times of at most `most` boxes, as small as the margins if possible."""
         if not self.known.any():
             nothing = np.empty((0, *self.margins.shape))
             return nothing, nothing, np.empty(0), np.empty(0)
@@ -324,35 +307,33 @@ class _Path:
             first, count = self._joined(size * scale)
             kept = self.known[first]
             first, count = first[kept], count[kept]
-            parts = np.where(count == 1, np.clip(np.ceil(sizes[first] / size), 1, _MOST_OF_ONE), 1).astype(
-                int
-            )
-            # As few as there are stretches are what it takes.
+            pieces = np.clip(np.ceil(sizes[first] / size), 1, _MOST_OF_ONE)
+            parts = np.where(count == 1, pieces, 1).astype(int)
+            # Every stretch takes one box at least.
             if parts.sum() <= most or len(first) <= len(self.motion.gaps) + 1:
                 return self._cut(first, count, np.minimum(parts, most))
             size *= 1.5
 
     def _sizes(self, scale: FloatArray) -> FloatArray:
-        """Of every interval how large it is in boxes of this size, where the motion is known."""
+        """Size of every interval in boxes of this scale, where the motion is known."""
         sizes = np.empty(len(self.lower))
         for part in chunks(len(sizes)):
-            open_ = self.unsure[part] | ~self.known[part, None, None]
-            widths = np.where(open_, 0.0, self.upper[part] - self.lower[part])
-            sizes[part] = np.divide(widths, scale, out=np.zeros_like(widths), where=scale > 0.0).max(
-                axis=(1, 2)
-            )
+            unknown = self.unsure[part] | ~self.known[part, None, None]
+            widths = np.where(unknown, 0.0, self.upper[part] - self.lower[part])
+            shares = np.divide(widths, scale, out=np.zeros_like(widths), where=scale > 0.0)
+            sizes[part] = shares.max(axis=(1, 2))
         return sizes
 
     def _reach(self) -> FloatArray:
-        """What positions range over, and the largest velocities and accelerations, shape (3, n)."""
-        # Of those that are known: these take no nan.
+        """Half the range of positions, and the largest velocities and accelerations, shape (3, n)."""
+        # These reductions ignore nan.
         low, high = np.fmin.reduce(self.lower), np.fmax.reduce(self.upper)
         largest = np.maximum(high, -low)
         largest[0] = (high[0] - low[0]) / 2
         return np.asarray(largest)
 
     def _joined(self, size: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """First interval and number of intervals of every run that fits a box of this size, shape (3, n).
+        """First interval and number of intervals of every group that fits a box of this size, shape (3, n).
 
         Neighbours of one stretch are joined in pairs, the pairs in pairs, and so on.
         """
@@ -371,7 +352,6 @@ class _Path:
             kept = np.ones(len(first), dtype=bool)
             kept[left + 1] = False
             place, both = np.cumsum(kept)[left] - 1, count[left] + count[left + 1]
-            # Taking some makes arrays of their own.
             first, count, lower, upper = first[kept], count[kept], lower[kept], upper[kept]
             count[place], lower[place], upper[place] = both, low, high
             span *= 2
@@ -380,46 +360,46 @@ class _Path:
     def _cut(
         self, first: NDArray[np.intp], count: NDArray[np.intp], parts: NDArray[np.intp]
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Limits and instants of runs of intervals, those of one interval cut into parts of equal length."""
-        runs = np.repeat(np.arange(len(first)), parts)
-        place = np.arange(len(runs)) - np.repeat(np.cumsum(parts) - parts, parts)
-        # A run ends before the next begins, or before the interval across a gap behind it.
+        """Limits and times of groups of intervals, single intervals cut into parts of equal length."""
+        groups = np.repeat(np.arange(len(first)), parts)
+        place = np.arange(len(groups)) - np.repeat(np.cumsum(parts) - parts, parts)
+        # A group ends before the next begins, or before the interval across a gap behind it.
         edges = np.stack([first, first + count], axis=1).ravel()
         edges = edges[edges < len(self.lower)]
-        lower = np.minimum.reduceat(self.lower, edges)[::2][runs]
-        upper = np.maximum.reduceat(self.upper, edges)[::2][runs]
+        lower = np.minimum.reduceat(self.lower, edges)[::2][groups]
+        upper = np.maximum.reduceat(self.upper, edges)[::2][groups]
         time = self.motion.time
         width = (time[first + count] - time[first]) / parts
-        begin = time[first][runs] + place * width[runs]
-        cut = np.flatnonzero(parts[runs] > 1)
+        begin = time[first][groups] + place * width[groups]
+        cut = np.flatnonzero(parts[groups] > 1)
         if cut.size:
-            among, each = place[cut], parts[runs[cut]]
-            intervals = first[runs[cut]]
+            among, each = place[cut], parts[groups[cut]]
+            intervals = first[groups[cut]]
             low, high = self._between(intervals).ranges(among / each, (among + 1) / each)
             unsure = self.unsure[intervals]
             lower[cut] = np.where(unsure, lower[cut], low)
             upper[cut] = np.where(unsure, upper[cut], high)
-        end = np.where(place + 1 < parts[runs], np.append(begin[1:], 0.0), time[first + count][runs])
+        end = np.where(place + 1 < parts[groups], np.append(begin[1:], 0.0), time[first + count][groups])
         return lower, upper, begin, end
 
-    def note(self, motion: Trajectory) -> str:
-        """Say where the set points leave the motion open by more than the margins, or ""."""
+    def note(self) -> str:
+        """Remark on intervals that the set points leave open by more than the margins, or ""."""
         if not self.unsure.any():
             return ""
         most, at, kind, joint = max(map(self._widest, chunks(len(self.unsure))), key=itemgetter(0))
-        many = int(self.unsure.any(axis=(1, 2)).sum())
         joints = [int(j) + 1 for j in np.flatnonzero(self.unsure.any(axis=(0, 1)))]
-        what = ("position", "velocity", "acceleration")[kind]
-        by = f"by {most:.2g} times its margin" if np.isfinite(most) else "though it has no margin"
+        by = f"{most:.2g} times its margin" if np.isfinite(most) else "its margin being zero"
+        time = self.motion.time
+        count = self.unsure.any(axis=(1, 2)).sum()
         return (
-            f"The set points are too far apart to tell the motion to within the margins in {many} of "
-            f"{self.known.sum()} intervals ({named_joints(joints, motion.n_joints)}; most from "
-            f"{motion.time[at]:.4g} to {motion.time[at + 1]:.4g} s, where the {what} of joint {joint + 1} is "
-            f"open {by}): the tube is wider there."
+            f"Set points too far apart in {count} of {self.known.sum()} intervals "
+            f"({named_joints(joints, self.motion.n_joints)}): the tube is wider there. Largest ambiguity: "
+            f"{('position', 'velocity', 'acceleration')[kind]} of joint {joint + 1}, {by}, from "
+            f"{time[at]:.4g} to {time[at + 1]:.4g} s."
         )
 
     def _widest(self, part: slice) -> tuple[float, int, int, int]:
-        """By how many times its margin the motion is most open, in some intervals; which, what and whose."""
+        """Largest difference over margin in some intervals: ratio, interval, kind and joint."""
         differences = np.where(self.unsure[part], self.differences[part], 0.0)
         none = np.where(self.unsure[part], np.inf, 0.0)
         times = np.divide(differences, self.margins, out=none, where=self.margins > 0)

@@ -1,0 +1,99 @@
+"""Errors of models by the formulation in closed form, and adversaries that look for large ones."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gd_analyze.certification.box import Box
+from gd_analyze.certification.tube import Tube
+from gd_analyze.dynamics.decomposition import decompose_states
+from gd_analyze.harmonics.terms import Torques
+from gd_analyze.motions.states import States
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.term import TERM
+from made_models import model_of
+
+
+def model_with(arm: RobotArm, torques: Torques) -> SimplifiedModel:
+    return model_of(ExactForm(arm), TERM, torques)
+
+
+def damaged(arm: RobotArm, rng: np.random.Generator) -> SimplifiedModel:
+    """A model that lacks some torque terms and has others with wrong coefficients."""
+    torques = {t: w * (0.9 if rng.random() < 0.3 else 1.0) for t, w in ExactForm(arm).torques.items()}
+    return model_with(arm, {t: w for t, w in torques.items() if rng.random() < 0.7})
+
+
+def errors_at(model: SimplifiedModel, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
+    """Shape (N, n)."""
+    exact = decompose_states(model.arm, States(q, qd, qdd), christoffel=False, drives=model.drives)["torque"]
+    return np.abs(model.torque(q, qd, qdd) - exact)
+
+
+def round_off(model: SimplifiedModel, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> float:
+    """Round-off of two programs of one torque: some hundred eps of the largest, or of its larger terms."""
+    return 1e-12 * float(np.abs(model.torque(q, qd, qdd)).max() + errors_at(model, q, qd, qdd).max())
+
+
+def round_off_in(model: SimplifiedModel, tube: Tube) -> float:
+    box = tube.enclosing
+    farthest = (box.farthest[None], box.velocity[None], box.acceleration[None])
+    return round_off(model, *farthest) * (1.0 + float(box.farthest.max())) ** 2
+
+
+def drawn_box(arm: RobotArm, rng: np.random.Generator) -> Box:
+    """Ranges from none to more than a turn."""
+    n = arm.n_joints
+    middle, half = rng.uniform(-1.0, 1.0, n), rng.choice([0.0, 0.3, 1.5, 4.0], n)
+    return Box(middle - half, middle + half, rng.uniform(0.0, 2.0, n), rng.uniform(0.0, 5.0, n))
+
+
+def drawn_states(box: Box, count: int, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
+    """States of a box, most of them with velocities, accelerations and some positions at their limits."""
+    n = box.n_joints
+    signs = np.where(rng.random((2, count, n)) < 0.5, 1.0, -1.0)
+    q = rng.uniform(box.lower, box.upper, (count, n))
+    q = np.where(rng.random((count, n)) < 0.2, np.where(signs[0] > 0, box.lower, box.upper), q)
+    shares = rng.choice([1.0, 0.5, 0.0], (count, n), p=[0.8, 0.1, 0.1])
+    return q, signs[0] * shares * box.velocity, signs[1] * box.acceleration
+
+
+def largest_excess(
+    model: SimplifiedModel, tube: Tube, along: np.ndarray, rng: np.random.Generator, rounds: int = 1
+) -> float:
+    """Largest error above the bounds of the pieces (pieces, n) that an adversary finds.
+
+    From corners and drawn states of every piece it climbs: variable after variable goes to the end where the
+    error of one joint, another in every run, is larger.
+    """
+    pieces = np.concatenate([np.arange(len(tube)), rng.integers(0, len(tube), 100)])
+    lower, upper = tube.lower[pieces], tube.upper[pieces]
+    states = np.where(rng.random(lower.shape) < 0.5, lower, upper)
+    inside = rng.random(len(pieces)) < 0.3
+    states[inside] = rng.uniform(lower[inside], upper[inside])
+    joints, rows = rng.integers(0, tube.n_joints, len(pieces)), np.arange(len(pieces))
+    excess = -np.inf
+    for turn in range(rounds * 3 * tube.n_joints):
+        kind, k = (turn // tube.n_joints) % 3, turn % tube.n_joints
+        tried = np.stack([states, states, states])
+        tried[1][:, kind, k], tried[2][:, kind, k] = lower[:, kind, k], upper[:, kind, k]
+        q, qd, qdd = tried.reshape(-1, 3, tube.n_joints).transpose(1, 0, 2)
+        errors = errors_at(model, q, qd, qdd).reshape(3, len(pieces), -1)
+        excess = max(excess, float((errors - along[pieces]).max()))
+        states = tried[errors[:, rows, joints].argmax(axis=0), rows]
+    return excess
+
+
+def drawn_motion(arm: RobotArm, rng: np.random.Generator) -> Trajectory:
+    """Smooth and finely sampled, smooth and coarse, or set points that contradict one another."""
+    n, count = arm.n_joints, int(rng.choice([2, 4, 25]))
+    time = np.linspace(0.0, 1.5, count)
+    speed, size, phase = rng.uniform(0.5, 4.0, n), rng.choice([0.0, 0.2, 1.0], n), rng.uniform(0.0, 6.0, n)
+    angle = np.outer(time, speed) + phase
+    q, qd, qdd = size * np.sin(angle), size * speed * np.cos(angle), -size * speed**2 * np.sin(angle)
+    if rng.random() < 0.25:
+        qd, qdd = rng.uniform(-2.0, 2.0, (2, count, n))
+    return Trajectory(time, q, qd, qdd)
