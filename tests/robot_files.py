@@ -80,6 +80,24 @@ def fingers() -> tuple[str, ...]:
     )
 
 
+INERTIAL = '<inertial pos="0.02 0.1 0.03" quat="1 0.2 0.3 0.1" mass="2" diaginertia="0.03 0.04 0.05"/>'
+
+
+def mjcf(body: str, before: str = '<compiler angle="radian"/>', after: str = "") -> str:
+    """A file of MJCF whose bodies begin at line 4."""
+    return f'<mujoco model="bench">\n{before}\n<worldbody>\n{body}\n</worldbody>\n{after}\n</mujoco>'
+
+
+def two_bodies(elbow: str = "", after: str = "") -> str:
+    """Two bodies; `elbow` are more attributes of the second one's joint."""
+    return (
+        f'<body name="base" pos="0 0 1"><body name="upper" pos="0 0 0.2" euler="0.2 0.3 0.4">{INERTIAL}\n'
+        f'<joint name="shoulder" axis="0 1 1" range="-1 2" armature=".1" damping=".5" frictionloss=".2"/>\n'
+        f'<body name="lower" pos="0.3 0 0" quat="0.9 0.1 0.2 0.3">{INERTIAL}\n'
+        f'<joint name="elbow" pos="0.01 0.02 0" {elbow}/>{after}</body></body></body>'
+    )
+
+
 def raw_torque(path: Path, arm: RobotArm, states: States, held: Mapping[str, float] | None = None) -> Any:
     """Torques by Pinocchio's rnea of the file as it is: all its joints, those not of the arm held."""
     model = (pin.buildModelFromUrdf if path.suffix == ".urdf" else pin.buildModelFromMJCF)(str(path))

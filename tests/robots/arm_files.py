@@ -38,6 +38,41 @@ inertia = 0.5
 inertia = 0.25
 """
 
+PLACED = """\
+format = "gd-analyze arm 1"
+name = "askew"
+convention = "placement"
+
+[[joints]]
+name = "shoulder"
+xyz = [0.0, 0.0, 0.3]
+rpy = [0.1, -0.2, 0.3]
+axis = [0.6, 0.0, 0.8]
+range_deg = [-90.0, inf]
+
+[[joints]]
+name = "lift"
+kind = "prismatic"
+xyz_mm = [400.0, 0.0, 0.0]
+rotation = [
+    [1.0, 0.0, 0.0],
+    [0.0, 0.0, -1.0],
+    [0.0, 1.0, 0.0],
+]
+
+[[links]]
+mass = 3.0
+com = [0.2, 0.0, 0.0]
+inertia = { xx = 0.002, yy = 0.04, zz = 0.04 }
+
+[[links]]
+frame_xyz_mm = [350.0, 0.0, 0.0]
+frame_rpy_deg = [0.0, 0.0, 180.0]
+mass = 1.5
+com = [0.15, 0.0, 0.0]
+inertia = { xx = 0.001, yy = 0.015, zz = 0.015 }
+"""
+
 
 def line_of(text: str, needle: str, occurrence: int = 0) -> int:
     return [i for i, line in enumerate(text.splitlines(), start=1) if needle in line][occurrence]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import tomllib
 import warnings
 from pathlib import Path
 
@@ -92,7 +91,7 @@ def dressed_arms(draw: st.DrawFn) -> RobotArm:
     return dataclasses.replace(arm, joints=joints, links=links, drives=drives if has_drives else ())
 
 
-@examples(80)
+@examples(40)
 @given(dressed_arms())
 def test_any_arm_reads_back_to_the_last_bit(tmp_path_factory, arm):
     again = read_back(arm, tmp_path_factory.mktemp("arm"))
@@ -114,16 +113,6 @@ def test_built_in_arms_keep_their_table(name, tmp_path):
     again = read_back(arm, tmp_path)
     assert again.dh_table == arm.dh_table
     same_but_for(arm, again)
-
-
-def test_what_is_written_is_short(puma):
-    text = toml_of(puma)
-    document = tomllib.loads(text)
-    assert document["joints"][0]["alpha_deg"] == -90.0
-    assert document["joints"][0]["range_deg"] == [-160.0, 160.0]
-    assert text.count("a = 0.4318  # m\n") == text.count("  # m\n") - 1 == 1  # of a and d, each once
-    assert "alpha_deg = -90.0  # degrees" in text
-    assert max(map(len, text.split("sources")[0].splitlines())) <= 80
 
 
 QUARTER = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
@@ -173,7 +162,7 @@ def test_an_unknown_end_of_a_range_stays_unknown(tmp_path):
 
 
 def test_a_payload_is_written_with_its_link_but_not_with_uncertainties(puma, tmp_path):
-    with pytest.raises(ArmError, match="link 6 carries a payload, and states uncertainties") as caught:
+    with pytest.raises(ArmError, match="link 6 carries a payload") as caught:
         toml_of(with_payload(puma, 1.0, [0.0, 0.0, 0.1]))
     assert "without its payload" in caught.value.details["next"]
     bare = dataclasses.replace(

@@ -12,8 +12,7 @@ from made_links import link
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import builtin_arms, load_arm
-from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, LinkUncertainty, Placement
-from gd_analyze.robots.plausibility import implausible
+from gd_analyze.robots.parts import DHRow, Drive, Joint, LinkUncertainty, Placement
 from strategies import arms, examples
 
 
@@ -64,98 +63,37 @@ def test_limits_that_are_unknown_are_infinite():
     assert arm.limits("velocity_limit").tolist() == [np.inf]
 
 
-@pytest.mark.parametrize("axis", [(0, 0, 2.0), (0, 0, 0), (1, 1, 0), (0, 0, 1 + 1e-5)])
-def test_axis_must_be_a_unit_vector(axis):
-    with pytest.raises(ArmError, match="not a unit vector"):
-        Joint("1", axis=np.array(axis, dtype=float))
-
-
 @pytest.mark.parametrize(
     ("build", "says"),
     [
         (lambda: Joint("1", "spherical"), "unknown kind"),
+        (lambda: Joint("1", axis=np.array([0, 0, 1 + 1e-5])), "not a unit vector"),
         (lambda: Joint("1", lower=1.0, upper=1.0), "range of joint 1 is empty"),
         (lambda: Joint("1", acceleration_limit=-1.0), "acceleration limit of joint 1 is not positive"),
         (lambda: Joint("1", axis=np.array([np.nan, 0, 1])), "not finite"),
-        (lambda: Joint("1", axis=np.array([0.0, 1.0])), "wrong shape"),
+        (lambda: Joint("1", velocity_limit=1e300), "too large for any arm"),
         (lambda: Placement(2 * np.eye(3)), "is not a rotation"),
         (lambda: Placement(np.diag([1.0, 1.0, -1.0])), "is not a rotation"),
-        (lambda: Placement(np.eye(3), np.array([np.inf, 0, 0])), "not finite"),
         (lambda: link(mass=-1.0), "is negative"),
-        (lambda: link(mass=np.nan), "not finite"),
         (lambda: link(com=np.zeros(2)), "wrong shape"),
         (lambda: link(inertia_com=np.triu(np.ones((3, 3)))), "not symmetric"),
-        (lambda: Drive(inertia=-1.0), "drive is negative"),
-        (lambda: Drive(inertia=np.nan), "drive is not finite"),
         (lambda: Drive(viscous={}), "viscous friction of a drive is not made of numbers"),
-        (lambda: Drive(gear_ratio=[1.0]), "gear ratio of a drive has the wrong shape"),
         (lambda: Drive(coulomb=(0.1,)), "Coulomb friction of a drive has the wrong shape"),
-        (lambda: Drive(torque_limit=-1.0), "torque limit of a drive is negative"),
-        (lambda: DHRow(0.0, "1", 0.0, 0.0), "d of a Denavit-Hartenberg row is not made of numbers"),
-        (
-            lambda: RobotArm("a", (Joint("1"),), (link(),), dh_table=(DHRow(0.0, 0.0, 0.0, 0.0),) * 2),
-            "needs one of its table rows per joint",
-        ),
-        (lambda: RobotArm("a", (Joint("1"),), (link(),), convention=7), "an arm's convention is not a name"),
-        (lambda: Drive(inertia_uncertainty=-0.1), "uncertainty of a drive's inertia is negative"),
         (lambda: Drive(inertia_uncertainty=np.inf), "uncertainty of a drive's inertia is not finite"),
-        (lambda: LinkUncertainty(mass=-0.1), "uncertainty of a link's mass is negative"),
+        (lambda: DHRow(0.0, "1", 0.0, 0.0), "d of a Denavit-Hartenberg row is not made of numbers"),
         (lambda: LinkUncertainty(com=np.array([0.0, -0.1, 0.0])), "uncertainty of a link's com is negative"),
-        (lambda: LinkUncertainty(com=np.zeros(2)), "uncertainty of a link's com has the wrong shape"),
-        (
-            lambda: LinkUncertainty(inertia=np.full((3, 3), np.nan)),
-            "uncertainty of a link's inertia is not f",
-        ),
         (lambda: LinkUncertainty(inertia=np.triu(np.ones((3, 3)))), "link's inertia is not symmetric"),
-        (lambda: LinkUncertainty(body_mass=-1.0), "mass of an uncertain body is negative"),
         (lambda: RobotArm("a", (), ()), "has no joints"),
         (lambda: RobotArm("a", (Joint("1"),), ()), "one of its links per joint"),
-        (lambda: RobotArm("a", (Joint("1"),), (link(), link())), "one of its links per joint"),
-        (
-            lambda: RobotArm("a", (Joint("1"),), (link(),), drives=(Drive(), Drive())),
-            "one of its drives per joint",
-        ),
+        (lambda: RobotArm("a", (Joint("1"),), (link(),), drives=(Drive(),) * 2), "one of its drives"),
+        (lambda: RobotArm("a", (Joint("1"),), (link(),), dh_table=(DHRow(0, 0, 0, 0),) * 2), "table rows"),
+        (lambda: RobotArm("a", (Joint("1"),), (link(),), convention=7), "an arm's convention is not a name"),
         (lambda: RobotArm("a", (Joint("1"),), (link(),), np.array([0, 0])), "wrong shape"),
     ],
 )
 def test_impossible_parts(build, says):
     with pytest.raises(ArmError, match=says):
         build()
-
-
-@pytest.mark.parametrize(
-    ("excess", "told", "told_of_a_measurement"),
-    [(0.0005, False, False), (0.002, True, False), (0.0999, True, False), (0.1001, True, True)],
-)
-def test_triangle_inequality_by_how_much(excess, told, told_of_a_measurement):
-    """I_zz = 1 = I_xx + I_yy + excess: rounding below 0.1 %, a measurement's error below 10 %."""
-    inertia = np.diag([0.5, 0.5 - excess, 1.0])
-    for measured, is_told in ((False, told), (True, told_of_a_measurement)):
-        said = slip(link(inertia_com=inertia, as_measured=measured))
-        assert ("violates the triangle inequality" in said) == is_told
-        assert (": physically inconsistent" in said) == (excess > 0.1)
-
-
-@pytest.mark.parametrize(("least", "told"), [(-0.0005, ""), (-0.002, "by 0.2 %"), (-1.0, "by 100 %")])
-def test_a_negative_principal_moment_by_how_much(least, told):
-    said = slip(link(inertia_com=np.diag([1.0, 1.0, least])))
-    assert ("smallest principal moment is negative" in said) == bool(told)
-    assert told in said
-
-
-def test_a_rod_without_thickness_is_possible():
-    link(inertia_com=np.diag([0.0, 1 / 12, 1 / 12]))
-
-
-def slip(of: Link) -> str:
-    return "\n".join(implausible(RobotArm("a", (Joint("1"),), (of,))))
-
-
-def test_com_far_away_is_a_slip():
-    """Of an arm without a table a metre is not far: how long its last link is nothing says."""
-    assert "centre of mass of link l is 1.2 m from" in slip(link(com=np.array([1.2, 0, 0])))
-    assert "centre of mass" not in slip(link(com=np.array([0.9, 0, 0])))
-    assert "centre of mass" not in slip(link(com=np.array([1.2, 0, 0]), mass=0.0))
 
 
 def test_values_cannot_be_changed(puma):

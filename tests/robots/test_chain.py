@@ -74,7 +74,7 @@ def urdf_arm(side: str) -> list[str]:
     [
         ({"tip": "lwoer"}, "there is no link 'lwoer'", "next", "did you mean lower"),
         ({"base": "ground"}, "there is no link 'ground'", "found", "base, upper, lower"),
-        ({"lock": ["elbw=0"]}, "there is no moving joint 'elbw' to lock", "next", "did you mean elbow"),
+        ({"lock": ["elbw=0"]}, "there is no moving joint 'elbw'", "next", "did you mean elbow"),
         ({"tip": "upper", "base": "lower"}, "link upper is not beyond link lower", "next", "name a base on"),
         ({"tip": "base"}, "the robot has no joint that moves", "found", "2 joints, all of them held"),
     ],
@@ -133,7 +133,7 @@ def test_a_floating_base_is_refused(read):
 def test_a_planar_joint_is_refused_unless_it_is_held(read):
     text = two_joints(link("pad"), joint("slip", "lower", "pad", "planar"))
     error = refused(read, text)
-    assert error.what == "joint slip is planar, which no joint of an arm is here"
+    assert error.what.startswith("joint slip is planar")
     assert "--lock slip=0 holds it" in error.details["next"]
     assert read(text, lock=["slip=0"]).mass[-1] == 3.0
     assert read(text, tip="lower").n_joints == 2

@@ -26,13 +26,6 @@ def test_description_round_trip(arm):
     assert describe(again) == describe(arm)
 
 
-def test_description_of_the_shipped_arms(puma, two_link):
-    for arm in (puma, two_link):
-        again = arm_from_description(json.loads(json.dumps(describe(arm))))
-        assert fingerprint(again, drives=True) == fingerprint(arm, drives=True)
-        assert again.limits("upper").tolist() == arm.limits("upper").tolist()
-
-
 def test_description_keeps_what_is_known_of_the_uncertainties(puma):
     stated = LinkUncertainty(0.1, np.array([0.01, 0.02, 0.03]), 0.004 * np.eye(3), "origin")
     carried = with_payload(
@@ -52,18 +45,6 @@ def test_description_keeps_what_is_known_of_the_uncertainties(puma):
     np.testing.assert_array_equal(found.body_com, np.zeros(3))
 
 
-def test_a_description_without_uncertainties_is_of_an_arm_that_states_none(puma):
-    """As in files written before arms could state any."""
-    old = describe(puma)
-    del old["drive_inertia_uncertainty"]
-    for entry in old["links"]:
-        del entry["uncertainty"]
-    again = arm_from_description(old)
-    assert all(entry.uncertainty is None for entry in again.links)
-    assert all(drive.inertia_uncertainty is None for drive in again.drives)
-    assert fingerprint(again, drives=True) == fingerprint(puma, drives=True)
-
-
 def test_uncertainties_are_no_part_of_the_fingerprint():
     """What acts on torque is; how well it is known changes no result that was made for the arm."""
     plain = RobotArm("a", (Joint("1"),), (link(),), drives=(Drive(1.0),))
@@ -76,13 +57,6 @@ def test_uncertainties_are_no_part_of_the_fingerprint():
     assert fingerprint(stated, drives=True) == fingerprint(plain, drives=True)
     # As it was before arms could state uncertainties: model files name arms by it.
     assert fingerprint(plain) == "e2d53fe166ba8618a5c5d9d0ef23435d8285b50c9e8f86a907855992e3ab1eb6"
-
-
-def test_the_pumas_link_inertias_are_good_to_ten_percent(puma):
-    for part in puma.links:
-        assert (part.uncertainty.mass, part.uncertainty.com) == (None, None)
-        # Both are typed as decimal numbers: a rounding each, and one of the product.
-        np.testing.assert_allclose(part.uncertainty.inertia, 0.1 * part.inertia_com, rtol=1e-15)
 
 
 def leaves(value, keys=()):

@@ -39,26 +39,6 @@ def test_kinds_limits_and_drives(stanford):
     assert stanford.mass.tolist() == [9.29, 5.01, 4.25, 1.08, 0.63, 0.51]
 
 
-def test_the_unit_trap_is_explained_in_the_file():
-    comments = " ".join(
-        line[1:].strip()
-        for line in builtin_arms()["stanford"].read_text("utf-8").splitlines()
-        if line.startswith("#")
-    )
-    for words in ("CENTIMETRES", "ORIGINS", "not a quotation"):
-        assert words in comments
-
-
-def test_inertias_about_the_centres_of_mass_are_possible(stanford):
-    """No measured-inertia allowance is used: all moments are positive, no one exceeds the other two's sum."""
-    assert not any(link.as_measured or link.axial_only for link in stanford.links)
-    for link in stanford.links:
-        principal = np.linalg.eigvalsh(link.inertia_com)
-        assert principal[0] > 0
-        # Equality is a thin rod; three-digit data may miss it by a rounding of its last digit.
-        assert principal[2] <= (principal[0] + principal[1]) * (1 + 1e-3), link.name
-
-
 def test_moving_the_inertias_back_gives_the_table(stanford):
     printed = [
         (0.276, 0.255, 0.071),
@@ -103,23 +83,6 @@ def test_the_boom_slides_between_twelve_and_fifty_inches(stanford):
     # Products with 0.0254: a rounding.
     found = [stanford.joints[2].lower, stanford.joints[2].upper]
     np.testing.assert_allclose(found, [12 * 0.0254, (12 + 38) * 0.0254], rtol=3e-16)
-
-
-def test_metres_for_centimetres_are_told(tmp_path):
-    text = builtin_arms()["stanford"].read_text("utf-8")
-
-    def hundredfold(match: re.Match[str]) -> str:
-        return f"com = {[100 * float(word) for word in match[1].split(',')]}"
-
-    path = tmp_path / "stanford.toml"
-    path.write_text(re.sub(r"^com = \[(.*)\]", hundredfold, text, flags=re.MULTILINE), encoding="utf-8")
-    with pytest.warns(GdAnalyzeWarning) as caught:
-        load_arm(path)
-    told = [str(item.message) for item in caught]
-    for link in range(1, 7):
-        [one] = [text for text in told if f"the inertia of link {link} " in text]
-        assert "line " in one
-        assert "the point the inertia is about" in one
 
 
 @pytest.mark.parametrize("index", range(6))

@@ -65,7 +65,7 @@ def read_mjcf(path: Path, root: Node) -> Tree:
     bare = Node("mujoco", {"model": "robot"}, root.where)
     bare.children = [node.kept(_OF_COMPILER) for node in compilers]
     bare.children += [_defaults(node) for node in root.all("default")]
-    bare.children.append(world.kept((), {}, *bodies.below(world)))
+    bare.children.append(world.kept((), {}, *_placed_roots(bodies.below(world))))
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "robot.xml"
         copy.write_text(bare.text(), encoding="utf-8")
@@ -99,6 +99,14 @@ def _refuse_unexpanded(root: Node) -> None:
                 next_step='let MuJoCo write it out: set <compiler saveinertial="true"/>, load the file, and '
                 "call mujoco.mj_saveLastXML('robot.xml', model)",
             )
+
+
+def _placed_roots(roots: list[Node]) -> list[Node]:
+    """Bodies of the world, fixed ones within one more body: Pinocchio drops the pose of the first body."""
+    floating = [body for body in roots if any(one.attributes.get("type") == "free" for one in body.children)]
+    fixed = [body for body in roots if body not in floating]
+    is_placed = any(key in body.attributes for body in fixed for key in ("pos", *_POSE))
+    return [Node("body", {"name": "world"}, fixed[0].where, fixed), *floating] if is_placed else roots
 
 
 def _defaults(node: Node) -> Node:

@@ -116,6 +116,9 @@ def _link(node: Node, notes: Notes) -> Node:
         )
     value = mass.at_least_zero("value", f"the mass of link {name}")
     moments = {key: inertia.numbers(key, 1) for key in _INERTIA}
+    if value == 0.0 and any(moment != [0.0] for moment in moments.values()):
+        doubt = f"{inertia.where}: link {name} has inertia without mass; it counts as stated"
+        notes.doubts.append((name, doubt))
     within = (_origin(inertial, name, notes), mass.kept((), {"value": value}), inertia.kept((), moments))
     return node.kept(("name",), {}, inertial.kept((), {}, *within))
 

@@ -47,7 +47,7 @@ def arm_of(table, placements, inertial, name="dh"):
 NO_MASS = (0.0, np.zeros(3), np.zeros((3, 3)))
 
 
-@examples(100)
+@examples(60)
 @given(kinds, rows, st.floats(-3, 3))
 def test_standard_link_transform(kind, row, q):
     """[FGL87] Eq. (3.2-5), the joint variable added to theta or d."""
@@ -59,7 +59,7 @@ def test_standard_link_transform(kind, row, q):
     np.testing.assert_allclose(found, expected, atol=20 * EPS)
 
 
-@examples(100)
+@examples(60)
 @given(kinds, rows, st.floats(-3, 3))
 def test_modified_link_transform(kind, row, q):
     """Craig's order: alpha and a come first."""
@@ -69,7 +69,7 @@ def test_modified_link_transform(kind, row, q):
     np.testing.assert_allclose(link_frames(arm, np.array([[q]]))[0, 0], expected, atol=20 * EPS)
 
 
-@examples(40)
+@examples(20)
 @given(st.lists(st.tuples(kinds, rows), min_size=1, max_size=5), st.integers(0, 2**32 - 1))
 def test_one_arm_described_in_both_conventions_moves_alike(table, seed):
     """Standard frame i is modified frame i behind Rot_x(alpha_i) Trans_x(a_i): same matter, other frames."""
@@ -87,8 +87,7 @@ def test_one_arm_described_in_both_conventions_moves_alike(table, seed):
         matter = turn @ inertia @ turn.T
         moved.append((mass, tip[:3, 3] + turn @ com, 0.5 * (matter + matter.T)))
     with_kinds = [(kind, row) for (kind, _), row in zip(table, shifted, strict=True)]
-    # These frames end before the last a, so a centre of mass may seem to lie beyond the arm's reach.
-    modified = _quietly(arm_of, with_kinds, modified_placements, moved)
+    modified = arm_of(with_kinds, modified_placements, moved)
     states = random_states(len(table), 5, seed)
     ours = decompose_states(standard, states)
     theirs = decompose_states(modified, states)
@@ -98,22 +97,12 @@ def test_one_arm_described_in_both_conventions_moves_alike(table, seed):
         assert np.abs(ours[name] - theirs[name]).max() <= 2 * bounds[name], name
 
 
-def _quietly(build, *args):
-    import warnings
-
-    from gd_analyze.errors import GdAnalyzeWarning
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", GdAnalyzeWarning)
-        return build(*args)
-
-
 @pytest.mark.parametrize("turns", range(-9, 10))
 def test_right_angles_are_exact(turns):
     assert exact_cos_sin(math.radians(90.0 * turns)) == [(1, 0), (0, 1), (-1, 0), (0, -1)][turns % 4]
 
 
-@examples(200)
+@examples(100)
 @given(st.floats(-100, 100))
 def test_any_angle_is_within_a_rounding(angle):
     cosine, sine = exact_cos_sin(angle)

@@ -1,0 +1,305 @@
+"""URDF: the torques of Pinocchio on the file as it is, what is unknown or refused, and right angles."""
+
+from __future__ import annotations
+
+import math
+import time
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gd_analyze.errors import ArmError, GdAnalyzeWarning
+from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.robots.right_angles import RIGHT, RightAngles, straight
+from gd_analyze.simplification.exact_form import ExactForm
+from robot_files import assert_same_torque, fingers, joint, link, two_joints, urdf
+from strategies import examples, random_inertia, random_rotation, random_states
+
+
+@pytest.fixture
+def arm_of(tmp_path):
+    def read(text: str, **picked: object):
+        path = tmp_path / "robot.urdf"
+        path.write_text(text)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", GdAnalyzeWarning)
+            return load_arm(path, **picked), path
+
+    return read
+
+
+def test_fixed_links_are_merged_and_no_mass_is_lost(arm_of):
+    text = two_joints(
+        link("flange", 0.5),
+        link("tool", 0.3, rpy="1 2 3"),
+        link("camera", 0.2),
+        joint("flange_joint", "lower", "flange", "fixed"),
+        joint("tool_joint", "flange", "tool", "fixed"),
+        joint("camera_joint", "upper", "camera", "fixed"),
+    )
+    arm, path = arm_of(text)
+    # Sums of three numbers of one sign: two roundings.
+    np.testing.assert_allclose(arm.mass, [2.2, 1.8], rtol=4e-16)
+    assert_same_torque(path, arm, random_states(2, 20, 0))
+
+
+ENDLESS = (joint("endless", "base", "upper", "continuous"), joint("elbow", "upper", "lower"))
+
+
+@pytest.mark.parametrize(
+    ("text", "picked", "held"),
+    [
+        (
+            two_joints(*fingers()),
+            {"lock": ["left_finger=20mm", "right_finger=-0.01"]},
+            {"left_finger": 0.02, "right_finger": -0.01},
+        ),
+        (two_joints(*fingers()), {"tip": "lower"}, {}),
+        (
+            two_joints(link("hand"), joint("wrist", "lower", "hand", "continuous")),
+            {"base": "upper", "lock": {"shoulder": 0.7}},
+            {"shoulder": 0.7},
+        ),
+        (
+            urdf(link("base"), link("upper"), link("lower"), *ENDLESS),
+            {"lock": ["endless=90deg"]},
+            {"endless": np.pi / 2},
+        ),
+    ],
+)
+def test_what_is_held_carries_its_mass_at_the_value(arm_of, text, picked, held):
+    arm, path = arm_of(text, **picked)
+    assert_same_torque(path, arm, random_states(arm.n_joints, 20, 1), held)
+    assert all(name in arm.assumptions[-1] for name in held)
+
+
+@examples(25)
+@given(st.data())
+def test_any_chain_of_any_joints(tmp_path_factory, data):
+    """Joints of all kinds, skew axes, turned inertial frames, fixed links between, beside and at the end."""
+    kinds = data.draw(
+        st.lists(st.sampled_from(["revolute", "continuous", "prismatic", "fixed"]), min_size=1, max_size=7)
+    )
+    seed, beside = data.draw(st.integers(0, 2**32 - 1)), data.draw(st.booleans())
+    kinds += ["revolute"] if set(kinds) == {"fixed"} else []
+    rng = np.random.default_rng(seed)
+
+    def three() -> str:
+        return " ".join(repr(float(x)) for x in rng.normal(size=3))
+
+    elements, before = [link("link0")], "link0"
+    for i, kind in enumerate(kinds, start=1):
+        moments = random_inertia(rng)[np.triu_indices(3)].tolist()
+        keyed = dict(zip(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), moments, strict=True))
+        mass = None if data.draw(st.integers(0, 4)) == 0 else float(rng.uniform(0.1, 9))
+        elements.append(link(f"link{i}", mass, three(), three(), **keyed))
+        elements.append(joint(f"joint{i}", before, f"link{i}", kind, xyz=three(), rpy=three(), axis=three()))
+        if beside:
+            elements += [link(f"side{i}"), joint(f"aside{i}", f"link{i}", f"side{i}", "fixed", rpy=three())]
+        before = f"link{i}"
+    path = tmp_path_factory.mktemp("chain") / "robot.urdf"
+    path.write_text(urdf(*elements))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", GdAnalyzeWarning)  # of numbers no arm has
+        arm = load_arm(path)
+    moving = [kind for kind in kinds if kind != "fixed"]
+    assert [joint.kind for joint in arm.joints] == [k.replace("continuous", "revolute") for k in moving]
+    assert_same_torque(path, arm, random_states(len(moving), 4, seed), merged=2 * len(kinds) + 1)
+
+
+@pytest.fixture
+def refused(tmp_path, capfd):
+    def error(text: str | bytes) -> ArmError:
+        path = tmp_path / "robot.urdf"
+        path.write_bytes(text.encode() if isinstance(text, str) else text)
+        with pytest.raises(ArmError) as caught:
+            load_arm(path)
+        assert capfd.readouterr() == ("", "")  # parsers of others print to the terminal
+        return caught.value
+
+    return error
+
+
+BASE, UPPER, SHOULDER = link("base"), link("upper"), joint("shoulder", "base", "upper")
+MASS_ONLY = '<link name="upper"><inertial><mass value="1"/></inertial></link>'
+CIRCLE = (link("a"), link("b"), joint("ab", "a", "b"), joint("ba", "b", "a"))
+
+
+def limited(limit: str) -> str:
+    return urdf(BASE, UPPER, joint("shoulder", "base", "upper", limit=limit))
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "fact"),
+    [
+        ("<robot name='r'>\n<link name='a'>\n</robot>", 3, "mismatched tag"),
+        ("", 1, "no element found"),
+        ("<sdf version='1.9'/>", 1, "SDF has tools"),
+        ("<robot name='r'/>", None, "No link elements"),
+        (urdf(BASE), None, "fixed joints alone"),
+        (urdf('<xacro:arm prefix="left_"/>'), 2, "`xacro robot.urdf.xacro > robot.urdf`"),
+        (limited('lower="${-pi}" upper="1"'), 4, "${-pi}"),
+        (urdf(BASE, BASE), 3, "another name than in line 2"),
+        (urdf(BASE, SHOULDER), 3, "child link [upper] of joint [shoulder] not found"),
+        (urdf(BASE, UPPER), None, "Two root links found: [base] and [upper]"),
+        (urdf(BASE, UPPER, SHOULDER, joint("bar", "base", "upper")), 5, "joints shoulder and bar"),
+        (urdf(BASE, *CIRCLE), 5, "link b closes a loop"),
+        (urdf(BASE, link("upper", -2.0), SHOULDER), 3, "found: -2"),
+        (urdf(BASE, UPPER.replace('"2.0"', '"nan"'), SHOULDER), 3, "'nan'"),
+        (urdf(BASE, link("upper", xyz="0.1 0.2"), SHOULDER), 3, "'0.1 0.2'"),
+        (urdf(BASE, UPPER.replace('ixz="-0.002"', ""), SHOULDER), 3, "ixz of <inertia>"),
+        (urdf(BASE, MASS_ONLY, SHOULDER), 3, "lacks its"),
+        (urdf(BASE, UPPER, joint("shoulder", "base", "upper", "hinge")), 4, "[hinge]"),
+        (urdf(BASE, UPPER, joint("shoulder", "base", "upper", axis="0 0 0")), 4, "shoulder has no axis"),
+        (limited('lower="2" upper="1"'), 4, "2 .. 1"),
+        (limited('velocity="-1"'), 4, "velocity limit of joint shoulder is negative"),
+        (urdf(BASE, link("up\u202eper"), joint("shoulder", "base", "up\u202eper")), 3, "\\u202e"),
+    ],
+)  # fmt: skip
+@pytest.mark.filterwarnings("ignore::gd_analyze.errors.GdAnalyzeWarning")
+def test_refused_with_the_place_and_the_fact(refused, text, line, fact):
+    error = refused(text)
+    assert fact in str(error)
+    assert "robot.urdf" in error.details["where"]
+    if line is not None:
+        assert f"robot.urdf, line {line}, column " in error.details["where"]
+
+
+LAUGHS = '<!DOCTYPE r [<!ENTITY a "ha">' + "".join(
+    f'<!ENTITY {b} "{f"&{a};" * 10}">' for a, b in zip("abcdefghi", "bcdefghij", strict=True)
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        (f"{LAUGHS}]><robot name='&j;'/>", "declares a document type"),
+        ("<!DOCTYPE r SYSTEM 'file:///etc/passwd'><robot/>", "declares a document type"),
+        ("<robot>" * 100_000, "nests elements beyond any robot"),
+        (b"<robot>" + b" " * 10_000_001, "too large"),
+        (b"<robot name='\xff\xfe\x00'/>", "not valid XML"),
+        (b"<?xml version='1.0' encoding='no-such'?><robot/>", "not "),
+        ("<robot>" + "<link/>" * 2001 + "</robot>", "more links than any"),
+    ],
+)
+def test_hostile_xml_is_refused_at_once(refused, text, what):
+    start = time.process_time()
+    assert what in refused(text).what
+    # Reading 10 MB of blanks takes 0.1 s; expanding the entities would take gigabytes and minutes.
+    assert time.process_time() - start < 5.0
+
+
+def test_ranges_that_are_not_stated_are_unknown_and_doubted_once(tmp_path):
+    path = tmp_path / "robot.urdf"
+    bare, zero = 'effort="3" velocity="0"', 'lower="0" upper="0" effort="0"'
+    path.write_text(
+        urdf(
+            *(link(name) for name in ("base", "a", "b", "c")),
+            joint("one", "base", "a", limit=bare),
+            joint("two", "a", "b", limit=zero),
+            joint("three", "b", "c", "continuous", limit='lower="-1" upper="1" velocity="2"'),
+        )
+    )
+    with pytest.warns(GdAnalyzeWarning, match="robot.urdf, line 6, .* one, two") as caught:
+        arm = load_arm(path)
+    assert [str(warning.message) for warning in caught] == list(arm.doubts)
+    assert len(arm.doubts) == 1
+    assert [(j.lower, j.upper, j.velocity_limit) for j in arm.joints] == [(None,) * 3] * 2 + [
+        (None, None, 2.0)
+    ]
+    assert [drive.torque_limit for drive in arm.drives] == [3.0, None, None]
+
+
+def test_limits_that_stand_for_none(arm_of):
+    far, near = 'lower="-1e9" upper="1e9" velocity="1000"', 'lower="-1" upper="1" velocity="9"'
+    joints = [joint("one", "base", "a", limit=far), joint("two", "a", "b", limit=near)]
+    arm, _ = arm_of(urdf(*(link(name) for name in ("base", "a", "b")), *joints))
+    assert [(j.lower, j.upper, j.velocity_limit) for j in arm.joints] == [(None,) * 3, (-1.0, 1.0, 9.0)]
+    assert arm.assumptions[-1].endswith("joint one.")
+
+
+def test_masses_that_are_none_are_doubted(tmp_path):
+    path = tmp_path / "robot.urdf"
+    path.write_text(two_joints().replace('mass value="2.0"', 'mass value="0"').replace('"1.0"', '"0"'))
+    with pytest.warns(GdAnalyzeWarning) as caught:
+        load_arm(path)
+    texts = [str(warning.message) for warning in caught]
+    assert any("no link has any mass" in text for text in texts)
+    assert any("robot.urdf, line 3, " in text and "upper has inertia without mass" in text for text in texts)
+
+
+def right_angled(right: str, other: str) -> str:
+    """Base turn, then three parallel joints with frames turned to and fro by right angles."""
+    names = ["base", "a", "b", "c", "d"]
+    turns = ["0 0 0", f"{right} 0 0", f"{right} 0 {other}", f"-{right} {right} 0"]
+    axes = ["0 0 1", "0 0 1", "0 1 0", "0 0 1"]
+    links = (link(name, rpy="0 0 0", xyz="0.1 0 0", ixy=0.0, ixz=0.0, iyz=0.0) for name in names)
+    joints = (
+        joint(f"j{i}", names[i], names[i + 1], rpy=turns[i], axis=axes[i], xyz="0 0.2 0.3") for i in range(4)
+    )
+    return urdf(*links, *joints)
+
+
+@pytest.mark.parametrize("right", ["1.5708", "1.570796325", "1.57079632679", repr(math.pi / 2)])
+def test_right_angles_of_few_digits_are_made_right(arm_of, right):
+    exact, _ = arm_of(right_angled(repr(math.pi / 2), repr(math.pi)))
+    arm, path = arm_of(right_angled(right, "3.14159265359"))
+    for one, other in zip(arm.joints, exact.joints, strict=True):
+        np.testing.assert_array_equal(one.placement.rotation, other.placement.rotation)
+        assert set(np.abs(one.placement.rotation).ravel()) == {0.0, 1.0}
+    assert len(ExactForm(arm).torques) == len(ExactForm(exact).torques)
+    assert AbsoluteVelocities.of(arm).runs == AbsoluteVelocities.of(exact).runs
+    off = max(abs(float(right) - math.pi / 2), abs(3.14159265359 - math.pi))
+    assert f"{off:.2g} rad" in arm.assumptions[1]
+    assert len(exact.assumptions) == 1
+    # A joint's frame is turned by three angles at most.
+    assert_same_torque(path, arm, random_states(4, 20, 0), askew=3 * off)
+
+
+@pytest.mark.parametrize(("right", "off"), [("1.57", "0.0008"), ("1.571", "0.0002")])
+def test_angles_that_may_be_right_are_doubted_and_taken_as_written(arm_of, right, off):
+    arm, path = arm_of(right_angled(right, "3.14"))
+    assert f"line 8, column 34: an angle of {right} is {off} rad off" in arm.doubts[0]
+    assert any("an angle of 3.14 is 0.002 rad off" in doubt for doubt in arm.doubts)
+    assert_same_torque(path, arm, random_states(4, 20, 2))
+
+
+@pytest.mark.parametrize("measured", ["1.570123456", "0.0012", "1.5688", "0.785398"])
+def test_measured_angles_are_neither_changed_nor_suspected(measured):
+    right = RightAngles()
+    assert right.angle(measured, "link", "line 1") == measured
+    assert not right.suspects
+    assert not right.assumptions({"link"})
+
+
+def test_only_changes_of_the_arm_are_reported(arm_of):
+    beside = [link("camera"), joint("camera_joint", "base", "camera", "fixed", rpy="1.57 0 1.5708")]
+    arm, _ = arm_of(urdf(link("base"), link("a"), joint("j", "base", "a"), *beside))
+    assert arm.doubts == ()
+    assert len(arm.assumptions) == 1
+
+
+@examples(50)
+@given(st.integers(0, 2**32 - 1), st.integers(0, 2), st.floats(-RIGHT / 3, RIGHT / 3))
+def test_a_rotation_made_right_has_exact_zeros_and_is_one(seed, axis, tilt):
+    """A turn about one axis, tilted by less than is seen, becomes such a turn again; others stay."""
+    rng = np.random.default_rng(seed)
+    angle = rng.uniform(0.1, 1.4)
+    others = [i for i in range(3) if i != axis]
+    turn = np.eye(3)
+    turn[np.ix_(others, others)] = [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
+    lean = np.eye(3)
+    lean[axis, others[0]], lean[others[0], axis] = tilt, -tilt
+    found = straight(turn @ lean, RIGHT)
+    assert (found[axis, others] == 0.0).all()
+    assert (found[others, axis] == 0.0).all()
+    # Nine products of entries up to 1.
+    np.testing.assert_allclose(found.T @ found, np.eye(3), rtol=0, atol=9 * np.finfo(float).eps)
+    np.testing.assert_allclose(found, turn @ lean, rtol=0, atol=2 * abs(tilt) + 1e-15)
+    askew = random_rotation(rng)
+    if np.abs(askew).min() > RIGHT:
+        np.testing.assert_allclose(straight(askew, RIGHT), askew, rtol=0, atol=1e-15)
