@@ -95,7 +95,7 @@ def test_what_a_link_keeps_of_its_parameters(puma):
     """Seven of a joint that turns, four of one that slides."""
     for arm in (puma, load_arm("stanford")):
         for link in regrouped(arm).links:
-            if link.sliding is None:
+            if link.prismatic is None:
                 assert link.mass == link.first[2] == link.second[2, 2] == 0.0
             else:
                 assert not link.second.any()

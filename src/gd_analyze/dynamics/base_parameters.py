@@ -1,4 +1,4 @@
-"""Base parameters: the least numbers that an arm's torque is linear in, and what each consists of."""
+"""Base (minimal inertial) parameters: what an arm's torque is linear in, and what each combines."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class BaseParameters:
     parameters
         From base to tip.
     frames
-        Where the frame of every link stands in that link's own frame: z is the axis of a joint that turns.
+        Where the frame of every link stands in that link's own frame: z is the axis of a revolute joint.
     matrix
         Base parameters per unit of what `parameters_of` gives, all in the links' own frames: shape (base
         parameters, n, 10). Drives are apart.
@@ -144,7 +144,7 @@ class BaseParameters:
 
 
 def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> BaseParameters:
-    """Regroup the ten parameters of every link into the least that torque is linear in.
+    """Regroup the ten parameters of every link into the minimal set that torque is linear in.
 
     The frames are those of the recursion written for the arm (`regrouped_links`). Which combinations act is a
     matter of geometry, gravity's direction and the kinds of the joints alone; see `regrouping`. Values that
@@ -291,5 +291,5 @@ def _rounded(values: FloatArray, size: float = 1.0) -> FloatArray:
     return np.where(np.abs(values) <= _ROUND_OFF * size, 0.0, values)
 
 
-def _unit(kind: str, turns: bool) -> str:
-    return "kg" if kind == "m" or (kind == "J" and not turns) else "kg m" if kind[0] == "m" else "kg m^2"
+def _unit(kind: str, revolute: bool) -> str:
+    return "kg" if kind == "m" or (kind == "J" and not revolute) else "kg m" if kind[0] == "m" else "kg m^2"

@@ -19,7 +19,7 @@ v_m(r) = w_m x (r - p_{m-1}) + u_m, and for i, l <= m
     c_m   = - g . f_m
 
 where S, f and u count for translation only. D_im does not depend on q_1..q_i, hence h_mli = -h_ilm for
-l <= i <= m: the brackets B_im of the pairs i < m hold all of h. Summed over l and k with the rates,
+l <= i <= m: the brackets B_im of the pairs i < m hold all of h. Summed over l and k with the velocities,
 
     h_i = sum_{m>i} a_m . B_im - sum_{k<i} a_k . B_ki,   a_m = qd_m (2 sum_{l<m} w_l qd_l + w_m qd_m)
 
@@ -46,8 +46,8 @@ class CompositeMoments:
 
     Parameters
     ----------
-    turning, sliding
-        w_m and u_m, shape (n, 3, N); `sliding` is None for an arm of revolute joints only.
+    revolute, prismatic
+        w_m and u_m, shape (n, 3, N); `prismatic` is None for an arm of revolute joints only.
     origins
         p_{m-1}, shape (n, 3, N).
     mass
@@ -62,8 +62,8 @@ class CompositeMoments:
         v_i(p_{m-1}) of every pair i < m, ordered as `pairs_of` says, shape (n (n - 1) / 2, 3, N).
     """
 
-    turning: Array
-    sliding: Array | None
+    revolute: Array
+    prismatic: Array | None
     origins: Array
     mass: Array
     first: Array
@@ -76,8 +76,8 @@ def composite_moments(arm: RobotArm, kinematics: Kinematics) -> CompositeMoments
     """Sum the links' moments from the last link to the first."""
     n, count = arm.n_joints, kinematics.joint_axes.shape[-1]
     origins = kinematics.joint_origins
-    # Without sliding joints there is nothing to multiply by zero.
-    turning, sliding = (
+    # Without prismatic joints there is nothing to multiply by zero.
+    revolute, prismatic = (
         (kinematics.joint_axes, None) if all(arm.is_revolute) else joint_motions(arm, kinematics)
     )
     mass = np.cumsum(arm.mass[::-1])[::-1]
@@ -96,15 +96,15 @@ def composite_moments(arm: RobotArm, kinematics: Kinematics) -> CompositeMoments
             first[s] += first[s + 1] + mass[s + 1] * step
             second[TRANSLATION, s] += half + np.swapaxes(half, 0, 1)
             second[:, s] += second[:, s + 1]
-    momentum = cross(turning, first)
-    if sliding is not None:
-        momentum += mass[:, None, None] * sliding
+    momentum = cross(revolute, first)
+    if prismatic is not None:
+        momentum += mass[:, None, None] * prismatic
     velocities = np.empty((n * (n - 1) // 2, 3, count), origins.dtype)
     for m in range(1, n):
-        velocity = cross(turning[:m], origins[m] - origins[:m], out=velocities[pairs_of(m)])
-        if sliding is not None:
-            velocity += sliding[:m]
-    return CompositeMoments(turning, sliding, origins, mass, first, second, momentum, velocities)
+        velocity = cross(revolute[:m], origins[m] - origins[:m], out=velocities[pairs_of(m)])
+        if prismatic is not None:
+            velocity += prismatic[:m]
+    return CompositeMoments(revolute, prismatic, origins, mass, first, second, momentum, velocities)
 
 
 def pairs_of(m: int) -> slice:
@@ -114,34 +114,34 @@ def pairs_of(m: int) -> slice:
 
 
 def inertia(moments: CompositeMoments, out: Array | None = None) -> Array:
-    """D by effect, shape (2, n, n, N). [FGL87] Eq. (3.4-25)."""
-    n, w = len(moments.mass), moments.turning
+    """D by effect, the mass matrix from composite bodies (CRBA), shape (2, n, n, N). [FGL87] Eq. (3.4-25)."""
+    n, w = len(moments.mass), moments.revolute
     out = np.empty((2, n, n, moments.first.shape[-1]), moments.first.dtype) if out is None else out
     for m in range(n):
         second = moments.second[:, m]
         trace = second[:, 0, 0] + second[:, 1, 1] + second[:, 2, 2]
         angular = trace[:, None] * w[m] - apply(second, w[m])
-        if moments.sliding is not None:
-            angular[TRANSLATION] += cross(moments.first[m], moments.sliding[m])
+        if moments.prismatic is not None:
+            angular[TRANSLATION] += cross(moments.first[m], moments.prismatic[m])
         column = np.einsum("ian,ean->ein", w[: m + 1], angular, out=out[:, : m + 1, m])
         column[TRANSLATION, :m] += dot(moments.origin_velocities[pairs_of(m)], moments.momentum[m])
-        if moments.sliding is not None:
-            column[TRANSLATION, m] += dot(moments.sliding[m], moments.momentum[m])
+        if moments.prismatic is not None:
+            column[TRANSLATION, m] += dot(moments.prismatic[m], moments.momentum[m])
         out[:, m, :m] = column[:, :m]
     return out
 
 
 def brackets(moments: CompositeMoments) -> Array:
     """B_im of every pair i < m by effect, ordered as `pairs_of` says, shape (2, n (n - 1) / 2, 3, N)."""
-    n, w = len(moments.mass), moments.turning
+    n, w = len(moments.mass), moments.revolute
     velocities = moments.origin_velocities
     out = np.empty((2, *velocities.shape), velocities.dtype)
     for m in range(1, n):
         pairs = pairs_of(m)
         np.einsum("eabn,ibn->eian", moments.second[:, m], cross(w[m], w[:m]), out=out[:, pairs])
         out[TRANSLATION, pairs] += cross(moments.momentum[m], velocities[pairs])
-        if moments.sliding is not None:
-            out[TRANSLATION, pairs] += cross(moments.sliding[m], cross(w[:m], moments.first[m]))
+        if moments.prismatic is not None:
+            out[TRANSLATION, pairs] += cross(moments.prismatic[m], cross(w[:m], moments.first[m]))
     return out
 
 
@@ -150,7 +150,7 @@ def christoffel(moments: CompositeMoments, pairs: Array, out: Array | None = Non
 
     `pairs` are the `brackets` of the moments.
     """
-    n, w = len(moments.mass), moments.turning
+    n, w = len(moments.mass), moments.revolute
     out = np.empty((2, n, n, n, moments.first.shape[-1]), moments.first.dtype) if out is None else out
     for m in range(n):
         slab = np.einsum("eian,lan->eiln", pairs[:, pairs_of(m)], w[: m + 1], out=out[:, :m, : m + 1, m])
@@ -163,9 +163,12 @@ def christoffel(moments: CompositeMoments, pairs: Array, out: Array | None = Non
 
 
 def coriolis_centrifugal(moments: CompositeMoments, pairs: Array, qd: Array) -> tuple[Array, Array]:
-    """H by effect and its centrifugal share, each of shape (2, n, N). [FGL87] Eqs. (3.4-26), (3.4-27)."""
+    """Coriolis and centrifugal vector h by effect and its centrifugal share, each of shape (2, n, N).
+
+    [FGL87] Eqs. (3.4-26), (3.4-27).
+    """
     n, count = qd.shape
-    spins = moments.turning * qd[:, None]
+    spins = moments.revolute * qd[:, None]
     below = np.cumsum(spins, axis=0) - spins
     factors = np.stack([2.0 * below + spins, spins]) * qd[:, None]
     out = np.zeros((2, 2, n, count), moments.first.dtype)

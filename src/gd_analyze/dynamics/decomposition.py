@@ -147,7 +147,7 @@ def decompose_states(
     arm
         The arm.
     states
-        Joint variables, rates and accelerations, shape (..., n).
+        Joint variables, velocities and accelerations, shape (..., n).
     christoffel, by_link, terms, drives, progress
         As for `decompose`.
 

@@ -140,19 +140,19 @@ def rank(
     most = shares[np.isfinite(shares)].max(initial=1.0)
     order = np.argsort(-np.minimum(shares, most), kind="stable")
     columns = {key: values[order] for key, values in columns.items()}
-    turning = (dataset.joint_kind.values == "revolute").tolist()
+    revolute = (dataset.joint_kind.values == "revolute").tolist()
     return table(
         "dominance",
         {name: columns[name] for name in GROUPS["dominance"]},
-        turning,
+        revolute,
         {
             "element": columns["label"],
             "effect": dataset.effect.values,
             "unit": (
                 "element",
-                [_unit(i, j, turning) for i, j in zip(columns["i"], columns["j"], strict=True)],
+                [_unit(i, j, revolute) for i, j in zip(columns["i"], columns["j"], strict=True)],
             ),
-            "torque_unit": ("element", [unit_of("effort", turning[k - 1]) for k in columns["torque_joint"]]),
+            "torque_unit": ("element", [unit_of("effort", revolute[k - 1]) for k in columns["torque_joint"]]),
         },
         {
             "threshold": float(threshold),
@@ -164,9 +164,9 @@ def rank(
     )
 
 
-def _unit(i: int, j: int, turning: list[bool]) -> str:
+def _unit(i: int, j: int, revolute: list[bool]) -> str:
     """Unit of D_ij, or of h_i and c_i where j is 0."""
-    return unit_of("inertia", turning[i - 1], turning[j - 1]) if j else unit_of("effort", turning[i - 1])
+    return unit_of("inertia", revolute[i - 1], revolute[j - 1]) if j else unit_of("effort", revolute[i - 1])
 
 
 class _Extremes:

@@ -21,7 +21,7 @@ def kinetic_energy(arm: RobotArm, q: FloatArray, qd: FloatArray, *, drives: bool
     arm
         The arm.
     q, qd
-        Joint variables and rates, shape (..., n).
+        Joint variables and velocities, shape (..., n).
     drives
         Add sum_i J_i qd_i^2 / 2 of the drives. Each drive turns with its own joint only: what its rotor has
         because the link under it turns is part of that link.
@@ -39,7 +39,7 @@ def kinetic_energy(arm: RobotArm, q: FloatArray, qd: FloatArray, *, drives: bool
         If drives are asked for and the arm describes none.
     """
     leading, (q, qd) = checked_states(arm, q=q, qd=qd)
-    states, rates = set_points_last(q), set_points_last(qd)
+    states, velocities = set_points_last(q), set_points_last(qd)
     kinematics = solve_kinematics(arm, states)
     count = states.shape[-1]
     omega, velocity, out = np.zeros((3, count)), np.zeros((3, count)), np.zeros(count)
@@ -48,7 +48,7 @@ def kinetic_energy(arm: RobotArm, q: FloatArray, qd: FloatArray, *, drives: bool
         # The next joint's origin moves with the link before it.
         velocity = velocity + cross(omega, kinematics.joint_origins[s] - origin)
         origin = kinematics.joint_origins[s]
-        motion = kinematics.joint_axes[s] * rates[s]
+        motion = kinematics.joint_axes[s] * velocities[s]
         if arm.is_revolute[s]:
             omega = omega + motion
         else:
@@ -58,29 +58,14 @@ def kinetic_energy(arm: RobotArm, q: FloatArray, qd: FloatArray, *, drives: bool
         out += 0.5 * arm.mass[s] * dot(of_com, of_com)
         out += 0.5 * np.einsum("an,ab,bn->n", in_link, arm.inertia_com[s], in_link)
     if drives:
-        out += 0.5 * np.einsum("i,in->n", arm.drive_inertia, rates**2)
+        out += 0.5 * np.einsum("i,in->n", arm.drive_inertia, velocities**2)
     return out.reshape(leading)
 
 
 def potential_energy(arm: RobotArm, q: FloatArray) -> FloatArray:
-    """Potential energy in gravity, J: - sum_s m_s g . r_s, zero for a mass at the base's origin.
+    """Potential energy in gravity, J, (...): - sum_s m_s g . r_s, zero for a mass at the base's origin.
 
-    Parameters
-    ----------
-    arm
-        The arm.
-    q
-        Joint variables, shape (..., n).
-
-    Returns
-    -------
-    ndarray
-        Shape (...).
-
-    Raises
-    ------
-    UsageError
-        If the shape does not fit the arm or a number is not finite.
+    Parameters and errors are those of `kinetic_energy`.
     """
     leading, (q,) = checked_states(arm, q=q)
     com = solve_kinematics(arm, set_points_last(q)).com_positions

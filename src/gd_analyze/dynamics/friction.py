@@ -10,7 +10,7 @@ import numpy as np
 from gd_analyze.arrays import Array, FloatArray, chunks
 
 # A column of whose length no more than this part is independent of those before it tells nothing of its own:
-# rates and torques have not as many good digits.
+# velocities and torques have not as many good digits.
 _DEPENDENT = 1e-6
 
 # A column that varies less than this part of its length is constant: round-off of sums of a million terms.
@@ -102,7 +102,7 @@ def _at_distance(values: FloatArray) -> FloatArray:
 
 
 TERMS = ("coulomb", "viscous", "offset")
-# Columns of the fits: an offset, the direction, the rate, the model's torque, the measured one.
+# Columns of the fits: an offset, the direction, the velocity, the model's torque, the measured one.
 _OFFSET, _DIRECTION, _RATE, _MODEL, _MEASURED = range(5)
 _OF_TERM = (_DIRECTION, _RATE, _OFFSET)
 
@@ -118,8 +118,8 @@ class Friction:
     Parameters
     ----------
     terms
-        By joint and the names of `TERMS`: N m, N m s and N m (N, N s/m and N where it slides), shape (n, 3).
-        Friction that would drive a joint is held at 0.
+        By joint and the names of `TERMS`: N m, N m s and N m (N, N s/m and N of a prismatic joint), shape
+        (n, 3). Friction that would drive a joint is held at 0.
     errors
         Their standard errors; nan of what is held at 0. Readings whose residuals resemble their neighbours'
         count as fewer. They tell of noise, not of what is wrong with the model.
@@ -184,14 +184,14 @@ def fit_joint(
     model: FloatArray,
     measured: FloatArray,
     way: FloatArray,
-    rate: FloatArray,
+    velocity: FloatArray,
     used: Array,
     stretches: Sequence[slice],
 ) -> JointFit:
     """Fit friction to one joint at the set points that are used; all of shape (N,)."""
 
     def columns(at: slice) -> FloatArray:
-        return np.column_stack([np.ones(at.stop - at.start), way[at], rate[at], model[at], measured[at]])
+        return np.column_stack([np.ones(at.stop - at.start), way[at], velocity[at], model[at], measured[at]])
 
     r = triangle((columns(at)[used[at]] for at in chunks(len(model))), 5)
     count = int(used.sum())

@@ -1,8 +1,8 @@
 """The generalized d'Alembert equations as FGL87 writes them: link by link, term by term.
 
-[FGL87] section 3.4, extended to prismatic joints: w_j = z_{j-1} turns (revolute), u_j = z_{j-1} slides
-(prismatic), and z_{j-1} x (r_s - p_{j-1}) becomes the velocity v_js = w_j x (r_s - p_{j-1}) + u_j. A sliding
-joint k adds one more Coriolis acceleration, 2 w_{k-1} x u_k qd_k, to FGL87's four.
+[FGL87] section 3.4, extended to prismatic joints: w_j = z_{j-1} for a revolute joint, u_j = z_{j-1} for a
+prismatic one, and z_{j-1} x (r_s - p_{j-1}) becomes the velocity v_js = w_j x (r_s - p_{j-1}) + u_j. A
+prismatic joint k adds one more Coriolis acceleration, 2 w_{k-1} x u_k qd_k, to FGL87's four.
 
 This is the slow, fully itemised path; `composite_moments` gives the sums.
 """
@@ -34,25 +34,25 @@ TERMS = (
     Term("T2", "translation", "Coriolis, from the links below s: b_k x p_k*"),
     Term("T3", "translation", "centrifugal and Coriolis, from link s itself: w_s x (w_s x c_s)"),
     Term("T4", "translation", "Coriolis, from link s itself: b_s x c_s"),
-    Term("R1", "rotation", "Coriolis: I_s times the turning of the axes"),
+    Term("R1", "rotation", "Coriolis: I_s times the change of the axes"),
     Term("R2", "rotation", "centrifugal and Coriolis: gyroscopic couple of link s"),
 )
-SLIDING_TERM = Term("T5", "translation", "Coriolis, from sliding joints: 2 w_{k-1} x u_k qd_k")
+PRISMATIC_TERM = Term("T5", "translation", "Coriolis, from prismatic joints: 2 w_{k-1} x u_k qd_k")
 
 
 def terms_of(arm: RobotArm) -> tuple[Term, ...]:
-    """Terms of h: FGL87's six, and a seventh for an arm with sliding joints."""
-    return TERMS if all(arm.is_revolute) else (*TERMS, SLIDING_TERM)
+    """Terms of h: FGL87's six, and a seventh for an arm with prismatic joints."""
+    return TERMS if all(arm.is_revolute) else (*TERMS, PRISMATIC_TERM)
 
 
 def inertia_by_link(arm: RobotArm, kinematics: Kinematics) -> Array:
     """What each link adds to D by effect, shape (2, n links, n, n, N). [FGL87] Eq. (3.4-25)."""
     n, count = arm.n_joints, kinematics.joint_axes.shape[-1]
-    turning, _ = motions = joint_motions(arm, kinematics)
+    revolute, _ = motions = joint_motions(arm, kinematics)
     out = np.zeros((2, n, n, n, count), kinematics.joint_axes.dtype)
     for s in range(n):
         velocity = [_com_velocity(kinematics, motions, i, s) for i in range(s + 1)]
-        in_link = [_into_link(kinematics, s, turning[i]) for i in range(s + 1)]
+        in_link = [_into_link(kinematics, s, revolute[i]) for i in range(s + 1)]
         for i in range(s + 1):
             momentum = np.einsum("ab,bn->an", arm.inertia_com[s], in_link[i])
             for j in range(s + 1):
@@ -67,19 +67,19 @@ def coriolis_centrifugal_by_link(arm: RobotArm, kinematics: Kinematics, qd: Arra
     The terms are those of `terms_of`. [FGL87] Eqs. (3.4-26), (3.4-27).
     """
     n, count = qd.shape
-    turning, sliding = motions = joint_motions(arm, kinematics)
+    revolute, prismatic = motions = joint_motions(arm, kinematics)
     terms = terms_of(arm)
     out = np.zeros((len(terms), n, n, count), kinematics.joint_axes.dtype)
-    spin = turning * qd[:, None]
+    spin = revolute * qd[:, None]
     omega = np.cumsum(spin, axis=0)
     before = np.concatenate([np.zeros_like(omega[:1]), omega[:-1]])
     b = np.cumsum(cross(before, spin), axis=0)
     steps = kinematics.joint_origins[1:] - kinematics.joint_origins[:-1]
     inboard = np.zeros((2, 3, count), out.dtype)
-    slides = np.zeros((3, count), out.dtype)
+    of_prismatic = np.zeros((3, count), out.dtype)
     for s in range(n):
         com = kinematics.com_from_joint[s]
-        slides = slides + 2.0 * cross(before[s], sliding[s] * qd[s])
+        of_prismatic = of_prismatic + 2.0 * cross(before[s], prismatic[s] * qd[s])
         accelerations = [
             inboard[0],
             inboard[1],
@@ -91,11 +91,11 @@ def coriolis_centrifugal_by_link(arm: RobotArm, kinematics: Kinematics, qd: Arra
             velocity = _com_velocity(kinematics, motions, i, s)
             for t, acceleration in enumerate(accelerations):
                 out[t, s, i] = arm.mass[s] * dot(acceleration, velocity)
-            axis = _into_link(kinematics, s, turning[i])
+            axis = _into_link(kinematics, s, revolute[i])
             out[4, s, i] = dot(axis, of_turning_axes)
             out[5, s, i] = dot(cross(axis, link_omega), momentum)
             if len(terms) > len(TERMS):
-                out[6, s, i] = arm.mass[s] * dot(slides, velocity)
+                out[6, s, i] = arm.mass[s] * dot(of_prismatic, velocity)
         if s + 1 < n:
             inboard = inboard + np.stack([cross(omega[s], cross(omega[s], steps[s])), cross(b[s], steps[s])])
     return out
@@ -114,15 +114,15 @@ def gravity_loading_by_link(arm: RobotArm, kinematics: Kinematics) -> Array:
 
 
 def _com_velocity(kinematics: Kinematics, motions: tuple[Array, Array], i: int, s: int) -> Array:
-    """v_is, velocity of link s's centre of mass per unit rate of joint i, s >= i."""
-    turning, sliding = motions
-    return cross(turning[i], kinematics.com_positions[s] - kinematics.joint_origins[i]) + sliding[i]
+    """v_is, velocity of link s's centre of mass per unit velocity of joint i, s >= i."""
+    revolute, prismatic = motions
+    return cross(revolute[i], kinematics.com_positions[s] - kinematics.joint_origins[i]) + prismatic[i]
 
 
 def _couples(
     arm: RobotArm, kinematics: Kinematics, s: int, spin: Array, omega: Array
 ) -> tuple[Array, Array, Array]:
-    """Angular velocity and momentum of link s, and I_s times the turning of the axes, in its frame."""
+    """Angular velocity and momentum of link s, and I_s times the change of the axes, in its frame."""
     spins = [_into_link(kinematics, s, spin[j]) for j in range(s + 1)]
     turning_axes = np.zeros_like(spins[0])
     for j in range(s):

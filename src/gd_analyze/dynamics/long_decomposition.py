@@ -56,17 +56,18 @@ def decompose_on_demand(
         return decompose(arm, trajectory, progress=progress, **options)
     require_joints(trajectory, arm)
     states = states_of(trajectory)
-    arrays: dict[str, Any] = dict(zip(("q", "qd", "qdd"), states.arrays, strict=True))
-    arrays["torque"] = torque_of(arm, states, drives=drives, progress=progress)
+    kept = dict(zip(("q", "qd", "qdd"), states.arrays, strict=True))
+    kept["torque"] = torque_of(arm, states, drives=drives, progress=progress)
     # What takes long or is large is evaluated only where it is read.
     lean = _Rows(states, partial(decompose_states, arm, christoffel=False, drives=drives))
     full = _Rows(states, partial(decompose_states, arm, **options))
     first = np.arange(1)
     in_lean = set(lean.at(first))
+    arrays: dict[str, Any] = {}
     for name, row in full.at(first).items():
-        if name not in arrays:
-            shape = (trajectory.n_set_points, *row.shape[1:])
-            arrays[name] = on_demand(shape, partial((lean if name in in_lean else full).variable, name))
+        shape = (trajectory.n_set_points, *row.shape[1:])
+        read = partial((lean if name in in_lean else full).variable, name)
+        arrays[name] = kept[name] if name in kept else on_demand(shape, read)
     return labelled(arm, trajectory, arrays)
 
 

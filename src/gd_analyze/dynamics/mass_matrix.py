@@ -1,6 +1,6 @@
-"""Whether an arm's D, with its drives where they count, is positive definite at the states asked for.
+"""Whether the mass matrix D, with the drives where they count, is positive definite at the states asked for.
 
-Of bodies that exist it is, but for motions that move nothing. Inertias that no body has can make it
+It is for physically consistent inertias, but for motions that move nothing. Inconsistent ones can make it
 indefinite: then some motion has negative energy, and a share of a torque says nothing.
 """
 
@@ -51,10 +51,11 @@ def _round_off(arm: RobotArm, farthest: FloatArray) -> FloatArray:
     """What a diagonal must be so that it outweighs the roundings of D, shape (n,).
 
     D_ij sums m_s v_i . v_j and the inertias of the links s that both joints move; v_i is not longer than the
-    way L_i from joint i to the centres of mass beyond (1 where it slides), and both it and I_s pass some 10
-    roundings per joint, as in `round_off_bounds`. Positions are rounded at their size R from the base, which
-    is more where joints slide far. Hence D_ij is off by 20 n eps sum_s m_s (L_i L_j + R (L_i + L_j)) + |I_s|
-    at most, and by Gershgorin's circles a diagonal of the sums of its rows outweighs that.
+    way L_i from joint i to the centres of mass beyond (1 of a prismatic joint), and both it and I_s pass some
+    10 roundings per joint, as in `round_off_bounds`. Positions are rounded at their size R from the base,
+    which grows with the travel of prismatic joints. Hence D_ij is off by at most
+    20 n eps sum_s m_s (L_i L_j + R (L_i + L_j)) + |I_s|, and by Gershgorin's circles a diagonal of the sums
+    of its rows outweighs that.
 
     Parameters
     ----------
@@ -63,14 +64,14 @@ def _round_off(arm: RobotArm, farthest: FloatArray) -> FloatArray:
     farthest
         Largest magnitude of every joint variable, shape (n,).
     """
-    slides = np.where(arm.is_revolute, 0.0, farthest)
+    travel = np.where(arm.is_revolute, 0.0, farthest)
     lengths = [
         float(np.linalg.norm(joint.placement.translation) + np.linalg.norm(link.frame.translation))
         for joint, link in zip(arm.joints, arm.links, strict=True)
     ]
-    steps, com = np.array(lengths) + slides, float(np.linalg.norm(arm.com, axis=1).max())
+    steps, com = np.array(lengths) + travel, float(np.linalg.norm(arm.com, axis=1).max())
     whole = float(steps.sum()) + com
-    # Of joint i: its own slide and frame, and all steps behind it.
+    # Of joint i: its own travel and frame, and all steps behind it.
     beyond = np.cumsum(steps[::-1])[::-1] + com
     size = np.where(arm.is_revolute, beyond, 1.0)
     pairs = np.outer(size, size) + whole * np.add.outer(size, size)
@@ -104,7 +105,7 @@ def refusal(arm: RobotArm, q: FloatArray, inertia: FloatArray, floor: FloatArray
             where=_place(arm, link),
             expected="positive eigenvalues: no motion of an arm has negative energy",
             found=[found, f"principal moments of link {link.name} {link.moments_text}"],
-            next_step="mend that inertia: the signs of its products, its units, the point it is about; or "
+            next_step="fix that inertia: the signs of its products, its units, the point it is about; or "
             "count the drives' inertia",
         )
     index = _without_inertia(inertia, floor)
@@ -130,10 +131,10 @@ def _inertia(arm: RobotArm, q: FloatArray) -> FloatArray:
     return np.ascontiguousarray(np.moveaxis(composite_moments.inertia(moments).sum(axis=0), -1, 0))
 
 
-def _to_blame(arm: RobotArm, q: FloatArray, rates: FloatArray) -> int:
+def _to_blame(arm: RobotArm, q: FloatArray, velocities: FloatArray) -> int:
     """Index of the link whose energy in a motion is the most negative."""
     by_link = generalized_dalembert.inertia_by_link(arm, solve_kinematics(arm, q[:, None])).sum(axis=0)
-    return int(np.einsum("i,lijn,j->l", rates, by_link, rates).argmin())
+    return int(np.einsum("i,lijn,j->l", velocities, by_link, velocities).argmin())
 
 
 def _without_inertia(inertia: FloatArray, floor: FloatArray) -> int:

@@ -20,60 +20,6 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.text import amount, html_of, number, percent
 
-# A zero-phase low-pass spreads a jump over half a period of its cut-off: of a Butterworth filter's step, some
-# hundredths are left there.
-_SETTLED = 0.5
-# Noise decides the sign of a rate beyond so many of its standard deviations in one of a thousand readings.
-_SIGMAS = 3.0
-# And a joint slower than this part of its fastest is not sliding: teeth and bearings stick and creep first,
-# so that friction grows with the rate before it is Coulomb's. B. Armstrong-Helouvry, P. Dupont, C. Canudas
-# de Wit, A survey of models, analysis tools and compensation methods for the control of machines with
-# friction, Automatica 30 (1994).
-_CREEPING = 0.05
-
-
-def settled(trajectory: Trajectory) -> Array:
-    """Set points at which the filter's own start and end are over, (N,); all where none would be left."""
-    wait = _settling(trajectory)
-    inside = np.ones(trajectory.n_set_points, dtype=bool)
-    for stretch in trajectory.stretches:
-        time = trajectory.time[stretch]
-        inside[stretch] = (time - time[0] >= wait) & (time[-1] - time >= wait)
-    return inside if inside.any() else np.ones_like(inside)
-
-
-def direction(trajectory: Trajectory, joint: int) -> FloatArray:
-    """1 where the joint moves forwards, -1 backwards, 0 where it hardly moves, (N,)."""
-    rate, recording = trajectory.qd[:, joint], trajectory.recording
-    noise = 0.0
-    if recording is not None:
-        # The spectrum S of noise gives positions, rates and accelerations the variances of S, w^2 S and w^4 S
-        # summed over frequencies w, so by Cauchy and Schwarz the rate's is at most the root of the product of
-        # the other two, whatever the filter.
-        noise = float(np.sqrt(recording.noise_q[joint] * recording.noise_qdd[joint]))
-    still = max(_SIGMAS * np.nan_to_num(noise), _CREEPING * float(np.abs(rate).max()))
-    return np.where(np.abs(rate) > still, np.sign(rate), 0.0)
-
-
-def far_from_jumps(trajectory: Trajectory, way: FloatArray) -> Array:
-    """Set points far enough from those where the direction changes for friction's jump to be over, (N,)."""
-    time, wait = trajectory.time, _settling(trajectory)
-    after = np.flatnonzero(np.diff(way) != 0.0)
-    jumps = np.concatenate([[-np.inf], (time[after] + time[after + 1]) / 2.0, [np.inf]])
-    following = np.searchsorted(jumps, time)
-    far = np.minimum(time - jumps[following - 1], jumps[following] - time) >= wait
-    return np.asarray(far)
-
-
-def _settling(trajectory: Trajectory) -> float:
-    """Seconds that the torques' filter, the fastest of the joints', needs; none where there is none."""
-    recording = trajectory.recording
-    if recording is None or recording.cutoff is None:
-        return 0.0
-    known = recording.cutoff[np.isfinite(recording.cutoff) & (recording.cutoff > 0.0)]
-    return _SETTLED / float(known.max()) if len(known) else 0.0
-
-
 Verdict = Literal[
     "follows",
     "follows but for friction",
@@ -109,54 +55,19 @@ FRICTION_IS_KNOWN = 0.2
 # Standard errors from which on a difference is one.
 SIGMAS = 3.0
 
-
-def verdict_of(fit: JointFit, explained: float, explained_by: FloatArray, joint: int) -> tuple[Verdict, int]:
-    """Judge one joint.
-
-    Parameters
-    ----------
-    fit
-        Friction beside the model.
-    explained
-        Share of the measured variance that the model alone explains.
-    explained_by
-        The same for every joint's model, shape (n,).
-    joint
-        Which of them it is, from 0.
-
-    Returns
-    -------
-    verdict, joint
-        And which other joint's model the measurement is, from 1; 0 where it is none's.
-    """
-    if explained >= FOLLOWS:
-        return "follows", 0
-    others = np.delete(explained_by, joint)
-    best = float(others.max(initial=-np.inf))
-    if best >= max(FOLLOWS, fit.explained):
-        return "another joint's", int(np.flatnonzero(explained_by == best)[0]) + 1
-    if np.isfinite(fit.slope) and abs(fit.slope) > SIGMAS * fit.slope_error:
-        if fit.partial <= -THERE:
-            return "other sign", 0
-        if fit.partial >= THERE:
-            return _by_size(fit), 0
-    # Were the model right, friction beside it would leave at least the model's own torque.
-    hidden = fit.own <= max(fit.left, FRICTION_IS_KNOWN * fit.like_friction)
-    return ("below friction" if hidden else "does not follow"), 0
-
-
-def _by_size(fit: JointFit) -> Verdict:
-    sure = abs(fit.slope - 1.0) > SIGMAS * fit.slope_error
-    if fit.slope > AS_LARGE and sure:
-        return "too light"
-    if fit.slope < 1.0 / AS_LARGE and sure:
-        return "too heavy"
-    return "follows but for friction"
-
-
 # Readings from which on a joint is judged, and friction fitted to a moving one: five for each of three terms
 # and a slope.
 _FEWEST = 20
+# A zero-phase low-pass spreads a jump over half a period of its cut-off: of a Butterworth filter's step, some
+# hundredths are left there.
+_SETTLED = 0.5
+# Noise decides the sign of a velocity beyond so many of its standard deviations in one of 1000 readings.
+_NOISE_SIGMAS = 3.0
+# A joint slower than this part of its fastest does not slip yet: teeth and bearings stick and creep first, so
+# that friction grows with velocity before it is Coulomb's. B. Armstrong-Helouvry, P. Dupont, C. Canudas de
+# Wit, A survey of models, analysis tools and compensation methods for the control of machines with friction,
+# Automatica 30 (1994).
+_CREEPING = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +75,7 @@ class TorqueComparison:
     """Measured torque beside the exact model's, at the set points where a joint has a reading.
 
     Both passed the same filter, and where that has not settled, at the ends of a recording and of its gaps,
-    nothing is compared. N m (N where the joint slides), shape (n,) if not said otherwise; nan of a joint
+    nothing is compared. N m (N of a prismatic joint), shape (n,) if not said otherwise; nan of a joint
     without a measurement: with fewer than twenty readings, or none but zeros.
 
     Parameters
@@ -278,7 +189,7 @@ def require_torques(trajectory: Trajectory) -> None:
 
 def compared(arm: RobotArm, trajectory: Trajectory, model: FloatArray) -> TorqueComparison:
     """Do `compare_torque` with the exact model's torque at hand, shape (N, n)."""
-    measured, inside = torque_measured(trajectory), settled(trajectory)
+    measured, inside = torque_measured(trajectory), _settled(trajectory)
     joints = [_of_joint(trajectory, i, model, measured[:, i], inside) for i in range(arm.n_joints)]
 
     def each(name: str) -> FloatArray:
@@ -347,7 +258,7 @@ def _of_joint(
     wide, spread_measured = float(spread(of_models)[joint]), float(spread(of_measured)[0])
     explained_by = 1.0 - (np.linalg.norm(apart[1:], axis=0) / spread_measured) ** 2
     fit = _fit(trajectory, joint, model[:, joint], measured, rows)
-    verdict, resembles = verdict_of(fit, float(explained_by[joint]), explained_by, joint)
+    verdict, resembles = _verdict(fit, float(explained_by[joint]), explained_by, joint)
     return _Joint(
         peak,
         count,
@@ -371,10 +282,96 @@ def _fit(
     trajectory: Trajectory, joint: int, model: FloatArray, measured: FloatArray, rows: Array
 ) -> JointFit:
     """Fit friction to a joint where it moves; where it never does, an offset alone."""
-    way = direction(trajectory, joint)
-    moving = rows & (way != 0.0) & far_from_jumps(trajectory, way)
+    way = _direction(trajectory, joint)
+    moving = rows & (way != 0.0) & _far_from_jumps(trajectory, way)
     used = moving if moving.sum() >= _FEWEST else rows
     still = used is rows
-    rate = np.zeros_like(way) if still else trajectory.qd[:, joint]
+    velocity = np.zeros_like(way) if still else trajectory.qd[:, joint]
     way = np.zeros_like(way) if still else way
-    return fit_joint(model, measured, way, rate, used, trajectory.stretches)
+    return fit_joint(model, measured, way, velocity, used, trajectory.stretches)
+
+
+def _verdict(fit: JointFit, explained: float, explained_by: FloatArray, joint: int) -> tuple[Verdict, int]:
+    """Judge one joint.
+
+    Parameters
+    ----------
+    fit
+        Friction beside the model.
+    explained
+        Share of the measured variance that the model alone explains.
+    explained_by
+        The same for every joint's model, shape (n,).
+    joint
+        Which of them it is, from 0.
+
+    Returns
+    -------
+    verdict, joint
+        And which other joint's model the measurement is, from 1; 0 where it is none's.
+    """
+    if explained >= FOLLOWS:
+        return "follows", 0
+    others = np.delete(explained_by, joint)
+    best = float(others.max(initial=-np.inf))
+    if best >= max(FOLLOWS, fit.explained):
+        return "another joint's", int(np.flatnonzero(explained_by == best)[0]) + 1
+    if np.isfinite(fit.slope) and abs(fit.slope) > SIGMAS * fit.slope_error:
+        if fit.partial <= -THERE:
+            return "other sign", 0
+        if fit.partial >= THERE:
+            return _by_size(fit), 0
+    # Were the model right, friction beside it would leave at least the model's own torque.
+    hidden = fit.own <= max(fit.left, FRICTION_IS_KNOWN * fit.like_friction)
+    return ("below friction" if hidden else "does not follow"), 0
+
+
+def _by_size(fit: JointFit) -> Verdict:
+    sure = abs(fit.slope - 1.0) > SIGMAS * fit.slope_error
+    if fit.slope > AS_LARGE and sure:
+        return "too light"
+    if fit.slope < 1.0 / AS_LARGE and sure:
+        return "too heavy"
+    return "follows but for friction"
+
+
+def _settled(trajectory: Trajectory) -> Array:
+    """Set points at which the filter's own start and end are over, (N,); all where none would be left."""
+    wait = _settling(trajectory)
+    inside = np.ones(trajectory.n_set_points, dtype=bool)
+    for stretch in trajectory.stretches:
+        time = trajectory.time[stretch]
+        inside[stretch] = (time - time[0] >= wait) & (time[-1] - time >= wait)
+    return inside if inside.any() else np.ones_like(inside)
+
+
+def _direction(trajectory: Trajectory, joint: int) -> FloatArray:
+    """1 where the joint moves forwards, -1 backwards, 0 where it hardly moves, (N,)."""
+    velocity, recording = trajectory.qd[:, joint], trajectory.recording
+    noise = 0.0
+    if recording is not None:
+        # The spectrum S of noise gives positions, velocities and accelerations the variances of S, w^2 S and
+        # w^4 S summed over frequencies w, so by Cauchy and Schwarz the velocity's is at most the root of the
+        # product of the other two, whatever the filter.
+        noise = float(np.sqrt(recording.noise_q[joint] * recording.noise_qdd[joint]))
+    still = max(_NOISE_SIGMAS * np.nan_to_num(noise), _CREEPING * float(np.abs(velocity).max()))
+    return np.where(np.abs(velocity) > still, np.sign(velocity), 0.0)
+
+
+def _far_from_jumps(trajectory: Trajectory, way: FloatArray) -> Array:
+    """Set points far enough from those where the direction changes for friction's jump to be over, (N,)."""
+    time, wait = trajectory.time, _settling(trajectory)
+    after = np.flatnonzero(np.diff(way) != 0.0)
+    jumps = np.concatenate([[-np.inf], (time[after] + time[after + 1]) / 2.0, [np.inf]])
+    following = np.searchsorted(jumps, time)
+    far = np.minimum(time - jumps[following - 1], jumps[following] - time) >= wait
+    return np.asarray(far)
+
+
+def _settling(trajectory: Trajectory) -> float:
+    """Seconds that the torques' filter, the fastest of the joints', needs; none where there is none."""
+    recording = trajectory.recording
+    if recording is None or recording.cutoff is None:
+        return 0.0
+    known = recording.cutoff[np.isfinite(recording.cutoff) & (recording.cutoff > 0.0)]
+    return _SETTLED / float(known.max()) if len(known) else 0.0

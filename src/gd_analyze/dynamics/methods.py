@@ -1,4 +1,4 @@
-"""The table of formulations: what each is, what it gives, and how to call it."""
+"""The table of formulations of inverse dynamics: what each is, what it gives, and how to call it."""
 
 from __future__ import annotations
 
@@ -114,19 +114,21 @@ def _moments_dynamics(arm: RobotArm, q: Array, qd: Array) -> Dynamics:
     )
 
 
-def _summed(dynamics: DynamicsOf) -> TorqueOf:
-    """Torque of a method that gives D, h and c."""
+def _closed_form(
+    name: str, title: str, short: str, source: str, kinematics: str, growth: str, dynamics: DynamicsOf
+) -> Method:
+    """Take a method that gives D, h and c, from which torque is summed."""
 
     def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = True) -> Array:
         given = dynamics(arm, q, qd)
         sum_ = np.einsum("ijn,jn->in", given.inertia, qdd) + given.coriolis_centrifugal
         return sum_ + given.gravity_loading if gravity else sum_
 
-    return torque
+    return Method(name, title, short, source, kinematics, "closed form", growth, torque, dynamics)
 
 
-def _probed(torque: TorqueOf) -> DynamicsOf:
-    """D, h and c of a method that gives torque only."""
+def _recursion(name: str, title: str, short: str, source: str, kinematics: str, torque: TorqueOf) -> Method:
+    """Take a method that gives torque only, which is probed for D, h and c."""
 
     def dynamics(arm: RobotArm, q: Array, qd: Array) -> Dynamics:
         n, count = q.shape
@@ -137,91 +139,45 @@ def _probed(torque: TorqueOf) -> DynamicsOf:
             probing.gravity_loading(ask, n, count),
         )
 
-    return dynamics
+    return Method(name, title, short, source, kinematics, "recursive", "n", torque, dynamics)
 
 
 METHODS: dict[str, Method] = {
     method.name: method
     for method in (
-        Method(
-            "lagrange_euler",
-            "Lagrange-Euler",
-            "L-E",
-            "[FGL87] section 3.2",
-            "4x4 homogeneous matrices",
-            "closed form",
-            "n^4",
-            _summed(_lagrange_euler_dynamics),
-            _lagrange_euler_dynamics,
+        _closed_form(
+            "lagrange_euler", "Lagrange-Euler", "L-E", "[FGL87] section 3.2",
+            "4x4 homogeneous matrices", "n^4", _lagrange_euler_dynamics,
         ),
-        Method(
-            "recursive_lagrangian",
-            "Recursive Lagrangian",
-            "recursive L.",
-            "Hollerbach 1980",
-            "3x3 rotation matrices, position vectors",
-            "recursive",
-            "n",
-            recursive_lagrangian.torque,
-            _probed(recursive_lagrangian.torque),
+        _recursion(
+            "recursive_lagrangian", "Recursive Lagrangian", "recursive L.", "Hollerbach 1980",
+            "3x3 rotation matrices, position vectors", recursive_lagrangian.torque,
         ),
-        Method(
-            "newton_euler_base",
-            "Newton-Euler in the base frame",
-            "N-E base",
-            "[FGL87] Table 3.2",
-            "rotation matrices, vectors in the base frame",
-            "recursive",
-            "n",
-            newton_euler_base.torque,
-            _probed(newton_euler_base.torque),
+        _recursion(
+            "newton_euler_base", "Newton-Euler in the base frame", "N-E base", "[FGL87] Table 3.2",
+            "rotation matrices, vectors in the base frame", newton_euler_base.torque,
         ),
-        Method(
-            "newton_euler_link",
-            "Newton-Euler in link frames",
-            "N-E link",
+        _recursion(
+            "newton_euler_link", "Newton-Euler in link frames", "N-E link",
             "[FGL87] Table 3.3; Luh, Walker, Paul 1980",
-            "rotation matrices, vectors in link frames",
-            "recursive",
-            "n",
-            newton_euler_link.torque,
-            _probed(newton_euler_link.torque),
+            "rotation matrices, vectors in link frames", newton_euler_link.torque,
         ),
-        Method(
-            "newton_euler_regrouped",
-            "Newton-Euler with regrouped parameters",
-            "N-E regrouped",
+        _recursion(
+            "newton_euler_regrouped", "Newton-Euler with regrouped parameters", "N-E regrouped",
             "Khalil, Kleinfinger 1987",
-            "rotation matrices, vectors in axis frames",
-            "recursive",
-            "n",
-            newton_euler_regrouped.torque,
-            _probed(newton_euler_regrouped.torque),
+            "rotation matrices, vectors in axis frames", newton_euler_regrouped.torque,
         ),
-        Method(
-            "generalized_dalembert",
-            "Generalized d'Alembert as written",
-            "G-D",
-            "[FGL87] section 3.4",
-            "rotation matrices, vectors in the base frame",
-            "closed form",
-            "n^3",
-            _summed(_dalembert_dynamics),
-            _dalembert_dynamics,
+        _closed_form(
+            "generalized_dalembert", "Generalized d'Alembert as written", "G-D", "[FGL87] section 3.4",
+            "rotation matrices, vectors in the base frame", "n^3", _dalembert_dynamics,
         ),
-        Method(
-            "composite_moments",
-            "Generalized d'Alembert by composite moments",
-            "G-D composite",
+        _closed_form(
+            "composite_moments", "Generalized d'Alembert by composite moments", "G-D composite",
             "docs/decisions/0001",
-            "rotation matrices, vectors in the base frame",
-            "closed form",
-            "n^2",
-            _summed(_moments_dynamics),
-            _moments_dynamics,
+            "rotation matrices, vectors in the base frame", "n^2", _moments_dynamics,
         ),
     )
-}
+}  # fmt: skip
 
 
 def known_method(name: str) -> Method:

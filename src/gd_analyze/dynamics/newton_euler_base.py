@@ -1,4 +1,4 @@
-"""The Newton-Euler recursion with every vector in the base frame.
+"""The recursive Newton-Euler algorithm (RNEA) with every vector in the base frame.
 
 [FGL87] section 3.3, Table 3.2. Outward: angular velocity, angular acceleration, linear accelerations; inward:
 forces, moments, torques. Every link's inertia tensor is turned into the base frame, which is what the link-
@@ -22,7 +22,7 @@ def torque(
     *,
     gravity: bool = True,
     damping: FloatArray | None = None,
-    hand: FloatArray | None = None,
+    external_wrench: FloatArray | None = None,
 ) -> Array:
     """Generalized torque by Newton-Euler, shape (n, N). [FGL87] Table 3.2.
 
@@ -31,12 +31,12 @@ def torque(
     arm
         The arm.
     q, qd, qdd
-        Joint variables, rates and accelerations, set points last, shape (n, N).
+        Joint variables, velocities and accelerations, set points last, shape (n, N).
     gravity
         Whether gravity acts.
     damping
-        Viscous damping b_i at the joints, N m s (N s/m where the joint slides), shape (n,).
-    hand
+        Viscous damping b_i at the joints, N m s (N s/m of a prismatic joint), shape (n,).
+    external_wrench
         f_{n+1} and n_{n+1}, what the last link exerts on the world at its frame's origin, in the base frame,
         N and N m, shape (2, 3).
     """
@@ -51,18 +51,18 @@ def torque(
         if arm.is_revolute[i]:
             omega_dot = omega_dot + z * qdd[i] + cross(omega, z * qd[i])
             omega = omega + z * qd[i]
-            sliding: Array | float = 0.0
+            along: Array | float = 0.0
         else:
-            sliding = z * qdd[i] + 2.0 * cross(omega, z * qd[i])
+            along = z * qdd[i] + 2.0 * cross(omega, z * qd[i])
         com = kinematics.com_from_joint[i]
-        com_acceleration = acceleration + sliding + rigid_acceleration(omega, omega_dot, com)
+        com_acceleration = acceleration + along + rigid_acceleration(omega, omega_dot, com)
         if arm_vector is not None:
-            acceleration = acceleration + sliding + rigid_acceleration(omega, omega_dot, arm_vector)
+            acceleration = acceleration + along + rigid_acceleration(omega, omega_dot, arm_vector)
         forces.append(arm.mass[i] * com_acceleration)
         tensor = _base_tensor(kinematics.link_rotations[i], arm.inertia_com[i])
         moments.append(apply(tensor, omega_dot) + cross(omega, apply(tensor, omega)))
     out = np.empty((n, count), np.result_type(qd, kinematics.joint_axes))
-    force, moment = np.zeros((2, 3, 1)) if hand is None else hand[:, :, None]
+    force, moment = np.zeros((2, 3, 1)) if external_wrench is None else external_wrench[:, :, None]
     for i in reversed(range(n)):
         z = kinematics.joint_axes[i]
         arm_vector = _link_vector(kinematics, i)

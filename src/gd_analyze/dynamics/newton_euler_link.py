@@ -1,4 +1,4 @@
-"""The Newton-Euler recursion with every vector in its own link's frame.
+"""The recursive Newton-Euler algorithm (RNEA) with every vector in its own link's frame.
 
 [FGL87] section 3.3, Table 3.3 (Luh, Walker and Paul). In link frame i the joint's axis, the link's vectors
 and its inertia tensor are constants; only the step from link frame to link frame depends on q_i.
@@ -22,7 +22,7 @@ def torque(
     *,
     gravity: bool = True,
     damping: FloatArray | None = None,
-    hand: FloatArray | None = None,
+    external_wrench: FloatArray | None = None,
 ) -> Array:
     """Generalized torque by Newton-Euler, shape (n, N). [FGL87] Table 3.3.
 
@@ -31,12 +31,12 @@ def torque(
     arm
         The arm.
     q, qd, qdd
-        Joint variables, rates and accelerations, set points last, shape (n, N).
+        Joint variables, velocities and accelerations, set points last, shape (n, N).
     gravity
         Whether gravity acts.
     damping
-        Viscous damping b_i at the joints, N m s (N s/m where the joint slides), shape (n,).
-    hand
+        Viscous damping b_i at the joints, N m s (N s/m of a prismatic joint), shape (n,).
+    external_wrench
         f_{n+1} and n_{n+1}, what the last link exerts on the world at its frame's origin, in the base frame,
         N and N m, shape (2, 3).
     """
@@ -65,7 +65,11 @@ def torque(
         couple = _times(tensor, omega_dot) + cross(omega, _times(tensor, omega))
         motions.append((inertial_force, couple))
     out = np.empty((n, count), np.result_type(q, float))
-    force, moment = np.zeros((2, 3, 1)) if hand is None else (_from_base(steps, vector) for vector in hand)
+    force, moment = (
+        np.zeros((2, 3, 1))
+        if external_wrench is None
+        else (_from_base(steps, vector) for vector in external_wrench)
+    )
     for i in reversed(range(n)):
         step = steps[i]
         inertial, couple = motions[i]

@@ -1,7 +1,7 @@
-"""The Newton-Euler recursion with regrouped link parameters: the fewest operations of the formulations.
+"""The Newton-Euler recursion (RNEA) with regrouped link parameters: the fewest operations of all.
 
 As in link frames, but frames stand on the joints' axes, and links have lost what acts as part of the link
-before, see `regrouped_links`: of a joint that turns neither mass nor first moment along the axis is left. All
+before, see `regrouped_links`: of a revolute joint neither mass nor first moment along the axis is left. All
 that motion does to matter is one matrix A, with the acceleration A r of a point r beside that of the origin,
 and all that this does to torque is the skew part of A P, P the second moment. Links of parallel axes take
 their angular velocity from the frame before the first of them, at the sum of their angles.
@@ -23,8 +23,8 @@ from gd_analyze.robots.arm import RobotArm
 # An offset is so many quarter turns where it is within round-off of that.
 _QUARTER, _ROUND_OFF = 0.5 * math.pi, 1e-14
 
-# Takes a link, from 0, and components (..., N) of its quantities by their names in docs/notation.md.
-Told = Callable[[int, Mapping[str, Array]], None]
+# Called with a link, from 0, and components (..., N) of its quantities by their names in docs/notation.md.
+Observer = Callable[[int, Mapping[str, Array]], None]
 
 
 def torque(
@@ -34,7 +34,7 @@ def torque(
     qdd: Array,
     *,
     gravity: bool = True,
-    told: Told = lambda link, quantities: None,
+    observe: Observer = lambda link, quantities: None,
 ) -> Array:
     """Generalized torque by Newton-Euler, shape (n, N). Khalil and Kleinfinger 1987.
 
@@ -43,15 +43,15 @@ def torque(
     arm
         The arm.
     q, qd, qdd
-        Joint variables, rates and accelerations, set points last, shape (n, N).
+        Joint variables, velocities and accelerations, set points last, shape (n, N).
     gravity
         Whether gravity acts.
-    told
-        Told every quantity on the way.
+    observe
+        Called with every quantity on the way.
     """
     rewritten = regrouped(arm)
     start = np.broadcast_to(-int(gravity) * rewritten.gravity[:, None], (3, qd.shape[1]))
-    motions = list(_motions(rewritten, start, (q, qd, qdd), told))
+    motions = list(_motions(rewritten, start, (q, qd, qdd), observe))
     out = np.empty((len(motions), qd.shape[1]), np.result_type(qd, motions[-1].acceleration))
     force = moment = np.zeros((3, 1))
     for i, link in reversed(list(enumerate(rewritten.links))):
@@ -61,42 +61,44 @@ def torque(
         force = force + apply(field, first)
         moment = moment + cross(first, acceleration)
         moment = moment + np.stack([moved[b, a] - moved[a, b] for a, b in ((1, 2), (2, 0), (0, 1))])
-        if link.sliding is None:
+        if link.prismatic is None:
             out[i] = moment[2] if link.sign > 0 else -moment[2]
         else:
             force = force + link.mass * acceleration
-            out[i] = dot(np.broadcast_to(link.sliding[:, None], force.shape), force)
-        told(i, {"f": force, "n": moment})
+            out[i] = dot(np.broadcast_to(link.prismatic[:, None], force.shape), force)
+        observe(i, {"f": force, "n": moment})
         force, moment = turn.turned_back(force), turn.turned_back(moment)
-        told(i, {"f'": force, "n'": moment})
+        observe(i, {"f'": force, "n'": moment})
         force, moment = turn.back_across(force), turn.back_across(moment)
-        told(i, {"f''": force, "n''": moment})
+        observe(i, {"f''": force, "n''": moment})
         moment = moment + cross(lever, force)
     return out
 
 
-def _motions(arm: RegroupedArm, start: Array, state: tuple[Array, ...], told: Told) -> Iterator[_Motion]:
+def _motions(
+    arm: RegroupedArm, start: Array, state: tuple[Array, ...], observe: Observer
+) -> Iterator[_Motion]:
     """How every link moves, from the acceleration of the base on."""
     spin, run = _Spin(np.zeros_like(start), np.zeros_like(start)), None
     acceleration, field = start, np.zeros((3, *start.shape))
     for i, (link, q, qd, qdd) in enumerate(zip(arm.links, *state, strict=True)):
         lever = link.translation[:, None]
-        if link.sliding is None:
+        if link.prismatic is None:
             own = _Run.starting(link, spin, q, qd, qdd)
             run = run.joined(link, own) if run and link.is_parallel else own
             turn, spin = own.turn(link), run.spin(link)
-            told(i, run.quantities)
+            observe(i, run.quantities)
         else:
-            turn, lever = _Turn(link.rotation), lever + link.sliding[:, None] * q
+            turn, lever = _Turn(link.rotation), lever + link.prismatic[:, None] * q
         acceleration = acceleration + apply(field, lever)
         across = turn.across(acceleration)
-        told(i, {"r": lever, "a''": acceleration, "a'": across})
+        observe(i, {"r": lever, "a''": acceleration, "a'": across})
         acceleration = turn.turned(across)
-        if link.sliding is not None:
-            axis = link.sliding[:, None]
+        if link.prismatic is not None:
+            axis = link.prismatic[:, None]
             acceleration = acceleration + axis * qdd + 2.0 * cross(spin.omega, axis * qd)
         field = spin.field()
-        told(i, {"omega": spin.omega, "omegad": spin.omega_dot, "a": acceleration, "A": field})
+        observe(i, {"omega": spin.omega, "omegad": spin.omega_dot, "a": acceleration, "A": field})
         yield _Motion(turn, lever, acceleration, field)
 
 
@@ -167,7 +169,7 @@ class _Spin:
 class _Run:
     """Joints of parallel axes: how far they have turned together, from the frame before them.
 
-    Sliding joints among them turn nothing, and their frames stand as those before.
+    Prismatic joints among them turn nothing, and their frames stand as those before.
 
     Parameters
     ----------
@@ -175,7 +177,7 @@ class _Run:
         How the link before them moves.
     rotation
         Of the first of them.
-    angle, offset, rate, rate_dot
+    angle, offset, velocity, acceleration
         Sums over those so far.
     """
 
@@ -183,8 +185,8 @@ class _Run:
     rotation: FloatArray
     angle: Array
     offset: float
-    rate: Array
-    rate_dot: Array
+    velocity: Array
+    acceleration: Array
 
     @classmethod
     def starting(cls, link: RegroupedLink, before: _Spin, *state: Array) -> _Run:
@@ -199,16 +201,16 @@ class _Run:
             self.rotation,
             self.angle + own.angle,
             self.offset + own.offset,
-            self.rate + own.rate,
-            self.rate_dot + own.rate_dot,
+            self.velocity + own.velocity,
+            self.acceleration + own.acceleration,
         )
 
     @property
     def quantities(self) -> dict[str, Array]:
-        """The rates, and how the link before them moves in their frame before it turns."""
+        """Velocity and acceleration; motion of the link before them, in their frame before it turns."""
         turn = _Turn(self.rotation)
         return {
-            "p": np.array([self.rate, self.rate_dot]),
+            "p": np.array([self.velocity, self.acceleration]),
             "omega'": turn.across(self.before.omega),
             "omegad'": turn.across(self.before.omega_dot),
         }
@@ -230,6 +232,6 @@ class _Run:
         x, y, z = turn.turned(turn.across(self.before.omega))
         x_dot, y_dot, z_dot = turn.turned(turn.across(self.before.omega_dot))
         return _Spin(
-            np.stack([x, y, z + self.rate]),
-            np.stack([x_dot + y * self.rate, y_dot - x * self.rate, z_dot + self.rate_dot]),
+            np.stack([x, y, z + self.velocity]),
+            np.stack([x_dot + y * self.velocity, y_dot - x * self.velocity, z_dot + self.acceleration]),
         )

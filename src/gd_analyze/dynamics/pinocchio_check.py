@@ -89,20 +89,20 @@ def round_off_bounds(arm: RobotArm, q: FloatArray, qd: FloatArray, qdd: FloatArr
     composite is formed from products of two such coordinates: 2 * 10 n roundings, and two programs make
     twice as many. With u = eps / 2 the difference is at most 40 n u = 20 n eps of the sum of the
     magnitudes of what is added up, which is at most the arm stretched out: sum_s m_s L^2 + |I_s| for D,
-    the same times the squared sum of rates for h (two rates, and every h_i sums all j, k), sum_s m_s L |g|
-    for c. A sliding joint's rows have L once or not at all, hence max(L, 1).
+    the same times the squared sum of velocities for h (every h_i sums all j, k), sum_s m_s L |g| for c. A
+    prismatic joint's rows have L once or not at all, hence max(L, 1).
     """
-    slides = np.abs(np.where(arm.is_revolute, 0.0, q)).sum(axis=-1).max()
+    travel = np.abs(np.where(arm.is_revolute, 0.0, q)).sum(axis=-1).max()
     com_reach = max(float(np.linalg.norm(com)) for com in arm.com)
     first = float(np.linalg.norm(arm.joints[0].placement.translation))
-    reach = max(arm.reach + com_reach + slides + first, 1.0)
+    reach = max(arm.reach + com_reach + travel + first, 1.0)
     inertia = float((arm.mass * reach**2 + np.abs(arm.inertia_com).sum(axis=(1, 2))).sum())
-    rates = float(np.abs(qd).sum(axis=-1).max())
+    velocities = float(np.abs(qd).sum(axis=-1).max())
     accelerations = float(np.abs(qdd).sum(axis=-1).max())
     gravity = float(arm.mass.sum() * reach * np.linalg.norm(arm.gravity))
     unit = 20 * arm.n_joints * np.finfo(float).eps
     # Newton-Euler gives h as a difference of torques that hold gravity, so gravity's round-off is in it.
-    h = inertia * rates**2 + gravity
+    h = inertia * velocities**2 + gravity
     return {
         "inertia": unit * inertia,
         "coriolis_centrifugal": unit * h,
@@ -120,11 +120,11 @@ def pinocchio_dynamics(
     model = pinocchio_model(arm)
     data = model.createData()
     found: dict[str, list[FloatArray]] = {name: [] for name in QUANTITIES}
-    for position, rate, acceleration in zip(*map(np.ascontiguousarray, (q, qd, qdd)), strict=True):
+    for position, velocity, acceleration in zip(*map(np.ascontiguousarray, (q, qd, qdd)), strict=True):
         upper = np.triu(pin.crba(model, data, position))
         gravity = pin.computeGeneralizedGravity(model, data, position).copy()
-        steady = pin.rnea(model, data, position, rate, np.zeros(arm.n_joints)).copy()
-        torque = pin.rnea(model, data, position, rate, acceleration).copy()
+        steady = pin.rnea(model, data, position, velocity, np.zeros(arm.n_joints)).copy()
+        torque = pin.rnea(model, data, position, velocity, acceleration).copy()
         state = (upper + np.triu(upper, 1).T, steady - gravity, gravity, torque)
         for name, value in zip(QUANTITIES, state, strict=True):
             found[name].append(value)
@@ -168,7 +168,7 @@ def pinocchio_model(arm: RobotArm) -> Any:
             parent, unaligned(np.array(joint.axis)), behind * placed(joint.placement), f"joint_{i + 1}"
         )
         behind = placed(link.frame)
-        # Given when it is made, an inertia that no body has would be refused.
+        # A physically inconsistent inertia would be refused when it is made.
         body = pin.Inertia(link.mass, np.array(link.com), np.eye(3))
         body.inertia = np.array(link.inertia_com)
         model.appendBodyToJoint(parent, body, behind)

@@ -14,7 +14,7 @@ from gd_analyze.arrays import Array
 
 
 class InverseDynamics(Protocol):
-    """Torque (n, N) at rates and accelerations (n, N) of fixed positions, with or without gravity."""
+    """Torque (n, N) at velocities and accelerations (n, N) of fixed positions, with or without gravity."""
 
     def __call__(self, qd: Array, qdd: Array, *, gravity: bool) -> Array:
         """Evaluate the torque."""
@@ -37,7 +37,7 @@ def gravity_loading(torque: InverseDynamics, n: int, count: int) -> Array:
 
 
 def coriolis_centrifugal(torque: InverseDynamics, qd: Array) -> Array:
-    """h, shape (n, N): the torque of rates alone. One call."""
+    """h, shape (n, N): the torque of velocities alone. One call."""
     return torque(qd, np.zeros(qd.shape), gravity=False)
 
 

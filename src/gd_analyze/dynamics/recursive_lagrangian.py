@@ -35,7 +35,7 @@ def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = Tr
     arm
         The arm.
     q, qd, qdd
-        Joint variables, rates and accelerations, set points last, shape (n, N).
+        Joint variables, velocities and accelerations, set points last, shape (n, N).
     gravity
         Whether gravity acts.
     """

@@ -52,17 +52,17 @@ def regressor(arm: RobotArm, q: Array, qd: Array, qdd: Array) -> FloatArray:
     arm
         The arm; of its links only the frames matter.
     q, qd, qdd
-        Joint variables, rates and accelerations, set points last, shape (n, N).
+        Joint variables, velocities and accelerations, set points last, shape (n, N).
 
     Returns
     -------
     numpy.ndarray
-        N m (N for a sliding joint) per unit of each of `PARAMETERS`, shape (n joints, n links, 10, N): zero
+        N m (N for a prismatic joint) per unit of each of `PARAMETERS`, shape (n joints, n links, 10, N): zero
         for joints behind the link.
     """
     n, count = q.shape
     kinematics = solve_kinematics(arm, q)
-    turning, sliding = joint_motions(arm, kinematics)
+    revolute, prismatic = joint_motions(arm, kinematics)
     out = np.zeros((n, n, len(PARAMETERS), count))
     omega = omega_dot = np.zeros((3, count))
     acceleration = -arm.gravity[:, None]
@@ -80,10 +80,10 @@ def regressor(arm: RobotArm, q: Array, qd: Array, qdd: Array) -> FloatArray:
         acceleration = acceleration + rigid_acceleration(omega, omega_dot, frame_below - origin)
         into_frame = np.swapaxes(kinematics.link_rotations[s], 0, 1)
         force, moment = _wrench(*(apply(into_frame, vector) for vector in (omega, omega_dot, acceleration)))
-        # What each joint's unit rate makes of the frame: its turning and its origin's velocity.
+        # What each joint's unit velocity makes of the frame: its turning and its origin's velocity.
         lever = frame_below - kinematics.joint_origins[: s + 1]
-        velocity = cross(turning[: s + 1], lever) + sliding[: s + 1]
-        out[: s + 1, s] = np.einsum("ian,pan->ipn", apply(into_frame, turning[: s + 1]), moment)
+        velocity = cross(revolute[: s + 1], lever) + prismatic[: s + 1]
+        out[: s + 1, s] = np.einsum("ian,pan->ipn", apply(into_frame, revolute[: s + 1]), moment)
         out[: s + 1, s, :4] += np.einsum("ian,pan->ipn", apply(into_frame, velocity), force)
     return out
 

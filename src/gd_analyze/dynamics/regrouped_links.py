@@ -1,10 +1,10 @@
 """An arm written for recursion: frames on the joints' axes, and link parameters regrouped.
 
 W. Khalil, J.-F. Kleinfinger, Minimum operations and minimum parameters of the dynamic models of tree
-structure robots, IEEE Journal of Robotics and Automation RA-3 (1987). Frame i moves with link i; of a joint
-that turns, its z axis is the joint's. Three freedoms leave torques as they are and make constants vanish: how
-frames stand about their z axes, where on those their origins are, and to which link matter is counted that a
-joint does not move. What lies on the axis of a joint that turns, and the second moment of all that a sliding
+structure robots, IEEE Journal of Robotics and Automation RA-3 (1987). Frame i moves with link i; of a
+revolute joint its z axis is the joint's. Three freedoms leave torques as they are and make constants vanish:
+how frames stand about their z axes, where on those their origins are, and to which link matter belongs that a
+joint does not move. What lies on the axis of a revolute joint, and the second moment of all that a prismatic
 joint carries, act as parts of the link before.
 """
 
@@ -35,13 +35,13 @@ class RegroupedLink:
     Parameters
     ----------
     rotation, translation
-        Frame i in frame i-1, (3, 3) and, m, (3,), before it is turned or slid.
-    sliding
-        Unit vector along which the joint slides; None of a joint that turns, about z.
+        Frame i in frame i-1, (3, 3) and, m, (3,), before it is moved.
+    prismatic
+        Unit vector along which a prismatic joint moves; None of a revolute joint, about z.
     sign, offset
         The frame turns by sign * q + offset, rad; the sign is -1 where axes are antiparallel.
     is_parallel
-        Whether this joint turns, and the turning one before it about an axis that is parallel for every q.
+        Whether this joint and the revolute one before it have axes that are parallel for every q.
     is_round
         Whether the link is the last and round about its axis, so that its angle does not matter.
     mass, first, second
@@ -50,7 +50,7 @@ class RegroupedLink:
 
     rotation: FloatArray
     translation: Array
-    sliding: FloatArray | None
+    prismatic: FloatArray | None
     sign: int
     offset: float
     is_parallel: bool
@@ -88,24 +88,24 @@ class RegroupedArm:
 @lru_cache(maxsize=8)
 def regrouped(arm: RobotArm) -> RegroupedArm:
     """Choose the frames of an arm, and regroup its parameters."""
-    n, turns = arm.n_joints, arm.is_revolute
+    n, revolute = arm.n_joints, arm.is_revolute
     axes, points, moments = _at_zero(arm)
-    signs, parallel = _aligned(turns, axes)
-    origins = _origins(turns, axes, points, moments)
-    frames = _frames(turns, axes, origins, arm.gravity)
-    rotations, offsets = zip(*(_step(frames[i], frames[i + 1], turns[i]) for i in range(n)), strict=True)
+    signs, parallel = _aligned(revolute, axes)
+    origins = _origins(revolute, axes, points, moments)
+    frames = _frames(revolute, axes, origins, arm.gravity)
+    rotations, offsets = zip(*(_step(frames[i], frames[i + 1], revolute[i]) for i in range(n)), strict=True)
     from_base = [_moved(moments[i], frames[i + 1].T, -frames[i + 1].T @ origins[i]) for i in range(n)]
     steps = [frames[i].T @ (origins[i] - origins[max(i - 1, 0)]) for i in range(n)]
     steps = [_without_round_off(step, np.array(origins)) for step in steps]
-    kept = _regrouped(turns, axes, from_base, [frames[i].T @ frames[i + 1] for i in range(n)], steps)
-    is_round = turns[-1] and not parallel[-1] and _is_round(kept[-1], moments)
+    kept = _regrouped(revolute, axes, from_base, [frames[i].T @ frames[i + 1] for i in range(n)], steps)
+    is_round = revolute[-1] and not parallel[-1] and _is_round(kept[-1], moments)
     if is_round:
         kept[-1][1, 1] = kept[-1][0, 0]
     links = tuple(
         RegroupedLink(
             rotation=rotations[i],
             translation=steps[i],
-            sliding=None if turns[i] else frames[i + 1].T @ axes[i],
+            prismatic=None if revolute[i] else frames[i + 1].T @ axes[i],
             sign=signs[i],
             offset=offsets[i],
             is_parallel=parallel[i],
@@ -138,35 +138,35 @@ def _at_zero(arm: RobotArm) -> tuple[list[FloatArray], list[Array], list[Array]]
     return axes, points, moments
 
 
-def _aligned(turns: Sequence[bool], axes: list[FloatArray]) -> tuple[list[int], list[bool]]:
+def _aligned(revolute: Sequence[bool], axes: list[FloatArray]) -> tuple[list[int], list[bool]]:
     """Make parallel axes one direction to the last bit; signs of the joints, and which turn so on."""
     signs, parallel = [], []
     before = None
     for i, axis in enumerate(axes):
-        parallel.append(before is not None and turns[i] and _are_parallel(before, axis))
+        parallel.append(before is not None and revolute[i] and _are_parallel(before, axis))
         signs.append(1)
         if before is not None and parallel[i]:
             signs[i] = -1 if before @ axis < 0.0 else 1
             axes[i] = before
-        before = axes[i] if turns[i] else before
+        before = axes[i] if revolute[i] else before
     return signs, parallel
 
 
 def _origins(
-    turns: Sequence[bool], axes: Sequence[FloatArray], points: Sequence[Array], moments: Sequence[Array]
+    revolute: Sequence[bool], axes: Sequence[FloatArray], points: Sequence[Array], moments: Sequence[Array]
 ) -> list[Array]:
-    """Origins from which the next one lies straight across the axis; a sliding link takes the next one's."""
+    """Origins from which the next one lies straight across the axis; a prismatic joint takes the next."""
     last = len(axes) - 1
     origins: list[Array] = [points[last]]
     mass = moments[last][3, 3]
-    if not turns[last]:
+    if not revolute[last]:
         origins[0] = moments[last][:3, 3] / mass if isinstance(mass, float) and mass > 0.0 else points[last]
-    elif last and turns[last - 1]:
+    elif last and revolute[last - 1]:
         origins[0] = _foot(points[last], axes[last], points[last - 1], axes[last - 1])
     for i in reversed(range(last)):
         beyond = origins[0]
         along = axes[i] * ((beyond - points[i]) @ axes[i])
-        origins.insert(0, points[i] + along if turns[i] else beyond)
+        origins.insert(0, points[i] + along if revolute[i] else beyond)
     return origins
 
 
@@ -179,15 +179,15 @@ def _foot(point: Array, axis: FloatArray, other: Array, other_axis: FloatArray) 
 
 
 def _frames(
-    turns: Sequence[bool], axes: Sequence[FloatArray], origins: Sequence[Array], gravity: Array
+    revolute: Sequence[bool], axes: Sequence[FloatArray], origins: Sequence[Array], gravity: Array
 ) -> list[FloatArray]:
     """Base from every frame, that before the first link included; x across this axis and the next, if any."""
-    turning = [i for i, does in enumerate(turns) if does]
-    first = axes[turning[0]] if turning else np.array([0.0, 0.0, 1.0])
+    revolute_joints = [i for i, does in enumerate(revolute) if does]
+    first = axes[revolute_joints[0]] if revolute_joints else np.array([0.0, 0.0, 1.0])
     frames = [_with_z(first, gravity, np.eye(3)[0])]
     for i, axis in enumerate(axes):
-        beyond = [axes[k] for k in turning if k > i]
-        if not turns[i]:
+        beyond = [axes[k] for k in revolute_joints if k > i]
+        if not revolute[i]:
             frames.append(frames[-1])
         elif not beyond:
             # Turned by nothing: the shortest way from the axis before.
@@ -211,11 +211,11 @@ def _with_z(axis: FloatArray, *towards: Array) -> FloatArray:
     raise AssertionError("one of three unit vectors is across any axis")
 
 
-def _step(before: FloatArray, frame: FloatArray, turns: bool) -> tuple[FloatArray, float]:
+def _step(before: FloatArray, frame: FloatArray, revolute: bool) -> tuple[FloatArray, float]:
     """Rotation from frame to frame, and what of it is a turn about the second's z axis, rad."""
     rotation = _without_round_off(before.T @ frame)
     x, y, z = rotation[:, 2]
-    if not turns or x != 0.0:
+    if not revolute or x != 0.0:
         return rotation, 0.0
     across = np.array([[1.0, 0.0, 0.0], [0.0, z, y], [0.0, -y, z]])
     turned = _without_round_off(across.T @ rotation)
@@ -223,23 +223,23 @@ def _step(before: FloatArray, frame: FloatArray, turns: bool) -> tuple[FloatArra
 
 
 def _regrouped(
-    turns: Sequence[bool],
+    revolute: Sequence[bool],
     axes: Sequence[FloatArray],
     moments: Sequence[Array],
     rotations: Sequence[FloatArray],
     steps: Sequence[Array],
 ) -> list[Array]:
-    """Moments of every link in its frame, what its joint does not move counted to the link before."""
+    """Moments of every link in its frame, what its joint does not move added to the link before."""
     kept, every = list(moments), np.array(moments)
     blocks = (np.s_[:3, :3], np.s_[:3, 3], np.s_[3, :3], np.s_[3, 3])
     for i in reversed(range(len(kept))):
         fixed = np.zeros((4, 4), dtype=bool)
-        fixed[2:, 2:] = turns[i]
-        if not turns[i]:
+        fixed[2:, 2:] = revolute[i]
+        if not revolute[i]:
             fixed[:3, :3] = True
-            before = [axes[k] for k in range(i) if turns[k]]
+            before = [axes[k] for k in range(i) if revolute[k]]
             # Where all so far turn about one direction, z, matter along it is not told from any other; and
-            # none is told that slides along it.
+            # none is told that moves along it.
             if all(_are_parallel(before[0], axis) for axis in before):
                 fixed[2, 3] = fixed[3, 2] = True
                 fixed[:3, 3] |= not before or _are_parallel(before[0], axes[i])
@@ -250,9 +250,9 @@ def _regrouped(
             kept[i][block] = _without_round_off(kept[i][block], every[:, *block])
         if i:
             kept[i - 1] = kept[i - 1] + _moved(gone, rotations[i], steps[i])
-    turning = [i for i, does in enumerate(turns) if does]
-    for i in turning:
-        if not _are_parallel(axes[turning[0]], axes[i]):
+    revolute_joints = [i for i, does in enumerate(revolute) if does]
+    for i in revolute_joints:
+        if not _are_parallel(axes[revolute_joints[0]], axes[i]):
             break
         # So far all turn about one direction, and only the inertia about that counts.
         about = kept[i][0, 0] + kept[i][1, 1]

@@ -9,10 +9,10 @@ link i acts as one of link i-1 where two things hold:
     - what is in the products of two earlier ones is the same for every q_i,
 
 and only there, as link i is the last that q_i and q'_i move. All these products are polynomials of degree 2
-in cos q_i and sin q_i, or in a sliding q_i, and what they span is spanned at five or three values of it. No
+in cos q_i and sin q_i, or in a prismatic q_i, and what they span is spanned at five or three values of it. No
 torque is evaluated, and no state drawn. Every link's changes that the link before takes over, from the tip to
 the base, are all there are, and what remains is a minimal set: M. Gautier and W. Khalil (1990) find most of
-it link by link, and this the rest, which parallel axes, sliding joints and gravity along an axis leave.
+it link by link, and this the rest, which parallel axes, prismatic joints and gravity along an axis leave.
 """
 
 from __future__ import annotations
@@ -79,10 +79,10 @@ def regroupings(arm: RegroupedArm) -> tuple[Regrouping, ...]:
         own = _own_motion(link)
         mixed = np.array([_symmetric(own.T @ motion) for motion in motions]).reshape(-1, 4, 4)
         alone = own.T @ own
-        # The drive's inertia acts in the square of the joint's own rate, and nowhere else.
+        # The drive's inertia acts in the square of the joint's own velocity, and nowhere else.
         told = [*((form, 0.0) for form in (*mixed, *np.concatenate(earlier[1:] - earlier[0]))), (alone, 1.0)]
         functionals = np.array([[*(_BODIES * form).sum(axis=(1, 2)), drive] for form, drive in told])
-        scale = length ** np.array([*_LENGTHS, 2 if link.sliding is None else 0])
+        scale = length ** np.array([*_LENGTHS, 2 if link.prismatic is None else 0])
         out.append(_leaving(_null_space(functionals), scale))
         motions = _span(np.concatenate([motions, own[None]]))
         products = _span(np.concatenate([*earlier, mixed, alone[None]]))
@@ -114,22 +114,22 @@ def _place(rotation: FloatArray, translation: FloatArray) -> FloatArray:
     return np.vstack([np.column_stack([rotation, translation]), [0.0, 0.0, 0.0, 1.0]])
 
 
-def _motion(turning: FloatArray, moving: FloatArray) -> FloatArray:
+def _motion(angular: FloatArray, linear: FloatArray) -> FloatArray:
     """Matrix of a motion: a point's velocity from its place."""
-    return np.vstack([np.column_stack([skew(turning), moving]), np.zeros(4)])
+    return np.vstack([np.column_stack([skew(angular), linear]), np.zeros(4)])
 
 
 def _own_motion(link: RegroupedLink) -> FloatArray:
-    if link.sliding is None:
+    if link.prismatic is None:
         return _motion(np.array([0.0, 0.0, 1.0]), np.zeros(3))
-    return _motion(np.zeros(3), link.sliding)
+    return _motion(np.zeros(3), link.prismatic)
 
 
 def _places(link: RegroupedLink, length: float) -> FloatArray:
     """The link's frame in the one before, lengths in units of one, at values of q that tell all others."""
     lever = link.translation / length
-    if link.sliding is not None:
-        return np.array([_place(link.rotation, lever + slid * link.sliding) for slid in (0.0, -1.0, 1.0)])
+    if link.prismatic is not None:
+        return np.array([_place(link.rotation, lever + slid * link.prismatic) for slid in (0.0, -1.0, 1.0)])
     return np.array([_place(link.turned(angle), lever) for angle in 2 * math.pi / 5 * np.arange(5)])
 
 

@@ -1,4 +1,8 @@
-"""Joint accelerations from torque, and motions integrated over time with their energy balance."""
+"""Joint accelerations from torque, and motions integrated over time with their energy balance.
+
+M. W. Walker and D. E. Orin (1982), methods 1 to 3, which differ only in how they come by D: given D, h and c,
+D qdd = tau - h - c is a linear system (forward dynamics). [FGL87] problem 3.11.
+"""
 
 from __future__ import annotations
 
@@ -20,155 +24,22 @@ from gd_analyze.motions.states import checked_states
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 
+DEFAULT_METHOD = "composite_moments"
+
+Integrator = Literal["RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"]
+# A function (t, q, qd) -> (n,), or a history (time, values) of shapes (N,) and (N, n).
 TorqueFunction: TypeAlias = Callable[[float, FloatArray, FloatArray], ArrayLike]
 TorqueHistory: TypeAlias = tuple[ArrayLike, ArrayLike]
 
-
-def torque_function(
-    arm: RobotArm, torque: TorqueFunction | TorqueHistory, duration: float
-) -> Callable[[float, FloatArray, FloatArray], FloatArray]:
-    """Turn either way of stating torque into a checked function of t, q and qd.
-
-    A history becomes a cubic spline through its set points (SciPy's, not-a-knot): twice continuously
-    differentiable, so that an integrator of high order keeps its order, and exact to the fourth power of the
-    spacing where the torque is smooth. Near a jump a spline overshoots; state such a torque as a function.
-
-    Raises
-    ------
-    UsageError
-        If a history's shapes do not fit, its time does not increase or does not cover 0 to the duration.
-    """
-    inner = torque if callable(torque) else _spline(arm, torque, duration)
-
-    def checked(t: float, q: FloatArray, qd: FloatArray) -> FloatArray:
-        value = np.asarray(inner(t, q, qd), dtype=float)
-        if value.shape != (arm.n_joints,) or not np.isfinite(value).all():
-            raise GdAnalyzeError(
-                "the torque function does not give one finite torque per joint",
-                where=f"t = {t:g} s",
-                expected=f"{arm.n_joints} finite numbers",
-                found=f"shape {value.shape}" if value.shape != (arm.n_joints,) else str(value.tolist()),
-            )
-        return value
-
-    return checked
-
-
-def _spline(arm: RobotArm, history: TorqueHistory, duration: float) -> TorqueFunction:
-    from scipy.interpolate import CubicSpline
-
-    try:
-        time, values = (np.asarray(part, dtype=float) for part in history)
-    except (TypeError, ValueError):
-        raise UsageError(
-            "torque is neither a function nor a history",
-            where="torque",
-            expected="a function of t, q and qd, or (time, values)",
-            found=type(history).__name__,
-        ) from None
-    if time.ndim != 1 or len(time) < 2 or values.shape != (len(time), arm.n_joints):
-        raise UsageError(
-            f"the torque history does not fit arm {arm.name}",
-            where="torque",
-            expected=f"time of shape (N,) with N of 2 or more, and values of shape (N, {arm.n_joints})",
-            found=f"time {time.shape}, values {values.shape}",
-        )
-    if not (np.isfinite(time).all() and np.isfinite(values).all() and (np.diff(time) > 0).all()):
-        raise UsageError(
-            "the torque history is not finite, or its time does not increase",
-            where="torque",
-            expected="finite numbers, time strictly increasing",
-        )
-    if time[0] > 0 or time[-1] < duration:
-        raise UsageError(
-            "the torque history does not cover the simulation",
-            where="torque",
-            expected=f"0 to {duration:g} s",
-            found=f"{time[0]:g} to {time[-1]:g} s",
-            next_step="simulate for a shorter duration, or shift the history so that it begins at 0",
-        )
-    spline = CubicSpline(time, values)
-    return lambda t, q, qd: spline(t)
-
-
-DEFAULT_METHOD = "composite_moments"
-
-
-def joint_accelerations(
-    arm: RobotArm,
-    q: FloatArray,
-    qd: FloatArray,
-    torque: FloatArray,
-    method: str = DEFAULT_METHOD,
-    drivetrain: Drivetrain = NO_DRIVES,
-) -> FloatArray:
-    """Accelerations that torques cause: (D + J) qdd = tau - h - c - resistance.
-
-    Parameters
-    ----------
-    arm
-        The arm.
-    q, qd, torque
-        Joint variables, rates and the actuators' torques, shape (..., n).
-    method
-        One of `gd_analyze.dynamics.methods.METHODS`.
-    drivetrain
-        What the drives add to D, and what opposes the motion.
-
-    Returns
-    -------
-    ndarray
-        qdd, shape (..., n).
-
-    Raises
-    ------
-    UsageError
-        If the method is unknown, shapes do not fit the arm or a number is not finite.
-    ArmError
-        If drives or friction are asked for and the arm describes no drives. If D is singular: then a joint
-        moves nothing that has mass, and its acceleration can be anything. If D has a negative eigenvalue.
-    """
-    _, (q, qd, torque) = checked_states(arm, q=q, qd=qd, torque=torque)
-    formulation = known_method(method)
-    driving = torque - drivetrain.resistance_of(arm)(qd)
-    return solve_accelerations(arm, formulation, drivetrain.inertia_of(arm), q, qd, driving)
-
-
-def solve_accelerations(
-    arm: RobotArm, method: Method, added: FloatArray, q: FloatArray, qd: FloatArray, driving: FloatArray
-) -> FloatArray:
-    """Do `joint_accelerations` for checked states.
-
-    `added`, shape (n,), goes onto D's diagonal, and `driving` is the torque less the resistance.
-    """
-    dynamics = method.dynamics(arm, set_points_last(q), set_points_last(qd))
-    inertia = np.moveaxis(dynamics.inertia, -1, 0) + np.diag(added)
-    accelerating = (set_points_last(driving) - dynamics.coriolis_centrifugal - dynamics.gravity_loading).T
-    # An effective inertia (a pivot) no larger than what round-off leaves of a zero is a zero.
-    still = np.zeros_like(q)
-    floor = round_off_bounds(arm, q, still, still)["inertia"]
-    try:
-        pivots = np.diagonal(np.linalg.cholesky(inertia), axis1=-2, axis2=-1) ** 2
-        is_sound = bool((pivots > floor).all())
-    except np.linalg.LinAlgError:
-        is_sound = False
-    if not is_sound:
-        worst = int(np.linalg.eigvalsh(inertia)[:, 0].argmin())
-        raise refusal(
-            arm,
-            q.reshape(-1, arm.n_joints)[worst],
-            inertia[worst],
-            np.full(arm.n_joints, floor),
-            f"set point {worst + 1}",
-        )
-    solution: FloatArray = np.linalg.solve(inertia, accelerating[..., None])
-    return solution.reshape(q.shape)
-
-
-Integrator = Literal["RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"]
-
 # SciPy's Runge-Kutta methods cannot be asked for more.
 TIGHTEST_RTOL = 100 * float(np.finfo(float).eps)
+
+
+def _require(holds: Any, where: str, expected: str, found: object) -> None:
+    if not holds:
+        raise UsageError(
+            f"{where} does not fit the simulation", where=where, expected=expected, found=str(found)
+        )
 
 
 @dataclass(frozen=True)
@@ -184,7 +55,7 @@ class Integration:
     integrator
         `scipy.integrate.solve_ivp`'s. An arm that friction holds nearly at rest is stiff: "LSODA" or "BDF".
     rtol, atol
-        Tolerances per step, of every joint variable and rate and of work and dissipation.
+        Tolerances per step, of every joint variable and velocity and of work and dissipation.
 
     Raises
     ------
@@ -200,27 +71,25 @@ class Integration:
 
     def __post_init__(self) -> None:
         known_method(self.method)
-        if int(self.set_points) != self.set_points or self.set_points < 2:
-            raise UsageError(
-                "a simulation has at least two set points",
-                where="set_points",
-                expected="a whole number of 2 or more",
-                found=str(self.set_points),
-            )
         if self.integrator not in get_args(Integrator):
             raise UsageError(
                 f"there is no integrator {self.integrator!r}",
                 where="integrator",
                 expected=", ".join(get_args(Integrator)),
             )
-        rtol, atol = self.rtol, self.atol
-        if not (np.isfinite(rtol) and rtol >= TIGHTEST_RTOL and np.isfinite(atol) and atol > 0):
-            raise UsageError(
-                "the integrator cannot keep these tolerances",
-                where="rtol, atol",
-                expected=f"rtol of {TIGHTEST_RTOL:.1e} or more, atol above 0",
-                found=f"{rtol:g}, {atol:g}",
-            )
+        _require(
+            int(self.set_points) == self.set_points and self.set_points >= 2,
+            "set_points",
+            "a whole number of 2 or more",
+            self.set_points,
+        )
+        _require(
+            np.isfinite(self.rtol) and self.rtol >= TIGHTEST_RTOL,
+            "rtol",
+            f"{TIGHTEST_RTOL:.1e} or more",
+            self.rtol,
+        )
+        _require(np.isfinite(self.atol) and self.atol > 0, "atol", "a positive number", self.atol)
 
     def __str__(self) -> str:
         return f"{self.method}, {self.integrator}, rtol {self.rtol:g}, atol {self.atol:g}"
@@ -231,16 +100,16 @@ USUAL = Integration()
 
 @dataclass(frozen=True, eq=False)
 class Simulation:
-    """A simulated motion and its books of energy; N set points of n joints.
+    """A simulated motion and its energy balance; N set points of n joints.
 
     Parameters
     ----------
     time
         s, shape (N,).
     q, qd, qdd
-        Joint variables, rates and accelerations, shape (N, n).
+        Joint variables, velocities and accelerations, shape (N, n).
     torque
-        The actuators' torques, N m (N where the joint slides), shape (N, n).
+        The actuators' torques, N m (N of a prismatic joint), shape (N, n).
     kinetic, potential
         Energies, J, shape (N,); kinetic with the drives' where they take part.
     work
@@ -266,11 +135,6 @@ class Simulation:
     evaluations: int
     integration: Integration
 
-    def __post_init__(self) -> None:
-        for value in vars(self).values():
-            if isinstance(value, np.ndarray):
-                value.flags.writeable = False
-
     @property
     def energy(self) -> FloatArray:
         """Kinetic and potential energy together, J, shape (N,)."""
@@ -287,8 +151,72 @@ class Simulation:
 
     def as_trajectory(self, name: str = "simulation") -> Trajectory:
         """Give the motion as set points for everything that takes a trajectory."""
-        origin = f"simulated: {self.integration}"
-        return Trajectory(self.time, self.q, self.qd, self.qdd, name, origin)
+        return Trajectory(self.time, self.q, self.qd, self.qdd, name, f"simulated: {self.integration}")
+
+
+def joint_accelerations(
+    arm: RobotArm,
+    q: FloatArray,
+    qd: FloatArray,
+    torque: FloatArray,
+    method: str = DEFAULT_METHOD,
+    drivetrain: Drivetrain = NO_DRIVES,
+) -> FloatArray:
+    """Accelerations that torques cause: (D + J) qdd = tau - h - c - resistance.
+
+    Parameters
+    ----------
+    arm
+        The arm.
+    q, qd, torque
+        Joint variables, velocities and the actuators' torques, shape (..., n).
+    method
+        One of `gd_analyze.dynamics.methods.METHODS`.
+    drivetrain
+        What the drives add to D, and what opposes the motion.
+
+    Returns
+    -------
+    ndarray
+        qdd, shape (..., n).
+
+    Raises
+    ------
+    UsageError
+        If the method is unknown, shapes do not fit the arm or a number is not finite.
+    ArmError
+        If drives or friction are asked for and the arm describes no drives. If D is singular: then a joint
+        moves nothing that has mass, and its acceleration can be anything. If D has a negative eigenvalue.
+    """
+    _, (q, qd, torque) = checked_states(arm, q=q, qd=qd, torque=torque)
+    driving = torque - drivetrain.resistance_of(arm)(qd)
+    return solve_accelerations(arm, known_method(method), drivetrain.inertia_of(arm), q, qd, driving)
+
+
+def solve_accelerations(
+    arm: RobotArm, method: Method, added: FloatArray, q: FloatArray, qd: FloatArray, driving: FloatArray
+) -> FloatArray:
+    """Do `joint_accelerations` for checked states.
+
+    `added`, shape (n,), goes onto D's diagonal, and `driving` is the torque less the resistance.
+    """
+    dynamics = method.dynamics(arm, set_points_last(q), set_points_last(qd))
+    inertia = np.moveaxis(dynamics.inertia, -1, 0) + np.diag(added)
+    accelerating = (set_points_last(driving) - dynamics.coriolis_centrifugal - dynamics.gravity_loading).T
+    # An effective inertia (a pivot) no larger than what round-off leaves of a zero is a zero.
+    still = np.zeros_like(q)
+    floor = round_off_bounds(arm, q, still, still)["inertia"]
+    try:
+        pivots = np.diagonal(np.linalg.cholesky(inertia), axis1=-2, axis2=-1) ** 2
+        is_regular = bool((pivots > floor).all())
+    except np.linalg.LinAlgError:
+        is_regular = False
+    if not is_regular:
+        worst = int(np.linalg.eigvalsh(inertia)[:, 0].argmin())
+        position, floors = q.reshape(-1, arm.n_joints)[worst], np.full(arm.n_joints, floor)
+        raise refusal(arm, position, inertia[worst], floors, f"set point {worst + 1}")
+    solution: FloatArray = np.linalg.solve(inertia, accelerating[..., None])
+    return solution.reshape(q.shape)
 
 
 def simulate(
@@ -310,7 +238,8 @@ def simulate(
         The arm.
     torque
         The actuators' torques: a function (t, q, qd) -> (n,), or a history (time, values) of shapes (N,) and
-        (N, n) through which a cubic spline is laid (`gd_analyze.dynamics.simulation.torque_function`).
+        (N, n) that a cubic spline interpolates. Near a jump a spline overshoots; give such a torque as a
+        function.
     q0, qd0
         State at t = 0, shape (n,).
     duration
@@ -343,36 +272,36 @@ def simulate(
     >>> bool(abs(fall.energy_residual).max() < 1e-7)
     True
     """
-    leading, (start, rates) = checked_states(arm, q0=q0, qd0=qd0)
-    if leading:
-        raise UsageError(
-            "a simulation starts from one state",
-            where="q0",
-            expected=f"shape ({arm.n_joints},)",
-            found=str((*leading, arm.n_joints)),
-        )
-    if not (np.isfinite(duration) and duration > 0):
-        raise UsageError(
-            "the duration is not positive", where="duration", expected="seconds", found=str(duration)
-        )
-    time = np.linspace(0.0, float(duration), int(integration.set_points))
-    system = _System(
-        arm,
-        known_method(integration.method),
-        torque_function(arm, torque, float(duration)),
-        drivetrain.resistance_of(arm),
-        drivetrain.inertia_of(arm),
-    )
-    solved = _solve(system, np.concatenate([start, rates, [0.0, 0.0]]), float(duration), integration)
-    states = solved.sol(time).T
+    leading, (start, velocity) = checked_states(arm, q0=q0, qd0=qd0)
     n = arm.n_joints
-    q, qd, work, dissipated = (part.copy() for part in np.split(states, [n, 2 * n, 2 * n + 1], axis=1))
-    applied = np.array([system.torque(float(t), *state) for t, *state in zip(time, q, qd, strict=True)])
+    _require(not leading, "q0", f"one state, shape ({n},)", (*leading, n))
+    _require(np.isfinite(duration) and duration > 0, "duration", "a positive number of seconds", duration)
+    method, added = known_method(integration.method), drivetrain.inertia_of(arm)
+    torque_at, resistance = _torque_function(arm, torque, float(duration)), drivetrain.resistance_of(arm)
+
+    def slope(t: float, state: FloatArray) -> FloatArray:
+        q, qd = state[:n], state[n : 2 * n]
+        if not np.isfinite(state).all():
+            raise GdAnalyzeError(
+                "the simulated motion grows without bounds",
+                where=f"t = {t:g} s",
+                next_step="check the torque function's signs",
+            )
+        active, resisting = torque_at(t, q, qd), resistance(qd)
+        qdd = solve_accelerations(arm, method, added, q, qd, active - resisting)
+        return np.concatenate([qd, qdd, [active @ qd, resisting @ qd]])
+
+    solved = _integrated(slope, np.concatenate([start, velocity, [0.0, 0.0]]), float(duration), integration)
+    time = np.linspace(0.0, float(duration), int(integration.set_points))
+    q, qd, work, dissipated = (
+        part.copy() for part in np.split(solved.sol(time).T, [n, 2 * n, 2 * n + 1], axis=1)
+    )
+    applied = np.array([torque_at(float(t), *state) for t, *state in zip(time, q, qd, strict=True)])
     return Simulation(
         time,
         q,
         qd,
-        system.accelerations(q, qd, applied - system.resistance(qd)),
+        solve_accelerations(arm, method, added, q, qd, applied - resistance(qd)),
         applied,
         kinetic_energy(arm, q, qd, drives=drivetrain.inertia),
         potential_energy(arm, q),
@@ -384,40 +313,16 @@ def simulate(
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _System:
-    """The arm as a differential equation of q, qd, work and dissipation."""
-
-    arm: RobotArm
-    formulation: Method
-    torque: Callable[[float, FloatArray, FloatArray], FloatArray]
-    resistance: Callable[[FloatArray], FloatArray]
-    added: FloatArray
-
-    def accelerations(self, q: FloatArray, qd: FloatArray, driving: FloatArray) -> FloatArray:
-        """Of one state (n,) or several (N, n)."""
-        return solve_accelerations(self.arm, self.formulation, self.added, q, qd, driving)
-
-    def rate(self, t: float, state: FloatArray) -> FloatArray:
-        """Slope of the state."""
-        n = self.arm.n_joints
-        q, qd = state[:n], state[n : 2 * n]
-        if not np.isfinite(state).all():
-            raise GdAnalyzeError(
-                "the simulated motion grows without bounds",
-                where=f"t = {t:g} s",
-                next_step="check the torque function's signs",
-            )
-        active, resisting = self.torque(t, q, qd), self.resistance(qd)
-        qdd = self.accelerations(q, qd, active - resisting)
-        return np.concatenate([qd, qdd, [active @ qd, resisting @ qd]])
-
-
-def _solve(system: _System, start: FloatArray, duration: float, integration: Integration) -> Any:
+def _integrated(
+    slope: Callable[[float, FloatArray], FloatArray],
+    start: FloatArray,
+    duration: float,
+    integration: Integration,
+) -> Any:
     from scipy.integrate import solve_ivp
 
     solved: Any = solve_ivp(
-        system.rate,
+        slope,
         (0.0, duration),
         start,
         method=integration.integrator,
@@ -433,3 +338,48 @@ def _solve(system: _System, start: FloatArray, duration: float, integration: Int
             next_step='take integrator="LSODA" or "Radau" for a stiff motion, or larger tolerances',
         )
     return solved
+
+
+def _torque_function(
+    arm: RobotArm, torque: TorqueFunction | TorqueHistory, duration: float
+) -> Callable[[float, FloatArray, FloatArray], FloatArray]:
+    """Turn either way of giving torque into a checked function of t, q and qd.
+
+    A history becomes SciPy's cubic spline (not-a-knot): twice continuously differentiable, so that an
+    integrator of high order keeps its order.
+    """
+    inner = torque if callable(torque) else _spline(arm, torque, duration)
+
+    def checked(t: float, q: FloatArray, qd: FloatArray) -> FloatArray:
+        value = np.asarray(inner(t, q, qd), dtype=float)
+        if value.shape != (arm.n_joints,) or not np.isfinite(value).all():
+            raise GdAnalyzeError(
+                "the torque function does not give one finite torque per joint",
+                where=f"t = {t:g} s",
+                expected=f"{arm.n_joints} finite numbers",
+                found=f"shape {value.shape}" if value.shape != (arm.n_joints,) else str(value.tolist()),
+            )
+        return value
+
+    return checked
+
+
+def _spline(arm: RobotArm, history: TorqueHistory, duration: float) -> TorqueFunction:
+    from scipy.interpolate import CubicSpline
+
+    try:
+        time, values = (np.asarray(part, dtype=float) for part in history)
+    except (TypeError, ValueError):
+        _require(False, "torque", "a function of t, q and qd, or (time, values)", type(history).__name__)
+    _require(
+        time.ndim == 1 and len(time) >= 2 and values.shape == (len(time), arm.n_joints),
+        "torque",
+        f"time of shape (N,) with N of 2 or more, and values of shape (N, {arm.n_joints})",
+        f"time {time.shape}, values {values.shape}",
+    )
+    is_sound = np.isfinite(time).all() and np.isfinite(values).all() and (np.diff(time) > 0).all()
+    _require(is_sound, "torque", "finite numbers, time strictly increasing", "others")
+    covered = f"{time[0]:g} to {time[-1]:g} s"
+    _require(time[0] <= 0 and time[-1] >= duration, "torque", f"0 to {duration:g} s", covered)
+    spline = CubicSpline(time, values)
+    return lambda t, q, qd: spline(t)

@@ -99,7 +99,7 @@ class ExactForm:
             for kind, value in values.items():
                 quantities.extend(components(kind, link, value))
 
-        torque = newton_euler_regrouped.torque(self.arm, *states, told=note)[:, 0]
+        torque = newton_euler_regrouped.torque(self.arm, *states, observe=note)[:, 0]
         if self.drive_inertia is not None:
             torque = torque + self.drive_inertia * states[2][:, 0]
         quantities += [(Quantity("tau", i), value) for i, value in enumerate(torque)]

@@ -10,13 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 from scipy.special import ellipk
-from simulated import DRIVEN, GRAVITY, LENGTH, limp, pendulum, undriven
-from tolerances import energy_bound, per_step
+from simulated import DRIVEN, GRAVITY, LENGTH, energy_bound, limp, pendulum, per_step, undriven
 
 from gd_analyze.dynamics.decomposition import decompose, decompose_states
 from gd_analyze.dynamics.drivetrain import NO_DRIVES, Drivetrain
-from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.dynamics.simulation import Integration, simulate
+from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
@@ -57,18 +56,8 @@ def test_every_integrator_conserves_energy_within_its_tolerance(two_link, integr
     assert found.integration.integrator == integrator
 
 
-def test_energy_is_conserved_better_when_asked_to(two_link):
-    residuals = [
-        np.abs(undriven(two_link, 1.0, rtol=tolerance, atol=tolerance).energy_residual).max()
-        for tolerance in (1e-5, 1e-8, 1e-11)
-    ]
-    # In proportion to the tolerance but for the growing number of steps, 1000^(1/8) = 2.4 times as many.
-    assert residuals[1] <= residuals[0] / 50
-    assert residuals[2] <= residuals[1] / 50
-
-
-@examples(10)
-@given(arms_with_states(max_joints=4, massive=True), st.integers(0, 2**32 - 1))
+@examples(4)
+@given(arms_with_states(max_joints=3, massive=True), st.integers(0, 2**32 - 1))
 def test_work_is_the_energy_gained_less_what_was_dissipated(case, seed):
     arm, states = case
     rng = np.random.default_rng(seed)
@@ -84,26 +73,17 @@ def test_work_is_the_energy_gained_less_what_was_dissipated(case, seed):
     assert np.abs(found.energy_residual).max() <= energy_bound(arm, found)
 
 
-def test_work_is_the_energy_gained_with_drives_under_a_torque_history(puma):
-    time = np.linspace(0, 1, 21)
-    history = np.sin(np.outer(time, np.arange(1, 7))) * [40.0, 90.0, 30.0, 2.0, 2.0, 1.0]
-    found = simulate(puma, (time, history), np.full(6, 0.3), np.zeros(6), 1.0, DRIVEN, Integration(41))
-    assert found.work[-1] > 1.0
-    assert np.abs(found.energy_residual).max() <= energy_bound(puma, found, drives=True)
-    # The spline goes through its set points; those are every other one of the simulation's.
-    np.testing.assert_allclose(found.torque[::2], history, atol=1e-12)
-
-
 def test_friction_only_takes_energy(puma):
-    found = undriven(puma, 0.5, RUBBING)
+    found = undriven(puma, 0.2, RUBBING)
     slack = energy_bound(puma, found, drives=True)
     assert (np.diff(found.dissipated) >= -slack).all()
     assert (np.diff(found.energy) <= slack).all()
-    assert found.dissipated[-1] > 1.0
-    assert found.energy[-1] < found.energy[0] - 1.0
+    assert found.dissipated[-1] > 0.1
+    assert found.energy[-1] < found.energy[0] - 0.1
     assert np.abs(found.energy_residual).max() <= slack
 
 
+@pytest.mark.slow
 def test_a_stiff_integrator_agrees_when_friction_holds_the_arm(puma):
     explicit, implicit = (
         undriven(puma, 0.3, RUBBING, integrator=name, rtol=1e-8, atol=1e-8) for name in ("DOP853", "LSODA")
@@ -111,14 +91,6 @@ def test_a_stiff_integrator_agrees_when_friction_holds_the_arm(puma):
     # Friction contracts, so no error grows: each motion is within its steps' local errors, the others' too.
     allowed = sum(2 * s.steps * per_step(s).max() for s in (explicit, implicit))
     assert np.abs(explicit.q - implicit.q).max() <= allowed
-
-
-@pytest.mark.parametrize("method", list(METHODS))
-def test_every_formulation_simulates_the_same_motion(two_link, method):
-    found, reference = undriven(two_link, 0.3, method=method), undriven(two_link, 0.3)
-    # Equal right-hand sides but for round-off, hence equal steps: 1e-13 of the accelerations, over 0.3 s.
-    np.testing.assert_allclose(found.q, reference.q, atol=1e-11)
-    assert found.integration.method == method
 
 
 def period(swing: float) -> float:
@@ -180,7 +152,7 @@ def sensitivity(arm: RobotArm, history, begin, duration: float, drives: bool) ->
     return float(np.abs(np.array(moved)).sum(axis=0).max() / nudge)
 
 
-@pytest.mark.parametrize("name", list(PLANS))
+@pytest.mark.parametrize("name", ["two_link", pytest.param("stanford", marks=pytest.mark.slow)])
 def test_a_torque_history_reproduces_the_planned_trajectory(name):
     arm, (plan, drives) = load_arm(name), PLANS[name]
     time = np.linspace(0, plan.duration, 201)
@@ -219,14 +191,56 @@ def test_the_motion_is_a_trajectory(two_link):
     np.testing.assert_array_equal(found.energy, found.kinetic + found.potential)
 
 
-def test_a_simulation_does_not_change(two_link):
-    found = undriven(two_link, 0.1)
-    with pytest.raises(ValueError, match="read-only"):
-        found.q[0] = 0.0
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        found.q = 0.0
+TIME, VALUES = [0.0, 0.5, 1.0], np.zeros((3, 2))
 
 
-def test_drives_slow_the_fall(puma):
-    light, heavy = undriven(puma, 0.1), undriven(puma, 0.1, DRIVEN)
-    assert np.abs(heavy.qdd[0]).max() < np.abs(light.qdd[0]).max()
+@pytest.mark.parametrize(
+    ("change", "where"),
+    [
+        ({"q0": [0.0]}, "q0"),
+        ({"q0": np.zeros((2, 2)), "qd0": np.zeros((2, 2))}, "q0"),
+        ({"qd0": [0.0, np.nan]}, "qd0[1]"),
+        ({"duration": 0.0}, "duration"),
+        ({"duration": np.inf}, "duration"),
+        ({"set_points": 2.5}, "set_points"),
+        ({"method": "lagrange"}, "method"),
+        ({"integrator": "Euler"}, "integrator"),
+        ({"rtol": 1e-15}, "rtol"),
+        ({"atol": np.nan}, "atol"),
+        ({"torque": 3.0}, "torque"),
+        ({"torque": (TIME, "abc")}, "torque"),
+        ({"torque": (TIME, np.zeros((3, 3)))}, "torque"),
+        ({"torque": ([0.0], np.zeros((1, 2)))}, "torque"),
+        ({"torque": ([0.0, 1.0, 1.0], VALUES)}, "torque"),
+        ({"torque": (TIME, VALUES + np.inf)}, "torque"),
+        ({"torque": (TIME, VALUES), "duration": 1.5}, "torque"),
+    ],
+)
+def test_bad_input(two_link, change, where):
+    arguments = {"torque": limp(2), "q0": [0.0, 0.0], "qd0": [0.0, 0.0], "duration": 0.5} | change
+    options = {name: arguments.pop(name) for name in vars(Integration()) if name in arguments}
+    with pytest.raises(UsageError) as caught:
+        simulate(two_link, **arguments, integration=Integration(**options))
+    assert caught.value.details["where"] == where
+    assert caught.value.details["expected"]
+
+
+def test_a_torque_function_that_misbehaves(two_link):
+    for torque, found in (
+        (lambda t, q, qd: [1.0], "shape (1,)"),
+        (lambda t, q, qd: [np.nan, 0], "[nan, 0.0]"),
+    ):
+        with pytest.raises(GdAnalyzeError, match="torque function does not give") as caught:
+            simulate(two_link, torque, [0, 0], [0, 0], 0.1)
+        assert caught.value.details["found"] == found
+        assert caught.value.details["where"] == "t = 0 s"
+
+
+def test_an_integrator_that_gives_up():
+    """qdd grows with the square of the rate: infinite at t = 1, and no step is small enough there."""
+    arm = dataclasses.replace(pendulum(), gravity=np.zeros(3))
+    inertia = 2.0 * LENGTH**2
+    rough = Integration(rtol=1e-6, atol=1e-6)
+    with pytest.raises(GdAnalyzeError, match=r"gives up|grows without bounds") as caught:
+        simulate(arm, lambda t, q, qd: inertia * qd**2, [0.0], [1.0], 2.0, integration=rough)
+    assert caught.value.details["where"].startswith(("t = 1 ", "t = 1.0", "t = 0.99"))

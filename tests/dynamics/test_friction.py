@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.signal import butter, sosfiltfilt
 
 from gd_analyze.dynamics.decomposition import torque_of
+from gd_analyze.dynamics.friction import correlation_time
 from gd_analyze.dynamics.measured_torque import compare_torque
 from gd_analyze.motions.states import states_of
 from gd_analyze.motions.trajectory import Trajectory
@@ -62,20 +63,6 @@ def test_standard_errors_are_as_large_as_the_errors_are(two_link: RobotArm, alik
     of_terms = np.mean(np.square(scores), axis=(0, 1))
     assert (of_terms < 1.0 + 4 * 0.13).all(), of_terms
     assert (of_terms > 0.3).all(), of_terms
-
-
-def test_errors_that_take_readings_as_independent_would_be_too_small(two_link: RobotArm) -> None:
-    """The same test fails without the correlation time: that of the filtered noise is some readings."""
-    motion = swinging(two_link, 2000)
-    clean = torque_of(two_link, states_of(motion)) + friction_of(motion, *GIVEN)
-    noise = np.random.default_rng(1).normal(size=clean.shape)
-    white = compare_torque(two_link, with_torques(motion, clean + noise)).friction
-    alike = smoothed(noise)
-    same_size = alike * noise.std(axis=0) / alike.std(axis=0)
-    filtered = compare_torque(two_link, with_torques(motion, clean + same_size)).friction
-    # A band of 8 of 62.5 Hz has a correlation time of some 62.5 / 8 readings, of which errors grow with the
-    # root: 2.8; a third is room for the noise of one log.
-    assert (filtered.errors > 0.67 * 2.8 * white.errors).all()
 
 
 def test_friction_that_would_drive_is_held_at_zero(two_link: RobotArm) -> None:
@@ -147,3 +134,38 @@ def test_noise_of_rates_widens_what_counts_as_rest(two_link: RobotArm) -> None:
     recording = replace(log.recording, noise_q=np.full(2, noise / 4), noise_qdd=np.full(2, noise * 4))
     fitted = compare_torque(two_link, replace(log, recording=recording)).friction
     np.testing.assert_allclose(fitted.terms, np.tile(GIVEN, (2, 1)), atol=1e-9)
+
+
+def autoregressive(alike: float, count: int, seed: int = 0) -> np.ndarray:
+    """x_k = alike x_(k - 1) + noise: correlations alike^k, so (1 + alike) / (1 - alike) readings."""
+    noise = np.random.default_rng(seed).normal(size=count)
+    out = np.empty(count)
+    out[0] = noise[0] / np.sqrt(1 - alike**2)
+    for k in range(1, count):
+        out[k] = alike * out[k - 1] + noise[k]
+    return out
+
+
+@pytest.mark.parametrize("alike", [0.0, 0.5, 0.9])
+def test_of_a_series_that_resembles_itself(alike: float) -> None:
+    series = autoregressive(alike, 100_000)
+    found = correlation_time(lambda at: series[at], np.ones(100_000, bool), [slice(0, 100_000)])
+    # Sokal (1997), Eq. (3.19): the relative error is sqrt(2 (2 W + 1) / N) with a window of W = 5 correlation
+    # times, at most 100 readings here: 0.06; three times that.
+    assert found == pytest.approx((1 + alike) / (1 - alike), rel=0.2)
+
+
+def test_what_was_left_out_and_gaps_change_little() -> None:
+    series = autoregressive(0.8, 60_000)
+    used = np.random.default_rng(1).uniform(size=60_000) < 0.8
+    stretches = [slice(0, 20_000), slice(20_000, 20_001), slice(20_001, 60_000)]
+    found = correlation_time(lambda at: series[at], used, stretches)
+    assert found == pytest.approx(9.0, rel=0.2)
+
+
+def test_never_less_than_one() -> None:
+    alternating = np.resize([1.0, -1.0], 1000)
+    everything, whole = np.ones(1000, bool), [slice(0, 1000)]
+    assert correlation_time(lambda at: alternating[at], everything, whole) == 1.0
+    assert correlation_time(lambda at: 0.0 * alternating[at], everything, whole) == 1.0
+    assert correlation_time(lambda at: alternating[at], ~everything, whole) == 1.0

@@ -59,7 +59,7 @@ def literal_h(arm: RobotArm, kinematics: Kinematics, qd: FloatArray) -> FloatArr
     return np.stack([itemised[effects == effect].sum(axis=(0, 1)) for effect in dalembert.EFFECTS])
 
 
-@examples(120)
+@examples(40)
 @given(every_arm)
 def test_inertia_of_each_effect_is_symmetric_and_positive_semidefinite(case):
     solved = Solved(*case)
@@ -72,7 +72,7 @@ def test_inertia_of_each_effect_is_symmetric_and_positive_semidefinite(case):
         assert smallest >= -solved.n * solved.bounds["inertia"]
 
 
-@examples(80)
+@examples(40)
 @given(arms_with_states(massive=True))
 def test_inertia_is_positive_definite_where_every_link_has_mass_and_inertia(case):
     solved = Solved(*case)
@@ -81,7 +81,7 @@ def test_inertia_is_positive_definite_where_every_link_has_mass_and_inertia(case
     assert smallest > solved.n * solved.bounds["inertia"]
 
 
-@examples(120)
+@examples(40)
 @given(every_arm)
 def test_composites_give_what_the_sums_over_links_give(case):
     solved = Solved(*case)
@@ -93,7 +93,7 @@ def test_composites_give_what_the_sums_over_links_give(case):
     assert np.abs(solved.h - h).max() <= solved.bounds["coriolis_centrifugal"]
 
 
-@examples(120)
+@examples(40)
 @given(every_arm)
 def test_christoffel_is_what_the_texts_terms_give_for_pairs_of_rates(case):
     """Polarisation: h(e_j + e_k) - h(e_j) - h(e_k) = h_ijk + h_ikj."""
@@ -113,7 +113,7 @@ def test_christoffel_is_what_the_texts_terms_give_for_pairs_of_rates(case):
         assert np.abs(unit[j][:, j]).max() <= solved.christoffel_bound  # h_jjj = 0, in the text's own terms
 
 
-@examples(120)
+@examples(40)
 @given(every_arm)
 def test_christoffel_symmetries(case):
     christoffel = Solved(*case).christoffel
@@ -126,7 +126,7 @@ def test_christoffel_symmetries(case):
                 np.testing.assert_array_equal(christoffel[:, m, k, i], -christoffel[:, i, k, m])
 
 
-@examples(120)
+@examples(40)
 @given(every_arm)
 def test_h_and_its_centrifugal_share_are_contractions_of_the_christoffel(case):
     solved = Solved(*case)
@@ -136,7 +136,7 @@ def test_h_and_its_centrifugal_share_are_contractions_of_the_christoffel(case):
     assert np.abs(solved.centrifugal - centrifugal).max() <= solved.bounds["coriolis_centrifugal"]
 
 
-@examples(80)
+@examples(15)
 @given(every_arm)
 def test_lagrange_euler_gives_the_same_inertia_christoffel_and_gravity_by_effect(case):
     """Two truly different derivations. The complex step adds no error of its own: nothing cancels."""
@@ -153,7 +153,7 @@ def test_lagrange_euler_gives_the_same_inertia_christoffel_and_gravity_by_effect
     assert np.abs(solved.c - gradient).max() <= 2 * solved.bounds["gravity_loading"]
 
 
-@examples(80)
+@examples(40)
 @given(every_arm)
 def test_rate_of_inertia_less_twice_coriolis_matrix_is_skew_for_each_effect(case):
     solved = Solved(*case)
@@ -165,7 +165,7 @@ def test_rate_of_inertia_less_twice_coriolis_matrix_is_skew_for_each_effect(case
     assert np.abs(skew + skew.swapaxes(1, 2)).max() <= tolerance
 
 
-@examples(80)
+@examples(40)
 @given(every_arm)
 def test_power_balance(case):
     """d/dt (kinetic + potential energy) = qd . tau along any motion, and per effect for its own energy."""
@@ -184,7 +184,7 @@ def test_power_balance(case):
     assert np.abs(potential - np.einsum("iN,iN->N", solved.qd, solved.c)).max() <= tolerance
 
 
-@examples(80)
+@examples(40)
 @given(every_arm, st.integers(0, 7), st.integers(0, 2**32 - 1))
 def test_inertia_does_not_depend_on_the_joints_below(case, i, seed):
     arm, states = case
@@ -195,23 +195,6 @@ def test_inertia_does_not_depend_on_the_joints_below(case, i, seed):
     other = Solved(arm, States(moved, states.qd, states.qdd))
     tolerance = solved.bounds["inertia"] + other.bounds["inertia"]
     assert np.abs(solved.inertia[:, i, i:] - other.inertia[:, i, i:]).max() <= tolerance
-
-
-@examples(120)
-@given(every_arm)
-def test_pinocchio_agrees(case):
-    solved = Solved(*case)
-    states = solved.states
-    theirs = pinocchio_dynamics(solved.arm, states.q, states.qd, states.qdd)
-    torque = np.einsum("eijN,jN->iN", solved.inertia, solved.qdd) + solved.h.sum(axis=0) + solved.c
-    ours = {
-        "inertia": np.moveaxis(solved.inertia.sum(axis=0), -1, 0),
-        "coriolis_centrifugal": solved.h.sum(axis=0).T,
-        "gravity_loading": solved.c.T,
-        "torque": torque.T,
-    }
-    for name, values in ours.items():
-        assert np.abs(values - theirs[name]).max() <= solved.bounds[name], name
 
 
 @pytest.mark.parametrize("name", ["puma560", "stanford", "two_link"])
@@ -244,3 +227,32 @@ def test_h_is_quadratic_in_the_rates(case):
 
 def _literal_inertia(arm: RobotArm, q: FloatArray) -> FloatArray:
     return dalembert.inertia_by_link(arm, solve_kinematics(arm, q)).sum(axis=1)
+
+
+def itemised(arm, q, qd):
+    return dalembert.coriolis_centrifugal_by_link(arm, solve_kinematics(arm, q), qd)
+
+
+@examples(20)
+@given(arms_with_states())
+def test_a_link_acts_on_no_joint_beyond_it(case):
+    arm, states = case
+    q, qd, _ = states.last
+    terms = itemised(arm, q, qd)
+    for s in range(arm.n_joints):
+        assert not terms[:, s, s + 1 :].any()
+    assert len(terms) == (6 if all(arm.is_revolute) else 7)
+
+
+@examples(20)
+@given(arms_with_states(revolute=True))
+def test_purely_coriolis_terms_vanish_when_one_joint_moves(case):
+    """T2, T4 and R1 need two different rates; T1, T3, R2 are centrifugal too."""
+    arm, states = case
+    q, qd, _ = states.last
+    bound = round_off_bounds(arm, states.q, states.qd, states.qdd)["coriolis_centrifugal"]
+    for j in range(arm.n_joints):
+        terms = itemised(arm, q, qd * (np.arange(arm.n_joints) == j)[:, None])
+        for t in (1, 3, 4):
+            # b is sums of z x z, zero to the last bit for a cross product with itself.
+            assert np.abs(terms[t]).max() <= bound

@@ -14,12 +14,9 @@ from gd_analyze.arrays import CHUNK
 from gd_analyze.dynamics import long_decomposition
 from gd_analyze.dynamics.long_decomposition import MOST_KEPT, decompose_on_demand
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.report.interactive import page_data
 from gd_analyze.report.main_page import render_html
 from gd_analyze.results import drawn as drawn_module
 from gd_analyze.results.drawn import STRETCHES, drawn
-from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.evaluation import losses
 
 LONG = MOST_KEPT + CHUNK + 17
 
@@ -110,16 +107,6 @@ def test_the_findings_are_those_of_a_decomposition_that_is_kept(
         xr.testing.assert_allclose(long_findings.tables[group], kept.tables[group], rtol=1e-12, atol=1e-12)
 
 
-def test_losses_are_of_all_set_points(two_link, long_swing):
-    exact = gd.ExactDynamics.of(two_link, long_swing)
-    model = gd.simplify(two_link, long_swing, level=ELEMENT)
-    dataset = gd.decompose(two_link, long_swing)
-    for loss in losses(model, exact):
-        if loss.part == "c2":
-            largest = np.abs(dataset.gravity_loading.values[:, 1]).max()
-            assert loss.torque_peak == pytest.approx(largest, rel=1e-12)
-
-
 def test_every_extreme_is_drawn(two_link, long_swing):
     dataset = gd.decompose(two_link, long_swing)
     points, shown = drawn(dataset)
@@ -135,17 +122,6 @@ def test_every_extreme_is_drawn(two_link, long_swing):
                 np.testing.assert_array_equal(
                     most(inside, axis=0), most(whole[start : start + length], axis=0)
                 )
-
-
-def test_reports_draw_set_points_by_their_numbers(long_findings):
-    page = page_data(long_findings)
-    axis = page["axes"][page["figures"]["D11"]["axis"]]
-    assert [axis["point"][0], axis["point"][-1]] == [1, LONG]
-    curve = page["figures"]["D11"]["traces"][0]["y"]
-    whole = long_findings.decomposition.inertia.isel(joint=0, joint_j=0).sum("effect").values
-    # Six digits are drawn.
-    np.testing.assert_allclose(curve, whole[np.array(axis["point"]) - 1], rtol=1e-5)
-    assert max(curve) == pytest.approx(whole.max(), rel=1e-5)
 
 
 def test_it_comes_back_from_its_file(long_findings, tmp_path):
@@ -188,6 +164,7 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the peak is counted in other units")
 def test_the_peak_does_not_grow_with_the_decomposition(tmp_path):
     """Per set point of a six-joint arm there stay 8 bytes each of

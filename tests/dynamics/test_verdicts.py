@@ -10,16 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.dynamics.decomposition import torque_of
-from gd_analyze.dynamics.measured_torque import VERDICTS, compare_torque
+from gd_analyze.dynamics.measured_torque import compare_torque
 from gd_analyze.motions.states import states_of
 from gd_analyze.results.motion_tables import measured_torque_table
-from gd_analyze.results.torque_words import (
-    is_described,
-    measured_rows,
-    torque_sentence,
-    torque_warning,
-    verdict_told,
-)
 from gd_analyze.robots.arm import RobotArm
 from recorded_logs import friction_of, recorded, swinging, with_torques
 from strategies import examples
@@ -95,55 +88,6 @@ def test_readings_of_something_else(puma: RobotArm) -> None:
     size = torque_of(puma, states_of(motion)).std(axis=0)
     other = np.cos(np.outer(motion.time, 7.0 + np.arange(6)))
     assert set(compare_torque(puma, with_torques(motion, 0.3 * size * other)).verdicts) == {"does not follow"}
-
-
-def words(arm: RobotArm, gain: tuple[float, ...]) -> tuple[str, str]:
-    log = recorded(arm, gain=gain)
-    table = measured_torque_table(compare_torque(arm, log), log)
-    assert not is_described(table)
-    return torque_sentence(table), torque_warning(table, arm.name)
-
-
-def test_what_is_said(puma: RobotArm) -> None:
-    said, warned = words(puma, (1.0, 1.9, -1.0, 1.0, 0.4, 0.0))
-    assert said == (
-        "Measured torques: the model holds at joints 1 and 4; the model is too light at joint 2 (by a factor "
-        "1.9); the model is too heavy at joint 5 (by a factor 2.5); the measurement has the other sign at "
-        "joint 3; no torque was measured at joint 6."
-    )
-    assert warned == (
-        "measured torques speak against puma560: the model is too light at joint 2 (by a factor 1.9); the "
-        "model is too heavy at joint 5 (by a factor 2.5); the measurement has the other sign at joint 3. "
-        "What is said of the model there need not hold for the robot; check masses, payload, the unit of the "
-        "torques, the directions of the axes"
-    )
-
-
-def test_another_joint_is_named(two_link: RobotArm) -> None:
-    row = {"verdict": "another joint's", "resembles": 3, "slope_beside_friction": 1.0}
-    assert verdict_told(row) == "follows the model of joint 3"
-
-
-@pytest.mark.parametrize(("slope", "told"), [(1.94, "1.9"), (10.51, "11"), (250.3, "250")])
-def test_factors_are_told_with_two_digits(slope: float, told: str) -> None:
-    row = {"verdict": "too light", "slope_beside_friction": slope}
-    assert verdict_told(row) == f"too light by a factor {told}"
-    row = {"verdict": "too heavy", "slope_beside_friction": 1.0 / slope}
-    assert verdict_told(row) == f"too heavy by a factor {told}"
-
-
-def test_every_verdict_has_words(measured_findings, swing_findings) -> None:
-    assert [row["told"] for row in measured_rows(measured_findings)] == [
-        "follows",
-        "too light by a factor 2",
-    ]
-    assert measured_rows(swing_findings) == []
-    table = measured_findings.tables["measured_torque"]
-    for verdict in VERDICTS:
-        of = table.assign(verdict=("joint", np.array([verdict] * 2), table.verdict.attrs))
-        assert "every joint" in torque_sentence(of)
-        if not is_described(of):
-            assert "every joint" in torque_warning(of, "arm")
 
 
 def test_a_log_that_was_not_filtered(two_link: RobotArm) -> None:

@@ -91,21 +91,6 @@ def test_set_points_without_a_reading_do_not_count(two_link: RobotArm) -> None:
     np.testing.assert_allclose(found.rms, 0.0, atol=1e-9)
 
 
-def test_joints_may_be_read_in_turn(two_link: RobotArm) -> None:
-    change = np.zeros((500, 2))
-    change[::2, 0] = change[1::2, 1] = np.nan
-    found = compare_torque(two_link, changed(two_link, change))
-    assert found.compared == 250
-    assert found.verdicts == ("follows", "follows")
-
-
-@pytest.mark.parametrize(("readings", "verdict"), [(19, "not measured"), (20, "follows")])
-def test_a_few_readings_are_none(two_link: RobotArm, readings: int, verdict: str) -> None:
-    change = np.zeros((500, 2))
-    change[readings:, 1] = np.nan
-    assert compare_torque(two_link, changed(two_link, change)).verdicts == ("follows", verdict)
-
-
 def test_where_the_filter_has_not_settled_nothing_is_compared(two_link: RobotArm) -> None:
     """At both ends of a recording and of its gaps, for half a period of the cut-off."""
     motion, cutoff = swinging(two_link, gaps=(200,)), 5.0
@@ -145,9 +130,3 @@ def test_a_plan_has_no_measured_torques(puma: RobotArm, pick_and_place: Trajecto
         gd.compare_torque(puma, silent)
     assert caught.value.details["found"] == "a recording without torques"
     assert "columns of measured torques" in caught.value.details["next"]
-
-
-def test_it_shows_itself(two_link: RobotArm) -> None:
-    found = compare_torque(two_link, recorded(two_link, gain=(1.0, 2.0)))
-    assert repr(found) == "TorqueComparison('two_link', follows, too light)"
-    assert "too light" in found._repr_html_()

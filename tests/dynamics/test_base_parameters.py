@@ -72,7 +72,7 @@ def with_drives(arm: RobotArm) -> RobotArm:
     return dataclasses.replace(arm, drives=tuple(Drive(inertia=0.1 * (i + 1)) for i in range(arm.n_joints)))
 
 
-@examples(60)
+@examples(25)
 @given(st.one_of(arms(max_joints=7), arms_with_runs()), st.booleans())
 def test_they_are_as_many_as_the_regressor_has_rank(arm, drives):
     assert_minimal(gd.base_parameters(with_drives(arm), drives))
@@ -82,7 +82,7 @@ def numbers(base: BaseParameters, of: str = "number") -> FloatArray:
     return np.array([getattr(one, of) for one in base])
 
 
-@examples(40)
+@examples(25)
 @given(st.one_of(arms(max_joints=6), arms_with_runs()), st.booleans())
 def test_the_recursion_needs_nothing_else(arm, drives):
     """Links that have base parameters only, all else zero, ask for the torque of the arm."""
@@ -111,12 +111,12 @@ def bare(arm: RobotArm, base: BaseParameters):
         first = np.array([moments.get(f"m{x}", 0.0) for x in "xyz"])
         second = np.array([[moments.get(f"P{min(x, y)}{max(x, y)}", 0.0) for x in "xyz"] for y in "xyz"])
         mass = moments.get("m", 0.0)
-        assert mass == 0 or link.sliding is not None
+        assert mass == 0 or link.prismatic is not None
         links.append(dataclasses.replace(link, mass=mass, first=first, second=second, is_round=False))
     return dataclasses.replace(rewritten, links=tuple(links))
 
 
-@examples(30)
+@examples(25)
 @given(st.one_of(arms(max_joints=6), arms_with_runs()))
 def test_the_numbers_are_the_map_of_the_arms_parameters(arm):
     base = gd.base_parameters(with_drives(arm))
@@ -130,18 +130,6 @@ def test_the_numbers_are_the_map_of_the_arms_parameters(arm):
         parts = sum(numbers(each, of) for of in ("translation", "rotation", "drive"))
         sizes = sum(np.abs(numbers(each, of)) for of in ("translation", "rotation", "drive"))
         assert (np.abs(parts - numbers(each)) <= 1e-12 * (1 + sizes)).all()
-
-
-@examples(20)
-@given(arms(max_joints=5, massive=True))
-def test_effects_are_masses_at_their_centres_and_inertias_about_them(arm):
-    """An arm of point masses has no rotation, and the translation of any with the same masses."""
-    points = tuple(dataclasses.replace(link, inertia_com=np.zeros((3, 3))) for link in arm.links)
-    base, of_points = (
-        gd.base_parameters(one) for one in (arm, dataclasses.replace(arm, links=points, dh_table=()))
-    )
-    assert (numbers(of_points, "rotation") == 0).all()
-    np.testing.assert_array_equal(numbers(of_points, "translation"), numbers(base, "translation"))
 
 
 # Published counts: general six and seven joints with the first axis along gravity take 36 and 43, drives add
@@ -199,18 +187,6 @@ def test_the_pumas_by_name(puma):
         [-0.5, 0.5, 0.5], rel=1e-12
     )
     assert base.never_acting == tuple((kind, 1) for kind in KINDS[:-1] if kind not in ("Pxx", "Pyy"))
-
-
-def test_they_are_what_the_recursion_keeps(puma):
-    base = gd.base_parameters(puma, False)
-    for i, link in enumerate(regrouped(puma).links[1:], 2):
-        expected = {f"M{x}": link.first["XYZ".index(x)] for x in "XY"}
-        expected |= {
-            f"P{x}{y}": link.second["XYZ".index(x), "XYZ".index(y)] for x, y in ("XX", "XY", "YY", "XZ", "YZ")
-        }
-        for letters, number in expected.items():
-            # Some dozen products of up to 6 kg m^2.
-            assert base[f"{letters}{i}"].number == pytest.approx(number, rel=0, abs=1e-14)
 
 
 def test_what_never_acts_has_no_column(puma):
@@ -274,27 +250,3 @@ def test_a_gantry_is_masses():
     assert [one.symbol for one in driven] == ["M1", "M2", "M3", "J3"]
     assert driven["M2"].combination == ((1.0, "m", 2), (1.0, "J", 2))
     assert_minimal(driven)
-
-
-def test_drives_of_an_arm_without_are_refused(two_link):
-    with pytest.raises(gd.GdAnalyzeError, match="describes no drives"):
-        gd.base_parameters(two_link, drives=True)
-
-
-def test_values_show(puma):
-    base = gd.base_parameters(puma)
-    assert repr(base) == "BaseParameters('puma560', 40 of 66)"
-    assert base["J3"].unit == "kg m^2"
-    assert "<td" in base._repr_html_()
-    with pytest.raises(KeyError, match="MX1"):
-        base["MX1"]
-
-
-@examples(40)
-@given(st.one_of(arms(max_joints=6, massive=True), arms_with_runs()))
-def test_the_recursion_multiplies_with_no_more(arm):
-    """Gravity is drawn, so that it is along no axis."""
-    kept = 0
-    for link in regrouped(arm).links:
-        kept += sum(np.count_nonzero(x) for x in (link.mass, link.first, np.triu(link.second)))
-    assert kept == np.count_nonzero(numbers(gd.base_parameters(arm, False)))

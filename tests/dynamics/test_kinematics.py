@@ -38,7 +38,7 @@ def test_puma_hand_in_closed_form(puma, rng):
     np.testing.assert_allclose(hand, expected, atol=1000 * 60 * EPS)
 
 
-@examples(60)
+@examples(30)
 @given(arms_with_states())
 def test_frames_axes_and_centres_of_mass_are_those_of_the_transforms(case):
     arm, states = case
@@ -64,24 +64,3 @@ def test_frames_axes_and_centres_of_mass_are_those_of_the_transforms(case):
         origin = before[i, :, :3, :3] @ joint.placement.translation + before[i, :, :3, 3]
         np.testing.assert_allclose(kinematics.joint_axes[i].T, axis, atol=20 * n * EPS)
         np.testing.assert_allclose(kinematics.joint_origins[i].T, origin, atol=tolerance)
-
-
-@examples(40)
-@given(arms_with_states())
-def test_axes_are_unit_vectors_and_rotations_orthonormal(case):
-    arm, states = case
-    kinematics = solve_kinematics(arm, states.q.T.copy())
-    tolerance = 40 * arm.n_joints * EPS  # a squared length doubles the 20 roundings per joint
-    lengths = np.linalg.norm(kinematics.joint_axes, axis=1)
-    np.testing.assert_allclose(lengths, 1.0, rtol=tolerance)
-    squares = np.einsum("sabN,sacN->sbcN", kinematics.link_rotations, kinematics.link_rotations)
-    np.testing.assert_allclose(squares, np.eye(3)[None, :, :, None] + 0 * squares, atol=tolerance)
-
-
-def test_states_do_not_disturb_each_other(puma, rng):
-    q = rng.uniform(-3, 3, (6, 7))
-    together = solve_kinematics(puma, q)
-    for k in range(7):
-        alone = solve_kinematics(puma, np.ascontiguousarray(q[:, k : k + 1]))
-        # One set point or many go through the same elementwise operations.
-        np.testing.assert_array_equal(alone.com_positions[..., 0], together.com_positions[..., k])
