@@ -54,12 +54,12 @@ from gd_analyze.simplification.model_file import save_model as save_model
 from gd_analyze.simplification.ranking import rank_terms as rank_terms
 from gd_analyze.simplification.simplify import simplify as simplify
 from gd_analyze.simplification.trade_off import trade_off as trade_off
+from gd_analyze.studies.control import ControlStudy as ControlStudy
 from gd_analyze.studies.control import control as control
+from gd_analyze.studies.control_law import ControlSettings as ControlSettings
+from gd_analyze.studies.control_law import Tolerance as Tolerance
 from gd_analyze.studies.main_job import Settings as Settings
 from gd_analyze.studies.main_job import analyze as analyze
 from gd_analyze.studies.main_job import find as find
-from gd_analyze.studies.settings import ControlSettings as ControlSettings
-from gd_analyze.studies.study import ControlStudy as ControlStudy
-from gd_analyze.studies.tolerance import Tolerance as Tolerance
 from gd_analyze.studies.validate import Validation as Validation
 from gd_analyze.studies.validate import validate as validate

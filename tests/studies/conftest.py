@@ -1,11 +1,19 @@
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.simplify import simplify
 from gd_analyze.studies.comparison import Comparison, compare
 from gd_analyze.studies.comparison_costs import Growth, growth
+from gd_analyze.studies.control import ControlStudy, control
+from gd_analyze.studies.control_bounds import mean_diagonal
+from gd_analyze.studies.control_law import CONTINUOUS, ControlSettings, Gains, Knowledge
+from gd_analyze.studies.control_loop import World
+from gd_analyze.studies.control_plant import Reference
 
 
 @pytest.fixture(scope="session")
@@ -16,3 +24,29 @@ def grown() -> Growth:
 @pytest.fixture(scope="session")
 def swing_comparison(two_link: RobotArm, swing: Trajectory) -> Comparison:
     return compare(two_link, swing, command="gd-analyze compare two_link", warned=("odd",))
+
+
+@pytest.fixture(scope="session")
+def swing_model(two_link, swing) -> SimplifiedModel:
+    return simplify(two_link, swing, "20%")
+
+
+@pytest.fixture(scope="session")
+def swing_world(swing_model, swing) -> World:
+    """The two-link arm without torque limits, tuned to a bandwidth of 20 rad/s."""
+    reference = Reference.of(swing)
+    knowledge = Knowledge.of(swing_model, mean_diagonal(swing_model.form, reference))
+    return World(swing_model.form, knowledge, Gains(20.0, 1.0), reference, np.full(2, np.inf))
+
+
+@pytest.fixture(scope="session")
+def puma_study(puma, pick_and_place) -> ControlStudy:
+    """Without torque limits, which no bound knows of."""
+    settings = ControlSettings(rates=(CONTINUOUS,), speeds=(1.0,), limits=None)
+    return control(simplify(puma, pick_and_place, "1%"), pick_and_place, settings, command="gd-analyze")
+
+
+@pytest.fixture(scope="session")
+def swing_study(swing_model, swing) -> ControlStudy:
+    settings = ControlSettings(rates=(CONTINUOUS, 200.0), speeds=(0.5, 1.0))
+    return control(swing_model, swing, settings, command="gd-analyze control", warned=("odd",))

@@ -23,7 +23,6 @@ from gd_analyze.cli.options import (
 )
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.outputs import require_outputs
-from gd_analyze.cli.terminal import line, sentence, table
 
 FORMATS = ("html", "pdf", "json")
 
@@ -106,12 +105,12 @@ _loop_options = together(
         help="Hold torque within so many times the limits of the arm's drives, or not at all.",
     ),
     click.option(
-        "--friction", is_flag=True, help="Let the drives' friction act, which no controller knows of."
+        "--friction", is_flag=True, help="Apply the drives' friction, which no controller knows of."
     ),
     click.option(
         "--within",
         metavar="LIST",
-        help="Tracking error that counts as good: 0.1deg or 2mrad, and 1mm for joints that slide.  "
+        help="Tracking error that counts as good: 0.1deg or 2mrad, and 1mm for prismatic joints.  "
         "[default: 0.1deg,1mm]",
     ),
 )
@@ -151,10 +150,10 @@ def control(
     r"""Control the exact arm, simulated, along a motion, and say whether the simplified model is good enough.
 
     Controllers know nothing of the arm, gravity only, all but h, the simplified model, or the exact one.
-    Computed torque is D (qdd_d + K_d e' + K_p e) + h + c with what the controller knows; PD makes up for
-    gravity only. The founding text warns of dropping h, which makes slow arms of fast ones: the motion is run
-    at several speeds to show when that costs. With --payload the arm carries what no controller knows of.
-    Beside the simulated error stands what the model's torque error can cause at most.
+    Computed torque is D (qdd_d + K_d e' + K_p e) + h + c with what the controller knows; PD compensates
+    gravity only. The founding text warns of dropping h: the motion is run at several speeds to show from
+    where on that costs. With --payload the arm carries a load that no controller knows of. Bounds on the
+    error caused by the model's torque error stand beside the simulated error.
 
     \b
     Examples:
@@ -166,9 +165,8 @@ def control(
         stage("reading")
         from gd_analyze.robots.payload import parse_payload
         from gd_analyze.studies.control import names_of
-        from gd_analyze.studies.control_document import control_document
-        from gd_analyze.studies.control_files import FILES, write_control
-        from gd_analyze.studies.study_files import require_folder
+        from gd_analyze.studies.control_result import control_result
+        from gd_analyze.studies.study_files import StudyFolder
 
         settings = gd.ControlSettings(
             bandwidth=bandwidth,
@@ -182,12 +180,11 @@ def control(
         loaded = gd.load_model(model)
         moved = None if payload is None else carrying(loaded.arm, parse_payload(payload))
         motion = read_motion(trajectory, loaded.arm)
-        files = [] if out is None else [out / FILES[name] for name in formats]
-        strangers: tuple[Path, ...] = ()
+        files = None
         if out is not None:
-            require_outputs(*files)
             names = names_of(moved or loaded.arm, motion, settings)
-            strangers = require_folder(out, formats, FILES, names, overwrite=overwrite)
+            files = StudyFolder(out, "control", formats, names, overwrite=overwrite)
+            require_outputs(*files.paths.values())
         stage("simulating", 100)
         study = gd.control(
             loaded,
@@ -199,26 +196,8 @@ def control(
             progress=stage.advance,
         )
         output.warnings.extend(text for text in study.warnings if text not in output.warnings)
-        if out is not None:
+        result = control_result(study)
+        if files is not None:
             stage(f"writing {', '.join(formats)}")
-            write_control(study, out, formats, strangers)
-        document = control_document(study)
-    del document["warnings"]
-    told = {"warnings": output.warnings, "files": [str(path) for path in files]}
-    output.give(lambda: document | told, lambda: _show(document, files))
-
-
-def _show(told: dict[str, Any], files: list[Path]) -> None:
-    carrying_what = "" if told["moved"] == told["arm"] else ", which no controller knows of"
-    sentence(f"{told['title']}{carrying_what}, {told['subtitle']}", bold=True)
-    sentence(told["headline"])
-    tables = told["tables"]
-    for name in ("peak", "rates", "speeds", "bounds"):
-        shown = tables[name]
-        heads = [head.removeprefix("joint ") if name == "peak" else head for head in shown["heads"]]
-        table(shown["caption"], heads, shown["rows"])
-    line()
-    for text in told["sentences"]:
-        sentence(text)
-    for path in files:
-        line(f"wrote {path}")
+            files.write(result)
+    output.give(result, wrote=None if files is None else [*files.paths.values()])

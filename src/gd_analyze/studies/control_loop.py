@@ -2,7 +2,7 @@
 
 Torque is held over a loop period, which is cut into steps of classical Runge-Kutta (fourth order) no longer
 than `LONGEST_STEP`; a loop without a period asks its controller at every stage. The work of the torque and
-what friction takes are integrated beside the motion.
+the energy that friction dissipates are integrated along with the motion.
 """
 
 from __future__ import annotations
@@ -18,11 +18,8 @@ from numpy.typing import NDArray
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import UsageError
 from gd_analyze.simplification.exact_form import ExactForm
-from gd_analyze.studies.controllers import Bank, Controller, Knowledge
-from gd_analyze.studies.gains import Gains
-from gd_analyze.studies.plant import Plant
-from gd_analyze.studies.reference import Reference
-from gd_analyze.studies.settings import CONTINUOUS
+from gd_analyze.studies.control_law import CONTINUOUS, Bank, Controller, Gains, Knowledge
+from gd_analyze.studies.control_plant import Plant, Reference
 
 LONGEST_STEP = 2e-3
 """Of an integration, s: some hundredth of what a loop of a bandwidth of 5 Hz takes to settle."""
@@ -123,7 +120,7 @@ def steps_of(loops: Sequence[Loop], duration: float) -> tuple[NDArray[np.intp], 
 def follow(
     world: World, loops: Sequence[Loop], progress: Callable[[int], None] = lambda percent: None
 ) -> Course:
-    """Simulate loops that begin on the motion, at its rate.
+    """Simulate loops that begin on the motion, at its velocity.
 
     Parameters
     ----------
@@ -155,7 +152,7 @@ class _Run:
         self.speed = np.array([loop.speed for loop in loops])
         self.continuous = np.array([loop.rate == CONTINUOUS for loop in loops])
         n, m = world.plant.arm.n_joints, len(loops)
-        # q, qd, and behind them work and what friction took: (2 n + 2, m).
+        # q, qd, and behind them work and dissipated energy: (2 n + 2, m).
         self.state = np.zeros((2 * n + 2, m))
         q, qd, _ = world.reference.at(np.zeros(m), self.speed)
         self.state[:n], self.state[n : 2 * n] = q, qd
@@ -176,7 +173,7 @@ class _Run:
         # Wanted states at the steps' ends and in their middles.
         times = np.arange(2 * begin, 2 * end + 1)[:, None] * (0.5 * self.length[:m])
         ahead = world.reference.at(times, self.speed[:m])
-        with np.errstate(all="ignore"):  # a loop that is lost may overflow; it is told of
+        with np.errstate(all="ignore"):  # a loop that is lost may overflow
             for k in range(begin, end):
                 at = 2 * (k - begin)
                 wanted = [tuple(x[:, at + half] for x in ahead) for half in range(3)]

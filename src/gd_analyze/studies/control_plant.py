@@ -1,4 +1,4 @@
-"""The motion that a controller is to follow, at any instant between its set points."""
+"""What is controlled: the exact arm, and the motion that it is to follow."""
 
 from __future__ import annotations
 
@@ -8,14 +8,79 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
+from gd_analyze.dynamics.drivetrain import Drivetrain
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.between import Between
 from gd_analyze.motions.derived_rates import FEWEST_SET_POINTS, complete_rates
 from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.operations.program import Batch, Program
+from gd_analyze.simplification.exact_form import ExactForm
 
 # The polynomials' accelerations go with those given where they are at most so many times as large, and where
 # they are below so many rad/s^2 (m/s^2).
 _LARGER, _SMALL = 3.0, 1e-2
+
+
+class Dynamics:
+    """D and h + c of many states from a program of the torque.
+
+    Torque is D qdd + h + c: what it is without acceleration, and what one of each joint adds to that.
+
+    Parameters
+    ----------
+    program
+        Of an arm of n joints.
+    n_joints, count
+        n, and states m of one call.
+    """
+
+    def __init__(self, program: Program, n_joints: int, count: int) -> None:
+        self.n, self.count = n_joints, count
+        shape = (n_joints + 1, count)
+        self._batch = Batch(program, shape[0] * count)
+        self._q, self._qd = (self._batch.rows(name, n_joints, *shape) for name in ("q", "qd"))
+        for i, row in self._batch.rows("qdd", n_joints, *shape):
+            row[:] = 0.0
+            row[i + 1] = 1.0
+
+    def at(self, q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Give D, shape (m, n, n), and h + c, shape (n, m), at states (n, m)."""
+        for rows, values in ((self._q, q), (self._qd, qd)):
+            for i, row in rows:
+                row[:] = values[i]
+        torque = self._batch.run().reshape(self.n, self.n + 1, self.count)
+        rest = torque[:, 0]
+        inertia = torque[:, 1:] - rest[:, None]
+        return np.moveaxis(inertia, -1, 0), rest
+
+
+class Plant:
+    """An arm that torques move.
+
+    Parameters
+    ----------
+    form
+        Its exact dynamics.
+    friction
+        Whether the drives' friction acts.
+    count
+        States of one call.
+    """
+
+    def __init__(self, form: ExactForm, friction: bool, count: int) -> None:
+        self._dynamics = Dynamics(form.program, form.arm.n_joints, count)
+        self._resistance = Drivetrain(friction=friction).resistance_of(form.arm)
+        self._has_friction = friction
+
+    def resistance(self, qd: FloatArray) -> FloatArray:
+        """Friction that the torque has to overcome, shape (n, m)."""
+        return self._resistance(qd.T).T if self._has_friction else np.zeros_like(qd)
+
+    def accelerations(self, q: FloatArray, qd: FloatArray, driving: FloatArray) -> FloatArray:
+        """D qdd = driving - h - c; all of shape (n, m)."""
+        inertia, rest = self._dynamics.at(q, qd)
+        solved = np.linalg.solve(inertia, (driving - rest).T[..., None])
+        return np.asarray(solved[..., 0].T, dtype=float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +123,7 @@ class Reference:
 
 
 def followable(motion: Trajectory) -> Trajectory:
-    """Take a trajectory to be followed; where its rates do not go with its positions, with rates that do.
+    """Take a trajectory to be followed, with velocities that agree with its positions.
 
     Raises
     ------
@@ -68,7 +133,7 @@ def followable(motion: Trajectory) -> Trajectory:
     Warns
     -----
     GdAnalyzeWarning
-        If rates and accelerations are derived anew from the positions.
+        If velocities and accelerations disagree with the positions, and are derived from these.
     """
     if motion.gaps:
         at = motion.gaps[0]
@@ -95,8 +160,8 @@ def followable(motion: Trajectory) -> Trajectory:
     qd, qdd, _ = complete_rates(motion.time, motion.q, None, None)
     joint = int(largest.argmax())
     warnings.warn(
-        f"rates and accelerations of {motion.name} do not go with its positions: between set points joint "
-        f"{joint + 1} would need up to {largest[joint]:.3g} rad/s^2 (m/s^2), and states "
+        f"velocities and accelerations of {motion.name} disagree with its positions: these need up to "
+        f"{largest[joint]:.3g} rad/s^2 (m/s^2) of joint {joint + 1}, the motion states "
         f"{np.abs(motion.qdd[:, joint]).max():.3g}; a quintic spline through the positions is followed",
         GdAnalyzeWarning,
         stacklevel=2,

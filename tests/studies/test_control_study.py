@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 
 import numpy as np
@@ -13,13 +14,22 @@ from gd_analyze.errors import ArmError, GdAnalyzeWarning, ModelError, Trajectory
 from gd_analyze.motions.csv_file import read_trajectory
 from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.report.html import page_of
+from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.simplification.simplify import simplify
 from gd_analyze.studies.control import control
-from gd_analyze.studies.control_verdict import EXACT, SIMPLIFIED, WITHOUT_H, sentences
-from gd_analyze.studies.controllers import CONTROLLERS, Controller
-from gd_analyze.studies.reference import Reference, at_speed, followable
-from gd_analyze.studies.settings import CONTINUOUS, ControlSettings
-from gd_analyze.studies.tolerance import Tolerance
+from gd_analyze.studies.control_law import CONTINUOUS, CONTROLLERS, Controller, ControlSettings, Tolerance
+from gd_analyze.studies.control_plant import Reference, at_speed, followable
+from gd_analyze.studies.control_result import (
+    EXACT,
+    FIXED_GAINS,
+    SIMPLIFIED,
+    WITHOUT_H,
+    control_result,
+    error_figure,
+    good_enough,
+    speed_figure,
+)
 
 
 def test_no_simulated_error_is_beyond_the_certified(puma_study):
@@ -79,21 +89,21 @@ def test_the_speed_where_a_tolerance_is_left(swing_study):
     half = dataclasses.replace(
         swing_study,
         settings=dataclasses.replace(
-            swing_study.settings, tolerance=Tolerance(turning=float(planned.max()) / 2)
+            swing_study.settings, tolerance=Tolerance(revolute=float(planned.max()) / 2)
         ),
     )
     assert half.tracks_up_to(WITHOUT_H, 200.0) == pytest.approx(math.sqrt(0.5), rel=0.03)
     wide, narrow = (
         dataclasses.replace(
-            swing_study, settings=dataclasses.replace(swing_study.settings, tolerance=Tolerance(turning=x))
+            swing_study, settings=dataclasses.replace(swing_study.settings, tolerance=Tolerance(revolute=x))
         )
         for x in (1.0, 1e-9)
     )
     assert wide.tracks_up_to(WITHOUT_H, 200.0) == math.inf
     assert narrow.tracks_up_to(WITHOUT_H, 200.0) is None
-    assert "good enough to control this arm" in sentences(wide)[0]
-    assert "Not even the exact model" in sentences(narrow)[0]
-    assert "Dropping h hurts beyond 0.7" in " ".join(sentences(half))
+    assert good_enough(wide)
+    assert not good_enough(narrow)
+    assert "Not even the exact model" in control_result(narrow).headline
 
 
 def test_a_model_without_inertia_has_no_feedback(puma):
@@ -105,10 +115,8 @@ def test_a_model_without_inertia_has_no_feedback(puma):
     # The wrist, and none of the joints that swing.
     assert set(study.feedback.joints) <= {4, 5, 6}
     assert not study.certified
-    told = " ".join(sentences(study))
-    assert "Computed torque multiplies feedback by the model's D, which lacks inertia" in told
-    assert "good enough to control this arm, with fixed gains" in told
-    assert "inf" not in told
+    assert good_enough(study) == "fixed gains"
+    assert any(fact.label.startswith("Feedback left") for fact in control_result(study).facts)
     fixed = study.loop(Controller("fixed_gains", "simplified"), 200.0, 1.0).peak_error
     assert fixed.max() < study.loop(SIMPLIFIED, 200.0, 1.0).peak_error.max()
 
@@ -129,7 +137,6 @@ def test_fixed_gains_of_a_slow_loop(swing_model, swing):
     rates = (round(0.6 * edge), round(1.5 * edge))
     slower = control(swing_model, swing, dataclasses.replace(settings, rates=rates))
     assert slower.too_slow_for_fixed_gains == rates[:1]
-    assert f"is stable there at {rates[0]:g} Hz" in " ".join(sentences(slower))
     lost, kept = (
         slower.loop(Controller("computed_torque", "gravity"), rate, 1.0).peak_error.max() for rate in rates
     )
@@ -152,16 +159,16 @@ def test_the_reference_goes_through_every_set_point(swing):
     np.testing.assert_array_equal(twice.qdd, 4.0 * swing.qdd)
 
 
-def test_rates_that_do_not_go_with_positions_are_not_followed():
+def test_velocities_that_disagree_with_positions_are_not_followed():
     time = np.linspace(0.0, 2.0, 101)
     q = np.column_stack([np.sin(time), np.cos(time)])
     right = Trajectory(time, q, np.column_stack([np.cos(time), -np.sin(time)]), -q, "right")
     assert followable(right) is right
     wrong = dataclasses.replace(right, qd=right.qd + 0.05, name="wrong")
-    with pytest.warns(GdAnalyzeWarning, match="of wrong do not go with its positions"):
-        mended = followable(wrong)
+    with pytest.warns(GdAnalyzeWarning, match="wrong disagree with its positions"):
+        fixed = followable(wrong)
     # The quintic spline's error: h^4 of its second derivative.
-    np.testing.assert_allclose(mended.qdd, -q, atol=1e-4)
+    np.testing.assert_allclose(fixed.qdd, -q, atol=1e-4)
 
 
 def test_motions_that_cannot_be_followed(swing, swing_model):
@@ -178,6 +185,58 @@ def test_what_does_not_fit(swing, swing_model, puma):
         control(swing_model, swing, arm=puma)
     with pytest.raises(ArmError, match="describes no friction"):
         control(swing_model, swing, ControlSettings(friction=True))
+
+
+def test_the_result_is_finite_and_names_are_only_text(swing_study):
+    arm = dataclasses.replace(swing_study.arm, title="<script>alert(1)</script>")
+    study = dataclasses.replace(swing_study, arm=arm, warnings=("<b>odd",))
+    result = control_result(study)
+    told = json.loads(json.dumps(result.document(), allow_nan=False))
+    assert len(told["loops"]) == len(swing_study.loops)
+    assert set(told["tracks_up_to"]) == {c.title for c in CONTROLLERS}
+    fixed = swing_study.loop(FIXED_GAINS, 200.0, 1.0)
+    assert (told["good_enough"] is None) <= (not fixed.within(swing_study.tolerance))
+    page = page_of(result)
+    assert "<script>alert" not in page
+    assert "<b>odd" not in page
+
+
+def test_a_lost_loop_is_stated(swing_study):
+    def lost(loop):
+        if loop.controller not in (SIMPLIFIED, FIXED_GAINS):
+            return loop
+        error = np.where(loop.time[:, None] > 0.7, np.nan, loop.error)
+        endless = np.full(2, np.inf)
+        return dataclasses.replace(loop, peak_error=endless, rms_error=endless, lost_at=0.7, error=error)
+
+    study = dataclasses.replace(swing_study, loops=tuple(map(lost, swing_study.loops)))
+    result = control_result(study)
+    assert "lost (joint" in result.headline
+    rows = {row["controller"]: row for row in result.document()["tracking"]["by_rate"]}
+    assert rows["simplified model"]["continuous"] is None
+
+
+def test_prismatic_joints_err_in_millimetres():
+    arm = load_arm("stanford")
+    s = np.linspace(0.0, 1.0, 11)[:, None]
+    blend, far = 10 * s**3 - 15 * s**4 + 6 * s**5, np.array([0.02, 0.02, 0.05, 0.02, 0.02, 0.02])
+    start = np.array([0.0, 0.3, 0.5, 0.2, 0.4, 0.0])
+    motion = Trajectory.from_arrays(0.4 * s[:, 0], start + blend * far, name="short")
+    settings = ControlSettings(rates=(100.0,), speeds=(2.0,))
+    study = control(simplify(arm, motion, "5%", level="element"), motion, settings)
+    peak = control_result(study).parts[0].parts[0]
+    shown = {column.label: (unit, cells) for column, unit, cells in peak.shown()}
+    assert [shown[f"joint {i}"][0] for i in (2, 3)] == ["mrad", "mm"]
+    np.testing.assert_array_equal(study.tolerance, np.where(arm.is_revolute, np.radians(0.1), 1e-3))
+
+
+def test_every_controller_is_drawn(swing_study):
+    titles = {controller.title for controller in CONTROLLERS}
+    rows = error_figure(swing_study).rows
+    for row in rows:
+        assert {curve.label for panel in row for curve in panel.items} == titles
+    (panel,) = speed_figure(swing_study).panels
+    assert titles <= {item.label for item in panel.items if hasattr(item, "label")}
 
 
 @pytest.mark.parametrize(
@@ -206,4 +265,4 @@ def test_tolerances_that_are_none(text):
 
 
 def test_a_tolerance_is_read():
-    assert Tolerance.parse("2mrad, 0.5mm") == Tolerance(turning=0.002, sliding=0.0005)
+    assert Tolerance.parse("2mrad, 0.5mm") == Tolerance(revolute=0.002, prismatic=0.0005)

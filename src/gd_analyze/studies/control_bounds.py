@@ -25,10 +25,9 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.studies.controllers import Bank, Controller
-from gd_analyze.studies.loop import World
-from gd_analyze.studies.plant import Dynamics, Plant
-from gd_analyze.studies.reference import Reference, at_speed
+from gd_analyze.studies.control_law import Bank, Controller
+from gd_analyze.studies.control_loop import World
+from gd_analyze.studies.control_plant import Dynamics, Plant, Reference, at_speed
 
 # Margins beyond which a bound says nothing, rad (m) and per s and s^2; positions that a certificate looks at.
 _FARTHEST, _EFFORT = 10.0, 25_000
