@@ -13,7 +13,7 @@ import gd_analyze as gd
 from gd_analyze.dynamics.decomposition import EFFECTS
 from gd_analyze.dynamics.kinematics import Kinematics, solve_kinematics
 from gd_analyze.dynamics.regrouping import KINDS
-from gd_analyze.formulas.printer import PRIME
+from gd_analyze.formulas.formula import PRIME
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.schema import GROUPS
 from gd_analyze.simplification.recursion import INWARD, OUTWARD, Quantity

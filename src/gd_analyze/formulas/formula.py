@@ -1,4 +1,4 @@
-"""What a formula says, apart from any language: a symbol that equals a signed sum of products."""
+"""Formulas apart from any language: a symbol that equals a signed sum of products."""
 
 from __future__ import annotations
 
@@ -6,23 +6,26 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
+# Mark of vectors in a frame other than their own.
+PRIME = "'"
+
 
 @dataclass(frozen=True)
 class Symbol:
-    """A letter with what stands about it: D_12^tran, the second derivative of q_3, tau_1.
+    """A letter with its index and accents: D_12^tran, the second derivative of q_3, tau_1.
 
     Parameters
     ----------
     letter
-        "tau" and "omega" are the Greek ones.
+        A Latin letter, "tau" or "omega".
     index
-        Digits and commas, letters of a component behind them; or a letter that stands for any joint.
+        Digits and commas, with letters of a component behind them; or a letter that stands for any joint.
     dots
         1 for a velocity, 2 for an acceleration.
     word
         Upright superscript.
     primes
-        How many stand behind the letter.
+        Number of primes behind the letter.
     """
 
     letter: str
@@ -56,18 +59,18 @@ class Function:
 
 @dataclass(frozen=True)
 class Piece:
-    """A summand, or one of those in a bracket: what stands between two places where a line may break.
+    """A summand, or one of those in a bracket: lines may break between pieces.
 
     Parameters
     ----------
     product
-        Its sign is the one before it, and before a bracket that opens with it.
+        Its sign stands before it, and before a bracket that opens with it.
     quantity
         "inertia", "coriolis_centrifugal" or "gravity_loading"; "carried" for the torque of the next joint.
     opens
         Whether a bracket opens before it.
     behind
-        What the bracket that closes behind it is multiplied with; () where none closes.
+        Factor of the bracket that closes behind it; () if none closes.
     """
 
     product: Product
@@ -77,7 +80,7 @@ class Piece:
 
     @property
     def negative(self) -> bool:
-        """Sign before it."""
+        """Whether a minus stands before it."""
         return self.product.weight < 0
 
 
@@ -88,11 +91,11 @@ class Formula:
     Parameters
     ----------
     left
-        What it gives.
+        Left-hand side.
     pieces
-        In the order they are read, those of one quantity together; `NOTHING` where there is none.
+        In reading order, those of one quantity together; `NOTHING` for zero.
     unit
-        Said behind the equation where it is not evident.
+        Named behind the equation if it is not evident.
     """
 
     left: Symbol
@@ -109,11 +112,11 @@ class Legend(NamedTuple):
     Parameters
     ----------
     shared
-        Velocities that add up those of joints with parallel axes.
+        Absolute velocities that are sums over joints with parallel axes.
     others
         All other velocities, one formula per derivative, for any joint j.
     factors
-        The longest cosine and sine, which explain the others, and every prismatic joint's variable.
+        The longest cosine and sine, which explain the others, and the variable of every prismatic joint.
     """
 
     shared: tuple[Formula, ...]
@@ -127,12 +130,12 @@ def one(base: Symbol | Function) -> Product:
 
 
 def as_formula(left: Symbol, terms: Iterable[Product]) -> Formula:
-    """A sum of products by a symbol."""
+    """Formula of a sum of products."""
     return Formula(left, tuple(map(Piece, terms)) or NOTHING)
 
 
 def bracketed(quantity: str, terms: tuple[Product, ...], common: tuple[Power, ...]) -> tuple[Piece, ...]:
-    """Products times what they have in common, in brackets if there are several and anything is."""
+    """Products times a common factor, in brackets if there are several and a factor."""
     if not common or len(terms) < 2:
         return tuple(Piece(Product(weight, powers + common), quantity) for weight, powers in terms)
     # The first one's sign goes before the bracket.

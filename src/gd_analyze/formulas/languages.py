@@ -1,4 +1,4 @@
-"""Formulas in plain characters: tau2 = tau3 + 3.8 pd2 + (0.77 S3 - 0.02 C3) p2 p3 - 37.2 C2."""
+"""Languages that formulas are written in: plain characters, LaTeX, Typst, MathML."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ import re
 from collections.abc import Iterable
 from itertools import groupby
 
-from gd_analyze.formulas.formula import Formula, Legend, Symbol
-from gd_analyze.formulas.printer import PRIME, Printer
+from gd_analyze.formulas.formula import PRIME, Formula, Legend, Symbol
+from gd_analyze.formulas.printer import Printer
 from gd_analyze.result import Equations
+
+_GREEK = {"tau": "τ", "omega": "ω"}
 
 
 class Plain(Printer):
-    """Writes C23 S4² pd3 and 5.85e-5; p is a velocity already, so that one dot goes without a d."""
+    """Plain characters: tau2 = tau3 + 3.8 pd2 + (0.77 S3 - 0.02 C3) p2 p3; p is a velocity already."""
 
     def symbol(self, symbol: Symbol, exponent: int = 1) -> str:
         """Write tau1, qdd2, C9,10², p_j, D12^tran, omegad'3x."""
@@ -30,7 +32,7 @@ class Plain(Printer):
         return f"{mantissa}e{exponent}"
 
     def wrapped(self, formula: Formula, width: int) -> str:
-        """Write a formula in lines no longer than this, unless a single piece is, with a hanging indent."""
+        """Write a formula in lines of up to this width, with a hanging indent."""
         start = f"{self.symbol(formula.left)} = "
         first, *others = self.pieces(formula)
         lines = [start + first]
@@ -54,33 +56,29 @@ def equations(
     note: str = "",
     digits: int = 3,
 ) -> Equations:
-    """Make formulas a part of a result, weights with so many digits."""
+    """Formulas as a part of a result, with this many digits of weights."""
     plain, formulas = Plain(digits), tuple(formulas)
     explained = () if legend is None else plain.legend(legend)
     return Equations(key, title, tuple(map(plain.line, formulas)), formulas, legend, explained, note)
 
 
-_DOTS = ("", r"\dot", r"\ddot")
-_GREEK = {"tau": r"\tau", "omega": r"\omega"}
-
-
 class Latex(Printer):
-    r"""Writes C_{23} and 5.85 \cdot 10^{-5}."""
+    r"""LaTeX for mathematics mode: C_{23}, 5.85 \cdot 10^{-5}."""
 
     apart = r" \, "
 
     def symbol(self, symbol: Symbol, exponent: int = 1) -> str:
         r"""Write \tau_{1}, \ddot{q}_{2}, C_{23}^{2}, D_{12}^{\mathrm{tran}}."""
-        letter = _GREEK.get(symbol.letter, symbol.letter)
-        base = f"{_DOTS[symbol.dots]}{{{letter}}}" if symbol.dots else letter
+        letter = rf"\{symbol.letter}" if symbol.letter in _GREEK else symbol.letter
+        base = rf"\{'d' * symbol.dots}ot{{{letter}}}" if symbol.dots else letter
         base += PRIME * symbol.primes
         index = f"_{{{symbol.index}}}" if symbol.index else ""
         word = rf"^{{\mathrm{{{symbol.word}}}}}" if symbol.word else ""
-        return f"{base}{index}{word}{_raised(exponent)}"
+        return f"{base}{index}{word}" + (f"^{{{exponent}}}" if exponent != 1 else "")
 
     def function(self, name: str, argument: str, exponent: int) -> str:
         r"""Write \cos^{2}(2 q_{2} - q_{3})."""
-        return rf"\{name}{_raised(exponent)}({argument})"
+        return rf"\{name}" + (f"^{{{exponent}}}" if exponent != 1 else "") + f"({argument})"
 
     def words(self, words: str) -> str:
         r"""Write \text{ is }."""
@@ -91,31 +89,24 @@ class Latex(Printer):
         return rf"{mantissa} \cdot 10^{{{exponent}}}"
 
 
-def _raised(exponent: int) -> str:
-    return f"^{{{exponent}}}" if exponent != 1 else ""
-
-
-_TYPST_DOTS = ("", "dot", "dot.double")
-
-
 class Typst(Printer):
-    """Writes C_(23) and 5.85 times 10^(-5)."""
+    """Typst's mathematics: C_(23), 5.85 times 10^(-5)."""
 
     apart = close = " thin "
     brackets = ("paren.l ", " paren.r")
 
     def symbol(self, symbol: Symbol, exponent: int = 1) -> str:
         """Write tau_(1), dot.double(q)_(2), C_(23)^2, D_(12)^"tran"."""
-        base = f"{_TYPST_DOTS[symbol.dots]}({symbol.letter})" if symbol.dots else symbol.letter
+        base = f"{('', 'dot', 'dot.double')[symbol.dots]}({symbol.letter})" if symbol.dots else symbol.letter
         base += PRIME * symbol.primes
         # Letters side by side would be one name.
         index = f"_({re.sub('(?<=.)(?=[a-z])', ' ', symbol.index)})" if symbol.index else ""
         word = f'^"{symbol.word}"' if symbol.word else ""
-        return f"{base}{index}{word}{_typst_raised(exponent)}"
+        return f"{base}{index}{word}" + (f"^{exponent}" if exponent != 1 else "")
 
     def function(self, name: str, argument: str, exponent: int) -> str:
         """Write cos^2(2 thin q_(2) - q_(3))."""
-        return f"{name}{_typst_raised(exponent)}({argument})"
+        return name + (f"^{exponent}" if exponent != 1 else "") + f"({argument})"
 
     def scientific(self, mantissa: str, exponent: int) -> str:
         """Write 5.85 times 10^(-5)."""
@@ -126,32 +117,27 @@ class Typst(Printer):
         return words.replace(words.strip(), f'"{words.strip()}"')
 
 
-def _typst_raised(exponent: int) -> str:
-    return f"^{exponent}" if exponent != 1 else ""
-
-
-_THIN, _SPACE = '<mspace width=".16em"/>', '<mspace width=".3em"/>'
-_ACCENTS = ("", "˙", "¨")
-_GREEK_LETTERS = {"tau": "τ", "omega": "ω"}
-
-
 class MathML(Printer):
-    """Writes a formula as one element."""
+    """Presentation MathML, which browsers show without a script or font: one element per formula."""
 
     apart = close = between = ""
     brackets = ("<mo>(</mo>", "<mo>)</mo>")
 
     def sign(self, negative: bool, first: bool) -> str:
-        """Write the sign of a summand; the first one's only where it is negative."""
+        """Write the sign of a summand; the first one's only if it is negative."""
         return "<mo>−</mo>" if negative else "" if first else "<mo>+</mo>"
 
     def symbol(self, symbol: Symbol, exponent: int = 1) -> str:
         """Write a letter with its accent, index and superscript."""
-        base = f"<mi>{_GREEK_LETTERS.get(symbol.letter, symbol.letter)}</mi>"
+        base = f"<mi>{_GREEK.get(symbol.letter, symbol.letter)}</mi>"
         if symbol.dots:
-            base = f'<mover accent="true">{base}<mo stretchy="false">{_ACCENTS[symbol.dots]}</mo></mover>'
-        index = _mathml_index(symbol.index)
-        above = f"<mtext>{symbol.word}</mtext>" if symbol.word else _mathml_exponent(exponent)
+            accent = f'<mo stretchy="false">{("", "˙", "¨")[symbol.dots]}</mo>'
+            base = f'<mover accent="true">{base}{accent}</mover>'
+        # Numbers upright; letters, one by one, slanted.
+        parts = re.findall(r"[^a-z]+|[a-z]", symbol.index)
+        index = "".join(f"<mi>{part}</mi>" if part.isalpha() else f"<mn>{part}</mn>" for part in parts)
+        index = f"<mrow>{index}</mrow>" if len(parts) > 1 else index
+        above = f"<mtext>{symbol.word}</mtext>" if symbol.word else _exponent(exponent)
         if symbol.primes:
             primes = f"<mo>{'′' * symbol.primes}</mo>"
             above = f"<mrow>{primes}{above}</mrow>" if above else primes
@@ -162,7 +148,7 @@ class MathML(Printer):
         """Write cos or sin with its argument in brackets."""
         head = f"<mi>{name}</mi>"
         if exponent != 1:
-            head = f"<msup>{head}{_mathml_exponent(exponent)}</msup>"
+            head = f"<msup>{head}{_exponent(exponent)}</msup>"
         return f"{head}<mo>&#x2061;</mo><mrow>{argument.join(self.brackets)}</mrow>"
 
     def scientific(self, mantissa: str, exponent: int) -> str:
@@ -178,7 +164,7 @@ class MathML(Printer):
 
     def words(self, words: str) -> str:
         """Write words with a space before them."""
-        return f"{_SPACE}<mtext>{words.strip()}</mtext>"
+        return f'<mspace width=".3em"/><mtext>{words.strip()}</mtext>'
 
     def line(self, formula: Formula) -> str:
         """Write a formula in one line."""
@@ -187,7 +173,7 @@ class MathML(Printer):
         return f"<math><mrow>{content}</mrow></math>"
 
     def legend(self, legend: Legend) -> tuple[str, ...]:
-        """Write what names mean, one entry each."""
+        """Write the meaning of names, one entry each."""
         otherwise = self.words("otherwise") if legend.shared else ""
         others = (
             f"<math>{self.symbol(other.left)}<mo>=</mo>{self.right(other)}{otherwise}</math>"
@@ -197,14 +183,14 @@ class MathML(Printer):
 
 
 class PageMathML(MathML):
-    """Writes a formula as several elements, between which a browser may break a line."""
+    """MathML in several elements per formula, between which a browser may break a line."""
 
-    # Browsers set factors without any space between them, and brackets larger than what is in them.
-    apart = _THIN
+    # Browsers set factors without any space between them, and brackets larger than their content.
+    apart = '<mspace width=".16em"/>'
     brackets = ('<mo stretchy="false">(</mo>', '<mo stretchy="false">)</mo>')
 
     def left(self, formula: Formula) -> str:
-        """Write the left-hand side and the sign of equality."""
+        """Write the left-hand side and the equals sign."""
         return f"<math>{self.symbol(formula.left)}<mo>=</mo></math>"
 
     def elements(self, formula: Formula) -> tuple[str, ...]:
@@ -213,24 +199,17 @@ class PageMathML(MathML):
         for place, piece in enumerate(formula.pieces):
             sign = self.sign(piece.negative, first=place == 0)
             if place:
-                # At the beginning of an element browsers take it for a prefix, without any space behind it.
+                # Browsers take a sign that begins an element for a prefix, without any space behind it.
                 sign = sign.replace("<mo>", '<mo rspace=".25em">')
             out.append(f"<math>{sign}{self.body(piece)}</math>")
         return tuple(out)
 
     def by_quantity(self, formula: Formula) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """Write the right-hand side as quantities, each with its elements."""
+        """Write the right-hand side by quantity, each with its elements."""
         both = zip(formula.pieces, self.elements(formula), strict=True)
         groups = groupby(both, key=lambda pair: pair[0].quantity)
         return tuple((quantity, tuple(element for _, element in group)) for quantity, group in groups)
 
 
-def _mathml_index(index: str) -> str:
-    """Write numbers upright and letters, one by one, slanted."""
-    parts = re.findall(r"[^a-z]+|[a-z]", index)
-    written = "".join(f"<mi>{part}</mi>" if part.isalpha() else f"<mn>{part}</mn>" for part in parts)
-    return f"<mrow>{written}</mrow>" if len(parts) > 1 else written
-
-
-def _mathml_exponent(exponent: int) -> str:
+def _exponent(exponent: int) -> str:
     return f"<mn>{exponent}</mn>" if exponent != 1 else ""

@@ -1,4 +1,4 @@
-"""What writing a formula takes in any language."""
+"""Writing formulas, as far as it is the same in all languages."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import ClassVar
 
 from gd_analyze.formulas.formula import Formula, Function, Legend, Piece, Power, Product, Symbol
 
-# Powers of ten that are written out; beyond them 5.9e-5 reads better than 0.000059.
+# Powers of ten that are written out: 0.00059, but 5.9e-5.
 _EVERYDAY = range(-4, 6)
 
 
 def rounded(value: float, digits: int) -> tuple[str, int]:
-    """Mantissa and power of ten of a positive number; power 0 for everyday numbers, written out.
+    """Mantissa and power of ten of a positive number; power 0 for numbers that are written out.
 
     Examples
     --------
@@ -38,13 +38,9 @@ def _trimmed(shown: str) -> str:
     return shown.rstrip("0").rstrip(".") if "." in shown else shown
 
 
-# Of vectors in a frame other than their own.
-PRIME = "'"
-
-
 @dataclass(frozen=True)
 class Printer(ABC):
-    """Writes formulas; languages say how they write symbols, functions and powers of ten.
+    """Base of the languages, which write symbols, functions and powers of ten.
 
     Parameters
     ----------
@@ -54,7 +50,7 @@ class Printer(ABC):
 
     digits: int = 3
 
-    # Between factors, between a multiple and its angle, between summands, and around what is in brackets.
+    # Between factors, between a multiple and its angle, between summands, and around brackets' content.
     apart: ClassVar[str] = " "
     close: ClassVar[str] = " "
     between: ClassVar[str] = " "
@@ -73,7 +69,7 @@ class Printer(ABC):
         """Write a number times a power of ten other than 1."""
 
     def sign(self, negative: bool, first: bool) -> str:
-        """Write the sign of a summand; the first one's only where it is negative."""
+        """Write the sign of a summand; the first one's only if it is negative."""
         return ("-" if first else "- ") if negative else "" if first else "+ "
 
     def power(self, power: Power) -> str:
@@ -84,18 +80,18 @@ class Printer(ABC):
         return self.symbol(base, exponent)
 
     def argument(self, products: tuple[Product, ...]) -> str:
-        """Write the sum a function is taken of."""
+        """Write the argument of a function."""
         return self.sum(products, self.close)
 
     def sum(self, products: Sequence[Product], apart: str | None = None) -> str:
-        """Write a sum of products; nothing of none."""
+        """Write a sum of products."""
         return self.between.join(
             self.sign(product.weight < 0, place == 0) + self.product(product, apart)
             for place, product in enumerate(products)
         )
 
     def product(self, product: Product, apart: str | None = None) -> str:
-        """Write the magnitude of a product; a factor 1 is not written where there is another."""
+        """Write the magnitude of a product, without a factor 1 beside another."""
         factors = [self.power(power) for power in product.powers]
         mantissa, exponent = rounded(abs(product.weight), self.digits)
         if exponent:
@@ -115,7 +111,7 @@ class Printer(ABC):
         return (opening if piece.opens else "") + self.product(piece.product) + self.apart.join(behind)
 
     def pieces(self, formula: Formula) -> tuple[str, ...]:
-        """Write the right-hand side, in pieces that a line may break between."""
+        """Write the right-hand side in pieces, between which a line may break."""
         return tuple(
             self.sign(piece.negative, k == 0) + self.body(piece) for k, piece in enumerate(formula.pieces)
         )
@@ -130,7 +126,7 @@ class Printer(ABC):
         return f"{self.symbol(formula.left)} = {self.right(formula)}{unit}"
 
     def legend(self, legend: Legend) -> tuple[str, ...]:
-        """Write what names mean, one entry each; all velocities that are plainly a joint's own in one."""
+        """Write the meaning of names, one entry each; one for all velocities that are a joint's own."""
         others = ", ".join(
             f"{self.symbol(other.left)}{self.words(' is ')}{self.right(other)}" for other in legend.others
         )

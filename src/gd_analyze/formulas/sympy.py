@@ -1,4 +1,4 @@
-"""Exact elements as expressions of SymPy, and as a script that makes them."""
+"""Exact elements as SymPy expressions, and as a script that makes them."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def to_sympy(equation: Equation) -> sympy.Expr:
 
 
 def sympy_head(n_joints: int) -> str:
-    """Begin a script: what it imports and its symbols."""
+    """Beginning of a script: imports and symbols."""
     names = [f"q{j + 1}" for j in range(n_joints)]
     return (
         "from sympy import Add, cos, sin, symbols\n\n"
@@ -55,8 +55,8 @@ def sympy_head(n_joints: int) -> str:
 
 
 def sympy_line(equation: Equation) -> str:
-    """Define an element in a script, with every digit of the coefficients."""
-    # Commas part indices of two digits, and no name in Python may hold one.
+    """Definition of an element in a script, with every digit of the coefficients."""
+    # No name in Python may hold the comma between indices of two digits.
     left = f"{equation.symbol.replace(',', '_')} = "
     products = [_product(term) for term in equation.terms]
     if len(products) > _SUMMED:

@@ -1,4 +1,4 @@
-"""Formulas of what an arm's dynamics is made of: exact elements, torques, energies, single terms."""
+"""Formulas of an arm: exact elements, torques, energies, single terms, base parameters, legends."""
 
 from __future__ import annotations
 
@@ -8,78 +8,64 @@ from itertools import groupby
 
 from gd_analyze.arrays import falling
 from gd_analyze.dynamics.base_parameters import BaseParameter, Share
-from gd_analyze.formulas.formula import (
-    NOTHING,
-    Formula,
-    Function,
-    Legend,
-    Piece,
-    Power,
-    Product,
-    Symbol,
-    bracketed,
-    one,
-)
-from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities, Signed
+from gd_analyze.formulas import formula as parts
+from gd_analyze.formulas.formula import NOTHING, Formula, Function, Legend, Piece, Power, Product, Symbol
+from gd_analyze.harmonics import terms as kinds
+from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.equations import Equation
-from gd_analyze.harmonics.terms import (
-    Energies,
-    EnergyTerm,
-    Factor,
-    Monomial,
-    Torques,
-    TorqueTerm,
-    Velocity,
-    quantity_of,
-)
+from gd_analyze.harmonics.terms import EnergyTerm, Factor, Monomial, TorqueTerm, Velocity
 from gd_analyze.text import inertia_label, joined
 
 _LETTERS = {"cos": "C", "sin": "S", "power": "d"}
 _QUANTITIES = {"D": "inertia", "h": "coriolis_centrifugal", "c": "gravity_loading"}
 _ORDER = tuple(_QUANTITIES.values())
+_EFFECTS = {"translation": "tran", "rotation": "rot"}
+# Relative difference of coefficients that are equal but for round-off.
+_SAME = 1e-12
 
 
 def element_formula(equation: Equation) -> Formula:
-    """Formula of an exact element, its terms in the order they have: D12 = 0.687 S2 - 0.133 C23."""
-    letter, number = equation.symbol[0], equation.symbol[1:]
-    terms = (Product(term.coefficient, powers(term.factors)) for term in equation.terms)
-    return Formula(
-        Symbol(letter, number), tuple(Piece(term, _QUANTITIES[letter]) for term in terms) or NOTHING
-    )
+    """Formula of an exact element, its terms in their order: D12 = 0.687 S2 - 0.133 C23."""
+    letter, index = equation.symbol[0], equation.symbol[1:]
+    products = (Product(term.coefficient, powers(term.factors)) for term in equation.terms)
+    pieces = tuple(Piece(product, _QUANTITIES[letter]) for product in products)
+    return Formula(Symbol(letter, index), pieces or NOTHING)
 
 
-def torque_formulas(velocities: AbsoluteVelocities, torques: Torques) -> tuple[Formula, ...]:
-    """Formulas of all joints' torques: what a joint carries, then inertia, velocity, gravity.
+def torque_formulas(velocities: AbsoluteVelocities, torques: kinds.Torques) -> tuple[Formula, ...]:
+    """Formulas of all joints' torques: torque carried, then inertia, velocity and gravity terms.
 
-    Within each the largest come first; terms with the same velocities stand in brackets before them.
+    Among these the largest come first; terms with the same velocities stand in brackets before them.
     """
     out = []
     for joint, groups in enumerate(grouped(velocities.n_joints, torques)):
         pieces = carried(velocities, joint)
         for before, terms in groups:
             products = tuple(Product(torques[term], powers(term.monomial)) for term in terms)
-            pieces += bracketed(quantity_of(before), products, velocity_powers(before))
+            pieces += parts.bracketed(kinds.quantity_of(before), products, velocity_powers(before))
         out.append(Formula(torque_symbol(joint), tuple(pieces) or NOTHING))
     return tuple(out)
 
 
-def grouped(n_joints: int, torques: Torques) -> list[list[tuple[tuple[Velocity, ...], list[TorqueTerm]]]]:
-    """Terms with the same velocities, by the joint they act on, in the order they are written."""
+def grouped(
+    n_joints: int, torques: kinds.Torques
+) -> list[list[tuple[tuple[Velocity, ...], list[TorqueTerm]]]]:
+    """Terms with the same velocities, by joint, in the order they are written."""
     rows: list[dict[tuple[Velocity, ...], list[TorqueTerm]]] = [defaultdict(list) for _ in range(n_joints)]
     for term in sorted(torques, key=lambda term: (falling(torques[term]), term)):
         rows[term.row][term.velocities].append(term)
-    return [sorted(row.items(), key=lambda item: _ORDER.index(quantity_of(item[0]))) for row in rows]
+    return [sorted(row.items(), key=lambda item: _ORDER.index(kinds.quantity_of(item[0]))) for row in rows]
 
 
 def carried(velocities: AbsoluteVelocities, joint: int) -> list[Piece]:
-    """Torque of the next joint with a parallel axis, which a joint carries; nothing where there is none."""
+    """Torque of the next joint with a parallel axis, which a joint carries."""
     outer = velocities.carried[joint]
     if outer is None:
         return []
     return [Piece(Product(float(outer.sign), (Power(torque_symbol(outer.joint)),)), "carried")]
 
 
-def energy_formulas(energies: Energies) -> tuple[Formula, ...]:
+def energy_formulas(energies: kinds.Energies) -> tuple[Formula, ...]:
     """Formulas of the elements of D' (inertia in absolute velocities), row by row, and of the potential U."""
     ordered = sorted(
         energies, key=lambda term: (term.is_potential, term.i, term.j, falling(energies[term]), term.monomial)
@@ -92,20 +78,22 @@ def energy_formulas(energies: Energies) -> tuple[Formula, ...]:
 
 
 def term_formula(term: TorqueTerm | EnergyTerm, weight: float) -> Formula:
-    """Formula of a single term; the left-hand side says where it stands."""
+    """Formula of a single term; its left-hand side is the torque, element or energy it belongs to."""
     product = Product(weight, powers(term.monomial))
     if isinstance(term, TorqueTerm):
-        return Formula(
-            torque_symbol(term.row), bracketed(term.quantity, (product,), velocity_powers(term.velocities))
-        )
+        pieces = parts.bracketed(term.quantity, (product,), velocity_powers(term.velocities))
+        return Formula(torque_symbol(term.row), pieces)
     if term.is_potential:
         return Formula(Symbol("U"), (Piece(product, "gravity_loading"),))
     return Formula(Symbol("D'", joined((term.i, term.j))), (Piece(product, "inertia"),))
 
 
 def powers(monomial: Monomial) -> tuple[Power, ...]:
-    """Powers that a monomial is the product of."""
-    return tuple(Power(_base(factor), exponent) for factor, exponent in exponents(monomial))
+    """Powers whose product a monomial is."""
+    return tuple(
+        Power(abbreviation(factor) if factor.is_plain else written_out(factor), exponent)
+        for factor, exponent in exponents(monomial)
+    )
 
 
 def exponents(monomial: Monomial) -> tuple[tuple[Factor, int], ...]:
@@ -115,16 +103,14 @@ def exponents(monomial: Monomial) -> tuple[tuple[Factor, int], ...]:
 
 
 def abbreviation(factor: Factor) -> Symbol:
-    """Symbol of a factor that is plain: C23 for cos(q2 + q3), d3 for a prismatic joint's variable."""
+    """Symbol of a plain factor: C23 for cos(q2 + q3), d3 for a prismatic joint's variable."""
     return Symbol(_LETTERS[factor.kind], joined(factor.joints))
 
 
 def written_out(factor: Factor) -> Function:
     """Cosine or sine with its argument."""
-    return Function(
-        factor.kind,
-        tuple(Product(factor.multiples[j], (Power(Symbol("q", joined((j,)))),)) for j in factor.joints),
-    )
+    argument = (Product(factor.multiples[j], (Power(Symbol("q", joined((j,)))),)) for j in factor.joints)
+    return Function(factor.kind, tuple(argument))
 
 
 def velocity_symbol(velocity: Velocity) -> Symbol:
@@ -132,8 +118,9 @@ def velocity_symbol(velocity: Velocity) -> Symbol:
     return Symbol("p", joined((velocity.joint,)), dots=velocity.order)
 
 
-def _base(factor: Factor) -> Symbol | Function:
-    return abbreviation(factor) if factor.is_plain else written_out(factor)
+def velocity_powers(velocities: tuple[Velocity, ...]) -> tuple[Power, ...]:
+    """Powers of velocities that a term is multiplied by."""
+    return tuple(Power(velocity_symbol(velocity), len([*same])) for velocity, same in groupby(velocities))
 
 
 def torque_symbol(joint: int) -> Symbol:
@@ -141,33 +128,31 @@ def torque_symbol(joint: int) -> Symbol:
     return Symbol("tau", joined((joint,)))
 
 
-def velocity_powers(velocities: tuple[Velocity, ...]) -> tuple[Power, ...]:
-    """Powers of velocities that a term is multiplied with."""
-    return tuple(Power(velocity_symbol(velocity), len([*same])) for velocity, same in groupby(velocities))
-
-
 def factor_legend(factors: set[Factor]) -> Legend:
-    """Say what the names of sines, cosines and prismatic joints' variables mean."""
-    return Legend((), (), _factors(factors))
+    """Meaning of the names of sines, cosines and prismatic variables."""
+    return Legend((), (), _factor_formulas(factors))
 
 
 def torque_legend(velocities: AbsoluteVelocities, terms: Iterable[TorqueTerm]) -> Legend:
-    """Say what the names in torques of these terms, in absolute velocities, mean."""
+    """Meaning of the names in torques of these terms, in absolute velocities."""
     terms = tuple(terms)
     used = sorted({velocity for term in terms for velocity in term.velocities})
     inner = {joint: velocities.inboard(joint) for joint in range(velocities.n_joints)}
-    shared = tuple(
-        Formula(velocity_symbol(velocity), tuple(Piece(_own(velocity, signed)) for signed in joints))
-        for joint, joints in inner.items()
-        for velocity in used
-        if velocity.joint == joint and len(joints) > 1
-    )
+    shared = []
+    for velocity in sorted(used, key=lambda velocity: velocity.joint):
+        own = [
+            Product(float(sign), (Power(Symbol("q", joined((joint,)), dots=velocity.order)),))
+            for joint, sign in inner[velocity.joint]
+        ]
+        if len(own) > 1:
+            shared.append(parts.as_formula(velocity_symbol(velocity), own))
     orders = sorted({velocity.order for velocity in used if len(inner[velocity.joint]) == 1})
     others = tuple(_equal(Symbol("p", "j", dots=order), Symbol("q", "j", dots=order)) for order in orders)
-    return Legend(shared, others, _factors({factor for term in terms for factor in term.monomial}))
+    factors = {factor for term in terms for factor in term.monomial}
+    return Legend(tuple(shared), others, _factor_formulas(factors))
 
 
-def _factors(factors: set[Factor]) -> tuple[Formula, ...]:
+def _factor_formulas(factors: set[Factor]) -> tuple[Formula, ...]:
     out = []
     for kind in ("cos", "sin"):
         # The longest sum explains the shorter ones.
@@ -175,33 +160,25 @@ def _factors(factors: set[Factor]) -> tuple[Formula, ...]:
         if plain:
             longest = max(plain, key=lambda factor: len(factor.joints))
             out.append(_equal(abbreviation(longest), written_out(longest)))
-    slides = sorted((factor for factor in factors if factor.kind == "power"), key=lambda f: f.joints)
-    out += [_equal(abbreviation(slide), Symbol("q", joined(slide.joints)), unit="m") for slide in slides]
+    prismatic = sorted((factor for factor in factors if factor.kind == "power"), key=lambda f: f.joints)
+    out += [_equal(abbreviation(one), Symbol("q", joined(one.joints)), unit="m") for one in prismatic]
     return tuple(out)
 
 
-def _own(velocity: Velocity, signed: Signed) -> Product:
-    """Rate or acceleration of one of the joints that add up to an absolute one."""
-    return Product(float(signed.sign), (Power(Symbol("q", joined((signed.joint,)), dots=velocity.order)),))
-
-
-def _equal(left: Symbol, *right: Symbol | Function, unit: str = "") -> Formula:
-    return Formula(left, tuple(Piece(one(base)) for base in right), unit)
-
-
-_WORDS = {"translation": "tran", "rotation": "rot"}
+def _equal(left: Symbol, right: Symbol | Function, unit: str = "") -> Formula:
+    return Formula(left, (Piece(parts.one(right)),), unit)
 
 
 def part_symbol(label: str, effect: str = "both") -> Symbol:
-    """Symbol of an element such as "D12", with the effect as superscript where only one is meant.
+    """Symbol of an element such as "D12", with the effect as superscript if it is only one.
 
-    Gravity has no effects: it goes without.
+    Gravity has no effects and no superscript.
     """
-    return Symbol(label[0], label[1:], word="" if label.startswith("c") else _WORDS.get(effect, ""))
+    return Symbol(label[0], label[1:], word="" if label.startswith("c") else _EFFECTS.get(effect, ""))
 
 
 def parts_formulas(kept: Mapping[str, str], n_joints: int, drives: bool) -> tuple[Formula, ...]:
-    """Formulas of all joints' torques with only what is kept.
+    """Formulas of all joints' torques with the effects of elements that are kept; [FGL87] Eq. (3.4-24).
 
     Parameters
     ----------
@@ -210,7 +187,7 @@ def parts_formulas(kept: Mapping[str, str], n_joints: int, drives: bool) -> tupl
     n_joints
         Joints of the arm.
     drives
-        Whether the drives' inertia J is in them.
+        Whether the drives' inertia J is included.
     """
     out = []
     for i in range(n_joints):
@@ -221,44 +198,33 @@ def parts_formulas(kept: Mapping[str, str], n_joints: int, drives: bool) -> tupl
             symbols = [] if kept[label] == "neither" else [part_symbol(label, kept[label])]
             symbols += [Symbol("J", own)] if drives and i == j else []
             acceleration = (Power(Symbol("q", joined((j,)), dots=2)),)
-            pieces += bracketed("inertia", tuple(map(one, symbols)), acceleration)
+            pieces += parts.bracketed("inertia", tuple(map(parts.one, symbols)), acceleration)
         for label, quantity in ((f"h{own}", "coriolis_centrifugal"), (f"c{own}", "gravity_loading")):
             if kept[label] != "neither":
-                pieces.append(Piece(one(part_symbol(label, kept[label])), quantity))
+                pieces.append(Piece(parts.one(part_symbol(label, kept[label])), quantity))
         out.append(Formula(Symbol("tau", own), tuple(pieces) or NOTHING))
     return tuple(out)
 
 
-# Masses in a row that count the same are one piece; what differs by less than this share differs by rounding.
-_SAME = 1e-12
-
-
 def base_formula(parameter: BaseParameter) -> Formula:
-    """Formula of what a base parameter combines, masses last; m3..6 is that of links 3 to 6 together."""
+    """Formula of a base parameter, masses last: MX2 = mx2 + 0.432 m3..6, m3..6 being m3 + m4 + m5 + m6."""
     symbol = Symbol(parameter.symbol.removesuffix(str(parameter.link)), str(parameter.link))
     first, *others = parameter.combination
-    shares = [first, *sorted(others, key=lambda share: share.kind == "m")]
-    return Formula(symbol, tuple(map(_piece, _together(shares))))
-
-
-def _together(shares: list[Share]) -> list[list[Share]]:
-    """Put masses of one coefficient together, link by link."""
     runs: list[list[Share]] = []
-    for share in shares:
-        if runs and _goes_on(runs[-1][-1], share):
+    for share in [first, *sorted(others, key=lambda share: share.kind == "m")]:
+        if runs and _continues(runs[-1][-1], share):
             runs[-1].append(share)
         else:
             runs.append([share])
-    return runs
+    pieces = []
+    for run in runs:
+        index = str(run[0].link) if len(run) == 1 else f"{run[0].link}..{run[-1].link}"
+        pieces.append(Piece(Product(run[0].coefficient, (Power(Symbol(run[0].kind, index)),))))
+    return Formula(symbol, tuple(pieces))
 
 
-def _goes_on(before: Share, share: Share) -> bool:
+def _continues(before: Share, share: Share) -> bool:
+    """Whether a mass has the coefficient of the link before."""
     coefficient, kind, link = before
     same = abs(coefficient - share.coefficient) <= _SAME * abs(coefficient)
     return kind == share.kind == "m" and link + 1 == share.link and same
-
-
-def _piece(run: list[Share]) -> Piece:
-    first, last = run[0], run[-1]
-    index = str(first.link) if first is last else f"{first.link}..{last.link}"
-    return Piece(Product(first.coefficient, (Power(Symbol(first.kind, index)),)))

@@ -15,8 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gd_analyze.arrays import Array
-from gd_analyze.formulas.formula import Symbol
-from gd_analyze.formulas.printer import PRIME
+from gd_analyze.formulas.formula import PRIME, Symbol
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Expression, Trace
 from gd_analyze.text import joined

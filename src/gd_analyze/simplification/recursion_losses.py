@@ -12,9 +12,8 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray, chunks
 from gd_analyze.dynamics.regrouped_links import regrouped
-from gd_analyze.formulas.formula import Power, Product, Symbol
+from gd_analyze.formulas.formula import PRIME, Power, Product, Symbol
 from gd_analyze.formulas.languages import Plain
-from gd_analyze.formulas.printer import PRIME
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import UFUNCS
 from gd_analyze.operations.trace import Expression, reached

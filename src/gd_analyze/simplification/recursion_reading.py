@@ -17,6 +17,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.formulas.formula import (
+    PRIME,
     Formula,
     Function,
     Legend,
@@ -27,7 +28,6 @@ from gd_analyze.formulas.formula import (
     as_formula,
     one,
 )
-from gd_analyze.formulas.printer import PRIME
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Expression
