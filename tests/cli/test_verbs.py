@@ -13,66 +13,10 @@ import gd_analyze as gd
 from gd_analyze.cli.plan import PROFILE_NAMES
 from gd_analyze.cli.terminal import print_json
 from gd_analyze.cli.terminal import sentence as print_sentence
-from gd_analyze.motions.csv_file import shipped_trajectories
 from gd_analyze.motions.csv_writing import recorded_command
 from gd_analyze.motions.profiles import PROFILES
 
 PLAN = ("plan", "two_link", "--from", "0,0", "--to", "60,-45", "--duration", "2")
-
-
-def test_arms_lists_every_built_in_arm(run):
-    result = run("arms")
-    assert (result.code, result.err) == (0, "")
-    for name in [*gd.builtin_arms(), *shipped_trajectories()]:
-        assert name in result.out
-    assert [row["name"] for row in run("arms", "--json").json] == list(gd.builtin_arms())
-
-
-@pytest.mark.parametrize("name", list(gd.builtin_arms()))
-def test_arms_shows_one_arm_within_80_columns(run, name):
-    result = run("arms", name)
-    assert (result.code, result.err) == (0, "")
-    assert max(map(len, result.out.splitlines())) <= 80
-    arm = gd.load_arm(name)
-    for part in (*arm.joints, *arm.links):
-        assert part.name in result.out
-    flowing = " ".join(result.out.split())
-    for sentence in (*arm.sources, *arm.assumptions):
-        assert sentence in flowing
-    for heading in ("Chain", "Standard Denavit-Hartenberg", "Links", "Limits"):
-        assert heading in flowing
-    assert ("Kept as measured: 3. About the joint's axis only: 1." in flowing) == (name == "puma560")
-
-
-def test_arms_as_json_holds_every_number(run):
-    told = run("arms", "puma560", "--json").json
-    arm = gd.load_arm("puma560")
-    assert [link["mass"] for link in told["links"]] == arm.mass.tolist()
-    assert [drive["inertia"] for drive in told["drives"]] == arm.drive_inertia.tolist()
-    assert told["sources"] == list(arm.sources)
-
-
-def test_the_printed_toml_is_an_arm_file(run, here):
-    result = run("arms", "puma560", "--to", "toml")
-    assert result.code == 0
-    (here / "own.toml").write_text(result.out, encoding="utf-8")
-    assert (gd.load_arm("own.toml").mass == gd.load_arm("puma560").mass).all()
-    assert run("arms", "own.toml", "--to", "toml").out == result.out
-
-
-def test_products_of_inertia_and_long_numbers_are_never_cut(run, here):
-    (here / "own.toml").write_text(
-        'format = "gd-analyze arm 1"\nname = "own"\n[[joints]]\nname = "a joint with quite a long name"\n'
-        "[[links]]\nmass = 1.23456\ncom = [0.123456, -0.234567, 0.345678]\n"
-        "inertia = { xx = 0.912345, yy = 0.923456, zz = 0.934567, "
-        "xy = -0.0123456, xz = 0.0234567, yz = 0.0345678 }\n"
-    )
-    out = run("arms", "own.toml").out
-    for number in ("1.23456", "-0.234567", "0.934567", "-0.0123456", "0.0345678"):
-        assert number in out
-    assert "…" not in out
-    assert "rate" in out
-    assert "?" in out
 
 
 def test_the_profiles_are_those_of_the_library():

@@ -204,7 +204,7 @@ def test_ranges_that_are_not_stated_are_unknown_and_doubted_once(tmp_path):
             joint("three", "b", "c", "continuous", limit='lower="-1" upper="1" velocity="2"'),
         )
     )
-    with pytest.warns(GdAnalyzeWarning, match="robot.urdf, line 6, .* one, two") as caught:
+    with pytest.warns(GdAnalyzeWarning, match="robot.urdf, line 6, .*one, two") as caught:
         arm = load_arm(path)
     assert [str(warning.message) for warning in caught] == list(arm.doubts)
     assert len(arm.doubts) == 1

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import click
 
 import gd_analyze as gd
 from gd_analyze.cli.given import GivenRobot, robot_or_none
 from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.terminal import line, lines, sentence, table
+from gd_analyze.cli.terminal import lines
+
+if TYPE_CHECKING:
+    from gd_analyze.result import Result
 
 
 @click.command(short_help="List the built-in arms, or show one.")
@@ -26,9 +29,9 @@ from gd_analyze.cli.terminal import line, lines, sentence, table
 def arms(robot: GivenRobot | None, form: str | None, output: Output) -> None:
     r"""List the built-in arms, or inspect one.
 
-    First comes what is suspicious; then the chain of joints and the links they move, where they are placed,
-    masses, limits, drives, sources and assumptions. With --to toml the arm is printed as a TOML file that
-    gives the same torques; of a file that is TOML already, and that nothing is added to, as it stands.
+    First come suspicious numbers; then the chain of joints and the links they move, placements, masses,
+    limits, drives, sources and assumptions. With --to toml the arm is printed as a TOML file that gives the
+    same torques; a TOML file without additions is printed as it stands.
 
     \b
     Examples:
@@ -38,20 +41,14 @@ def arms(robot: GivenRobot | None, form: str | None, output: Output) -> None:
     """
     if form is not None and (robot is None or output.as_json):
         raise click.UsageError("--to needs a ROBOT, and goes without --json")
-    if robot is None:
-        with output.working():
-            catalogue = [gd.load_arm(name) for name in gd.builtin_arms()]
-        output.give(lambda: [_summary(arm) for arm in catalogue], lambda: _list(catalogue))
-    elif form is not None:
+    if form is not None and robot is not None:
         with output.working():
             text = _toml(robot)
         lines(text)
-    else:
-        with output.working():
-            from gd_analyze.cli.arm_tables import show_arm
-
-            arm, suspicious = _inspected(robot)
-        output.give(lambda: _document(arm, suspicious), lambda: show_arm(arm, suspicious))
+        return
+    with output.working():
+        result = _catalogue() if robot is None else _inspection(robot)
+    output.give(result)
 
 
 def _toml(robot: GivenRobot) -> str:
@@ -63,32 +60,27 @@ def _toml(robot: GivenRobot) -> str:
     return toml_of(arm) if robot.limits or is_xml(path) else text_of_arm_file(path)
 
 
-def _inspected(robot: GivenRobot) -> tuple[gd.RobotArm, list[str]]:
-    """Read an arm; what would be warned of stands before everything else that is shown."""
+def _catalogue() -> Result:
+    from gd_analyze.motions.csv_file import shipped_trajectories
+    from gd_analyze.result import Column, Fact, Result, Table
+
+    found = [gd.load_arm(name) for name in gd.builtin_arms()]
+    columns = (
+        Column("name", "name", [arm.name for arm in found], shown="text"),
+        Column("title", "title", [arm.title for arm in found], shown="text"),
+        Column("joints", "joints", [arm.n_joints for arm in found], shown="count"),
+        Column("drives", "drives", [bool(arm.drives) for arm in found], shown="flag"),
+    )
+    trajectories = Fact("trajectories", "Shipped trajectories", list(shipped_trajectories()))
+    note = "Your own arm is a URDF, MJCF or TOML file; `gd-analyze arms puma560 --to toml` prints an example."
+    return Result("Built-in arms", parts=(Table("arms", "", columns), trajectories), notices=(note,))
+
+
+def _inspection(robot: GivenRobot) -> Result:
+    """All of an arm; what would be warned of stands first in it."""
+    from gd_analyze.robots.inspection import inspection
+
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", gd.GdAnalyzeWarning)
         arm = robot.load()
-    return arm, list(dict.fromkeys(str(item.message) for item in caught))
-
-
-def _summary(arm: gd.RobotArm) -> dict[str, Any]:
-    return {"name": arm.name, "title": arm.title, "joints": arm.n_joints, "drives": bool(arm.drives)}
-
-
-def _document(arm: gd.RobotArm, suspicious: list[str]) -> dict[str, Any]:
-    from gd_analyze.robots.description import describe_in_full, fingerprint
-
-    return {"suspicious": suspicious, **describe_in_full(arm), "fingerprint": fingerprint(arm)}
-
-
-def _list(catalogue: list[gd.RobotArm]) -> None:
-    from gd_analyze.motions.csv_file import shipped_trajectories
-
-    rows = [[a.name, a.title, str(a.n_joints), "yes" if a.drives else "no"] for a in catalogue]
-    table("Built-in arms", ["name", "title", "joints", "drives"], rows, "llrl")
-    line()
-    sentence("Shipped trajectories: " + ", ".join(shipped_trajectories()))
-    sentence(
-        "Your own arm is a URDF, MJCF or TOML file: `gd-analyze arms puma560 --to toml` prints one to start "
-        "from."
-    )
+    return inspection(arm, list(dict.fromkeys(str(item.message) for item in caught)))

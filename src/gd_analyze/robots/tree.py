@@ -237,7 +237,7 @@ def arm_of_chain(tree: Tree, moving: Sequence[TreeJoint], held: Mapping[int, flo
     unranged = [joint.name for joint in moving if joint.name in notes.unranged]
     doubts = [text for name, text in notes.doubts if name in about]
     if unranged:
-        doubts.insert(0, f"{tree.line('joint', unranged[0])}: no range stated, joint {', '.join(unranged)}")
+        doubts.insert(0, f"{tree.line('joint', unranged[0])}: no range stated for {', '.join(unranged)}")
     doubts += [text for link, text in notes.right_angles.suspects if link in placed]
     if not any(inertia.mass > 0 for inertia in tree.model.inertias):
         doubts.append(f"{tree.where}: no link has any mass; is the file stripped, or xacro expanded in part?")
