@@ -23,26 +23,18 @@ from gd_analyze.robots.parts import Drive
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.effort import ROUGH
 from gd_analyze.simplification.element import ELEMENT, Part, blocks, parts_of, torque_by_part, trace_parts
-from gd_analyze.simplification.evaluation import evaluate, losses
+from gd_analyze.simplification.evaluation import losses
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.selection import select
 from gd_analyze.simplification.simplify import simplify
 from made_models import by_elements
-from strategies import arms_with_states, examples, motions, random_states, two_link_of
+from strategies import arms_with_states, examples, motions, two_link_of
 
-budgets = st.one_of(
-    st.floats(0, 1.2).map(of_shares),
-    st.floats(0, 50).map(of_torque),
-)
+budgets = st.one_of(st.floats(0, 1.2).map(of_shares), st.floats(0, 50).map(of_torque))
 
 
-def motion_of(arm, count, seed) -> Trajectory:
-    states = random_states(arm.n_joints, count, seed)
-    return Trajectory(0.01 * np.arange(count), states.q, states.qd, states.qdd, "drawn")
-
-
-@examples(30)
+@examples(15)
 @given(motions(max_joints=3, massive=True), budgets)
 @few_tries()
 def test_the_promise_holds_and_is_the_torque_of_what_was_dropped(case, budget):
@@ -105,7 +97,7 @@ def test_no_cheaper_model_of_the_two_link_arm_exists(two_link, swing_dataset, bu
     assert model.operations.total + model.operations.sines_cosines == cost_of(two_link, model.terms)
 
 
-@examples(12)
+@examples(6)
 @given(
     arms_with_states(max_joints=2, count=8, massive=True).filter(lambda case: case[0].n_joints == 2),
     st.sampled_from([0.001, 0.03, 0.1, 0.25, 0.5, 0.7]),
@@ -133,16 +125,6 @@ def test_budget_zero_drops_what_is_zero_only(puma, pick_and_place_dataset):
     assert "c2" not in labels
 
 
-def test_a_huge_budget_drops_everything(puma, pick_and_place, pick_and_place_dataset):
-    model = by_elements(puma, pick_and_place_dataset, of_torque(1e6))
-    assert model.terms == {}
-    assert model.operations.total == 0
-    assert not model.torque(pick_and_place.q, pick_and_place.qd, pick_and_place.qdd).any()
-    np.testing.assert_array_equal(
-        model.accuracy.errors.largest, np.abs(pick_and_place_dataset.torque.values).max(axis=0)
-    )
-
-
 def test_budget_of_each_joint(puma, pick_and_place_dataset):
     strict = Budget.parse("0.1%,0.1%,0.1%,50%,50%,50%")
     model = by_elements(puma, pick_and_place_dataset, strict)
@@ -161,38 +143,6 @@ def test_a_larger_budget_never_costs_more(puma, pick_and_place_dataset):
     totals = [count.total + count.sines_cosines for count in counts]
     assert totals == sorted(totals, reverse=True)
     assert totals[-1] < totals[0]
-
-
-def test_long_trajectories_hold_every_set_point(two_link):
-    """Set points enter the program only when a trial solution breaks them; the last one must hold too."""
-    motion = motion_of(two_link, 5000, 2)
-    dataset = decompose(two_link, motion)
-    for share in (0.02, 0.2):
-        model = by_elements(two_link, dataset, of_shares(share))
-        error = np.abs(model.torque(motion.q, motion.qd, motion.qdd) - dataset.torque.values).max(axis=0)
-        assert (error <= share * np.abs(dataset.torque.values).max(axis=0)).all()
-        assert cost_of(two_link, model.terms) == cheapest_by_trying_all(
-            two_link, dataset, model.accuracy.allowed
-        )
-
-
-def test_drives_stay(puma, pick_and_place):
-    dataset = decompose(puma, pick_and_place, drives=True)
-    model = by_elements(puma, dataset, of_torque(1e6), drives=True)
-    assert model.drives
-    torque = model.torque(pick_and_place.q, pick_and_place.qd, pick_and_place.qdd)
-    np.testing.assert_array_equal(torque, puma.drive_inertia * pick_and_place.qdd)
-
-
-def test_an_arm_without_any_torque():
-    """No gravity, no motion: nothing to lose, and nothing to divide by."""
-    weightless = two_link_of(1.0, 1.0, 1.0, g=0.0)
-    still = np.zeros((4, 2))
-    dataset = decompose(weightless, Trajectory(np.arange(4.0), still + 0.4, still, still))
-    model = by_elements(weightless, dataset, Budget.parse("1%"))
-    assert model.terms == {}
-    assert not model.accuracy.errors.largest.any()
-    assert not model.accuracy.errors.largest_share.any()
 
 
 def test_a_joint_without_torque_among_others():
@@ -230,14 +180,6 @@ def test_losses_name_what_went_and_how_much(puma, pick_and_place_dataset):
         ).max(axis=1)
         assert loss.torque_peak == torque[loss.torque_joint - 1]
         assert loss.torque_share <= 1.0
-
-
-def test_a_model_on_another_trajectory_may_break_its_budget_and_says_so(puma, pick_and_place_dataset):
-    model = by_elements(puma, pick_and_place_dataset, Budget.parse("1%"))
-    there = evaluate(model, read_trajectory("large-slew", puma))
-    allowed = 0.01 * there.errors.peak_torque
-    assert there.within(allowed).tolist() == (there.errors.largest <= allowed).tolist()
-    assert there.errors.largest.max() > model.accuracy.errors.largest.max()
 
 
 def test_blocks_by_hand():

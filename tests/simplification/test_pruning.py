@@ -8,14 +8,18 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+import gd_analyze as gd
 from gd_analyze.arrays import FloatArray
 from gd_analyze.harmonics.expansion import expanded
-from gd_analyze.motions.states import states_in_box
+from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.program_cache import inputs_of
-from gd_analyze.simplification.pruning import prune
+from gd_analyze.simplification.pruning import joined_by_near_states, prune
 from gd_analyze.simplification.recursion import Changes
+from gd_analyze.simplification.recursive import RECURSIVE
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
 from parallel_axes import scara
 from psdm_arms import kr6
 from strategies import arms, examples, random_states
@@ -30,7 +34,7 @@ def _largest(exact: ExactDynamics, changes: Changes, allowed: FloatArray) -> flo
     return float((np.abs(program.run(inputs_of(exact.states)).T - exact.torque) / allowed).max())
 
 
-@examples(5)
+@examples(4)
 @given(arm=arms(max_joints=4, massive=True), seed=st.integers(0, 2**16), share=st.sampled_from([0.003, 0.03]))
 def test_the_budget_is_kept_and_nothing_dearer_comes_of_it(arm: RobotArm, seed: int, share: float) -> None:
     exact = ExactDynamics.of(arm, random_states(arm.n_joints, 60, seed))
@@ -96,3 +100,39 @@ def test_six_joints_of_general_make_take_little_more_than_half() -> None:
     exact = ExactDynamics.of(arm, states_in_box(arm, 1000))
     changes = prune(exact, exact.allowed("1%"), effort=0.1)
     assert exact.form.recursion.changed(changes).count.total <= 300
+
+
+def test_states_near_a_motion_join_it_and_count_as_those_do(two_link, swing):
+    exact = ExactDynamics.of(two_link, swing)
+    states = replace(exact.states, weights=np.linspace(1.0, 2.0, 2 * len(swing.time)).reshape(-1, 2))
+    exact = exact.at(states)
+    joined = joined_by_near_states(exact).states
+    count = len(states)
+    assert len(joined) > 2 * count
+    for own, more in zip(states.arrays, joined.arrays, strict=True):
+        np.testing.assert_array_equal(more[:count], own)
+    off = np.abs(joined.q[count:, None] - states.q).max(axis=2).min(axis=1)
+    assert 0.0 < off.min() < off.max() <= np.radians(1.0)
+    assert joined.weights.shape == joined.q.shape
+    assert set(map(tuple, joined.weights[count:])) <= set(map(tuple, states.weights))
+
+
+def test_states_of_no_motion_stay_as_they_are(two_link):
+    exact = ExactDynamics.of(two_link, states_in_box(two_link, 10))
+    assert joined_by_near_states(exact) is exact
+
+
+def test_the_budget_nearly_holds_near_the_motion():
+    arm = gd.load_arm("stanford")
+    start = np.array([0.1, -0.5, 0.4, 0.3, -0.6, 0.2])
+    motion = gd.plan(arm, start, start + 0.3, schedule=gd.Schedule(2.0, "4-3-4", 15)).trajectory
+    exact = ExactDynamics.of(arm, motion)
+    model = simplify_exact(exact, "1%", SearchOptions(RECURSIVE, thorough=False))
+    assert model.saves
+    random = np.random.default_rng(7)
+    q, qd, qdd = (np.repeat(x, 50, axis=0) for x in exact.states.arrays)
+    margin = np.where([joint.kind == "revolute" for joint in arm.joints], np.radians(1.0), 1e-3)
+    near = States(q + margin * random.uniform(-1.0, 1.0, q.shape), qd, qdd)
+    off = np.abs(model.torque(*near.arrays) - exact.at(near).torque).max(axis=0)
+    # Fitted to the set points alone it errs by more.
+    assert (off <= 1.5 * model.accuracy.allowed).all()

@@ -92,48 +92,17 @@ def assert_ways_agree(rates: AbsoluteVelocities, terms) -> None:
     assert programs[THOROUGH].count.total <= min(programs[effort].count.total for effort in (ROUGH, COUNTING))
 
 
-@examples(40)
+@examples(20)
 @given(term_sets())
 def test_every_way_has_the_value_of_the_terms(case):
     assert_ways_agree(*case)
 
 
-def test_so_it_is_for_a_whole_arm():
-    form = ExactForm(load_arm("puma560"))
-    states = random_states(6, 20, 5)
-    wanted, scale = evaluated(form.velocities, form.torques, states)
-    programs = {effort: torque_program(form.velocities, form.torques, effort) for effort in (ROUGH, THOROUGH)}
-    for program in programs.values():
-        assert (np.abs(run(program, states) - wanted) <= ROUND_OFF * scale).all()
-    assert programs[THOROUGH].count.total < programs[ROUGH].count.total
-
-
-def test_rows_of_parallel_joints_are_passed_on():
-    """Torque on the outer of two parallel joints loads the inner one alike."""
-    arm = load_arm("two_link")
-    outer = TorqueTerm(1, (Velocity(2, 0),), ())
-    states = random_states(2, 3, 1)
-    torque = run(torque_program(AbsoluteVelocities.of(arm), {outer: 2.0}, COUNTING), states)
-    np.testing.assert_array_equal(torque[:, 0], torque[:, 1])
-    np.testing.assert_array_equal(torque[:, 1], 2.0 * states.qdd[:, 0])
-
-
-@pytest.mark.parametrize(
-    ("name", "fewest"),
-    [("two_link", 22), ("puma560", 580), ("stanford", 460)],
-)
+@pytest.mark.parametrize(("name", "fewest"), [("two_link", 22), ("puma560", 580), ("stanford", 460)])
 def test_all_terms_of_an_arm_take_few_operations(name, fewest):
     """Extracted once, with a margin of some 5 %; nested, the PUMA takes 639 and the Stanford arm 583."""
     form = ExactForm(load_arm(name))
     assert torque_program(form.velocities, form.torques, Effort(600)).count.total <= fewest
-
-
-def test_no_terms_are_no_torque():
-    rates = AbsoluteVelocities.of(load_arm("two_link"))
-    for effort in EFFORTS:
-        program = torque_program(rates, {}, effort)
-        assert program.count.total == 0
-        np.testing.assert_array_equal(run(program, random_states(2, 3, 1)), np.zeros((3, 2)))
 
 
 def test_the_order_of_the_terms_does_not_matter():
@@ -148,7 +117,7 @@ def test_the_order_of_the_terms_does_not_matter():
         assert written[0] == written[1]
 
 
-@examples(20)
+@examples(10)
 @given(term_sets(), st.data())
 def test_written_step_by_step_they_have_the_value_of_the_terms(case, data):
     rates, terms = case

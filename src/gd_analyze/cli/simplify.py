@@ -138,8 +138,9 @@ def _result(
     accuracy, arm = model.accuracy, model.arm
     bound = None if certificate is None else certificate.certified
     joints = joint_errors(model, bound)
+    spread = () if accuracy.uncertainty is None else (Column("uncertainty", "", accuracy.uncertainty),)
     certified = [None] * arm.n_joints if bound is None else bound
-    joints = replace(joints, columns=(*joints.columns, Column("certified", "", certified)))
+    joints = replace(joints, columns=(*joints.columns, Column("certified", "", certified), *spread))
     proven: tuple[Fact, ...] = ()
     answer = None
     if certificate is not None and bound is not None:

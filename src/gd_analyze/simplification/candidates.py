@@ -20,10 +20,6 @@ from gd_analyze.simplification.level import CandidateLevel, Costs, Level, Terms
 Kept = NDArray[np.bool_]
 
 
-class TooManyTermsError(UsageError):
-    """More terms matter than a search can weigh."""
-
-
 # Above so many terms the smallest go first: no search could weigh them all.
 MANY = 1000
 # What those may make of the budget together, and how many may then be left at most.
@@ -36,45 +32,31 @@ _AT_ONCE, _RANKED, _GLANCE = 10_000_000, 100_000_000, 20_000_000
 _REMEMBERED = 3_000_000
 
 
+class TooManyTermsError(UsageError):
+    """More terms matter than a search can weigh."""
+
+
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """What may be dropped.
+    """What may be dropped: terms, with their numbers in the exact dynamics, and what each takes.
 
-    Parameters
-    ----------
-    level, form
-        The level, and the exact dynamics whose terms these are.
-    terms
-        The candidates, with their numbers in the exact dynamics.
-    effects
-        Torque of every candidate over the allowed error, shape (K, n, N); their sum is the exact torque.
-        Where an error counts more, so do they.
-    costs
-        Operations by the set of candidates that need them.
-    parameter, magnitude
-        Free numbers of a refit, see `gd_analyze.simplification.level.Numbers`.
-    ratio
-        Factor of every candidate's coefficient where its free number is 1, shape (K,); 1 at first.
-    total
-        How many terms there are. Those of an arm with very many that are no candidates are dropped
-        beforehand; `effects` are over what they leave of the budget.
-    swept
-        Share of the budget that those others take together, 0 where there are none.
-    weights
-        How much an error counts, shape (N, n), see `gd_analyze.motions.states.States.weights`.
+    Of an arm with very many terms the smallest are no candidates and dropped beforehand; they take the share
+    `swept` of the budget together, and `effects` are over what they leave of it.
     """
 
     level: CandidateLevel
     form: ExactForm
     terms: Terms
-    effects: FloatArray
+    effects: (
+        FloatArray  # torque over the allowed error as it counts, (K, n, N); their sum is the exact torque
+    )
     costs: Costs
-    parameter: NDArray[np.int64]
+    parameter: NDArray[np.int64]  # free numbers of a refit, see `level.Numbers`
     magnitude: FloatArray
-    ratio: FloatArray
-    total: int
+    ratio: FloatArray  # factor of every coefficient where its free number is 1, (K,); 1 at first
+    total: int  # how many terms there are
     swept: float = 0.0
-    weights: FloatArray | None = None
+    weights: FloatArray | None = None  # how much an error counts, (N, n), see `States.weights`
 
     def __len__(self) -> int:
         return len(self.effects)
@@ -97,26 +79,11 @@ class Candidates:
 def candidates_of(
     exact: ExactDynamics, level: Level, allowed: FloatArray, sweep: float = SWEEP
 ) -> Candidates:
-    """Make the candidates of a level.
+    """Make the candidates of a level at states, with the allowed error of each joint, N m, shape (n,).
 
-    Parameters
-    ----------
-    exact
-        Exact dynamics at the states that count.
-    level
-        The level.
-    allowed
-        Allowed error per joint, N m, shape (n,).
-    sweep
-        Share of the budget that terms may take which are dropped beforehand, the smallest first, until no
-        more than `MANY` are left.
-
-    Raises
-    ------
-    TooManyTermsError
-        If far too many terms would be left.
-    UsageError
-        If the level has no candidates.
+    Of very many terms the smallest are dropped beforehand until no more than `MANY` are left, as long as they
+    take no more than the share `sweep` of the budget. A TooManyTermsError if far too many would be left, a
+    UsageError if the level has no candidates.
     """
     if not isinstance(level, CandidateLevel):
         raise UsageError(

@@ -8,13 +8,8 @@ from typing import Any, NamedTuple
 class Effort(NamedTuple):
     """How much time goes into a program of few operations.
 
-    Parameters
-    ----------
-    shared
-        Number of torque terms up to which what the rows share is looked for.
-    rearranging
-        Rearrangements of that to try, times the operations there are, as those of a long program take longer;
-        with none at all, other ways are not tried either.
+    Up to `shared` torque terms it is looked for what rows share. `rearranging` times the operations there are
+    is how many rearrangements are tried; with none at all, other ways are not tried either.
     """
 
     shared: int
@@ -37,13 +32,7 @@ _SIMPLEX = 3.0
 
 
 class Work:
-    """What is left of an effort.
-
-    Parameters
-    ----------
-    effort
-        Share of the usual effort.
-    """
+    """What is left of an effort, a share of the usual one."""
 
     def __init__(self, effort: float = 1.0) -> None:
         self.effort, self.spent = effort * USUAL, 0.0

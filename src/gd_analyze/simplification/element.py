@@ -82,21 +82,13 @@ def torque_by_part(quantities: Mapping[Any, Any], qdd: FloatArray, parts: tuple[
 
 @dataclass(frozen=True)
 class TracedParts:
-    """The arithmetic of every part.
-
-    Parameters
-    ----------
-    trace
-        Where the expressions live.
-    qdd
-        The accelerations' inputs, shape (n,).
-    quantities
-        Expressions of D, h and c by effect at the one state there is, as a decomposition has them.
-    """
+    """The arithmetic of every part."""
 
     trace: Trace
-    qdd: Array
-    quantities: Mapping[str, Array]
+    qdd: Array  # inputs, (n,)
+    quantities: Mapping[
+        str, Array
+    ]  # D, h and c by effect at the one state there is, as a decomposition has them
 
     def expression(self, part: Part) -> object:
         """Expression (or constant) of one part."""

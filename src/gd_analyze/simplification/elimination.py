@@ -29,17 +29,9 @@ _LEAST_SAVING = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Elimination:
-    """Candidates in the order they go.
+    """Candidates in the order they go, and factors of all coefficients with the first k dropped, (K + 1, K).
 
-    Parameters
-    ----------
-    candidates
-        What was ordered.
-    order
-        Their numbers, first dropped first.
-    scales
-        Factors of all candidates' coefficients with the first k dropped, k = 0..K, shape (K + 1, K); 1
-        without refit.
+    Factors are 1 without refit.
     """
 
     candidates: Candidates
@@ -88,20 +80,10 @@ def eliminate(
     last: Kept | None = None,
     work: Work | None = None,
 ) -> Elimination:
-    """Order candidates for elimination.
+    """Order candidates for elimination by the error that each adds, with `by_cost` for every operation saved.
 
-    Parameters
-    ----------
-    candidates
-        What may go.
-    by_cost
-        Weigh the error against the operations saved; by error alone otherwise.
-    refit
-        Refit the coefficients of what remains after every step, or after some where they are many.
-    last
-        Those that go when all others have gone, shape (K,).
-    work
-        To note down what is done; it takes seconds at most, so that it is never cut short.
+    With `refit` the coefficients of what remains are fitted after every step, or after some where they are
+    many; `work` notes that, and is never exceeded by much. `last` (K,) go when all others have gone.
     """
     flat = candidates.flat
     gram = flat @ flat.T

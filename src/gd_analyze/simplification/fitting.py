@@ -31,24 +31,12 @@ _STRIDES = (1.0, 0.4, 0.15)
 
 @dataclass(frozen=True, eq=False)
 class Aim:
-    """What a program shall compute, at some states.
-
-    Parameters
-    ----------
-    inputs
-        Joint variables, rates and accelerations by name, shape (N,) each.
-    torque
-        Exact torque over the allowed error, shape (n, N).
-    scale
-        One over the allowed error, shape (n,).
-    weights
-        How much errors count, shape (n, N).
-    """
+    """What a program shall compute, at some states."""
 
     inputs: dict[str, FloatArray]
-    torque: FloatArray
-    scale: FloatArray
-    weights: FloatArray
+    torque: FloatArray  # exact, over the allowed error, (n, N)
+    scale: FloatArray  # one over the allowed error, (n,)
+    weights: FloatArray  # how much errors count, (n, N)
 
     def at(self, states: NDArray[np.intp]) -> Aim:
         """The same at some of the states."""
@@ -88,23 +76,9 @@ def columns_of(tape: Tape, fit: Fit, slopes: FloatArray) -> FloatArray:
 
 
 def fitted(tape: Tape, aim: Aim, start: Fit, power: float, turns: int, enough: float = 0.0) -> Fit:
-    """Fit all numbers.
+    """Fit numbers of a program from a start, by so many least squares at most: the least norm of that power.
 
-    Parameters
-    ----------
-    tape, aim, start
-        The program, what it shall compute, and from where to begin.
-    power
-        Of the errors: 2 makes squares least, 12 nearly the largest.
-    turns
-        Least squares at most.
-    enough
-        A largest error with which to end.
-
-    Returns
-    -------
-    Fit
-        The one of the least norm of that power.
+    A power of 2 makes squares least, 12 nearly the largest error; it ends with a largest error of `enough`.
     """
     here = start
     for _ in range(turns):
@@ -144,13 +118,7 @@ def norm(errors: FloatArray, power: float) -> float:
 
 
 class Columns:
-    """What numbers make of errors, ready to bring any errors down.
-
-    Parameters
-    ----------
-    columns
-        One row for every number, shape (K, S).
-    """
+    """Effects of numbers on errors, one row each (K, S), ready to bring any errors down."""
 
     def __init__(self, columns: FloatArray) -> None:
         self._size = sizes_of(columns)

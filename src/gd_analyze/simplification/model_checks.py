@@ -39,13 +39,7 @@ _SAME = 1e-8
 
 
 def require_terms_computed(model: SimplifiedModel) -> None:
-    """Write the terms as a program again, and hold the two programs against each other, both written out.
-
-    Raises
-    ------
-    ModelError
-        If the program computes anything but its terms, at whatever state, or cannot be written out.
-    """
+    """Refuse, with a ModelError, a program that is not its terms at every state: both written out."""
     again, n = model.level.write(model.form, model.terms, ROUGH), model.arm.n_joints
     if len(model.program.outputs) != n:
         raise _other(f"{n} outputs", f"{len(model.program.outputs)}")
@@ -116,14 +110,11 @@ def require_equal(what: str, stated: Any, found: Any) -> None:
 
 
 def require_consistent(model: SimplifiedModel) -> None:
-    """Refuse a promise that contradicts itself.
+    """Refuse, with a ModelError, an accuracy that contradicts itself.
 
-    Raises
-    ------
-    ModelError
-        If a torque or an error is negative, an error's root mean square is above its largest, the largest
-        above the allowed one, or the allowed one not what budget and peak torque come to; if a share of the
-        norm is above the one asked for, or above one that more states keep.
+    No torque or error is negative, root mean squares are at most the largest error, that at most the allowed
+    one, which is what budget and peak torque come to; shares of the norm grow with the states and keep the
+    budget.
     """
     _require_of(model, model.accuracy)
     _require_norms(model)
@@ -198,13 +189,7 @@ def _impossible(norm: NormShare, expected: str) -> ModelError:
 
 
 def measured_where_possible(model: SimplifiedModel) -> SimplifiedModel:
-    """Measure the errors again if the states can be had; mark them as stated otherwise.
-
-    Raises
-    ------
-    ModelError
-        If they are others than the file states.
-    """
+    """Measure the errors again if the states can be had, see `measured_at`; mark them as stated otherwise."""
     states = _states_at_hand(model.arm, model.accuracy.fitted_on)
     if states is None:
         return replace(model, accuracy=replace(model.accuracy, measured=False))
@@ -212,13 +197,7 @@ def measured_where_possible(model: SimplifiedModel) -> SimplifiedModel:
 
 
 def measured_at(model: SimplifiedModel, states: States) -> SimplifiedModel:
-    """Measure what a model states of its errors again, at the states it was made for.
-
-    Raises
-    ------
-    ModelError
-        If peak torque, errors, shares of the norm or uncertainty are others than stated.
-    """
+    """Measure errors again at the states that a model was fitted on; a ModelError where it states others."""
     accuracy = model.accuracy
     exact = ExactDynamics.of(model.arm, states, model.drives)
     torque = model.torque(*states.arrays)

@@ -23,19 +23,7 @@ _CODE = ("dynamics", "harmonics", "operations", "simplification", "robots")
 
 @dataclass(frozen=True)
 class Task:
-    """Programs to be written together.
-
-    Parameters
-    ----------
-    name
-        Of their entry in the cache.
-    n_joints
-        Joints of the arm.
-    write
-        Writes them, which takes long.
-    are_right
-        Whether programs compute what these shall.
-    """
+    """Programs to be written together, which takes long; `name` is that of their entry in the cache."""
 
     name: str
     n_joints: int = field(compare=False)

@@ -31,7 +31,7 @@ from gd_analyze.simplification.recursion import (
     restated,
 )
 from gd_analyze.simplification.recursive import RECURSIVE
-from gd_analyze.simplification.replacement import Replacement, replacements, told
+from gd_analyze.simplification.replacement import Replacement, replacements, rounded
 from gd_analyze.simplification.search import Progress
 from gd_analyze.simplification.search_options import SearchOptions
 
@@ -228,7 +228,7 @@ class _Pruning:
         return None
 
     def _screened(self, here: _Pruned, some: Sequence[Replacement]) -> list[Replacement]:
-        """Those that keep the budget once numbers are fitted, as far as it can be told to first order."""
+        """Those that keep the budget once numbers are fitted, to first order."""
         fit, slopes = here.fit, here.slopes
         numbers = columns_of(here.tape, fit, slopes)
         self.work.spend(len(some) * 4.0 * numbers.size * len(numbers) / _AT_A_TIME)
@@ -243,7 +243,7 @@ class _Pruning:
             change = one.change(fit.values)
             after = left((fit.errors + slopes[one.step] * change).ravel())
             if np.abs(after).max(initial=0.0) <= _PROMISED:
-                added = told(norm(after, _NEARLY_LARGEST) - before)
+                added = rounded(norm(after, _NEARLY_LARGEST) - before)
                 kept.append(one._replace(added=added))
         return sorted(kept, key=lambda one: one.order)
 
@@ -309,25 +309,10 @@ def prune(
     start: Changes | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> dict[Change, float]:
-    """Prune an arm's recursion.
+    """Prune an arm's recursion so that it keeps the allowed error, N m, shape (n,), at every state.
 
-    Parameters
-    ----------
-    exact
-        Exact dynamics at the states that count.
-    allowed
-        Allowed error per joint, N m, shape (n,).
-    effort
-        How much to do, as a multiple of the usual: a first descent always ends.
-    start
-        Changes to begin with, within the budget.
-    progress
-        Called with the operations saved since the last call.
-
-    Returns
-    -------
-    dict
-        Changes with which the recursion keeps the budget at every state.
+    A first descent always ends, whatever the `effort` (a multiple of the usual). `start` are changes to begin
+    with, within the budget; `progress` is called with the operations saved since the last call.
     """
     states, scale = exact.states, 1.0 / allowed
     weights = np.ones(exact.torque.T.shape) if states.weights is None else states.weights.T

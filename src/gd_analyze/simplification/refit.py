@@ -132,21 +132,10 @@ def share_coefficients(
     count: Callable[[NDArray[np.bool_], FloatArray], int],
     work: Work,
 ) -> tuple[Candidates, FloatArray]:
-    """Tie coefficients to each other while the budget holds and operations go down.
+    """Tie coefficients of what is kept to each other while the budget holds and operations go down.
 
-    Parameters
-    ----------
-    candidates, kept, scale
-        What may be kept, what is, and the factors of their coefficients, shape (K,) each.
-    count
-        Operations of a selection with given factors.
-    work
-        What may be done.
-
-    Returns
-    -------
-    tuple
-        The candidates with fewer free numbers, and the factors.
+    `count` gives the operations of a selection with factors. Returned are the candidates with fewer free
+    numbers, and the factors, shape (K,).
     """
     fewest, trials = count(kept, scale), _TRIALS
     refit = Refit(candidates, work)

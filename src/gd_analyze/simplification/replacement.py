@@ -11,7 +11,6 @@ of it.
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -30,7 +29,7 @@ _OF_EACH, _TRIED_OF_EACH = 4, 2
 _SMALL = 0.3
 # Steps that are nearly multiples of each other tell no two coefficients.
 _APART = 1e-9
-# Decimals of what errors grow by, where it decides: what is mathematically alike must not be told apart by
+# Decimals of what errors grow by, where it decides: what is mathematically alike must not be distinguished by
 # roundings, which differ between processors.
 _DIGITS, _DIGITS_OF_SUMS = 10, 7
 # How much a fit is held back here.
@@ -71,18 +70,12 @@ def replacements(
 ) -> tuple[list[Replacement], float]:
     """List what may stand in, the best first, and the mean square error that a fit leaves as things are.
 
-    Parameters
-    ----------
-    tape, fit, slopes
-        The program, its values and errors, and what every step makes of these, shape (steps, n, N).
-    known
-        Steps that are values of the recursion, so that others can be stated by them, shape (steps,).
-    power
-        How much large errors count: the power of the errors that squares stand for.
+    `slopes` are the effects of every step on the errors, (steps, n, N); `known` marks values of the
+    recursion, by which others can be stated, (steps,); squares stand for errors to the `power`.
     """
     weights = np.maximum(np.abs(fit.errors), _SMALL) ** (power - 2)
     weights /= weights.mean()
-    pool = _Pool.of(tape, fit, slopes, known, weights)
+    pool = _Pool(tape, fit, slopes, known, weights)
     promising = sorted([*pool.by_one(), *pool.by_two(), *pool.by_number()], key=lambda one: one.order)
     several = _of_each(promising, _OF_EACH)[:_CLOSELY]
     found, mean_square = _beside_a_fit(tape, fit, slopes, several, weights)
@@ -121,72 +114,39 @@ def _beside_a_fit(
         error, trials = every[0], every[1:]
     base = float(error @ error) / len(error)
     added = np.einsum("ks,ks->k", trials, trials) / len(error) - base
-    found = [one._replace(added=told(float(more))) for one, more in zip(promising, added, strict=True)]
+    found = [one._replace(added=rounded(float(more))) for one, more in zip(promising, added, strict=True)]
     return sorted(found, key=lambda one: one.order), base
 
 
-@dataclass(frozen=True, eq=False)
 class _Pool:
-    """Squares of the error as a quadratic form in what stands in for each step v: a + 2 b c + s c^2.
+    """Squares of the error as a quadratic form in what stands in for each step v: a + 2 b c + s c^2."""
 
-    `constant` is that of nothing, shape (steps,); `linear` and `square` are by v and u, `among` is slope^2,
-    (steps, N); `saved` operations by v and u, before any multiplication; `alive` what u needs of what is
-    alone for v.
-    """
-
-    values: FloatArray
-    among: FloatArray
-    constant: FloatArray
-    linear: FloatArray
-    square: FloatArray
-    by_itself: FloatArray
-    saved: FloatArray
-    total: FloatArray
-    alone: NDArray[np.float32]
-    alive: NDArray[np.float32]
-    needs: NDArray[np.float32]
-    left: FloatArray
-    degree: NDArray[np.intp]
-    count: int
-
-    @classmethod
-    def of(
-        cls, tape: Tape, fit: Fit, slopes: FloatArray, known: NDArray[np.bool_], weights: FloatArray
-    ) -> _Pool:
-        values, n_errors = fit.values, fit.errors.size
+    def __init__(
+        self, tape: Tape, fit: Fit, slopes: FloatArray, known: NDArray[np.bool_], weights: FloatArray
+    ) -> None:
+        values = self.values = fit.values
+        self.count, self.degree = fit.errors.size, tape.degree
         weighed = slopes * weights
-        among = np.einsum("vin,vin->vn", slopes, weighed)
+        among = self.among = np.einsum("vin,vin->vn", slopes, weighed)
         left = np.einsum("vin,in->vn", weighed, fit.errors) - among * values
+        self.left = left.sum(axis=1)
         # left = b - g v, so the constant part g v^2 - 2 b v is -(b + left) v.
-        constant = -((2.0 * left + among * values) * values).sum(axis=1)
-        needs = tape.needs.T.astype(np.float32)
-        alone = tape.alone_for * tape.operations
-        total = alone.sum(axis=1).astype(float)
-        alive = alone @ needs
-        saved = total[:, None] - alive
+        self.constant = -((2.0 * left + among * values) * values).sum(axis=1)
+        # By v and u: coefficients, and operations saved before any multiplication.
+        self.linear, self.square = left @ values.T, among @ (values**2).T
+        self.by_itself = among.sum(axis=1)
+        self.needs = tape.needs.T.astype(np.float32)
+        self.alone = tape.alone_for * tape.operations
+        self.total = self.alone.sum(axis=1).astype(float)
+        self.alive = self.alone @ self.needs  # what u needs of what is alone for v
+        self.saved = self.total[:, None] - self.alive
         inputs = np.array([step.operation == "input" for step in tape.steps])
         never = tape.is_angle | ~known
-        saved[tape.needs.T] = -np.inf
-        saved[:, never] = -np.inf
-        saved[never | inputs] = -np.inf
-        saved[~_same_kind(tape.degree)] = -np.inf
-        total[never | inputs] = -np.inf
-        return cls(
-            values=values,
-            among=among,
-            constant=constant,
-            linear=left @ values.T,
-            square=among @ (values**2).T,
-            by_itself=among.sum(axis=1),
-            saved=saved,
-            total=total,
-            alone=alone,
-            alive=alive,
-            needs=needs,
-            left=left.sum(axis=1),
-            degree=tape.degree,
-            count=n_errors,
-        )
+        self.saved[tape.needs.T] = -np.inf
+        self.saved[:, never] = -np.inf
+        self.saved[never | inputs] = -np.inf
+        self.saved[~_same_kind(tape.degree)] = -np.inf
+        self.total[never | inputs] = -np.inf
 
     def by_one(self) -> list[Replacement]:
         """One step times the best number, or as it is, or turned round."""
@@ -258,11 +218,11 @@ class _Pool:
         self, v: int, by: tuple[tuple[int, float], ...], saved: float, added: float
     ) -> Replacement:
         steps, numbers = zip(*by, strict=True)
-        rounded = zip(steps, snapped(np.array(numbers)).tolist(), strict=True)
-        return Replacement(v, tuple(rounded), float(saved), told(float(added) / self.count))
+        by_rounded = zip(steps, snapped(np.array(numbers)).tolist(), strict=True)
+        return Replacement(v, tuple(by_rounded), float(saved), rounded(float(added) / self.count))
 
 
-def told(added: float) -> float:
+def rounded(added: float) -> float:
     """What an error grows by, in digits that do not depend on the processor."""
     return round(added, _DIGITS)
 

@@ -54,27 +54,10 @@ def search(
 ) -> tuple[dict[str, Step], bool]:
     """Find few candidates whose model is within the budget at every state.
 
-    Parameters
-    ----------
-    candidates
-        What may go, their effects over allowed error.
-    count
-        Operations of a selection, as its program takes them.
-    refit
-        Whether kept coefficients may change.
-    thorough
-        Search the integer program; dive into it only otherwise.
-    work
-        What may be done; the usual by default. Where it ends, what was best so far is what was found.
-    progress
-        Called with the number of candidates dropped since the last call.
-
-    Returns
-    -------
-    steps, solved
-        What was kept after every step, and the factors then: the last is what was found. And whether the
-        integer program ended: of the candidates that matter no selection without refit takes fewer
-        operations, as `Candidates.costs` count them.
+    Returned is what was kept after every step, and the factors then: the last is what was found; and whether
+    the integer program ended: of the candidates that matter no selection without refit takes fewer
+    operations, as `Candidates.costs` count them. If not `thorough` it is only descended once. Where `work`
+    ends, the best so far is what was found; `progress` is called with the number of candidates dropped.
     """
     one = np.ones(len(candidates))
     tell, work = progress or (lambda _: None), work or Work()
@@ -239,13 +222,7 @@ def dropped(
     how: SearchOptions,
     progress: Progress = None,
 ) -> Found:
-    """Search for the terms to be kept.
-
-    Raises
-    ------
-    TooManyTermsError
-        If there are more terms than a search can weigh.
-    """
+    """Search for the terms to be kept; a TooManyTermsError if there are more than a search can weigh."""
     candidates = candidates_of(exact, level, allowed)
     writing, work = COUNTING if how.thorough else ROUGH, Work(how.effort)
 

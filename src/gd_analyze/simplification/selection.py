@@ -50,29 +50,9 @@ def select(
 ) -> tuple[NDArray[np.bool_], bool]:
     """Choose the candidates to keep.
 
-    Parameters
-    ----------
-    errors
-        a_pis, torque lost at joint i and state s when candidate p is dropped, N m, shape (P, n, N).
-    allowed
-        Allowed error, N m.
-    costs
-        Operations by the set of candidates that need them, see `Candidates`.
-    thorough
-        Search the integer program; dive only otherwise.
-    work
-        What may be done; the usual by default.
-
-    Returns
-    -------
-    tuple
-        The cheapest candidates within the budget that were found, shape (P,), and whether they are proven to
-        be that.
-
-    Raises
-    ------
-    GdAnalyzeError
-        If the solver fails.
+    `errors` are a_pis, torque lost at joint i and state s when candidate p is dropped, N m, shape (P, n, N).
+    Returned are the cheapest candidates within the budget that were found, shape (P,), and whether that is
+    proven. Only one descent is made unless `thorough`. A GdAnalyzeError if the solver fails.
     """
     count, n_joints, n_states = errors.shape
     flat = (errors / allowed).reshape(count, n_joints * n_states)

@@ -20,14 +20,9 @@ from gd_analyze.simplification.program_cache import Task, inputs_of, kept_progra
 
 
 class TorqueVariables:
-    """Sines, cosines, powers, absolute rates and accelerations; sums of parallel angles are formed once.
+    """Sines, cosines, powers, absolute velocities and accelerations; sums of parallel angles are formed once.
 
-    Parameters
-    ----------
-    rates
-        The arm's absolute rates.
-    states
-        q, qd and qdd: values of every joint, of any kind that can be added up, n of each.
+    States q, qd, qdd are values of every joint, of any kind that can be added up, n of each.
     """
 
     def __init__(self, rates: AbsoluteVelocities, states: Iterable[Any]) -> None:
@@ -129,26 +124,12 @@ _PARTNER = {"cos": "sin", "sin": "cos"}
 
 
 def torque_program(rates: AbsoluteVelocities, terms: Torques, effort: Effort) -> Program:
-    """Write torques as a program.
+    """Write torque terms as a program of the torques of the joints themselves.
 
     Brackets nested take milliseconds. Looking for what all rows share takes 10 ms for 50 terms, 0.1 s for 150
     and 1 s for 400, and finds a third fewer operations where there are more than a hundred. Rearranging takes
     a tenth of a second more, and 3 % off; of several ways the one of fewest operations is then given, and is
     kept for the next run.
-
-    Parameters
-    ----------
-    rates
-        The arm's absolute rates.
-    terms
-        Weights of the torque terms, in absolute rates.
-    effort
-        How much time to spend.
-
-    Returns
-    -------
-    Program
-        Torques of the joints themselves.
     """
     if len(terms) > effort.shared:
         return nested_program(rates, terms)
@@ -167,19 +148,8 @@ def torque_program(rates: AbsoluteVelocities, terms: Torques, effort: Effort) ->
 def torque_programs(rates: AbsoluteVelocities, steps: Sequence[Torques], most: int) -> tuple[Program, ...]:
     """Write torques that gain terms step by step, each from the one before: as thoroughly, in less time.
 
-    Parameters
-    ----------
-    rates
-        The arm's absolute rates.
-    steps
-        Weights of the torque terms; the last have all terms that occur.
-    most
-        Operations with which to end: neither the first program that takes more is given, nor any after it.
-
-    Returns
-    -------
-    tuple
-        A program for each step before the end.
+    The last step has all terms that occur. It ends before the first program that takes more than `most`
+    operations.
     """
     joins: dict[TorqueTerm, int] = {}
     for number, terms in enumerate(steps):

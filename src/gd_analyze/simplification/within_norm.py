@@ -39,21 +39,10 @@ _MOST = 1e6
 def within_norm(
     exact: ExactDynamics, budget: Budget, search: Search, otherwise: SimplifiedModel
 ) -> SimplifiedModel:
-    """Find the model of fewest operations that keeps a budget of the norm.
+    """Find the model of fewest operations within a budget of the norm, at states of one motion or of none.
 
-    Parameters
-    ----------
-    exact, budget
-        Exact dynamics at the states that count, all of one motion or of none; a budget of the norm.
-    search
-        What looks for a model within an allowed error.
-    otherwise
-        The exact model, for when nothing else keeps the budget; it promises that budget.
-
-    Raises
-    ------
-    UsageError
-        If the states are those of several motions.
+    `search` looks for a model within an allowed error; `otherwise` is the exact model, which states that
+    budget.
     """
     if exact.states.motions:
         names = ", ".join(motion.name for motion in exact.states.motions)

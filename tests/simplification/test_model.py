@@ -1,0 +1,374 @@
+"""Models: quantities and shapes, D, h and c as their own programs, and mechanical systems."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from few_tries import few_tries
+from gd_analyze.dynamics.decomposition import decompose_states
+from gd_analyze.dynamics.pinocchio_check import round_off_bounds
+from gd_analyze.errors import ModelError
+from gd_analyze.motions.states import States, states_in_box, states_of
+from gd_analyze.operations.trace import Expression
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.robots.parts import Drive
+from gd_analyze.simplification.accuracy import ErrorTable
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.element import ELEMENT, parts_of
+from gd_analyze.simplification.energy import ENERGY
+from gd_analyze.simplification.evaluation import evaluate
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.term import TERM
+from made_models import ROUND_OFF, by_elements, exact_model, model_of_parts
+from strategies import arms_with_states, examples, random_states
+
+
+@pytest.fixture(scope="module", params=LEVELS)
+def model(request, two_link, swing) -> SimplifiedModel:
+    how = SearchOptions(LEVELS[request.param], dearer=True)
+    return simplify_exact(ExactDynamics.of(two_link, swing), Budget.parse("50%"), how)
+
+
+@pytest.fixture(scope="module")
+def model_of_puma(puma, pick_and_place_dataset) -> SimplifiedModel:
+    return by_elements(puma, pick_and_place_dataset, Budget.parse("5%"))
+
+
+@examples(12)
+@given(arms_with_states(max_joints=4), st.integers(0, 2**32 - 1))
+def test_a_model_is_the_sum_of_what_it_keeps(case, seed):
+    arm, states = case
+    parts = parts_of(arm.n_joints)
+    kept = [
+        p for p, keep in zip(parts, np.random.default_rng(seed).random(len(parts)) < 0.5, strict=True) if keep
+    ]
+    model = model_of_parts(arm, [p.label for p in kept])
+    found = decompose_states(arm, states)
+    n, count = arm.n_joints, len(states.q)
+    inertia, h, c = np.zeros((count, n, n)), np.zeros((count, n)), np.zeros((count, n))
+    for part in kept:
+        i, j, e = part.element.i, part.element.j, ("translation", "rotation").index(part.effect)
+        if part.element.quantity == "gravity_loading":
+            c[:, i] = found["gravity_loading"][:, i]
+        elif j is None:
+            h[:, i] += found["coriolis_centrifugal"][:, e, i]
+        else:
+            inertia[:, i, j] += found["inertia"][:, e, i, j]
+            inertia[:, j, i] = inertia[:, i, j]
+    torque = np.einsum("tij,tj->ti", inertia, states.qdd) + h + c
+    bounds = round_off_bounds(arm, *states.arrays)  # two correct programs
+    assert np.abs(model.inertia(states.q) - inertia).max() <= bounds["inertia"]
+    assert np.abs(model.coriolis_centrifugal(states.q, states.qd) - h).max() <= bounds["coriolis_centrifugal"]
+    assert np.abs(model.gravity_loading(states.q) - c).max() <= bounds["gravity_loading"]
+    assert np.abs(model.torque(*states.arrays) - torque).max() <= bounds["torque"]
+
+
+def test_inertia_of_parts_is_symmetric(model_of_puma, rng):
+    inertia = model_of_puma.inertia(rng.uniform(-3, 3, (50, 6)))
+    np.testing.assert_array_equal(inertia, inertia.swapaxes(1, 2))
+
+
+def test_drives_stand_on_the_diagonal_of_inertia(model_of_puma, puma, pick_and_place):
+    kept = [part.label for part in model_of_puma.terms]
+    bare, driven = (model_of_parts(puma, kept, drives) for drives in (False, True))
+    added = driven.inertia(pick_and_place.q) - bare.inertia(pick_and_place.q)
+    np.testing.assert_allclose(
+        added, np.diag(puma.drive_inertia) + 0 * added, rtol=0, atol=1e-14
+    )  # eps of 6 kg m^2
+
+
+def test_leading_axes(model):
+    states = random_states(2, 6, 9)
+    flat = model.torque(*states.arrays)
+    nested = model.torque(*(x.reshape(2, 3, 2) for x in states.arrays))
+    np.testing.assert_array_equal(nested.reshape(6, 2), flat)
+    single = model.torque(states.q[2], states.qd[2], states.qdd[2])
+    assert single.shape == (2,)
+    # cos and sin of one number and of several may take different paths: an ulp, as between two programs.
+    assert np.abs(single - flat[2]).max() <= round_off_bounds(model.arm, *states.arrays)["torque"]
+    assert model.inertia(states.q[2]).shape == (2, 2)
+    assert model.inertia(states.q.reshape(2, 3, 2)).shape == (2, 3, 2, 2)
+    assert model.gravity_loading(np.empty((0, 2))).shape == (0, 2)
+
+
+def test_states_broadcast_against_each_other(model):
+    states = random_states(2, 5, 10)
+    still = model.torque(states.q, np.zeros(2), np.zeros(2))
+    np.testing.assert_array_equal(still, model.torque(states.q, np.zeros((5, 2)), np.zeros((5, 2))))
+
+
+def test_lists_will_do(model):
+    assert model.gravity_loading([0.0, 0.1]).shape == (2,)
+
+
+@pytest.mark.parametrize("shape", [(), (1,), (3,), (4, 5), (0,)])
+def test_states_of_another_arm_are_refused(model, shape):
+    with pytest.raises(ModelError, match="does not fit") as caught:
+        model.gravity_loading(np.zeros(shape))
+    assert caught.value.details["expected"] == "shape (..., 2)"
+    assert caught.value.details["found"] == str(shape)
+
+
+def test_parts_are_counted():
+    assert len(parts_of(2)) == 12
+    assert len(parts_of(6)) == 2 * 21 + 2 * 6 + 6
+    assert len({p.label for p in parts_of(6)}) == 60
+
+
+def test_error_table_by_hand():
+    table = ErrorTable.of(np.array([[1.0, 0.0], [-4.0, 0.0]]), np.array([[1.0, 2.0], [-1.0, 0.0]]))
+    assert table.peak_torque.tolist() == [4.0, 0.0]
+    assert table.largest.tolist() == [3.0, 2.0]
+    assert table.rms.tolist() == [np.sqrt(4.5), np.sqrt(2.0)]
+    assert table.largest_share.tolist() == [0.75, np.inf]
+    assert ErrorTable.of(np.ones((2, 2)), np.ones((2, 2))).largest_share.tolist() == [0.0, 0.0]
+
+
+def test_round_off_is_no_error():
+    exact = np.array([[1000.0, 0.0]])
+    assert not ErrorTable.of(exact, exact + 1e-10).largest.any()
+    assert ErrorTable.of(exact, exact + 1e-8).largest.all()
+
+
+def test_it_errs_by_what_it_promises_where_it_was_made(model, swing):
+    found = evaluate(model, swing)
+    np.testing.assert_array_equal(found.errors.largest, model.accuracy.errors.largest)
+    assert found.within(model.accuracy.allowed).all()
+    assert not found.within(0 * model.accuracy.allowed).all()
+    assert model.accuracy.fitted_on == states_of(swing).described
+
+
+every_level = pytest.mark.parametrize("level", LEVELS.values(), ids=str)
+CASES = [("puma560", False), ("puma560", True), ("stanford", False), ("two_link", False)]
+
+
+def assert_adds_up(model: SimplifiedModel, states: States) -> None:
+    """Torque is D qdd + h + c: derivatives and torque sum the same products, in another order."""
+    inertia, h, c = quantities(model, states)
+    products = np.einsum("tij,tj->tij", inertia, states.qdd)
+    size = np.abs(products).sum(axis=2) + np.abs(h) + np.abs(c)
+    error = np.abs(model.torque(*states.arrays) - (products.sum(axis=2) + h + c))
+    # Within a row terms may cancel that are larger than D qdd, h and c: six digits are left for it.
+    assert error.max() <= ROUND_OFF * max(size.max(), 1e-300)
+
+
+def quantities(model: SimplifiedModel, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    return (
+        model.inertia(states.q),
+        model.coriolis_centrifugal(states.q, states.qd),
+        model.gravity_loading(states.q),
+    )
+
+
+def assert_exact(model: SimplifiedModel, states: States) -> None:
+    arm = model.arm
+    numeric = decompose_states(arm, states, christoffel=False, drives=model.drives)
+    inertia = numeric["inertia"].sum(axis=1) + (np.diag(arm.drive_inertia) if model.drives else 0.0)
+    expected = (inertia, numeric["coriolis_centrifugal"].sum(axis=1), numeric["gravity_loading"])
+    scale = np.abs(numeric["torque"]).max()
+    pairs = [
+        (model.torque(*states.arrays), numeric["torque"]),
+        *zip(quantities(model, states), expected, strict=True),
+    ]
+    for found, wanted in pairs:
+        assert found.shape == wanted.shape
+        assert np.abs(found - wanted).max() <= ROUND_OFF * max(scale, np.abs(wanted).max())
+    if model.level in (ELEMENT, ENERGY):
+        found = model.inertia(states.q)
+        np.testing.assert_allclose(
+            found, found.swapaxes(1, 2), rtol=0, atol=ROUND_OFF * np.abs(found).max(initial=0.0)
+        )
+    assert_adds_up(model, states)
+
+
+@every_level
+@pytest.mark.parametrize(("name", "drives"), CASES)
+def test_a_model_of_all_terms_is_exact(level, name, drives):
+    arm = load_arm(name)
+    assert_exact(exact_model(arm, drives, level), random_states(arm.n_joints, 20, 3))
+
+
+@every_level
+@pytest.mark.parametrize("name", ["puma560", "stanford", "two_link"])
+def test_without_a_budget_nothing_that_acts_is_lost(level, name):
+    """Over many states what makes no torque beyond round-off anywhere makes none elsewhere."""
+    arm = load_arm(name)
+    exact = ExactDynamics.of(arm, states_in_box(arm, 100))
+    model = simplify_exact(exact, Budget.parse("0%"), SearchOptions(level, thorough=False))
+    assert not model.accuracy.errors.largest.any()
+    assert_exact(model, states_in_box(arm, 20, 1))
+
+
+@examples(6)
+@given(arms_with_states(max_joints=4), st.sampled_from(list(LEVELS.values())), st.booleans())
+def test_so_it_is_of_any_arm(case, level, drives):
+    arm, states = case
+    arm = dataclasses.replace(arm, drives=tuple(Drive(0.1 * (i + 1)) for i in range(arm.n_joints)))
+    assert_exact(exact_model(arm, drives, level), states)
+
+
+@examples(5)
+@given(
+    arms_with_states(max_joints=3, massive=True, count=10),
+    st.sampled_from(list(LEVELS.values())),
+    st.sampled_from(["1%", "20%", "60%"]),
+)
+@few_tries()
+def test_a_simplified_model_adds_up_as_well(case, level, budget):
+    arm, states = case
+    how = SearchOptions(level, refit=level.has_torque_terms, thorough=False)
+    model = simplify_exact(ExactDynamics.of(arm, states), Budget.parse(budget), how)
+    assert_adds_up(model, states)
+    assert_adds_up(model, random_states(arm.n_joints, 10, 7))
+    if level.is_mechanical:
+        inertia = model.inertia(states.q)
+        size = np.abs(inertia).max(initial=0.0)
+        assert np.abs(inertia - inertia.swapaxes(1, 2)).max(initial=0.0) <= ROUND_OFF * size
+
+
+@every_level
+def test_each_of_them_needs_no_more_than_it_depends_on(two_link, level):
+    model = exact_model(two_link, level=level)
+    asked = {
+        "inertia": (model.inertia_program, {"q"}),
+        "h": (model.coriolis_centrifugal_program, {"q", "qd"}),
+        "c": (model.gravity_loading_program, {"q"}),
+    }
+    for *programs, kinds in asked.values():
+        for program in programs:
+            named = {step.arguments[0].rstrip("12") for step in program.steps if step.operation == "input"}
+            assert named <= kinds
+            assert program.count.total < model.operations.total
+
+
+def recount(outputs) -> dict[str, int]:
+    """Every expression the outputs reach, once, without the program's own list of steps."""
+    found: dict[int, str] = {}
+    waiting = [x for x in outputs if isinstance(x, Expression)]
+    while waiting:
+        node = waiting.pop()
+        if node.order not in found:
+            found[node.order] = node.operation
+            waiting += [x for x in node.arguments if isinstance(x, Expression)]
+    kinds = list(found.values())
+    return {
+        "multiplications": kinds.count("multiply"),
+        "additions": kinds.count("add") + kinds.count("subtract"),
+        "sines_cosines": kinds.count("cos") + kinds.count("sin"),
+    }
+
+
+def test_two_rods_take_few_operations(two_link):
+    assert exact_model(two_link).operations.total <= 22
+
+
+def slopes(model: SimplifiedModel, q: np.ndarray) -> np.ndarray:
+    """Exact dD/dq_k of shape (N, n, n, n), k first, without small differences.
+
+    D is of second degree in every joint variable. For a trigonometric polynomial of degree 2, Riesz's formula
+    gives the slope from four values, f'(q) = 1/8 sum_k (-1)^(k+1) f(q + t_k) / sin^2(t_k / 2), t_k = (2k-1)
+    pi/4; for a sliding joint's parabola half the difference over -1 and 1 does.
+    """
+    out = []
+    for k in range(model.arm.n_joints):
+        step = np.eye(model.arm.n_joints)[k]
+        if model.arm.is_revolute[k]:
+            turns = (2 * np.arange(1, 5) - 1) * np.pi / 4
+            weights = np.array([1, -1, 1, -1]) / np.sin(turns / 2) ** 2 / 8
+            out.append(sum(w * model.inertia(q + t * step) for w, t in zip(weights, turns, strict=True)))
+        else:
+            out.append((model.inertia(q + step) - model.inertia(q - step)) / 2)
+    return np.stack(out, axis=1)
+
+
+def assert_mechanical(model: SimplifiedModel, q: np.ndarray, qd: np.ndarray) -> None:
+    """D symmetric, h = C qd with the Christoffel symbols of the model's own D, dD/dt - 2C skew."""
+    inertia = model.inertia(q)
+    d = slopes(model, q)
+    speed = np.abs(qd).max()
+    # Riesz's weights sum to 2, and n^2 slopes of D make a row of h.
+    scale = np.abs(inertia).max() * model.arm.n_joints**2
+    assert np.abs(inertia - inertia.transpose(0, 2, 1)).max() <= ROUND_OFF * scale
+    coriolis = 0.5 * (
+        np.einsum("tkij,tk->tij", d, qd) + np.einsum("tjik,tk->tij", d, qd) - np.einsum("tijk,tk->tij", d, qd)
+    )
+    h = model.coriolis_centrifugal(q, qd)
+    assert np.abs(h - np.einsum("tij,tj->ti", coriolis, qd)).max() <= ROUND_OFF * scale * speed**2
+    skew = np.einsum("tkij,tk->tij", d, qd) - 2 * coriolis
+    assert np.abs(skew + skew.transpose(0, 2, 1)).max() <= ROUND_OFF * scale * speed
+    # The same said without C: what h does to the energy is what D's change does.
+    power = np.einsum("ti,tkij,tk,tj->t", qd, d, qd, qd) - 2 * np.einsum("ti,ti->t", qd, h)
+    assert np.abs(power).max() <= ROUND_OFF * scale * speed**3
+
+
+def test_the_energy_level_is_a_mechanical_system(puma_energy, puma):
+    assert 0 < puma_energy.operations.total < puma_energy.operations_full.total
+    states = states_in_box(puma, 50, 1)
+    assert_mechanical(puma_energy, states.q, states.qd)
+
+
+@examples(4)
+@given(arms_with_states(max_joints=3, massive=True), st.sampled_from(["1%", "10%", "40%"]), st.booleans())
+@few_tries()
+def test_so_it_is_of_any_arm_mechanical_systems(case, budget, refit):
+    arm, states = case
+    how = SearchOptions(ENERGY, refit=refit, thorough=False)
+    model = simplify_exact(ExactDynamics.of(arm, states), Budget.parse(budget), how)
+    assert_mechanical(model, states.q, states.qd)
+
+
+def test_the_term_level_is_not(puma):
+    """What the check above is able to see."""
+    exact = ExactDynamics.of(puma, states_in_box(puma, 200), drives=True)
+    model = simplify_exact(exact, Budget.parse("5%"), SearchOptions(TERM, thorough=False))
+    states = states_in_box(puma, 50, 1)
+    with pytest.raises(AssertionError):
+        assert_mechanical(model, states.q, states.qd)
+
+
+def test_inertia_is_positive_definite_wherever_looked_for(puma_energy, puma):
+    """Shown by search over 20 000 states of the box, not proven for all."""
+    inertia = puma_energy.inertia(states_in_box(puma, 20_000, 5).q)
+    least = np.linalg.eigvalsh(0.5 * (inertia + inertia.transpose(0, 2, 1)))[:, 0]
+    assert least.min() > 0.0
+
+
+def potential(model: SimplifiedModel, q: np.ndarray) -> np.ndarray:
+    functions = {"cos": np.cos, "sin": np.sin, "power": lambda x: x}
+    total = np.zeros(len(q))
+    for term, coefficient in model.terms.items():
+        if term.is_potential:
+            value = np.full(len(q), coefficient)
+            for kind, multiples in term.monomial:
+                value = value * functions[kind](q @ np.array(multiples, dtype=float))
+            total += value
+    return total
+
+
+def test_a_swing_keeps_the_models_own_energy(puma_energy):
+    model, n = puma_energy, puma_energy.arm.n_joints
+
+    def rhs(_, y: np.ndarray) -> np.ndarray:
+        q, qd = y[:n], y[n:]
+        load = model.coriolis_centrifugal(q, qd) + model.gravity_loading(q)
+        return np.concatenate([qd, np.linalg.solve(model.inertia(q), -load)])
+
+    start = np.concatenate([[0.3, -0.8, 1.0, 0.4, -0.6, 0.2], [1.0, -0.5, 1.5, 2.0, -1.0, 0.5]])
+    swing = solve_ivp(rhs, (0.0, 0.5), start, method="DOP853", rtol=1e-10, atol=1e-12)
+    q, qd = swing.y[:n].T, swing.y[n:].T
+    kinetic = 0.5 * np.einsum("ti,tij,tj->t", qd, model.inertia(q), qd)
+    energy = kinetic + potential(model, q)
+    assert np.ptp(kinetic) > 1.0  # J: it swings
+    # The integrator errs by 1e-10 of a state per step, in some hundred steps, times the largest torque.
+    steps, torque = len(swing.t), np.abs(model.gravity_loading(q)).max()
+    assert np.abs(energy - energy[0]).max() <= 1e-10 * steps * max(torque, np.abs(energy).max())
