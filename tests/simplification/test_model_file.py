@@ -89,7 +89,7 @@ def test_round_trip_of_any_arm_is_exact(tmp_path_factory, case, level):
     ("level", "entry"),
     [
         (ELEMENT, {"part"}),
-        (TERM, {"row", "rates", "factors", "weight"}),
+        (TERM, {"row", "velocities", "factors", "weight"}),
         (ENERGY, {"i", "j", "factors", "coefficient"}),
     ],
     ids=["element", "term", "energy"],
@@ -197,7 +197,7 @@ def edit(document: dict[str, Any], keys: tuple[Any, ...], value: Any) -> dict[st
 CHANGED = {
     "list of terms shortened": (("terms", 0), KeyError),
     "a term of another part": (("terms", 0, "part"), "D99 rotation"),
-    "a term of another level": (("terms", 0), {"row": 0, "rates": [], "factors": [], "weight": 1.0}),
+    "a term of another level": (("terms", 0), {"row": 0, "velocities": [], "factors": [], "weight": 1.0}),
     "a term with a key more": (("terms", 0, "colour"), "red"),
     "mass": (("arm", "links", 1, "mass"), 17.5),
     "inertia": (("arm", "links", 1, "inertia_com", 0, 0), 0.1301),

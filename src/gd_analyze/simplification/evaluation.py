@@ -53,17 +53,12 @@ class Evaluation:
 
     def _repr_html_(self) -> str:
         """The errors, for a notebook."""
-        errors, joints = self.errors, self.dynamics.arm.joints
-        rows = [
-            [
-                joint_name(i + 1, joint.name),
-                amount(float(errors.peak_torque[i]), joint.effort_unit),
-                amount(float(errors.largest[i]), joint.effort_unit),
-                percent(float(errors.largest_share[i])),
-                amount(float(errors.rms[i]), joint.effort_unit),
-            ]
-            for i, joint in enumerate(joints)
-        ]
+        errors, rows = self.errors, []
+        for i, joint in enumerate(self.dynamics.arm.joints):
+            torques = (errors.peak_torque, errors.largest, errors.rms)
+            peak, largest, rms = (amount(float(values[i]), joint.effort_unit) for values in torques)
+            share = percent(float(errors.largest_share[i]))
+            rows.append([joint_name(i + 1, joint.name), peak, largest, share, rms])
         headings = ["joint", "peak torque here", "largest error", "of that peak", "RMS error"]
         return html_of(f"{self.dynamics.arm.name}: {self.dynamics.states.in_words}", headings, rows)
 
@@ -88,16 +83,10 @@ def evaluate(
         The simplified model.
     given
         Any trajectory of the model's arm, or its shipped name or path; its decomposition where it is at hand;
-        or states that need not belong to any motion, such as those of
-        `gd_analyze.motions.states.states_in_box`.
+        or states that need not belong to any motion, such as those of `states_in_box`.
     arm
         Another arm whose exact torque counts, such as the model's own carrying a payload; the model's own
         by default. Its drives count where they are part of the model.
-
-    Returns
-    -------
-    Evaluation
-        Torques and their error.
 
     Raises
     ------
@@ -156,17 +145,16 @@ def torque_csv(trajectory: Trajectory, evaluation: Evaluation) -> str:
 
 @dataclass(frozen=True, eq=False)
 class PayloadEffect:
-    """What a point mass in the hand, at the last link frame's origin, does to a model over some states.
+    """Effect of a point mass at the end effector, the last link frame's origin, on a model over some states.
 
     Parameters
     ----------
     torque_per_kg
-        Largest torque that the mass needs at each joint, N m per kg (N per kg for a sliding joint), shape
-        (n,).
+        Largest torque that the mass needs at each joint, N m per kg (N per kg), shape (n,).
     mass_within_budget
         Largest mass, kg, for which each joint's error stays within the model's budget, shape (n,): 0 where
-        it is beyond the budget without any, infinite where no mass acts on the joint. Infinite everywhere,
-        too, where the budget is of the norm and no joint has one of its own.
+        it is beyond the budget without any, infinite where no mass acts on the joint, and everywhere where
+        the budget is of the norm.
     """
 
     torque_per_kg: FloatArray

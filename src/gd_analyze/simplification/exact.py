@@ -34,25 +34,13 @@ if TYPE_CHECKING:
 
 
 def torque_uncertainty(arm: RobotArm, states: States, drives: bool | None = None) -> FloatArray | None:
-    """Standard uncertainty of the torque that follows from those stated for the arm's parameters.
+    """Standard uncertainty of the torque due to those stated for the arm's parameters, N m (N), shape (N, n).
 
     The stated uncertainties are independent of each other, so the squares of their effects add up. Torque is
     linear in masses, first moments and inertias about the link frames' origins; the effect of a parameter is
-    the torque of their change, to first order in that of a centre of mass.
-
-    Parameters
-    ----------
-    arm, states
-        Arm and states.
-    drives
-        Whether the drives' inertia is part of the torque, and its uncertainty with it; by default where the
-        arm describes drives.
-
-    Returns
-    -------
-    numpy.ndarray or None
-        N m (N for a prismatic joint), shape (N, n); None where no uncertainty is stated of anything that is
-        part of the torque. A parameter without a stated one counts as known exactly.
+    the torque of their change, to first order in that of a centre of mass. A parameter without a stated one
+    counts as known exactly; the result is None where none is stated of anything that is part of the torque.
+    With `drives`, by default where the arm describes some, their inertia is.
 
     Examples
     --------

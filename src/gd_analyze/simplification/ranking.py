@@ -84,17 +84,10 @@ class TermRanking:
         plain, rows = Plain(), []
         for ranked in self.terms[:_MOST_SHOWN]:
             formula = term_formula(ranked.term, ranked.weight)
-            rows.append(
-                [
-                    str(ranked.rank),
-                    plain.symbol(formula.left),
-                    plain.right(formula),
-                    percent(ranked.alone_share),
-                    str(ranked.alone_joint),
-                    percent(ranked.without_share),
-                    str(ranked.without_joint),
-                ]
-            )
+            symbol, term = plain.symbol(formula.left), plain.right(formula)
+            shares = percent(ranked.alone_share), percent(ranked.without_share)
+            joints = str(ranked.alone_joint), str(ranked.without_joint)
+            rows.append([str(ranked.rank), symbol, term, shares[0], joints[0], shares[1], joints[1]])
         headings = ["", "in", "term", "alone, of peak torque", "joint", "without it and all below", "joint"]
         more = self.total - len(rows)
         return html_of("Terms by what they do to torque", headings, rows, f"{more} more." if more else "")

@@ -26,7 +26,7 @@ from gd_analyze.simplification.level import Checked, Coefficient, Numbers
 
 class _TorqueEntry(Checked):
     row: int
-    rates: Annotated[list[tuple[Literal[1, 2], int]], Field(max_length=2)]
+    velocities: Annotated[list[tuple[Literal[1, 2], int]], Field(max_length=2)]
     factors: list[FactorEntry]
     weight: Coefficient
 
@@ -61,11 +61,11 @@ class TermLevel(HarmonicLevel):
     def to_entry(self, term: TorqueTerm, weight: float) -> Checked:
         """Write row, rates, factors and weight."""
         factors = factor_entries(term.monomial)
-        return _TorqueEntry(row=term.row, rates=list(term.velocities), factors=factors, weight=weight)
+        return _TorqueEntry(row=term.row, velocities=list(term.velocities), factors=factors, weight=weight)
 
     def from_entry(self, form: ExactForm, entry: _TorqueEntry) -> tuple[TorqueTerm, float]:
         """Read it back, in absolute rates that the arm has."""
-        rates = tuple(Velocity(*rate) for rate in entry.rates)
+        rates = tuple(Velocity(*rate) for rate in entry.velocities)
         term = TorqueTerm(entry.row, rates, monomial_of(form.arm, entry.factors))
         joints = range(form.arm.n_joints)
         pairs = combinations_with_replacement([Velocity(1, joint) for joint in joints], 2)
