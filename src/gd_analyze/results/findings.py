@@ -14,10 +14,10 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.drawn import drawn
-from gd_analyze.results.error_words import nothing_gained, off_by
+from gd_analyze.results.model_facts import headline, joint_errors
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.text import amount, html_of, joint_name, rounded_up
+from gd_analyze.text import html_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,29 +62,14 @@ class Findings:
         return f"Findings({self.arm!r}, {self.trajectory!r}, {self.model!r})"
 
     def _repr_html_(self) -> str:
-        """What the model promises, and what is proven around the motion, for a notebook."""
-        model, tube = self.model, self.tables["tube"]
-        errors = model.accuracy.errors
-        columns = [errors.peak_torque, model.accuracy.allowed, errors.largest]
-        headings = ["joint", "peak torque", "allowed error", "largest error"]
-        proven = tube.tube_certified.values
-        if np.isfinite(proven).all():
-            headings.append("proven around the motion")
-            columns.append(np.array([rounded_up(float(bound)) for bound in proven]))
-        rows = [
-            [joint_name(i, joint.name), *(amount(value, joint.effort_unit) for value in values)]
-            for i, (joint, values) in enumerate(
-                zip(self.arm.joints, np.array(columns).T.tolist(), strict=True), start=1
-            )
-        ]
-        gained = f"{model.operations.total} operations, the exact torque {model.operations_full.total}: "
-        told = nothing_gained(model) or f"{gained}{off_by(model)}."
-        return html_of(
-            f"{self.arm.title or self.arm.name} along {self.trajectory.name}",
-            headings,
-            rows,
-            " ".join([told, *(f"Warning: {warning}." for warning in self.warnings)]),
-        )
+        """Operations and errors of the model, sampled and proven, for a notebook."""
+        proven = np.asarray(self.tables["tube"].tube_certified.values)
+        shown = joint_errors(self.model, proven).shown()
+        headings = [f"{column.label}, {unit}" if unit else column.label for column, unit, _ in shown]
+        rows = [list(row) for row in zip(*(cells for _, _, cells in shown), strict=True)]
+        title = f"{self.arm.title or self.arm.name} along {self.trajectory.name}"
+        note = " ".join([headline(self.model), *(f"Warning: {warning}." for warning in self.warnings)])
+        return html_of(title, headings, rows, note)
 
     @property
     def plot(self) -> Plots:
