@@ -15,7 +15,10 @@ from gd_analyze.simplification.model_file import save_model
 from gd_analyze.studies.main_job_files import FILES
 
 LONG = "a" * 300
-COMPUTING = {"gd_analyze.simplification.simplify": "simplify_exact", "gd_analyze.studies.comparison": "compare"}
+COMPUTING = {
+    "gd_analyze.simplification.simplify": "simplify_exact",
+    "gd_analyze.studies.comparison": "compare",
+}
 resource = pytest.importorskip("resource", reason="limits on file size are a matter of POSIX")
 
 
@@ -154,7 +157,7 @@ def test_a_full_disk_leaves_all_as_it_was(run, motion, here, monkeypatch):
     write_bytes = Path.write_bytes
 
     def full(self, content):
-        if self.name == "report.pdf":
+        if content.startswith(b"%PDF"):
             raise OSError(28, "No space left on device")
         return write_bytes(self, content)
 

@@ -12,9 +12,8 @@ import xarray as xr
 import gd_analyze as gd
 from gd_analyze.dynamics import long_decomposition
 from gd_analyze.errors import StoreError
-from gd_analyze.results.motion_words import changing, motion_rows, strict_sentence, verdict_rows
+from gd_analyze.results.run_result import run_result, strict_notice, subtitle, verdict_rows
 from gd_analyze.results.store import SEAL_LENGTH, load_findings, save_results, seal
-from gd_analyze.results.summary import budget_sentence, changing_sentence, subtitle
 from gd_analyze.studies.main_job import default_folder
 from gd_analyze.studies.main_job_files import write_findings
 from several_motions import swung
@@ -57,40 +56,28 @@ def test_verdicts_that_change_are_told(together):
     assert rows["h1"]["changes"]
     # Gravity counts along both.
     assert (rows["c1"]["verdicts"], rows["c1"]["changes"]) == (["gravity", "gravity"], False)
-    assert [row["element"] for row in changing(together)] == [r for r in rows if rows[r]["changes"]]
-    said = changing_sentence(together)
-    assert said.startswith(f"Verdicts on {len(changing(together))} of {len(rows)} elements change between")
+    found = run_result(together).document()["motions"]
+    assert found["changing"] == [name for name in rows if rows[name]["changes"]]
+    assert all(row["worst"] <= ROUNDED for row in found["each"])
+    assert found["worst_of_allowed"] == max(row["worst"] for row in found["each"])
+    assert "slow, fast" in subtitle(together)
 
 
-def test_one_pair_of_words_for_nothing(together):
-    """That an element is zero along one motion and negligible along another is no change."""
+def test_zero_along_one_and_negligible_along_another_is_no_change(together):
     table = together.tables["motions"].copy(deep=True)
     table.verdict[:] = "translation"
     table.verdict[0] = ["neither", "negligible"]
     same = dataclasses.replace(together, tables={**together.tables, "motions": table})
-    assert changing(same) == []
-    assert changing_sentence(same) == "No verdict on any of the 7 elements changes between the motions."
-
-
-def test_what_is_said_of_the_budget(together):
-    rows = motion_rows(together)
-    worst = max(rows, key=lambda row: row["worst"])
-    assert all(row["worst"] <= ROUNDED for row in rows)
-    said = budget_sentence(together)
-    assert "along each of the 2 motions by itself, and holds on each" in said
-    assert said.endswith(f"at joint {worst['joint']} along {worst['motion']}.")
-    assert subtitle(together).startswith("along 2 motions (slow, fast), 82 set points")
+    assert not any(row["changes"] for row in verdict_rows(same))
 
 
 def test_a_strict_motion_is_named(two_link):
     flat = dataclasses.replace(two_link, gravity=np.zeros(3))
-    strict = gd.analyze(flat, [swung(40.0, "creeping"), FAST], budget="20%")
-    said = strict_sentence(strict)
-    # Without gravity torque goes with the square of the rate: (40 / 2.2)^2 = 331.
-    assert said.startswith("Along creeping joint ")
-    assert "is allowed 331 times less than along fast" in said
-    assert said.endswith("an amount in N m in --budget, or a share of friction, sets a floor.")
-    assert strict_sentence(gd.analyze(flat, [swung(40.0, "creeping"), FAST], budget="0.5")) == ""
+    said = strict_notice(gd.analyze(flat, [swung(40.0, "creeping"), FAST], budget="20%"))
+    # Without gravity torque goes with the square of the velocity: (40 / 2.2)^2 = 331.
+    assert "along creeping" in said
+    assert "331 times" in said
+    assert strict_notice(gd.analyze(flat, [swung(40.0, "creeping"), FAST], budget="0.5")) == ""
 
 
 def test_the_order_changes_nothing_but_the_order(two_link, together):
@@ -141,17 +128,17 @@ def test_everything_comes_back(together, tmp_path):
 EDITS = {
     "set points that are not there": (
         lambda file: file["motions/set_points"].__setitem__(0, 7),
-        "set_points of motions, summed up, is not",
+        "set_points of motions",
     ),
     "an error that none has": (
         lambda file: file["motions/largest_error"].__setitem__((0, 0), 7.0),
-        "largest_error of motions is above that over all of them",
+        "largest_error of motions",
     ),
     "a verdict that is none": (
         lambda file: file["motions/verdict"].__setitem__((0, 0), b"fine"),
-        "verdict of motions cannot be 'fine'",
+        "verdict of motions",
     ),
-    "no motions": (lambda file: file.__delitem__("motions"), "motions of the model is not"),
+    "no motions": (lambda file: file.__delitem__("motions"), "motions of the model"),
 }
 
 
