@@ -1,4 +1,4 @@
-"""`gd-analyze validate`: a verdict on a model over files, for people and for machines that run tests."""
+"""`gd-analyze validate`: a verdict on a model over files, with an exit code and JUnit XML."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _FAILED = 1
     "`simplify`; or `promise`, what the model's own budget allows.",
 )
 @click.option(
-    "--fit-friction", is_flag=True, help="Of measured torques: also what is left beside fitted friction."
+    "--fit-friction", is_flag=True, help="With measured torques: fit friction, and show the difference left."
 )
 @click.option("--junit", type=OutputFile(), help="JUnit XML file, with a test per motion and joint.")
 @reporting
@@ -42,11 +42,10 @@ def validate(
 ) -> None:
     r"""Give a verdict on a simplified model over files, motion by motion.
 
-    Told are each joint's error against the exact dynamics of the arm, and whether it is within what the model
-    promises; which set points lie outside the arm's limits, where no certificate for these holds; and, of a
-    log with measured torques, how far exact and simplified ones are from them. Without --fail-over all of
-    that is told, and the exit code is 0. `gd-analyze evaluate` looks closer at one motion: torques over
-    time, payloads, what was dropped.
+    Shows each joint's error against the exact dynamics of the arm, and whether the model keeps its promise;
+    set points outside the arm's limits, where no certificate for these holds; and, of a log with measured
+    torques, the difference of exact and simplified torque from them. Without --fail-over the exit code is 0.
+    `gd-analyze evaluate` looks closer at one motion: torques over time, payloads, dropped parts.
 
     \b
     Examples:
@@ -58,9 +57,8 @@ def validate(
     with output.working() as stage:
         stage("reading")
         import gd_analyze as gd
-        from gd_analyze.cli.validation_view import document, show
         from gd_analyze.files import write_text
-        from gd_analyze.studies.junit import junit_xml
+        from gd_analyze.studies.validation_result import junit_xml, validation_result
 
         loaded = gd.load_model(model)
         motions = read_each(trajectories, loaded.arm)
@@ -69,8 +67,6 @@ def validate(
         if junit is not None:
             stage(f"writing {junit.name}")
             write_text(junit, junit_xml(found))
-    output.give(
-        lambda: document(found, fit_friction) | output.about(junit), lambda: show(found, fit_friction), junit
-    )
+    output.give(validation_result(found, fit_friction=fit_friction), wrote=junit)
     if not found.passed:
         click.get_current_context().exit(_FAILED)

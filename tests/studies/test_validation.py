@@ -1,9 +1,14 @@
-"""A model over motions: what holds of the exact one, promises, several motions, measured torques."""
+"""A model over motions: errors, promises, measured torques, states outside a box, and JUnit XML."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from xml.etree import ElementTree
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import gd_analyze as gd
 from gd_analyze.certification.box import Box
@@ -13,9 +18,12 @@ from gd_analyze.errors import TrajectoryError, UsageError
 from gd_analyze.motions.pool import pool, taken_apart
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.studies.validate import validate
+from gd_analyze.studies.validation import Validation, box_exits, validate
+from gd_analyze.studies.validation_result import junit_xml
 from made_models import ROUND_OFF, exact_model
 from recorded_logs import recorded, with_torques
 from several_motions import swung
@@ -87,11 +95,6 @@ def test_each_motion_is_judged_by_itself(rough):
         assert one.fails.tolist() == other.fails.tolist()
     pooled = validate(rough, pool([slow, fast]), fail_over="1%")
     assert [one.fails.tolist() for one in pooled.motions] == [one.fails.tolist() for one in alone]
-
-
-def test_motions_of_one_name_get_two(rough):
-    found = validate(rough, [swung(6.0, "same"), swung(1.0, "same")])
-    assert [one.name for one in found.motions] == ["same", "same-2"]
 
 
 def test_a_joint_that_needs_no_torque_is_judged_by_the_other_motions(puma, pick_and_place):
@@ -213,16 +216,172 @@ def test_what_is_of_another_arm(rough, pick_and_place, puma):
         validate(rough, swung(6.0, "slow"), box=Box.of(puma))
 
 
-def test_as_html(rough):
-    found = validate(rough, [swung(6.0, "<slow>"), swung(1.0, "fast")], fail_over="1%")
-    page = found._repr_html_()
-    assert "&lt;slow&gt;" in page
-    assert "<slow>" not in page
-    assert page.count("<tr>") == 1 + 4
-    assert repr(found) == "Validation('two_link', 2 motions, failed)"
+TWO_LINK = load_arm("two_link")
+BOX = Box(np.array([-1.0, -2.0]), np.array([1.0, 2.0]), np.array([3.0, 4.0]), np.array([5.0, 6.0]))
 
 
-def test_progress_is_told_per_motion(rough):
-    steps: list[int] = []
-    validate(rough, [swung(6.0, "slow"), swung(1.0, "fast")], progress=steps.append)
-    assert steps == [1, 1]
+def motion(count: int = 11, gaps: tuple[int, ...] = (), **columns: list[float]) -> Trajectory:
+    """At rest in the middle of the box every tenth of a second, but for columns such as q1, qd2."""
+    states = {name: np.zeros((count, 2)) for name in ("q", "qd", "qdd")}
+    for column, values in columns.items():
+        states[column[:-1]][:, int(column[-1]) - 1] = values
+    return Trajectory(np.arange(count) / 10, *states.values(), gaps=gaps)
+
+
+def test_within_the_box_there_is_no_exit():
+    edge = [1.0] * 5 + [-1.0] * 6
+    exits, outside = box_exits(TWO_LINK, motion(q1=edge, qd2=[-4.0] * 11, qdd1=[5.0] * 11), BOX)
+    assert exits == ()
+    assert not outside.any()
+
+
+def test_a_rounded_digit_beyond_a_limit_is_none():
+    exits, _ = box_exits(TWO_LINK, motion(q1=[1.0 + 1e-10] * 11, qd1=[-3.0 - 1e-10] * 11), BOX)
+    assert exits == ()
+
+
+def test_a_ramp_leaves_at_a_known_instant():
+    ramp = [0.0, 0.3, 0.6, 0.9, 1.2, 1.5, 1.1, 0.8, 0.5, 0.2, 0.0]
+    (found,), outside = box_exits(TWO_LINK, motion(q1=ramp), BOX)
+    farthest = found.farthest
+    assert (farthest.joint, farthest.name, farthest.quantity) == (1, "shoulder", "position")
+    assert (farthest.value, farthest.limit, farthest.time, farthest.unit) == (1.5, 1.0, 0.5, "rad")
+    assert (found.set_points, found.first, found.begin, found.end) == (3, 0.4, 0.4, 0.6)
+    assert np.flatnonzero(outside).tolist() == [4, 5, 6]
+
+
+def test_rates_and_accelerations_count_by_magnitude_and_each_limit_by_itself():
+    there = motion(q2=[-2.5, 2.5, *[0.0] * 9], qd1=[*[0.0] * 9, -3.5, 3.1], qdd2=[0.0, -7.0, 6.5, *[0.0] * 8])
+    exits, outside = box_exits(TWO_LINK, there, BOX)
+    told = [
+        (e.farthest.joint, e.farthest.quantity, e.farthest.value, e.farthest.limit, e.farthest.unit)
+        for e in exits
+    ]
+    assert told == [
+        (1, "rate", 3.5, 3.0, "rad/s"),
+        (2, "position", -2.5, -2.0, "rad"),
+        (2, "position", 2.5, 2.0, "rad"),
+        (2, "acceleration", 7.0, 6.0, "rad/s^2"),
+    ]
+    assert np.flatnonzero(outside).tolist() == [0, 1, 2, 9, 10]
+
+
+def test_the_longest_stretch_ends_at_a_gap():
+    beyond = [0.0, 2.0, 2.0, 2.0, 2.0, 0.0, 0.0, 2.0, 2.0, 2.0, 0.0]
+    whole, parted = (box_exits(TWO_LINK, motion(q1=beyond, gaps=gaps), BOX)[0][0] for gaps in ((), (3,)))
+    assert (whole.begin, whole.end, whole.set_points) == (0.1, 0.4, 7)
+    # 1, 2 | 3, 4 and 7 to 9.
+    assert (parted.begin, parted.end, parted.set_points, parted.first) == (0.7, 0.9, 7, 0.1)
+
+
+def test_a_box_of_no_rate_at_all():
+    still = Box(np.full(2, -1.0), np.full(2, 1.0), np.zeros(2), np.zeros(2))
+    exits, _ = box_exits(TWO_LINK, motion(qd1=[0.0] * 10 + [0.5]), still)
+    assert [(e.farthest.quantity, e.farthest.limit, e.first) for e in exits] == [("rate", 0.0, 1.0)]
+
+
+@given(
+    st.lists(st.floats(-2.0, 2.0), min_size=1, max_size=40),
+    st.sets(st.integers(1, 39)),
+)
+def test_as_found_one_by_one(values, gaps):
+    gaps = tuple(sorted(gap for gap in gaps if gap < len(values)))
+    there = motion(len(values), gaps=gaps, q1=values)
+    exits, outside = box_exits(TWO_LINK, there, BOX)
+    # The rounded digit is 1e-9, and a limit of 1.
+    expected = [abs(value) - 1.0 > 1e-9 for value in values]
+    assert outside.tolist() == expected
+    assert sum(e.set_points for e in exits) == sum(expected)
+    for e in exits:
+        side = 1.0 if e.farthest.limit > 0 else -1.0
+        beyond = [side * value - 1.0 > 1e-9 for value in values]
+        assert e.first == there.time[beyond.index(True)]
+        assert e.farthest.value == side * max(side * value for value in values)
+        lengths, run = [], None
+        for k, is_beyond in enumerate(beyond):
+            run = None if not is_beyond else k if run is None or k in gaps else run
+            if run is not None:
+                lengths.append(there.time[k] - there.time[run])
+        assert e.end - e.begin == pytest.approx(max(lengths), abs=1e-15)
+
+
+def counted(element: ElementTree.Element) -> dict[str, int]:
+    return {name: int(element.attrib[name]) for name in ("tests", "failures", "errors", "skipped")}
+
+
+def read(found: Validation) -> ElementTree.Element:
+    return ElementTree.fromstring(junit_xml(found).encode())
+
+
+def test_a_case_per_motion_and_joint(rough):
+    found = validate(rough, [swung(6.0, "slow"), swung(1.0, "fast")], fail_over="promise")
+    root = read(found)
+    assert root.tag == "testsuites"
+    assert counted(root) == {"tests": 4, "failures": len(found.failures), "errors": 0, "skipped": 0}
+    assert [suite.attrib["name"] for suite in root] == ["slow", "fast"]
+    for suite, one in zip(root, found.motions, strict=True):
+        cases = suite.findall("testcase")
+        assert [case.attrib["name"] for case in cases] == ["joint 1 shoulder", "joint 2 elbow"]
+        assert {case.attrib["classname"] for case in cases} == {one.name}
+        assert [case.find("failure") is not None for case in cases] == one.fails.tolist()
+        assert counted(suite)["failures"] == int(one.fails.sum())
+        for joint, case in enumerate(cases):
+            failure = case.find("failure")
+            told = case.findtext("system-out") if failure is None else failure.attrib["message"]
+            assert told == one.error_text(joint)
+    about = {p.attrib["name"]: p.attrib["value"] for p in root[1].iter("property")}
+    assert about["fail over"] == "promise"
+    assert about["set points outside the box"] == str(int(found.motions[1].outside.sum()))
+
+
+def test_a_failure_says_how_large_when_and_what_was_allowed(rough):
+    (one,) = validate(rough, swung(1.0, "fast"), fail_over="0.5").motions
+    told = one.error_text(0)
+    size = one.evaluation.errors.largest[0]
+    assert told.startswith(f"largest torque error {size:.3g} N m at {one.at[0]:.6g} s, ")
+    assert told.endswith(f", {size / 0.5:.4g} times its limit 0.5 N m")
+
+
+def test_nobody_fails_unless_asked(rough):
+    root = read(validate(rough, swung(1.0, "fast")))
+    assert counted(root)["failures"] == 0
+    assert not list(root.iter("failure"))
+
+
+HOSTILE = (
+    "<b>&\"'",
+    "]]>",
+    "--><!--",
+    "</testcase><failure/>",
+    "&#0;&lt;",
+    "Ünïcødé \U0001f916",
+    "\x00\x01\x08\x1b[2J",
+    "line\nbreak\r\ttab",
+    "\ufffe\uffff\ud800\u202e",
+    "",
+)
+
+
+@pytest.mark.parametrize("name", HOSTILE, ids=range(len(HOSTILE)))
+def test_hostile_names_stay_in_their_place(rough, name):
+    form = rough.form
+    joints = form.arm.joints
+    # An arm refuses what does not show; where it can be had, joint and arm bear the name, too.
+    arm = form.arm
+    if name and name.isprintable():
+        arm = replace(arm, name=name, joints=(replace(joints[0], name=name), joints[1]))
+    model = replace(rough, form=ExactForm(arm, form.drives))
+    found = validate(model, swung(1.0, name), fail_over="1%")
+    text = junit_xml(found)
+    text.encode("utf-8")
+    assert not any(ord(sign) < 32 and sign != "\n" for sign in text)
+    root = ElementTree.fromstring(text.encode())
+    assert [element.tag for element in root] == ["testsuite"]
+    assert len(root.findall("testsuite/testcase")) == counted(root)["tests"] == 2
+    assert len(list(root.iter("failure"))) == counted(root)["failures"]
+    shown = root[0].attrib["name"]
+    assert "\n" not in shown
+    if name.isprintable():
+        assert shown == name
+    if arm is not form.arm:
+        assert root.findall("testsuite/testcase")[0].attrib["name"] == f"joint 1 {name}"

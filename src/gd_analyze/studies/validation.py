@@ -1,0 +1,387 @@
+"""A verdict on a model over motions: errors, measured torques, and states outside a certificate's box."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.arrays import Array, FloatArray
+from gd_analyze.certification.box import Box
+from gd_analyze.certification.certificate import box_of
+from gd_analyze.dynamics.measured_torque import TorqueComparison, compared
+from gd_analyze.errors import UsageError
+from gd_analyze.motions.checks import require_joints
+from gd_analyze.motions.limits import ROUNDING, Quantity, Violation
+from gd_analyze.motions.pool import GivenMotions, motions_of
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.accuracy import Accuracy, share_of
+from gd_analyze.simplification.budget import Budget, ReferenceTorques
+from gd_analyze.simplification.evaluation import Evaluation, evaluate
+from gd_analyze.simplification.exact import allowed_by
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.text import amount, html_of, joint_name, percent
+
+# In the place of an error that joints may have: what the model promises itself.
+PROMISE = "promise"
+_OPTION = "--fail-over"
+
+
+@dataclass(frozen=True)
+class BoxExit:
+    """One limit of a box that set points of one joint lie beyond; SI and radians.
+
+    Parameters
+    ----------
+    farthest
+        The set point farthest beyond it: joint, quantity, value, limit and instant.
+    set_points
+        How many lie beyond it.
+    first
+        Instant of the first of them, s.
+    begin, end
+        The longest stretch of them, s: its first and its last set point, with none within the box and no gap
+        between.
+    """
+
+    farthest: Violation
+    set_points: int
+    first: float
+    begin: float
+    end: float
+
+
+def box_exits(arm: RobotArm, trajectory: Trajectory, box: Box) -> tuple[tuple[BoxExit, ...], Array]:
+    """Find the set points of a motion that lie outside a box.
+
+    Less than a rounded digit beyond a limit is no exit, as for the limits of the arm.
+
+    Returns
+    -------
+    exits, outside
+        One per joint and limit that is exceeded, in this order; and whether each set point lies outside,
+        shape (N,).
+    """
+    found, outside = [], np.zeros(trajectory.n_set_points, dtype=bool)
+    for joint in range(arm.n_joints):
+        for quantity, values, limit, side in _sides(trajectory, box, joint):
+            excess = side * (values - limit)
+            beyond = excess > ROUNDING * max(1.0, abs(limit))
+            if not beyond.any():
+                continue
+            outside |= beyond
+            most, about = int(excess.argmax()), arm.joints[joint]
+            unit = about.unit + {"position": "", "rate": "/s", "acceleration": "/s^2"}[quantity]
+            value, instant = float(values[most]), float(trajectory.time[most])
+            farthest = Violation(joint + 1, about.name, quantity, value, limit, instant, unit)
+            first, last = _longest(beyond, trajectory.time, trajectory.stretches)
+            at = np.flatnonzero(beyond)
+            found.append(
+                BoxExit(farthest, len(at), *(float(trajectory.time[k]) for k in (at[0], first, last)))
+            )
+    return tuple(found), outside
+
+
+def _sides(trajectory: Trajectory, box: Box, joint: int) -> Iterator[tuple[Quantity, FloatArray, float, int]]:
+    """Values of one joint, the limit of each kind, and on which side of it outside is."""
+    q, qd, qdd = trajectory.q[:, joint], trajectory.qd[:, joint], trajectory.qdd[:, joint]
+    yield "position", q, float(box.lower[joint]), -1
+    yield "position", q, float(box.upper[joint]), 1
+    yield "rate", np.abs(qd), float(box.velocity[joint]), 1
+    yield "acceleration", np.abs(qdd), float(box.acceleration[joint]), 1
+
+
+def _longest(beyond: Array, time: FloatArray, stretches: Sequence[slice]) -> tuple[int, int]:
+    """First and last set point of the longest run; the first one where several last as long."""
+    runs = []
+    for stretch in stretches:
+        padded = np.concatenate([[False], beyond[stretch], [False]])
+        edges = np.flatnonzero(padded[1:] != padded[:-1]) + stretch.start
+        runs += [(first, end - 1) for first, end in list(pairwise(edges.tolist()))[::2]]
+    return max(runs, key=lambda run: time[run[1]] - time[run[0]])
+
+
+@dataclass(frozen=True, eq=False)
+class BesideMeasured:
+    """Measured torques compared with both models; friction is fitted beside each by itself.
+
+    Parameters
+    ----------
+    exact, simplified
+        The comparison with the exact dynamics, and with the simplified model.
+    """
+
+    exact: TorqueComparison
+    simplified: TorqueComparison
+
+    @classmethod
+    def of(cls, arm: RobotArm, trajectory: Trajectory, evaluation: Evaluation) -> BesideMeasured | None:
+        """Compare, where torques were recorded with the motion; None elsewhere."""
+        if trajectory.recording is None or trajectory.recording.torque is None:
+            return None
+        return cls(
+            compared(arm, trajectory, evaluation.dynamics.torque),
+            compared(arm, trajectory, evaluation.torque),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class ValidatedMotion:
+    """A model along one motion; torques are N m (N of prismatic joints), shape (n,).
+
+    Parameters
+    ----------
+    trajectory, evaluation
+        The motion, and the model's torque and error along it.
+    accuracy
+        What the model promises, along this motion if it is one of several it was fitted on.
+    most
+        The error above which a joint fails; None without a verdict.
+    exits, outside
+        Where it leaves the box, see `box_exits`.
+    measured
+        Exact and simplified torque against measured ones; None where none were recorded.
+    """
+
+    trajectory: Trajectory
+    evaluation: Evaluation
+    accuracy: Accuracy
+    most: FloatArray | None
+    exits: tuple[BoxExit, ...]
+    outside: Array
+    measured: BesideMeasured | None
+
+    def __repr__(self) -> str:
+        failed = int(self.fails.sum())
+        return f"ValidatedMotion({self.name!r}, {f'{failed} joints fail' if failed else 'no joint fails'})"
+
+    @property
+    def name(self) -> str:
+        """The motion's."""
+        return self.trajectory.name
+
+    @property
+    def fails(self) -> NDArray[np.bool_]:
+        """Whether each joint's error is above its limit; False without a verdict."""
+        largest = self.evaluation.errors.largest
+        return np.zeros(len(largest), dtype=bool) if self.most is None else largest > self.most
+
+    @property
+    def allowed(self) -> FloatArray | None:
+        """Error that the model promises each joint; None where its budget is of the norm."""
+        return self.accuracy.allowed if self.accuracy.asked.norm is None else None
+
+    @property
+    def keeps_promise(self) -> NDArray[np.bool_]:
+        """Whether each joint keeps what the model promises, shape (n,).
+
+        A promise of the norm is one of all joints together: then they all do, or none.
+        """
+        asked, evaluation = self.accuracy.asked.norm, self.evaluation
+        if asked is None:
+            return np.asarray(evaluation.within(self.accuracy.allowed))
+        return np.full(len(evaluation.errors.largest), evaluation.keeps(asked))
+
+    @cached_property
+    def at(self) -> FloatArray:
+        """Instant of each joint's largest error, s, shape (n,); nan where it has none beyond round-off."""
+        error = np.abs(self.evaluation.torque - self.evaluation.dynamics.torque)
+        instants = self.trajectory.time[error.argmax(axis=0)]
+        return np.where(self.evaluation.errors.largest > 0.0, instants, np.nan)
+
+    def error_text(self, joint: int) -> str:
+        """State the largest error of one joint (from 0), its instant, and its limit."""
+        errors, unit = self.evaluation.errors, self.evaluation.dynamics.arm.joints[joint].effort_unit
+        largest, most = float(errors.largest[joint]), self.most
+        if largest == 0.0:
+            return "no torque error beyond round-off"
+        share = percent(float(errors.largest_share[joint]))
+        text = f"largest torque error {amount(largest, unit)} at {self.at[joint]:.6g} s, {share} of its peak"
+        if most is None:
+            return text
+        allowed = float(most[joint])
+        return f"{text}, {largest / allowed:.4g} times its limit {amount(allowed, unit)}"
+
+
+@dataclass(frozen=True, eq=False)
+class Validation:
+    """A model along every motion it was tried on.
+
+    Parameters
+    ----------
+    model, box
+        The model, and the states that bounds on it are about.
+    fail_over
+        Error above which a joint fails: a budget, "promise", or None without a verdict.
+    motions
+        Its errors along each.
+    """
+
+    model: SimplifiedModel
+    box: Box
+    fail_over: Budget | Literal["promise"] | None
+    motions: tuple[ValidatedMotion, ...]
+
+    @property
+    def failures(self) -> tuple[tuple[ValidatedMotion, int], ...]:
+        """Motion and joint (from 0) of every error above its limit."""
+        return tuple((one, int(joint)) for one in self.motions for joint in np.flatnonzero(one.fails))
+
+    @property
+    def passed(self) -> bool:
+        """Whether no joint fails on any motion."""
+        return not self.failures
+
+    @property
+    def worst(self) -> tuple[ValidatedMotion, int]:
+        """Motion and joint (from 0) of the error that is largest beside its limit.
+
+        Without a verdict, beside the joint's peak torque along the motion.
+        """
+
+        def size(one: ValidatedMotion) -> FloatArray:
+            errors = one.evaluation.errors
+            return errors.largest_share if one.most is None else share_of(errors.largest, one.most)
+
+        worst = max(self.motions, key=lambda one: float(size(one).max()))
+        return worst, int(size(worst).argmax())
+
+    def __repr__(self) -> str:
+        verdict = "" if self.fail_over is None else f", {'passed' if self.passed else 'failed'}"
+        count = len(self.motions)
+        return f"Validation({self.model.arm.name!r}, {count} motion{'s' if count > 1 else ''}{verdict})"
+
+    def _repr_html_(self) -> str:
+        """A row per motion and joint, for a notebook."""
+        rows = [
+            [
+                one.name,
+                joint_name(i + 1, joint.name),
+                amount(float(one.evaluation.errors.peak_torque[i]), joint.effort_unit),
+                amount(float(one.evaluation.errors.largest[i]), joint.effort_unit),
+                percent(float(one.evaluation.errors.largest_share[i])),
+                "yes" if one.keeps_promise[i] else "no",
+                "–" if one.most is None else "no" if one.fails[i] else "yes",
+            ]
+            for one in self.motions
+            for i, joint in enumerate(self.model.arm.joints)
+        ]
+        headings = [
+            "motion",
+            "joint",
+            "peak torque",
+            "largest error",
+            "of that peak",
+            "as promised",
+            "passes",
+        ]
+        outside = sum(int(one.outside.sum()) for one in self.motions)
+        return html_of(repr(self), headings, rows, f"{outside} set points lie outside {self.box.where}.")
+
+
+def validate(
+    model: SimplifiedModel,
+    motions: GivenMotions,
+    *,
+    fail_over: Budget | str | None = None,
+    box: Box | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Validation:
+    """Compare a model with the exact dynamics of its arm along motions, and with measured torques.
+
+    `gd_analyze.evaluate` gives torques and errors at any states; this one gives a verdict on each motion by
+    itself.
+
+    Parameters
+    ----------
+    model
+        The simplified model.
+    motions
+        Motions of its arm: trajectories, shipped names, paths of files or of folders. Torques recorded with
+        one are compared with the exact and the simplified ones.
+    fail_over
+        Error above which a joint fails: a budget per joint, whose shares are of the joint's own torque along
+        the same motion (over all of them at a joint that needs none along it), or "promise", what the model
+        promises; None for no verdict.
+    box
+        The states to look for those outside of; the arm's own limits by default, for which `certify` and
+        `simplify_certified` bound a model.
+    progress
+        Called with 1 after every motion.
+
+    Returns
+    -------
+    Validation
+        Errors, verdicts, states outside of the box and comparisons with measured torques, motion by motion.
+
+    Raises
+    ------
+    TrajectoryError
+        If there are no motions, or one is of another number of joints.
+    UsageError
+        If `fail_over` is no budget per joint, or a share of what the arm does not state; or the box is of
+        another number of joints.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        Of limits of the box that are assumed, as the arm states none.
+    """
+    arm = model.arm
+    asked = _asked(model, fail_over)
+    box = box_of(box, arm)
+    given = motions_of(motions, arm)
+    for one in given:
+        require_joints(one, arm)
+    tried = [(one, evaluate(model, one)) for one in given]
+    promises = [model.accuracy.along(one.fingerprint) for one, _ in tried]
+    most = _most([evaluation for _, evaluation in tried], promises, asked)
+    found = []
+    for (one, evaluation), accuracy, each in zip(tried, promises, most, strict=True):
+        measured = BesideMeasured.of(arm, one, evaluation)
+        found.append(ValidatedMotion(one, evaluation, accuracy, each, *box_exits(arm, one, box), measured))
+        if progress is not None:
+            progress(1)
+    return Validation(model, box, asked, tuple(found))
+
+
+def _asked(model: SimplifiedModel, fail_over: Budget | str | None) -> Budget | Literal["promise"] | None:
+    """The limit asked for; one that is of no joint alone is refused."""
+    if fail_over is None:
+        return None
+    if isinstance(fail_over, str) and fail_over.strip().lower() == PROMISE:
+        if model.accuracy.asked.norm is not None:
+            raise UsageError(
+                "this model promises no joint an error of its own",
+                where=_OPTION,
+                expected='a budget per joint, such as "1%"',
+                found=f'"{PROMISE}", and a model with a budget of {model.accuracy.budget}',
+            )
+        return "promise"
+    budget = Budget.parse(fail_over, _OPTION) if isinstance(fail_over, str) else Budget.of(fail_over)
+    return budget.require_per_joint("a verdict on every joint")
+
+
+def _most(
+    tried: Sequence[Evaluation], promises: Sequence[Accuracy], asked: Budget | Literal["promise"] | None
+) -> list[FloatArray | None]:
+    """Limit of each joint's error along each motion, N m (N), shape (n,) each."""
+    if asked is None:
+        return [None] * len(tried)
+    if isinstance(asked, str):
+        return [accuracy.allowed for accuracy in promises]
+    peaks = np.max([one.errors.peak_torque for one in tried], axis=0)
+    most: list[FloatArray | None] = []
+    for one in tried:
+        exact = one.dynamics
+        alone, over_all = exact.allowed(asked), ReferenceTorques(exact.arm, peaks, exact.uncertainty)
+        # A share of a torque that a joint does not need along this motion would be one of nothing.
+        needs = one.errors.peak_torque > 0.0
+        most.append(alone if needs.all() else np.where(needs, alone, allowed_by(asked, over_all)))
+    return most
