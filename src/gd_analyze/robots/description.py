@@ -5,76 +5,44 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
-from gd_analyze.errors import ArmError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, LinkUncertainty, Placement
 
 
 def describe(arm: RobotArm) -> dict[str, Any]:
-    """Everything that acts on the dynamics, how well it is known, names and limits, as plain JSON values."""
-    return {
-        "name": arm.name,
-        "title": arm.title,
-        "gravity": arm.gravity.tolist(),
-        "joints": [_plain(joint) for joint in arm.joints],
-        "links": [_plain(link) for link in arm.links],
-        "drive_inertia": [drive.inertia for drive in arm.drives],
-        "drive_inertia_uncertainty": [drive.inertia_uncertainty for drive in arm.drives],
-    }
-
-
-def describe_with_drives(arm: RobotArm) -> dict[str, Any]:
-    """Everything `describe` gives, and all of the drives: what a budget may be a share of."""
-    return {**describe(arm), "drives": [asdict(drive) for drive in arm.drives]}
+    """Everything that acts on the dynamics, its uncertainties, names and limits, as plain JSON values."""
+    keys = ("name", "title", "gravity", "joints", "links", "drives")
+    return {key: _plain(getattr(arm, key)) for key in keys}
 
 
 def describe_in_full(arm: RobotArm) -> dict[str, Any]:
     """Everything there is to show: also table, sources, assumptions and doubts."""
-    return {
-        **describe_with_drives(arm),
-        "dh_table": [asdict(row) for row in arm.dh_table],
-        "convention": arm.convention,
-        "sources": list(arm.sources),
-        "assumptions": list(arm.assumptions),
-        "doubts": list(arm.doubts),
-    }
+    keys = ("dh_table", "convention", "sources", "assumptions", "doubts")
+    return describe(arm) | {key: _plain(getattr(arm, key)) for key in keys}
 
 
 def arm_from_description(description: dict[str, Any]) -> RobotArm:
     """Rebuild an arm from what `describe` or `describe_in_full` gave.
 
-    Descriptions written before uncertainties, or all of the drives, were part of them state none.
-
     Raises
     ------
     ArmError
-        If a value is impossible, as on construction, or the drives are described in two ways that differ.
+        If a value is impossible, as on construction.
     KeyError, TypeError
         If the description lacks something or is of another shape.
     """
-    inertias = description["drive_inertia"]
-    uncertainties = description.get("drive_inertia_uncertainty", [None] * len(inertias))
-    brief = list(zip(inertias, uncertainties, strict=True))
-    drives = tuple(Drive(*pair) for pair in brief)
-    if "drives" in description:
-        drives = tuple(Drive(**{**d, "coulomb": tuple(d["coulomb"])}) for d in description["drives"])
-        if [(drive.inertia, drive.inertia_uncertainty) for drive in drives] != brief:
-            raise ArmError("the drives' inertias contradict each other", expected=str(inertias))
+    placed = [{**joint, "placement": Placement(**joint["placement"])} for joint in description["joints"]]
     return RobotArm(
         name=description["name"],
         title=description["title"],
         gravity=np.array(description["gravity"]),
-        joints=tuple(
-            Joint(**{**joint, "placement": Placement(**joint["placement"])})
-            for joint in description["joints"]
-        ),
+        joints=tuple(Joint(**joint) for joint in placed),
         links=tuple(_link(link) for link in description["links"]),
-        drives=drives,
+        drives=tuple(Drive(**drive) for drive in description["drives"]),
         dh_table=tuple(DHRow(**row) for row in description.get("dh_table", [])),
         convention=description.get("convention", ""),
         sources=tuple(description.get("sources", [])),
@@ -90,28 +58,29 @@ def fingerprint(arm: RobotArm, drives: bool = False) -> str:
     remain those of the same arm.
     """
     description = describe(arm)
+    joint_keys, link_keys = ("kind", "placement", "axis"), ("mass", "com", "inertia_com", "frame")
     acting = {
         "gravity": description["gravity"],
-        "joints": [[joint[key] for key in ("kind", "placement", "axis")] for joint in description["joints"]],
-        "links": [
-            [link[key] for key in ("mass", "com", "inertia_com", "frame")] for link in description["links"]
-        ],
+        "joints": [[joint[key] for key in joint_keys] for joint in description["joints"]],
+        "links": [[link[key] for key in link_keys] for link in description["links"]],
     }
     if drives:
-        acting["drive_inertia"] = description["drive_inertia"]
+        acting["drive_inertia"] = [drive.inertia for drive in arm.drives]
     return hashlib.sha256(json.dumps(acting, sort_keys=True).encode()).hexdigest()
 
 
 def _link(value: dict[str, Any]) -> Link:
-    stated = value.get("uncertainty")
+    stated = value["uncertainty"]
     uncertainty = None if stated is None else LinkUncertainty(**stated)
     return Link(**{**value, "frame": Placement(**value["frame"]), "uncertainty": uncertainty})
 
 
 def _plain(value: Any) -> Any:
-    """A part as plain JSON values, by the fields that act: not where it is described, nor what was bare."""
+    """A part as plain JSON values: without where it is described, and without the link behind a payload."""
     if isinstance(value, np.ndarray):
         return value.tolist()
+    if isinstance(value, tuple):
+        return [_plain(entry) for entry in value]
     if not dataclasses.is_dataclass(value):
         return value
     names = (entry.name for entry in dataclasses.fields(value) if entry.name not in ("source", "bare"))

@@ -29,7 +29,7 @@ def inspection(arm: RobotArm, suspicious: Sequence[str] = ()) -> Result:
         Sentences that stand first: what was warned of when it was read.
     """
     document = {"suspicious": list(suspicious), **describe_in_full(arm), "fingerprint": fingerprint(arm)}
-    places = [part.source for part in (*arm.joints, *arm.links)]
+    places = [*(joint.source for joint in arm.joints), *(link.source for link in arm.links)]
     files = list(dict.fromkeys(str(place.path) for place in places if place is not None))
     only = f"{files[0]}, " if len(files) == 1 else ""
     gravity = " ".join(_cells(arm.gravity))

@@ -200,7 +200,7 @@ def _limits(joint: Joint, table: object, path: Path) -> dict[str, float]:
         if not stated.get(holds, any(key in stated for key in keys)):
             continue
         for key, name in keys.items():
-            value = stated.get(key)
+            value: Any = stated.get(key)
             is_number = isinstance(value, int | float) and not isinstance(value, bool)
             if not is_number or not math.isfinite(value) or not (value > 0 or "position" in key):
                 raise ArmError(

@@ -36,7 +36,8 @@ _KINDS = {
 }
 
 
-class TreeJoint(NamedTuple):
+@dataclass(frozen=True)
+class TreeJoint:
     """One joint of a tree.
 
     `index` and `parent` are Pinocchio's, from 1; 0 is the ground. `link` moves with the joint. `axis` is a
@@ -227,7 +228,7 @@ def arm_of_chain(tree: Tree, moving: Sequence[TreeJoint], held: Mapping[int, flo
     joints, placeholders = [], []
     for index, joint in enumerate(moving, start=1):
         limits = _limits(tree.model, joint.index)
-        joints.append(_joint(tree, joint, reduced.jointPlacements[index], limits[:3]))
+        joints.append(_joint(tree, joint, reduced.jointPlacements[index], limits))
         if limits[3]:
             placeholders.append(joint.name)
     carried = {link for link, index in tree.links.items() if index in tree.beyond(j.index for j in moving)}
@@ -285,7 +286,10 @@ def _inboard(notes: Notes, link: str) -> set[str]:
     return found
 
 
-def _limits(model: Any, index: int) -> tuple[float | None, float | None, float | None, bool]:
+_Limits = tuple[float | None, float | None, float | None, bool]
+
+
+def _limits(model: Any, index: int) -> _Limits:
     """Range and velocity limit of a joint, and whether placeholders were left out of them."""
     at_q, velocity = model.idx_qs[index], float(model.velocityLimit[model.idx_vs[index]])
     ends = (float(model.lowerPositionLimit[at_q]), float(model.upperPositionLimit[at_q]))
@@ -306,7 +310,7 @@ def _is_power_of_ten(number: float, least: float) -> bool:
     return number >= least and math.log10(number).is_integer()
 
 
-def _joint(tree: Tree, joint: TreeJoint, moved: Any, limits: Sequence[float | None]) -> Joint:
+def _joint(tree: Tree, joint: TreeJoint, moved: Any, limits: _Limits) -> Joint:
     where = tree.line("joint", joint.name)
     place = checked(moved.translation, (3,), f"the place of joint {joint.name}", where)
     place = without_round_off(place, max(1.0, float(np.abs(place).max())))
@@ -315,7 +319,7 @@ def _joint(tree: Tree, joint: TreeJoint, moved: Any, limits: Sequence[float | No
         "revolute" if joint.kind == "revolute" else "prismatic",
         Placement(straight(np.array(moved.rotation)), place),
         joint.axis,
-        *limits,
+        *limits[:3],
         source=where if isinstance(where, Location) else None,
     )
 

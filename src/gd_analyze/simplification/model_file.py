@@ -14,7 +14,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeError, Location, ModelError
 from gd_analyze.files import megabytes, read_at_most, warn_of_others, write_text
 from gd_analyze.operations.program import OperationCount, read_back, written
-from gd_analyze.robots.description import arm_from_description, describe_with_drives, fingerprint
+from gd_analyze.robots.description import arm_from_description, describe, fingerprint
 from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, ErrorTable, LevelTried, SearchStep
 from gd_analyze.simplification.exact_form import ExactForm
@@ -137,7 +137,7 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
         operations=model.operations,
         operations_full=model.operations_full,
         arm_fingerprint=fingerprint(model.arm, model.drives),
-        arm=describe_with_drives(model.arm),
+        arm=describe(model.arm),
         terms=model.level.to_entries(model.terms),
         steps=steps,
         outputs=outputs,
