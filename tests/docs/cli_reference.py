@@ -19,23 +19,22 @@ INTRODUCTION = """\
 `gd-analyze ROBOT TRAJECTORY` is the main job; everything else is a verb. Options may stand before, between or
 behind the arguments.
 
-**Output.** Results, tables and `--json` go to standard output; warnings, errors and progress to standard
-error. Progress shows on a terminal only. `--json` prints one JSON value in ASCII, with `null` for numbers
-that are not finite. `NO_COLOR=1` switches colour off. The terminal rounds for display; files and JSON hold
-every digit.
+**Output.** Results and `--json` go to standard output; warnings, errors and progress to standard error.
+Progress shows on a terminal only. Every verb answers with facts, tables with units in their headings, and
+notices; `--json` prints the same as one JSON value in ASCII, with `null` for numbers that are not finite, and
+`warnings` and `files` at its end. `NO_COLOR=1` switches colour off. The terminal rounds for display, bounds
+upwards; files and JSON hold every digit.
 
-**Files** appear whole or not at all, and those of one run together: they are made in a hidden folder beside
-their places and moved there at the end. A command that fails, over its input or on a full disk, leaves what
-was there before. Each file of a folder of results carries the mark of its run; where files of different runs
-stand side by side, whatever writes or reads them names them in a warning. No command writes over a file that
-it reads.
+**Files** appear whole or not at all: they are written under hidden names and moved into place at the end. A
+command that fails, because of its input or a full disk, leaves the old files unchanged. Each file in a folder
+of results carries the mark of its run; a warning names files of another run that stand beside it. No command
+writes over a file that it reads.
 
 **Errors** say what is wrong, where (file, line, column), what was expected, what was found, and what to do
-next. In the exit code, 2 means that the command or its input is at fault, 1 that gd-analyze or the machine
-failed; `--debug` adds Python's traceback. `validate --fail-over` leaves with 1 as well where a model fails:
-then there is a result, and no error.
+next. Exit code 2: the command or its input is at fault. Exit code 1: gd-analyze or the machine failed, or a
+model failed `validate --fail-over`. `--debug` adds Python's traceback.
 
-**Units.** Joint values on the command line are degrees (metres for joints that slide), torques are N m (N).
+**Units.** Joint values on the command line are degrees (metres for prismatic joints), torques are N m (N).
 
 **Names.** A trajectory file called like a shipped trajectory is reached as `./NAME`, an arm file called like
 a verb likewise.
@@ -48,18 +47,19 @@ COLUMNS = """
 |---|---|
 | `peak torque` | largest magnitude of the exact torque of the joint along the trajectory |
 | `allowed` | the error the budget allows the joint |
-| `largest`, `RMS` | largest and root mean square error of the model, and their `share` of peak torque |
+| `error`, `of peak` | largest error of the model at the set points, and its share of peak torque |
+| `proven`, `of peak` | bound on the error near the motion, rounded up, and its share of peak torque |
 | `tran`, `rot` | largest magnitude of the element's translational and rotational part |
 | `torque`, `joint` | the element's largest torque and the joint it acts at |
-| `share` | that torque's share of the joint's peak torque |
-| `verdict` | `translation`, `rotation` or `both`: the effect that dominates; `gravity`; `negligible` |
-| `kept` | what parts of the element [FGL87]'s own method keeps: `T`, `R`, `T+R`, `✓` or, for none, `0` |
-| `text` | the verdict that [FGL87] reads from its figures, for the PUMA 560 |
+| `of peak` | that torque's share of the joint's peak torque |
+| `effect` | the effect that dominates: `T`, `R`, `T+R`; `✓` gravity; `–` negligible; `0` zero |
+| `kept` | parts of the element that [FGL87]'s own method keeps: `T`, `R`, `T+R`, `✓` or, for none, `0` |
+| `FGL87` | the verdict that [FGL87] reads from its figures, for the PUMA 560 |
 
 An effect dominates an element when leaving the other one out changes it by at most 10 % of its peak. An
-element is negligible when all its torques stay below budget / (n + 2), so that all negligible
-elements may go at once. Where others cancel it, an element's share exceeds 100 %; it is ∞ where the joint
-carries no torque at all.
+element is negligible when all its torques stay below budget / (n + 2): all negligible elements can be
+dropped at once. Where other elements cancel it, its share exceeds 100 %; it is ∞ where the joint carries no
+torque.
 
 [FGL87]: K. S. Fu, R. C. Gonzalez, C. S. G. Lee, *Robotics: Control, Sensing, Vision, and Intelligence*,
 McGraw-Hill, 1987, chapter 3.

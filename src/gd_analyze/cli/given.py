@@ -1,4 +1,4 @@
-"""What a verb is about: an arm, what it carries, and states of it."""
+"""Input of most verbs: an arm, its payload, and states of it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ trajectories_or_states = trajectories_argument(_WITHOUT)
 payload_option = click.option(
     "--payload",
     metavar="LIST",
-    help="What the hand carries: mass,x,y,z[,ixx,iyy,izz[,ixy,ixz,iyz]] in kg, m and kg m^2, in the last "
+    help="Load at the end effector: mass,x,y,z[,ixx,iyy,izz[,ixy,ixz,iyz]] in kg, m and kg m^2, in the last "
     "link's frame, inertia about the payload's own centre of mass.",
 )
 
@@ -51,15 +51,15 @@ _picking_options = together(
     click.option(
         "--tip",
         metavar="LINK",
-        help="Of URDF or MJCF: the link that the arm ends with; what is beyond is held.",
+        help="Of URDF or MJCF: last link of the arm; joints beyond it are held.",
     ),
-    click.option("--base", metavar="LINK", help="Of URDF or MJCF: the link that the arm begins with."),
+    click.option("--base", metavar="LINK", help="Of URDF or MJCF: first link of the arm."),
     click.option(
         "--lock",
         metavar="JOINT=VALUE",
         multiple=True,
-        help="Of URDF or MJCF: hold a joint, in rad, m, or with a unit (90deg, 20mm); what it carries stays. "
-        "May be repeated.",
+        help="Of URDF or MJCF: hold a joint, in rad, m, or with a unit (90deg, 20mm); its links keep their "
+        "mass. May be repeated.",
     ),
     click.option(
         "--limits",
@@ -143,7 +143,7 @@ def given_dynamics(function: Callable[..., None]) -> Callable[..., None]:
 
 
 def load_arm_carrying(robot: GivenRobot, payload: str | None) -> gd.RobotArm:
-    """Load an arm and put the payload, if any, into its hand; its name and title say so."""
+    """Load an arm and attach the payload, if any, to its end effector; its name and title say so."""
     from gd_analyze.robots.payload import parse_payload
 
     arm = robot.load()
@@ -151,7 +151,7 @@ def load_arm_carrying(robot: GivenRobot, payload: str | None) -> gd.RobotArm:
 
 
 def carrying(arm: gd.RobotArm, body: Payload) -> gd.RobotArm:
-    """Put a payload into an arm's hand; its name and title say so, the name with all that is not zero."""
+    """Attach a payload to an arm's end effector; its name has every number of it that is not zero."""
     from gd_analyze.robots.payload import with_payload
 
     rest = [f",{x:g}" for x in (*body.position, *body.inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]])]

@@ -21,16 +21,16 @@ BUDGET = (
 )
 
 
-def budget_option(told: str = BUDGET) -> Callable[[F], F]:
+def budget_option(words: str = BUDGET) -> Callable[[F], F]:
     """--budget."""
-    return click.option("--budget", default="1%", show_default=True, metavar="LIST", help=told)
+    return click.option("--budget", default="1%", show_default=True, metavar="LIST", help=words)
 
 
 def level_option(names: Sequence[str] = tuple(LEVEL_NAMES), default: str = CHEAPEST) -> Callable[[F], F]:
     """--level; None for the cheapest."""
-    told = [f"{name}: {LEVEL_NAMES[name]}" for name in names]
+    words = [f"{name}: {LEVEL_NAMES[name]}" for name in names]
     if default == CHEAPEST:
-        told.insert(0, f"{CHEAPEST}: of those promising for the arm, the one of fewest operations")
+        words.insert(0, f"{CHEAPEST}: of those promising for the arm, the one of fewest operations")
         names = (CHEAPEST, *names)
     return click.option(
         "--level",
@@ -38,7 +38,7 @@ def level_option(names: Sequence[str] = tuple(LEVEL_NAMES), default: str = CHEAP
         default=default,
         show_default=True,
         callback=lambda context, option, chosen: None if chosen == CHEAPEST else chosen,
-        help=f"{'; '.join(told)}.",
+        help=f"{'; '.join(words)}.",
     )
 
 

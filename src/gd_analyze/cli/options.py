@@ -118,7 +118,7 @@ _MOST_DIGITS = 17
 
 
 def together(*options: Callable[[F], F]) -> Callable[[F], F]:
-    """Several options as one decorator, in the order in which they are told."""
+    """Several options as one decorator, in the order of the help."""
 
     def decorate(function: F) -> F:
         for option in reversed(options):
@@ -129,7 +129,7 @@ def together(*options: Callable[[F], F]) -> Callable[[F], F]:
 
 
 def number_option(
-    name: str, default: int | None, told: str, least: int = 0, most: int | None = None
+    name: str, default: int | None, words: str, least: int = 0, most: int | None = None
 ) -> Callable[[F], F]:
     """Make an option that takes a whole number."""
     return click.option(
@@ -138,19 +138,19 @@ def number_option(
         default=default,
         show_default=True,
         metavar="NUMBER",
-        help=told,
+        help=words,
     )
 
 
-def digits_option(told: str) -> Callable[[F], F]:
+def digits_option(words: str) -> Callable[[F], F]:
     """--digits, three by default."""
     digits = click.IntRange(1, _MOST_DIGITS)
-    return click.option("--digits", type=digits, default=3, show_default=True, help=told)
+    return click.option("--digits", type=digits, default=3, show_default=True, help=words)
 
 
-def out_option(told: str) -> Callable[[F], F]:
+def out_option(words: str) -> Callable[[F], F]:
     """--out, a file or a folder."""
-    return click.option("-o", "--out", type=Output(), help=told)
+    return click.option("-o", "--out", type=Output(), help=words)
 
 
 overwrite_option = click.option(
@@ -173,21 +173,22 @@ def formats_option(names: tuple[str, ...]) -> Callable[[F], F]:
     )
 
 
-def margin_option(told: str) -> Callable[[F], F]:
+def margin_option(words: str) -> Callable[[F], F]:
     """--margin; None where it is not given."""
     return click.option(
         "--margin",
         metavar="LIST",
-        help=f"{told}: 1deg or 1mm of position (for joints that turn or slide), qd=2% of each joint's peak "
-        "rate, qdd=5% of its peak acceleration; those not named stay.  [default: 1deg,1mm,qd=2%,qdd=5%]",
+        help=f"{words}: 1deg or 1mm of position (revolute or prismatic joints), qd=2% of each joint's peak "
+        "velocity, qdd=5% of its peak acceleration; those not named keep their default.  "
+        "[default: 1deg,1mm,qd=2%,qdd=5%]",
     )
 
 
 def trajectories_argument(
     without: str | None = None, several: str = "of several motions the budget holds on each"
 ) -> Callable[[F], F]:
-    """TRAJECTORY..., one or several, of which a word is said; or none where `without` says what happens."""
-    told = (
+    """TRAJECTORY..., one or several; optional where `without` says what happens then."""
+    words = (
         "CSV file, log (its options: `gd-analyze columns --help`), name of a shipped trajectory, - for "
         f"standard input, or a folder of these; {several}."
     )
@@ -197,13 +198,13 @@ def trajectories_argument(
         nargs=-1,
         required=without is None,
         metavar="TRAJECTORY..." if without is None else "[TRAJECTORY]...",
-        help=told if without is None else f"{told} {without}",
+        help=words if without is None else f"{words} {without}",
     )
 
 
 def trajectory_argument(without: str | None = None) -> Callable[[F], F]:
     """TRAJECTORY, which may be left out where `without` says what happens then."""
-    told = (
+    words = (
         "CSV file, log (its options: `gd-analyze columns --help`), name of a shipped trajectory, or - for "
         "standard input."
     )
@@ -211,7 +212,7 @@ def trajectory_argument(without: str | None = None) -> Callable[[F], F]:
         "trajectory",
         type=TRAJECTORY,
         required=without is None,
-        help=told if without is None else f"{told} {without}",
+        help=words if without is None else f"{words} {without}",
     )
 
 

@@ -13,7 +13,7 @@ import click
 
 from gd_analyze.cli.log_options import STAGE
 from gd_analyze.cli.options import together
-from gd_analyze.cli.terminal import Stages, line, print_json, show_result, stages, warnings_told
+from gd_analyze.cli.terminal import Stages, line, print_json, show_result, stages, warnings_collected
 from gd_analyze.simplification.cache import without_cache
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ class Output:
     @contextmanager
     def working(self) -> Iterator[Stages]:
         """Show the stages of the work while it lasts, and its warnings in the end."""
-        with warnings_told(self.quiet, self.warnings), stages(self.quiet) as stage:
+        with warnings_collected(self.quiet, self.warnings), stages(self.quiet) as stage:
             click.get_current_context().meta[STAGE] = stage
             yield stage
 
@@ -72,9 +72,7 @@ def reporting(function: Callable[..., None]) -> Callable[..., None]:
 
     return together(
         click.option("--json", "as_json", is_flag=True, help="Print the result as JSON on standard output."),
-        click.option("--quiet", is_flag=True, help="Print nothing but errors and what was asked for."),
-        click.option(
-            "--no-cache", is_flag=True, help="Neither use nor keep what other runs have worked out."
-        ),
+        click.option("--quiet", is_flag=True, help="Print nothing but errors."),
+        click.option("--no-cache", is_flag=True, help="Neither read nor write the cache."),
         click.option("--debug", is_flag=True, help="Show Python's traceback on an error."),
     )(verb)

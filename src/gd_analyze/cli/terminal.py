@@ -121,15 +121,15 @@ def tell(kind: str, text: str) -> None:
 
 
 @contextmanager
-def warnings_told(quiet: bool, told: list[str]) -> Iterator[None]:
+def warnings_collected(quiet: bool, texts: list[str]) -> Iterator[None]:
     """Collect the library's warnings in a list, once each, and print them to standard error in the end."""
     shown_by_python = warnings.showwarning
 
     def note(message: Warning | str, category: type[Warning], *rest: Any, **more: Any) -> None:
         if not issubclass(category, GdAnalyzeWarning):
             shown_by_python(message, category, *rest, **more)
-        elif (text := visible(str(message))) not in told:
-            told.append(text)
+        elif (text := visible(str(message))) not in texts:
+            texts.append(text)
 
     try:
         with warnings.catch_warnings():
@@ -138,7 +138,7 @@ def warnings_told(quiet: bool, told: list[str]) -> Iterator[None]:
             yield
     finally:
         if not quiet:
-            for text in told:
+            for text in texts:
                 tell("warning", text)
 
 
