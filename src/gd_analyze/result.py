@@ -140,7 +140,9 @@ class Table:
                 out.append((column, "", cells))
             elif column.label:
                 factor, unit = self._prefixed(unit or "") if column.is_number else (1.0, unit or "")
-                scaled = (value / factor if _is_number(value) else value for value in values)
+                scaled = (
+                    value / factor if factor != 1.0 and _is_number(value) else value for value in values
+                )
                 out.append((column, pretty(unit), [written(value, "", column.shown) for value in scaled]))
         return out
 
@@ -250,7 +252,7 @@ def written(value: Any, unit: str = "", shown: Shown = "number") -> str:
     """Write one value as a person reads it, with its unit."""
     if _is_unknown(value):
         return UNKNOWN
-    if isinstance(value, str) or shown in ("text", "name"):
+    if isinstance(value, str) or shown in ("text", "name", "math", "effect"):
         return str(value)
     if shown == "flag" or isinstance(value, bool | np.bool_):
         return "yes" if value else "no"

@@ -9,7 +9,6 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.dynamics.pinocchio_check import cross_check
-from gd_analyze.report.document import document
 from gd_analyze.results.store import load_findings
 from gd_analyze.schema import GROUPS
 from gd_analyze.studies.main_job import find
@@ -161,8 +160,3 @@ def test_units_survive_the_file(findings, tmp_path):
             assert after.attrs == before.attrs, (group, name)
             if str(name).endswith("unit"):
                 assert after.values.tolist() == before.values.tolist()
-
-
-def test_reports_give_each_difference_with_its_unit(mixed_findings):
-    shown = document(mixed_findings)["cross_check"]
-    assert len(shown) == 9

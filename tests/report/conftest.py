@@ -4,13 +4,17 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from browser import Tab, opened, started
 from page_reader import Page
 from report_arms import ONE_JOINT, SLIDING
 
+from changed_recursions import summands_dropped
 from few_tries import few_tries
 from gd_analyze.motions.csv_file import read_trajectory
+from gd_analyze.motions.logged import ColumnUse, Logged
+from gd_analyze.motions.measured import motion_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.main_page import render_html
 from gd_analyze.results.findings import Findings
@@ -18,6 +22,8 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.studies.main_job import Origin, Settings, find
+from recordings import Motion
+from several_motions import swung
 
 
 @pytest.fixture(scope="session")
@@ -77,3 +83,31 @@ def by_level(puma: RobotArm, pick_and_place: Trajectory) -> dict[str, Findings]:
         "energy": find(puma, pick_and_place, Settings(level="energy", refit=True)),
         "term": find(puma, pick_and_place, Settings(level="term", operations=90)),
     }
+
+
+@pytest.fixture(scope="session")
+def recorded(two_link: RobotArm) -> Findings:
+    """Two stretches of readings at 125 Hz, with noise."""
+    time = np.concatenate([np.arange(400), np.arange(400) + 600]) / 125
+    q = Motion.of(1).at(time) + 1e-3 * np.random.default_rng(3).normal(size=(len(time), 2))
+    columns = (
+        ColumnUse("Time", "time", unit="s", why="by name"),
+        ColumnUse("<b>temp</b>", "unused", why="no quantity of a joint"),
+    )
+    logged = Logged(time, q, None, None, None, measured=True, columns=columns, name="log", origin="made")
+    return find(two_link, motion_of(logged, two_link))
+
+
+@pytest.fixture(scope="session")
+def two_motions() -> Findings:
+    return find("two_link", [swung(20.0, "slow"), swung(2.2, "fast")])
+
+
+@pytest.fixture(scope="session")
+@few_tries()
+def recursive() -> Findings:
+    arm = load_arm("puma560")
+    with pytest.MonkeyPatch.context() as patch:
+        # This is about what is shown of a model, not how it is found.
+        patch.setattr("gd_analyze.simplification.pruning.prune", summands_dropped)
+        return find(arm, read_trajectory("wrist-move", arm), Settings(level="recursive"))

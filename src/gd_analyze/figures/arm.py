@@ -83,7 +83,7 @@ def arm_figure(findings: Findings) -> Figure:
             items += [_spatial(view, at[None].repeat(2, axis=0), "paper", 3.0)]
         u, v = view.project(at)
         up = -11.0 if (k == 0) == bool(below) and not is_closed else 5.0
-        items.append(Words(u, v, name, "ink", "middle", 7.0, up=up, bold=True))
+        items.append(Words(u, v, name, "ink", "middle", 7.0, up=up, bold=True, space=tuple(at.tolist())))
     items += [*_axis_names(view, frame, moved[0, 0], 0.8 * step)]
     items.append(Words(x.low, y.low, f"grid {tick_label(step)} m", size=6.5, up=-9.0))
     panel = Panel("arm", "", x, y, tuple(items), is_bare=True, margins=(8.0, 16.0, 8.0, 12.0))
@@ -266,8 +266,9 @@ def _axis_names(view: View, frame: FloatArray, base: FloatArray, length: float) 
         tip = base + length * axis
         if np.hypot(*view.project(tip - base)) > 0.15 * length:
             yield _spatial(view, np.stack([base, tip]), "ink", 0.9)
-            u, v = view.project(base + 1.25 * length * axis).tolist()
-            yield Words(u, v, name, "ink", "middle", 7.0, up=-2.5, italic=True)
+            at = base + 1.25 * length * axis
+            u, v = view.project(at).tolist()
+            yield Words(u, v, name, "ink", "middle", 7.0, up=-2.5, italic=True, space=tuple(at.tolist()))
 
 
 def _axis_name(vector: FloatArray) -> str:

@@ -92,6 +92,7 @@ class Words:
     up: float = 0.0
     bold: bool = False
     italic: bool = False
+    space: tuple[float, float, float] | None = None
 
 
 Item = Curve | Area | Words

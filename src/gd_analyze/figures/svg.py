@@ -18,8 +18,8 @@ from gd_analyze.figures.figure import Area, Curve, Figure, Key, Panel, Words
 UNIT = 20
 # A line may leave out points this near to it, pt.
 _NEAR = 0.04
-# Points of a curve at most: some four per point of a wide panel.
-_MOST_POINTS = 1000
+# Points of a curve at most: some three per point of a wide panel.
+_MOST_POINTS = 600
 _LEGEND = 14.0
 
 Paint = Callable[[str], str]
@@ -81,6 +81,9 @@ def _drawn(panel: Panel, width: float, height: float, paint: Paint) -> Iterator[
         if isinstance(item, Words):
             x, y = placed(np.array(item.x), np.array(item.y)).tolist()
             look = ' font-weight="bold"' * item.bold + ' font-style="italic"' * item.italic
+            if item.space is not None and paint is on_page:
+                look += f' data-space3="{" ".join(f"{value:.4g}" for value in item.space)}"'
+                look += f' data-shift="{_int(item.right)} {_int(-item.up)}"'
             yield _text(
                 x + item.right, y - item.up, item.text, item.size, paint(item.colour), item.anchor, look
             )
@@ -262,3 +265,11 @@ def _legend(keys: tuple[Key, ...]) -> str:
 
 def _int(value: float) -> int:
     return round(UNIT * value)
+
+
+def position(figure: Figure, x: float, y: float) -> tuple[int, int]:
+    """Where numbers lie on the drawing of a figure of one panel, in units of the drawing."""
+    (panel,) = figure.panels
+    left, bottom, right, top = panel.margins
+    across = left + (figure.width - left - right) * float(panel.x.place(np.array(x)))
+    return _int(across), _int(top + (figure.height - top - bottom) * (1 - float(panel.y.place(np.array(y)))))

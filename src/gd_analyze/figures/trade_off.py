@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from gd_analyze.figures.figure import (
     Words,
     apart,
     decades_axis,
+    shortened,
     with_grid,
 )
 
@@ -97,3 +99,45 @@ def _axis(values: np.ndarray, unit: str) -> Axis:
 
 def _height(axis: Axis, value: float) -> float:
     return float(np.clip(axis.place(np.array(value)), 0.0, 1.0))
+
+
+def reach_figure(findings: Findings) -> Figure:
+    """Errors of every joint as multiples of the allowed one: sampled, proven, drawn from the limits."""
+    arm, beyond = findings.arm, findings.tables["beyond"]
+    allowed = findings.tables["simplified_model"].allowed_error.values
+    looks: tuple[tuple[str, np.ndarray, str, Any], ...] = (
+        ("at the set points", findings.tables["simplified_model"].largest_error.values, "accent", "circle"),
+        ("found in the box", beyond.worst_found.values, "inertia", "triangle"),
+        ("proven in the box", beyond.certified.values, "inertia", "square"),
+        ("within the arm's limits", beyond.within_limits.values, "rotation", "diamond"),
+        ("uncertainty of parameters", beyond.uncertainty.values, "ink", "cross"),
+    )
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratios = {label: values / allowed for label, values, *_ in looks}
+    known = [
+        *(r for values in ratios.values() for r in values[np.isfinite(values) & (values > 0)]),
+        0.1,
+        10.0,
+    ]
+    low, high = max(min(known), 1e-3) / 1.3, min(max(known), 1e5) * 1.3
+    n = arm.n_joints
+    names = tuple(f"{i + 1} {shortened(joint.name, 74.0)}" for i, joint in enumerate(arm.joints))
+    y = Axis(-n - 0.5, -0.5, tuple(-float(i) for i in range(1, n + 1)), names=names, grid=True)
+    items: list[Item] = [Curve(np.ones(2), np.array([y.low, y.high]), "ink", 1.0)]
+    keys = []
+    for label, _, colour, marker in looks:
+        x = np.clip(ratios[label], low, high)
+        shown = np.isfinite(ratios[label])
+        if shown.any():
+            at = -np.arange(1.0, n + 1)[shown]
+            tips = tuple(f"{label}: {ratio:.3g} times the allowed error" for ratio in ratios[label][shown])
+            items.append(Curve(x[shown], at, colour, 0.0, marker=marker, size=5.0, tips=tips))
+            keys.append(Words(low, y.low, f"{_SIGNS[marker]} {label}", colour, size=7.0, up=-24.0))
+    for k, word in enumerate(keys):
+        items.append(replace(word, right=k * 84.0 - 60.0))
+    margins = (84.0, 30.0, 12.0, 6.0)
+    panel = Panel("reach", "", decades_axis(low, high, "×"), y, tuple(items), margins=margins)
+    return Figure("Errors as multiples of the allowed error", ((panel,),), WIDTH, 40.0 + 17.0 * n)
+
+
+_SIGNS = {"circle": "●", "triangle": "▲", "square": "■", "diamond": "◆", "cross": "×"}

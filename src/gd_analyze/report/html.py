@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -55,7 +55,10 @@ def frame(title: str, links: Iterable[tuple[str, str]], body: str, *, data: str 
     run
         Mark of the run, as a property of the page.
     """
-    scripts = ["page.js", *(["report.js"] if data else [])]
+    styles, scripts = ["page.css"], ["page.js"]
+    if data:
+        styles.append("report.css")
+        scripts.append("report.js")
     mark = f'<meta name="gd-analyze-run" content="{escape(run)}">\n' if run else ""
     held = f'<script type="application/json" id="report-data">{data}</script>\n' if data else ""
     nav = "\n".join(f'    <a href="#{escape(key)}">{escape(name)}</a>' for key, name in links)
@@ -69,7 +72,7 @@ style-src 'unsafe-inline'; img-src data:">
 <meta name="color-scheme" content="light dark">
 <meta name="generator" content="gd-analyze">
 {mark}<title>{escape(title)} · gd-analyze</title>
-<style>{css_variables()}{template("page.css")}</style>
+<style>{css_variables()}{"".join(map(template, styles))}</style>
 </head>
 <body>
 <a class="skip" href="#answer">Skip to the answer</a>
@@ -162,10 +165,12 @@ def paragraphs(note: str, kind: str = "") -> str:
 def table_html(table: Table, numbers: Numbers) -> str:
     """A table that scrolls where it is wide and, where it is long, can be sorted."""
     count = table.n_rows if table.top is None else min(table.top, table.n_rows)
+    if not count or not any(column.label for column in table.columns):
+        return ""
     sortable = count > _SORTABLE
     heads, cells = [], []
-    for column, unit, written in cells_of(table):
-        name = text(column.label) + (Markup(" <small>{}</small>").format(text(unit)) if unit else "")
+    for column, unit, written in table.shown():
+        name = text(column.label) + (Markup(f" <small>{text(unit)}</small>") if unit else "")
         kind = "" if _is_left(column) else ' class="value"'
         title = f' title="{escape(column.meaning)}"' if column.meaning else ""
         name = Markup(f'<button type="button">{name}</button>') if sortable else name
@@ -181,31 +186,25 @@ def table_html(table: Table, numbers: Numbers) -> str:
     )
 
 
-def cells_of(table: Table) -> Iterator[tuple[Column, str, list[Markup]]]:
-    """Columns that are shown, with the unit for the heading and cells as HTML."""
-    for column, unit, cells in table.shown():
-        if column.shown == "math":
-            yield column, "", [maths(value) for value in column.values[: table.top]]
-        else:
-            yield column, unit, [text(cell) for cell in cells]
-
-
-def _marked(column: Column, written: Sequence[Markup], sortable: bool) -> list[str]:
-    """Cells as elements of a row; the first of a table heads its row."""
+def _marked(column: Column, written: Sequence[str], sortable: bool) -> list[str]:
+    """Cells as elements of a row; a name heads its row."""
     out = []
-    for value, cell in zip(column.values, written, strict=False):
+    for value, cell in zip(column.values, map(text, written), strict=False):
         sorts = f' data-v="{float(value):.6g}"' if sortable and isinstance(value, int | float) else ""
-        if column.shown == "effect" and value:
-            first, *rest = str(value).split(" ")
-            letters = f'<span class="kept {escape(first)}">{text(" ".join(rest) or first)}</span>'
-            out.append(f"<td>{letters}</td>")
+        kind = "" if _is_left(column) else ' class="value"'
+        if column.shown == "math":
+            out.append(f"<td>{maths(value)}</td>")
+        elif column.shown == "effect":
+            effect, _, mark = str(value or "").partition(" ")
+            out.append(
+                f'<td><span class="kept {escape(effect)}">{text(mark)}</span></td>' if value else "<td></td>"
+            )
         elif column.shown == "share":
-            share = min(max(float(value), 0.0), 1.0) if value is not None else 0.0
+            share = 0.0 if value is None else min(max(float(value), 0.0), 1.0)
             out.append(f'<td{sorts}><span class="share" style="--share:{share:.4g}">{cell}</span></td>')
         elif column.shown == "name":
             out.append(f'<th scope="row">{cell}</th>')
         else:
-            kind = "" if _is_left(column) else ' class="value"'
             out.append(f"<td{kind}{sorts}>{cell}</td>")
     return out
 

@@ -1,50 +1,47 @@
-"""The interactive report: one HTML file that opens offline and asks the network for nothing."""
+"""The main report as a page: the answer, the budget that can be moved, the model, and appendices."""
 
 from __future__ import annotations
 
 import json
 from typing import Any
 
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
-from gd_analyze import text as formatting
-from gd_analyze.dynamics.dominance import elements
-from gd_analyze.figures.torques import CONTRIBUTIONS
-from gd_analyze.figures.trade_off import kind_name
-from gd_analyze.formulas.formula import Legend
-from gd_analyze.formulas.languages import PageMathML
-from gd_analyze.report.beyond_chart import beyond_chart, place
-from gd_analyze.report.budget_equations import budget_equations
-from gd_analyze.report.budget_path import DECADES, BudgetPath
-from gd_analyze.report.interactive import MOST_POINTS, NEAR, page_data
-from gd_analyze.report.measured_document import measured_document
-from gd_analyze.report.motions_document import motions_told
-from gd_analyze.report.old_numbering import numbering
-from gd_analyze.report.page_environment import environment, style, template_text
-from gd_analyze.report.recording_document import recording_document
-from gd_analyze.report.recursion_document import recursion_shown
-from gd_analyze.report.stroboscope import stroboscope
-from gd_analyze.report.terms import exact_elements, ranked_rows, shared_accelerations, tallies, torque_names
-from gd_analyze.results import summary
-from gd_analyze.results.error_words import norms_told
-from gd_analyze.results.findings import Findings
-from gd_analyze.results.frames import rows_of
-from gd_analyze.results.rows import Row, dropped_parts, element_rows, joint_rows, trade_off_rows
-from gd_analyze.robots.plausibility import inconsistent_inertias
-from gd_analyze.text import inertia_label
-
-SCRIPTS = (
-    "chart.js",
-    "trade_off.js",
-    "plots.js",
-    "viewer.js",
-    "budget.js",
-    "table.js",
-    "switches.js",
-    "fold.js",
+from gd_analyze.figures.arm import arm_figure, playable
+from gd_analyze.figures.svg import panel_svg
+from gd_analyze.figures.torques import contributions_figure
+from gd_analyze.figures.trade_off import trade_off_figure
+from gd_analyze.report.budget import BudgetPath, budget_equations, budget_words, place
+from gd_analyze.report.html import (
+    drawing_html,
+    frame,
+    meanings_html,
+    opening,
+    paragraphs,
+    parts_html,
+    provenance_html,
+    section_html,
+    template,
+    text,
 )
-# What the appendices are called where there is little room.
-SHORT_TITLES = {
+from gd_analyze.report.model_sections import made_of, model_parts, nothing_to_trade, trade_off_table
+from gd_analyze.report.numbering import Numbers
+from gd_analyze.report.sections import sections
+from gd_analyze.result import Drawing, Part, Result, Section
+from gd_analyze.results.findings import Findings
+from gd_analyze.results.model_facts import joint_errors
+from gd_analyze.results.rows import joint_rows
+from gd_analyze.results.run_result import (
+    first_facts,
+    notices,
+    provenance_lines,
+    run_headline,
+    subtitle,
+    tube_bound,
+)
+from gd_analyze.text import amount, percent
+
+_APPENDIX_NAMES = {
     "motion": "Motion",
     "recording": "Readings",
     "measured": "Measured",
@@ -58,9 +55,6 @@ SHORT_TITLES = {
     "equations": "Equations",
     "data": "Data",
 }
-# Rows of the ranking of single terms.
-TERMS_SHOWN = 40
-_MATHS = PageMathML()
 
 
 def render_html(findings: Findings) -> str:
@@ -74,7 +68,7 @@ def render_html(findings: Findings) -> str:
     Returns
     -------
     str
-        A complete document; styles, scripts and data are inside it.
+        A complete document; styles, drawings, scripts and data are inside it.
 
     Examples
     --------
@@ -84,127 +78,214 @@ def render_html(findings: Findings) -> str:
     >>> page.startswith("<!doctype html>")
     True
     """
-    path, data = BudgetPath.of(findings), page_data(findings)
-    shown = _content(findings, path) | _mathematics(findings, path) | numbering(findings)
-    frame = {
-        "data": _json(data | {"budgets": path.data(findings)}),
-        "trade_off_legend": data["figures"].get("trade-off", {}).get("traces", ()),
-        "style": style("report.css"),
-        "scripts": Markup("\n".join(template_text(name) for name in SCRIPTS)),
-    }
-    return environment().get_template("report.html.j2").render(shown | frame)
-
-
-def _content(findings: Findings, path: BudgetPath) -> dict[str, Any]:
-    """Rows, sentences and figures of the page."""
-    arm, model, tables, count = (
-        findings.arm,
-        findings.model,
-        findings.tables,
-        findings.trajectory.n_set_points,
+    appendices, result, path = sections(findings), opening_of(findings), BudgetPath.of(findings)
+    numbers = Numbers.of((*first_parts(findings), *appendices))
+    letters = dict(zip((section.key for section in appendices), "ABCDEFGHIJKLM", strict=False))
+    folded = "".join(_appendix(findings, section, letters[section.key], numbers) for section in appendices)
+    body = (
+        f'<section id="answer">\n{opening(result)}{_first_screen(findings, numbers)}</section>\n'
+        f"{_budget(findings, path, numbers)}{_the_model(findings, path, numbers)}"
+        '<section id="appendices" aria-labelledby="appendices-title">\n<div class="appendices-head">'
+        '<h2 id="appendices-title">Appendices</h2> '
+        '<button type="button" id="open-all">Unfold all</button></div>\n'
+        f"{folded}</section>"
     )
-    rows, trade_off = element_rows(findings), tables["trade_off"]
-    joints = joint_rows(findings, "simplified_model", "beyond", "tube")
-    ranked = {row["element"]: row for row in rows}
-    return {
-        **summary.opening(findings),
-        "findings": findings,
-        "arm": arm,
-        "doubts": [*arm.doubts, *inconsistent_inertias(arm)],
-        "model": model,
-        "elements_only": findings.element_model,
-        "steps": summary.search_steps(findings),
-        "kinds": list(dict.fromkeys(joint.kind for joint in arm.joints)),
-        "joints": joints,
-        "dominance": rows,
-        "ranked": ranked,
-        "panels": _panels(ranked, arm.n_joints),
-        "order": {element.label: place for place, element in enumerate(elements(arm.n_joints))},
-        "threshold": float(findings.dominance.attrs["threshold"]),
-        "verdict_counts": summary.verdict_counts(findings),
-        "text": summary.text_comparison(findings),
-        "dropped": dropped_parts(findings),
-        "by_motion": motions_told(findings),
-        "terms": ranked_rows(findings, TERMS_SHOWN),
-        "terms_total": tables["terms"].attrs["total"],
-        "not_worth_keeping": summary.not_worth_keeping(findings),
-        "trade_off": trade_off_rows(findings),
-        "trade_off_kinds": [
-            kind_name(kind["level"], kind["refit"]).capitalize() for kind in rows_of(trade_off, "kind")
-        ],
-        "path": path,
-        "norms": norms_told(model.accuracy.norms, arm),
-        "tube": tables["tube"],
-        "tube_sentence": summary.tube_sentence(findings),
-        "unsymmetric": summary.unsymmetric_told(findings),
-        "budget_place": place(1.0, *DECADES),
-        "contributions": {
-            name: words for name, words in CONTRIBUTIONS.items() if name != "drives" or model.drives
-        },
-        "recording": recording_document(findings),
-        **_limits(findings),
-        "short_titles": SHORT_TITLES,
-        "proven": any(row.get("tube_certified") is not None for row in joints),
-        "drawn": tables["beyond"].attrs["states_drawn"],
-        "beyond_chart": beyond_chart(joints),
-        "smallest_payload": min(joints, key=lambda row: row["mass_within_budget"]),
-        "bound_ratio": summary.bound_ratio(findings),
-        "uncertain": summary.above_allowed(joints, "uncertainty"),
-        "outside": summary.above_allowed(joints, "within_limits"),
-        "cross_check": rows_of(tables["cross_check"], "comparison"),
-        "run": findings.provenance.get("run", ""),
-        "provenance": summary.provenance_lines(findings),
-        "measured": measured_document(findings),
-        "still": stroboscope(arm, findings.trajectory.q, findings.trajectory.gaps),
-        "thinned_to": MOST_POINTS if count > MOST_POINTS else None,
-    }
+    links = [("answer", "Answer"), ("budget", "Budget"), ("the-model", "Model")]
+    links += [(key, f"{letter} {_APPENDIX_NAMES[key]}") for key, letter in letters.items()]
+    data = {"arm": playable(findings), "budgets": path.data(findings) if path.moves else None}
+    run = findings.provenance.get("run", "")
+    return frame(f"{result.title} {result.subtitle}", links, body, data=_json(data), run=run)
 
 
-def _panels(ranked: dict[str, Row], n_joints: int) -> dict[str, list[Row]]:
-    """Rows of all elements by quantity, in the order of the matrix."""
-    grouped: dict[str, list[Row]] = {}
-    for element in elements(n_joints):
-        grouped.setdefault(element.quantity, []).append(ranked[element.label])
-    return grouped
+def opening_of(findings: Findings) -> Result:
+    """Title, headline, facts and notices of the report."""
+    return Result(
+        title=findings.arm.title or findings.arm.name,
+        subtitle=subtitle(findings),
+        headline=run_headline(findings),
+        facts=first_facts(findings),
+        notices=(*findings.warnings, *notices(findings)),
+        provenance=dict(provenance_lines(findings)),
+    )
 
 
-def _mathematics(findings: Findings, path: BudgetPath) -> dict[str, Any]:
-    """Formulas of the model, of the parts that the element level keeps and of the exact elements."""
-    n, model, form = findings.arm.n_joints, findings.model, findings.model.form
-    has_terms = model.level.has_torque_terms
-    return {
-        "torque_lines": budget_equations(findings, path) if has_terms else (),
-        "torque_legend": _legend(torque_names(findings)),
-        "tallies": tallies(form.torques, model.torques, n) if has_terms else (),
-        "kept_torques": model.torques if has_terms else {},
-        "shared_accelerations": _legend(shared_accelerations(form.velocities)),
-        "parts_formulas": findings.element_model.formulas,
-        "inertia_labels": [[inertia_label(i, j) for j in range(n)] for i in range(n)],
-        "exact_elements": exact_elements(findings),
-        "recursion": recursion_shown(findings),
-    }
+def first_parts(findings: Findings) -> tuple[Part, ...]:
+    """Drawings and tables before the appendices, in order."""
+    budget = findings.model.accuracy.budget
+    contributions = Drawing(
+        "contributions",
+        "Torque by contribution over time.",
+        contributions_figure(findings),
+        "Positive parts are stacked above zero, negative ones below it; the line is their sum.",
+    )
+    arm = Drawing("arm", "Poses of the arm and the path of its end effector.", arm_figure(findings))
+    parts: list[Part] = [arm, contributions, joint_errors(findings.model, tube_bound(findings), "errors")]
+    if not nothing_to_trade(findings):
+        of = findings.model.accuracy.asked.shares_of
+        note = "" if of == "peak torque" else f" Errors are shares of what {budget} allows."
+        words = "Operations against error for other budgets and levels; the star is this report's model."
+        parts.append(Drawing("trade_off", words, trade_off_figure(findings), _TRADE_OFF + note))
+        parts.append(trade_off_table(findings))
+    return tuple(parts)
 
 
-def _legend(legend: Legend) -> list[Markup]:
-    return [*map(Markup, _MATHS.legend(legend))]
+_TRADE_OFF = (
+    "Dashed: the models of the slider. Other levels come from one quick search each; a longer search "
+    "may find "
+    "fewer operations."
+)
 
 
-def _limits(findings: Findings) -> dict[str, Any]:
-    """Torque limits in words, where there are any, and whether one is so near a torque that it is drawn."""
-    peaks = findings.model.accuracy.errors.peak_torque
-    pairs = [
-        (drive.torque_limit, peak, joint.effort_unit)
-        for drive, peak, joint in zip(findings.arm.drives, peaks, findings.arm.joints, strict=False)
-        if drive.torque_limit is not None
-    ]
-    return {
-        "has_limits": bool(pairs),
-        "limit_is_near": any(limit < NEAR * peak for limit, peak, _ in pairs),
-        "limits": ", ".join(formatting.amount(limit, unit) for limit, _, unit in pairs),
-    }
+_EMPTY_CELL = '<td class="value"></td>'
+
+
+def _first_screen(findings: Findings, numbers: Numbers) -> str:
+    """The arm that plays beside the stacked torques."""
+    arm, contributions = first_parts(findings)[:2]
+    assert isinstance(arm, Drawing)
+    assert isinstance(contributions, Drawing)
+    rows = "".join(
+        f'<tr><th scope="row">{k} {escape(joint.name)}</th>{2 * _EMPTY_CELL}</tr>\n'
+        for k, joint in enumerate(findings.arm.joints, start=1)
+    )
+    (panel,) = arm.figure.panels
+    drawn = f'<div id="scene">{panel_svg(panel, arm.figure)}</div>'
+    caption = f"{numbers.of_figure('arm')}{text(arm.title)}"
+    card = template("arm.html").format(drawn=drawn, rows=rows, caption=caption)
+    return f'<div class="opening">\n{card}{drawing_html(contributions, numbers)}</div>\n'
+
+
+def _budget(findings: Findings, path: BudgetPath, numbers: Numbers) -> str:
+    """The slider, the joints' errors under it, and the trade-off."""
+    model, ways = findings.model, {key: part for part in first_parts(findings)[3:] if (key := _key(part))}
+    if path.moves:
+        kept = (
+            ""
+            if made_of(findings) == "recursion"
+            else _result("kept", len(path.rows[path.asked]["kept"]), made_of(findings), "kept")
+        )
+        share = float(model.accuracy.shares.max(initial=0.0))
+        head = template("budget.html").format(
+            label=escape(budget_words(path.rows[path.asked]["budget"])),
+            last=len(path.rows) - 1,
+            asked=path.asked,
+            count=_result("count", model.operations.total, "operations", f"of {model.operations_full.total}"),
+            kept=kept,
+            worst=_result(
+                "worst", text(percent(share)), "largest error,", f"of {model.accuracy.asked.shares_of}"
+            ),
+            budget=escape(model.accuracy.budget),
+            what="changes more steps"
+            if made_of(findings) == "recursion"
+            else "keeps nothing that a smaller one drops",
+        )
+    else:
+        low, high = (budget_words(path.rows[k]["budget"]) for k in (0, -1))
+        said = (
+            "the model stays the same"
+            if model.saves
+            else "nothing can be dropped that would save an operation"
+        )
+        head = (
+            f'<p class="note">No other model from {escape(low)} to {escape(high)}: {said}. '
+            f"The exact torque takes <b>{model.operations_full.total}</b> operations.</p>\n"
+        )
+    drawing = ways.get("trade_off_figure")
+    trade = (
+        f'<div class="card">{drawing_html(drawing, numbers)}</div>' if isinstance(drawing, Drawing) else ""
+    )
+    table = ways.get("trade_off_table")
+    numbers_table = parts_html((table,), numbers) if table else ""
+    fold = f"<details><summary>The same in numbers</summary>\n{numbers_table}</details>\n" if table else ""
+    return (
+        '<section id="budget" aria-labelledby="budget-title">\n'
+        '<h2 id="budget-title">What the budget buys</h2>\n'
+        f'{head}<div class="buys{"" if trade else " alone"}">\n'
+        f'<div class="card">{_errors(findings, numbers)}</div>\n'
+        f"{trade}</div>\n{fold}</section>\n"
+    )
+
+
+def _key(part: Part) -> str:
+    return f"{part.key}_{'figure' if isinstance(part, Drawing) else 'table'}"
+
+
+def _result(key: str, value: Any, first: str, second: str) -> str:
+    return f'<p class="result"><b id="budget-{key}">{value}</b> <span>{first}<br>{second}</span></p>'
+
+
+def _errors(findings: Findings, numbers: Numbers) -> str:
+    """Every joint's error against the budget, on a logarithmic scale that the slider moves."""
+    model, rows = findings.model, []
+    proven = tube_bound(findings)
+    for i, row in enumerate(joint_rows(findings, "simplified_model")):
+        allowed, error, unit = row["allowed_error"], row["largest_error"], row["effort_unit"]
+        mark = ""
+        if proven is not None and allowed > 0:
+            mark = f'<i class="proven-mark" style="left:{place(float(proven[i]) / allowed)}%"></i>'
+        name = escape(row["joint_name"])
+        at = place(error / allowed if allowed > 0 else float(error > 0))
+        rows.append(
+            f'<tr style="--error:{at};--budget:{place(1.0)}"><th scope="row"><b>{i + 1}</b> '
+            f'<span class="name" title="{name}">{name}</span></th>\n<td class="bar-cell"><span class="log" '
+            f'aria-hidden="true"><i class="fill"></i>{mark}<i class="allowed"></i></span></td>\n'
+            f'<td class="said">{text(amount(error, unit))} of {text(amount(allowed, unit))}</td>\n'
+            f'<td class="value">{text(percent(float(model.accuracy.shares[i])))}</td></tr>\n'
+        )
+    title = "Largest torque error of each joint on a logarithmic scale; the line is the budget"
+    title += ", the diamond the error proven near the motion." if proven is not None else "."
+    return template("errors.html").format(
+        caption=f"{numbers.of_table('errors')}{title}",
+        rows="".join(rows),
+        shares_of=model.accuracy.asked.shares_of,
+        budget=place(1.0),
+    )
+
+
+def _the_model(findings: Findings, path: BudgetPath, numbers: Numbers) -> str:
+    """The model as equations; terms follow the slider."""
+    model = findings.model
+    head = '<section id="the-model" aria-labelledby="model-title">\n<h2 id="model-title">The model</h2>\n'
+    if made_of(findings) == "terms":
+        inside = (
+            '<p class="lead">All of the model: a line each for <i>D</i> inertia, <i>h</i> Coriolis and '
+            "centrifugal, and <i>c</i> gravity. SI units; three digits shown, all of them in "
+            "<code>model.json</code>.</p>\n"
+            f'<div class="torques">\n{budget_equations(findings, path)}</div>\n{meanings_html(model.legend)}'
+        )
+        if model.refitted or model.level.is_mechanical:
+            inside += '<p class="small only-other">Coefficients are those of this report\'s model.</p>\n'
+    elif made_of(findings) == "recursion":
+        inside = (
+            '<p class="lead">The recursion of Newton and Euler with the constants of this arm: outward for '
+            "velocities and accelerations, inward for forces and moments. A simplified step is dropped, "
+            'lacks a summand, or has another number. <a href="#model">The appendix</a> has all equations and '
+            "what was left out.</p>\n"
+        ) + parts_html(model_parts(findings), numbers)
+    else:
+        inside = parts_html(model_parts(findings), numbers)
+    return head + inside + template("reading.html") + "</section>\n"
+
+
+def _appendix(findings: Findings, section: Section, letter: str, numbers: Numbers) -> str:
+    more = ""
+    if section.key == "effects":
+        more = template("effects.html")
+    elif section.key == "equations":
+        more = template("equations.html")
+    inside = "".join(
+        section_html(part, numbers, 3) if isinstance(part, Section) else parts_html((part,), numbers)
+        for part in section.parts
+    )
+    if section.key == "data":
+        inside += provenance_html(dict(provenance_lines(findings)))
+    return (
+        f'<details class="appendix" id="{section.key}">\n<summary><h2><span class="letter">{letter}</span> '
+        f"{text(section.title)}</h2></summary>\n{paragraphs(section.note)}{more}{inside}</details>\n"
+    )
 
 
 def _json(values: dict[str, Any]) -> Markup:
     """JSON that cannot end the script element it stands in."""
-    text = json.dumps(values, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    return Markup(text.replace("<", "\\u003c"))
+    written = json.dumps(values, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return Markup(written.replace("<", "\\u003c"))

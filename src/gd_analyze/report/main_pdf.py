@@ -1,27 +1,22 @@
-"""The typeset report: numbers as JSON, figures as SVG, layout by Typst."""
+"""The main report as a PDF: a first page that answers, the model, the trade-off, and appendices."""
 
 from __future__ import annotations
 
-import datetime
-import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from typing import Any
 
-from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.figures.arm import arm_figure, views_figure
-from gd_analyze.figures.colours import COLOURS
-from gd_analyze.figures.elements import inertia_figure, vector_figure
-from gd_analyze.figures.figure import Figure
-from gd_analyze.figures.motion import motion_figure, recording_figure
-from gd_analyze.figures.svg import figure_svg
-from gd_analyze.figures.torques import contributions_figure, error_figure, measured_figure, measured_joints
-from gd_analyze.figures.trade_off import trade_off_figure
-from gd_analyze.report.compiled_templates import TEMPLATES
-from gd_analyze.report.document import document
+from gd_analyze.report.main_page import first_parts, opening_of
+from gd_analyze.report.model_sections import model_parts
+from gd_analyze.report.numbering import Numbers
+from gd_analyze.report.pdf import drawings_of, parts_data, result_data, typeset
+from gd_analyze.report.sections import sections
+from gd_analyze.result import Drawing, Table
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.recording_words import is_recorded
+from gd_analyze.results.run_result import margins, tube_bound
+
+# What a bar of the chart of errors shows of what the budget allows, at most.
+_LONGEST = 3.0
 
 
 def prepare_pdf(findings: Findings) -> Callable[[], bytes]:
@@ -37,59 +32,53 @@ def prepare_pdf(findings: Findings) -> Callable[[], bytes]:
     callable
         Typesets: gives a PDF file, of the same findings the same bytes, or raises a GdAnalyzeError.
     """
-    data, figures, created = document(findings), report_figures(findings), findings.provenance["created"]
-    return partial(typeset, TEMPLATES / "report.typ", data, figures, created)
-
-
-def report_figures(findings: Findings) -> dict[str, str]:
-    """Draw every figure of the report, as SVG by its name in the template."""
-    makers: dict[str, Callable[[Findings], Figure]] = {
-        "arm": arm_figure,
-        "contributions": contributions_figure,
-        "views": views_figure,
-        "motion": motion_figure,
-        "inertia": inertia_figure,
-        "coriolis": partial(vector_figure, quantity="coriolis_centrifugal"),
-        "gravity": partial(vector_figure, quantity="gravity_loading"),
-        "torque": error_figure,
-        "trade_off": trade_off_figure,
+    first, appendices = first_parts(findings), sections(findings)
+    numbers = Numbers.of((*first, *appendices))
+    rest = parts_data(appendices, numbers)
+    for section, part in zip(appendices, rest, strict=True):
+        part["key"] = section.key
+    data = result_data(opening_of(findings)) | {
+        "errors": _errors(findings, numbers),
+        "first": {
+            part.key: value
+            for part, value in zip(first[:2], parts_data(first[:2], numbers), strict=True)
+            if isinstance(part, Drawing)
+        },
+        "trade_off": parts_data(
+            [part for part in first[2:] if part.key == "trade_off" and isinstance(part, Drawing | Table)],
+            numbers,
+        ),
+        "model": parts_data(model_parts(findings), numbers),
+        "appendices": rest,
+        "small": findings.arm.n_joints < 4,
     }
-    if is_recorded(findings):
-        makers["recording"] = recording_figure
-    if measured_joints(findings):
-        makers["measured"] = measured_figure
-    return {name: figure_svg(make(findings)) for name, make in makers.items()}
+    drawings = drawings_of((*first, *appendices))
+    return partial(typeset, "report.typ", data, drawings, findings.provenance["created"])
 
 
-def typeset(template: Path, data: dict[str, Any], figures: Mapping[str, str], created: str) -> bytes:
-    """Compile a Typst template that reads its data and its figures, SVG by name, from `sys.inputs`.
+def _errors(findings: Findings, numbers: Numbers) -> dict[str, Any]:
+    """Bars and figures of every joint's error, sampled and proven, against the budget."""
+    (table,) = (part for part in first_parts(findings) if part.key == "errors")
+    model, proven = findings.model, tube_bound(findings)
+    allowed, noise = model.accuracy.allowed, findings.round_off
+    used = [
+        _used(float(error), float(a), noise)
+        for error, a in zip(model.accuracy.errors.largest, allowed, strict=True)
+    ]
+    bounds = None
+    if proven is not None:
+        bounds = [_used(float(error), float(a), noise) for error, a in zip(proven, allowed, strict=True)]
+    near = "the motion" if proven is None else f"{margins(findings)} of the motion"
+    return {
+        "table": parts_data([table], numbers)[0],
+        "used": used,
+        "proven": bounds,
+        "longest": max([1.25, *used, *(bounds or [])]),
+        "near": near,
+        "budget": model.accuracy.budget,
+    }
 
-    The file is dated as created, in ISO 8601.
 
-    Raises
-    ------
-    GdAnalyzeError
-        With Typst's own message, if it does not compile.
-    """
-    import typst
-
-    try:
-        pdf = typst.compile(
-            template,
-            root=template.parent,
-            ignore_system_fonts=True,
-            sys_inputs={
-                "data": json.dumps(data, ensure_ascii=False, allow_nan=False),
-                "colours": json.dumps(COLOURS),
-                **figures,
-            },
-            timestamp=datetime.datetime.fromisoformat(created),
-        )
-    except typst.TypstError as error:
-        raise GdAnalyzeError(
-            "the PDF report cannot be typeset",
-            where=template.name,
-            found=" ".join([error.message, *error.hints, error.diagnostic]),
-            next_step="please report this with the arm file and the trajectory; --format html works without",
-        ) from error
-    return bytes(pdf)
+def _used(error: float, allowed: float, noise: float) -> float:
+    """Part of the allowed error that an error takes; nothing where it is round-off."""
+    return min(error / allowed, _LONGEST) if error > noise and allowed > 0.0 else 0.0

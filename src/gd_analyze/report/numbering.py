@@ -22,7 +22,7 @@ class Numbers:
         """Count drawings and tables."""
         every = [*_flat(parts)]
         drawings = dict.fromkeys(part.key for part in every if isinstance(part, Drawing))
-        tables = dict.fromkeys(part.key for part in every if isinstance(part, Table) and part.n_rows)
+        tables = dict.fromkeys(part.key for part in every if isinstance(part, Table) and _is_shown(part))
         return cls(*({key: k for k, key in enumerate(keys, start=1)} for keys in (drawings, tables)))
 
     def of_figure(self, key: str) -> Markup:
@@ -39,3 +39,7 @@ def _flat(parts: Sequence[Part]) -> Iterator[Part]:
         yield part
         if isinstance(part, Section):
             yield from _flat(part.parts)
+
+
+def _is_shown(table: Table) -> bool:
+    return bool(table.n_rows and table.key and any(column.label for column in table.columns))

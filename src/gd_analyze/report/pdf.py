@@ -56,7 +56,14 @@ def result_data(result: Result) -> dict[str, Any]:
 
 def parts_data(parts: Sequence[Part], numbers: Numbers) -> list[dict[str, Any]]:
     """Parts as JSON values, each with its kind."""
-    return [_part(part, numbers) for part in parts]
+    return [_part(part, numbers) for part in parts if _is_shown(part)]
+
+
+def _is_shown(part: Part) -> bool:
+    """Whether it is for people, not for JSON only."""
+    if isinstance(part, Table):
+        return any(column.label for column in part.columns)
+    return not isinstance(part, Fact) or bool(part.label)
 
 
 def drawings_of(parts: Sequence[Part]) -> dict[str, str]:
@@ -96,39 +103,34 @@ def _part(part: Part, numbers: Numbers) -> dict[str, Any]:
 
 def table_data(table: Table, numbers: Numbers) -> dict[str, Any]:
     """Heads and rows of cells of a table."""
-    columns, units, cells = zip(*_cells(table), strict=True)
+    shown = [(column, unit, _cells(column, cells)) for column, unit, cells in table.shown()]
+    lengths = [max((len(str(cell)) for cell in cells), default=0) for _, _, cells in shown]
     return {
         "kind": "table",
         "number": numbers.tables.get(table.key),
         "title": pretty(table.title),
-        "heads": [[column.label, unit] for column, unit in zip(columns, units, strict=True)],
-        "left": [column.is_text or column.shown in ("math", "effect") for column in columns],
-        "long": [
-            column.is_text and max((len(str(cell)) for cell in written), default=0) > 40
-            for column, written in zip(columns, cells, strict=True)
-        ],
-        "rows": [list(row) for row in zip(*cells, strict=True)],
+        "heads": [[column.label, unit] for column, unit, _ in shown],
+        "left": [column.is_text or column.shown in ("math", "effect") for column, *_ in shown],
+        "long": [column.is_text and length > 40 for (column, *_), length in zip(shown, lengths, strict=True)],
+        "rows": [list(row) for row in zip(*(cells for *_, cells in shown), strict=True)],
         "note": _lines(table.note),
     }
 
 
-def _cells(table: Table) -> Iterator[tuple[Column, str, list[Any]]]:
-    """Columns with units and cells: text, mathematics ("math"), or an effect ("effect") with its letters."""
-    for column, unit, cells in table.shown():
-        values = column.values[: table.top]
-        if column.shown == "math":
-            yield column, "", [_maths(value) for value in values]
-        elif column.shown == "effect":
-            yield column, "", [_effect(value) for value in values]
-        else:
-            yield column, unit, [pretty(cell) for cell in cells]
+def _cells(column: Column, written: Sequence[str]) -> list[Any]:
+    """Cells: text, mathematics ("math"), or an effect ("effect") with its mark."""
+    if column.shown == "math":
+        return [_maths(value) for value in column.values[: len(written)]]
+    if column.shown == "effect":
+        return [_effect(value) for value in column.values[: len(written)]]
+    return [pretty(cell) for cell in written]
 
 
 def _effect(value: str | None) -> Any:
     if not value:
         return ""
-    first, *rest = value.split(" ")
-    return {"effect": first, "text": " ".join(rest) or first}
+    effect, _, mark = value.partition(" ")
+    return {"effect": effect, "text": mark}
 
 
 def _maths(value: Any) -> Any:

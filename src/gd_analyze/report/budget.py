@@ -1,0 +1,220 @@
+"""What a reader sees who moves the budget: models on one path, and the terms that each of them keeps."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from markupsafe import Markup
+
+from gd_analyze.figures.svg import position
+from gd_analyze.figures.trade_off import trade_off_figure
+from gd_analyze.formulas.formula import NOTHING, Formula, Product
+from gd_analyze.formulas.languages import PageMathML
+from gd_analyze.formulas.writing import carried, grouped, powers, torque_symbol, velocity_powers
+from gd_analyze.harmonics.terms import Torques, TorqueTerm, quantity_of
+from gd_analyze.report.model_sections import made_of
+from gd_analyze.results.findings import Findings
+from gd_analyze.results.rows import Row, budget_rows
+from gd_analyze.text import pretty
+
+# Decades of the axis that errors over the budget stand on.
+_LOW, _HIGH = -2, 1
+_MATHS = PageMathML()
+
+
+@dataclass(frozen=True)
+class BudgetPath:
+    """The path, smallest budget first.
+
+    Parameters
+    ----------
+    rows
+        Of `gd_analyze.results.rows.budget_rows`.
+    flags
+        Of everything that any budget keeps, by rank of a term or label of a part: at which budgets it is
+        kept, "1" or "0" each.
+    asked
+        Place of the budget that was asked for.
+    """
+
+    rows: list[Row]
+    flags: dict[Any, str]
+    asked: int
+
+    @classmethod
+    def of(cls, findings: Findings) -> BudgetPath:
+        """Read the table."""
+        rows = budget_rows(findings)
+        kept = [set(row["kept"]) for row in rows]
+        everything = sorted(set().union(*kept))
+        flags = {one: "".join("1" if one in of_row else "0" for of_row in kept) for one in everything}
+        return cls(rows, flags, next(k for k, row in enumerate(rows) if row["factor"] == 1.0))
+
+    @property
+    def moves(self) -> bool:
+        """Whether any budget gives another model than the one asked for."""
+        return len({row["operations"] for row in self.rows}) > 1
+
+    def data(self, findings: Findings) -> dict[str, Any]:
+        """Values for the page's script; places of errors are percent of their axis."""
+        model, allowed, whole = findings.model, findings.model.accuracy.allowed, findings.model.accuracy.whole
+        errors = np.array([row["largest_error"] for row in self.rows])
+        counts = [row["operations"] for row in self.rows]
+        ratio = np.divide(errors, allowed, out=np.zeros_like(errors), where=allowed > 0.0)
+        shares = 100 * np.divide(errors, whole, out=np.zeros_like(errors), where=whole > 0.0).max(axis=1)
+        figure = trade_off_figure(findings)
+        return {
+            "factor": [row["factor"] for row in self.rows],
+            "label": [budget_words(row["budget"]) for row in self.rows],
+            "operations": counts,
+            "kept": [len(row["kept"]) for row in self.rows],
+            "keeps": {"terms": model.level.keeps, "parts": "parts"}.get(made_of(findings), ""),
+            "exact": model.operations_full.total,
+            "largest_error": [[float(f"{error:.4g}") for error in row] for row in errors],
+            "place": [[place(share) for share in row] for row in ratio],
+            "limit": [place(row["factor"]) for row in self.rows],
+            "allowed": allowed.tolist(),
+            "whole": whole.tolist(),
+            "shares_of": model.accuracy.asked.shares_of,
+            "unit": [joint.effort_unit for joint in findings.arm.joints],
+            "trade_off": [position(figure, *pair) for pair in zip(shares, counts, strict=True)],
+        }
+
+
+def place(ratio: float) -> float:
+    """Place of a ratio of error and budget on the axis of the joints' errors, percent from its left."""
+    decade = math.log10(ratio) if ratio > 0.0 else _LOW
+    return round(100 * (min(max(decade, _LOW), _HIGH) - _LOW) / (_HIGH - _LOW), 2)
+
+
+def budget_words(budget: str) -> str:
+    """What a budget's percentages are of, numbers to three digits.
+
+    Examples
+    --------
+    >>> budget_words("1% or 10% friction"), budget_words("0.5 N m")
+    ('1 % of peak torque or 10 % of friction', '0.5 N m')
+    """
+    rounded = re.sub(r"\d+(\.\d+)?(e[+-]?\d+)?", lambda found: f"{float(found[0]):.3g}", budget)
+    words = re.sub(r"% (?=limit|friction|uncertainty)", " % of ", pretty(rounded))
+    return re.sub(r"%(?=$|,| or)", " % of peak torque", words)
+
+
+class _Summand(NamedTuple):
+    """One term without its sign; `kept` has a "1" for every budget that keeps it; `now`, the report's own."""
+
+    negative: bool
+    body: str
+    kept: str
+    now: bool
+
+    def html(self, first: bool) -> str:
+        kind = "term" + " first" * first + " negative" * self.negative
+        hidden = "" if self.now else " hidden"
+        inside = f"<wbr>{_sign(self.negative)}{self.body}"
+        return f'<span class="{kind}" data-kept="{self.kept}"{hidden}>{inside}</span>'
+
+
+class _Group(NamedTuple):
+    """Terms with the same velocities: in brackets before these, or by themselves, with none `behind`."""
+
+    terms: tuple[_Summand, ...]
+    behind: str
+    negative: bool
+
+    @property
+    def shown(self) -> list[_Summand]:
+        return [term for term in self.terms if term.now]
+
+    def html(self, first: _Summand | _Group | None) -> str:
+        if not self.behind:
+            return "".join(term.html(term is first) for term in self.terms)
+        shown = self.shown
+        single = len(shown) == 1 and not shown[0].negative
+        kind = "bracket" + " first" * (self is first) + " single" * single + " negative" * self.negative
+        inside = "".join(term.html(bool(shown) and term is shown[0]) for term in self.terms)
+        return (
+            f'<span class="{kind}"{"" if shown else " hidden"}><wbr>'
+            f"{_sign(self.negative)}{_PAREN.format('(')}"
+            f"{inside}{_PAREN.format(')')}{self.behind}</span>"
+        )
+
+
+_PAREN = '<math class="paren"><mo stretchy="false">{}</mo></math>'
+_LETTERS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c"}
+
+
+def budget_equations(findings: Findings, path: BudgetPath) -> Markup:
+    """Write the torques of a model of terms with all that any of the budgets keeps.
+
+    Coefficients are the model's, refitted where it is, and of terms that it leaves out the exact ones.
+    """
+    model, velocities = findings.model, findings.model.form.velocities
+    flags = {
+        term: path.flags[rank]
+        for rank, term in enumerate(findings.ranked_terms, start=1)
+        if rank in path.flags
+    }
+    torques = {term: findings.ranked_terms[term] for term in flags} | dict(model.torques)
+    # What cancels in the exact torque is not ranked, but a model of energies may have it.
+    here = "".join("1" if k == path.asked else "0" for k in range(len(path.rows)))
+    flags |= {term: here for term in model.torques if term not in flags}
+    out = []
+    for joint, groups in enumerate(grouped(velocities.n_joints, torques)):
+        lines: dict[str, list[_Group]] = {}
+        for before, terms in groups:
+            lines.setdefault(quantity_of(before), []).append(_group(terms, torques, flags, model.torques))
+        outer = Formula(torque_symbol(joint), tuple(carried(velocities, joint)))
+        carries = f"<math>{_MATHS.right(outer)}</math>" if outer.pieces else ""
+        out.append(_torque(joint, carries, lines))
+    return Markup("".join(out))
+
+
+def _torque(joint: int, carries: str, lines: dict[str, list[_Group]]) -> str:
+    shown = [group for groups in lines.values() for group in groups if group.shown]
+    first: _Summand | _Group | None = None
+    if shown and not carries:
+        first = shown[0] if shown[0].behind else shown[0].shown[0]
+    rows = [f'<p class="line carried">{carries}</p>\n' if carries else ""]
+    for quantity, groups in lines.items():
+        hidden = "" if any(group.shown for group in groups) else " hidden"
+        name = quantity.replace("_", " and ", 1)
+        rows.append(
+            f'<p class="line {quantity}"{hidden}><b title="{name}">{_LETTERS[quantity]}</b>'
+            f"{''.join(group.html(first) for group in groups)}</p>\n"
+        )
+    nothing = "" if not carries and not shown else " hidden"
+    left = _MATHS.left(Formula(torque_symbol(joint), NOTHING))
+    return (
+        f'<div class="torque" role="group" aria-label="Torque of joint {joint + 1}">\n'
+        f'<p class="left">{left}</p>\n'
+        f'<div>{"".join(rows)}<p class="line nothing"{nothing}><math><mn>0</mn></math></p></div>\n</div>\n'
+    )
+
+
+def _sign(negative: bool) -> str:
+    kind, sign = ("minus", "−") if negative else ("plus", "+")
+    return f'<math class="sign {kind}"><mo rspace=".25em">{sign}</mo></math>'
+
+
+def _group(terms: list[TorqueTerm], torques: Torques, flags: dict[TorqueTerm, str], now: Torques) -> _Group:
+    """Bracket several terms that have velocities; the sign of the first shown goes before the bracket."""
+    velocities = velocity_powers(terms[0].velocities)
+    bracketed = len(terms) > 1 and bool(velocities)
+    outer = bracketed and torques[next((term for term in terms if term in now), terms[0])] < 0
+    inside = () if bracketed else velocities
+    summands = tuple(
+        _Summand(
+            (torques[term] < 0) != outer,
+            f"<math>{_MATHS.product(Product(torques[term], powers(term.monomial) + inside))}</math>",
+            flags[term],
+            term in now,
+        )
+        for term in terms
+    )
+    behind = f"<math>{_MATHS.apart.join(map(_MATHS.power, velocities))}</math>" if bracketed else ""
+    return _Group(summands, behind, outer)

@@ -1,0 +1,196 @@
+// The main report: the arm that plays and turns, and the budget that moves.
+const data = JSON.parse(document.getElementById("report-data").textContent);
+const element = (id) => document.getElementById(id);
+const calm = matchMedia("(prefers-reduced-motion: reduce)");
+
+// A unit with the prefix that keeps a value short, as the program's words have it.
+function quantity(value, unit) {
+  const power = 3 * Math.floor(Math.log10(Math.abs(value) || 1) / 3 + 1e-9);
+  const prefix = { "-9": "n", "-6": "µ", "-3": "m", 3: "k", 6: "M" }[power];
+  const fits = !unit.startsWith("N") || !prefix || (Math.abs(value) >= 0.1 && Math.abs(value) < 1e4);
+  return fits ? `${number(value)} ${unit}` : `${number(value / 10 ** power)} ${prefix}${unit}`;
+}
+
+const viewer = (() => {
+  const { arm } = data, svg = element("scene").firstElementChild, slider = element("frame"), play = element("play"), turn = element("turn");
+  const last = arm.poses.length - 1, rows = [...element("state").rows];
+  const view = { frame: 0, playing: false, azimuth: arm.azimuth, elevation: arm.elevation };
+  slider.max = last;
+  turn.value = arm.azimuth;
+  // Lines of the drawing as points in space; the pose that plays is one more line, on top.
+  const spatial = all("[data-space]", svg).map((path) => {
+    const numbers = path.dataset.space.split(" ").map(Number);
+    return [path, Array.from({ length: numbers.length / 3 }, (_, k) => numbers.slice(3 * k, 3 * k + 3))];
+  });
+  const words = all("text", svg).map((text) => [text, text.dataset.space3 && text.dataset.space3.split(" ").map(Number)]);
+  const limb = svg.appendChild(document.createElementNS("http://www.w3.org/2000/svg", "path"));
+  limb.setAttribute("class", "pose");
+  let place;
+  function aim() {
+    const a = (view.azimuth * Math.PI) / 180, e = (view.elevation * Math.PI) / 180;
+    const right = [-Math.sin(a), Math.cos(a), 0], up = [-Math.sin(e) * Math.cos(a), -Math.sin(e) * Math.sin(a), Math.cos(e)];
+    const dot = (p, v) => p[0] * v[0] + p[1] * v[1] + p[2] * v[2];
+    place = (p) => [
+      Math.round(20 * (arm.corner[0] + arm.scale * (dot(p, right) - arm.origin[0]))),
+      Math.round(20 * (arm.corner[1] + arm.scale * (arm.origin[1] - dot(p, up)))),
+    ];
+  }
+  const line = (points) => points.map((p, k) => (isNaN(p[0]) ? "" : `${k && !isNaN(points[k - 1][0]) ? "L" : "M"}${place(p).join(" ")}`)).join("");
+  function pose() {
+    limb.setAttribute("d", line(arm.poses[view.frame]));
+    limb.style.display = view.frame || view.playing ? "inline" : "none";
+  }
+  function draw() {
+    aim();
+    for (const [path, points] of spatial) path.setAttribute("d", line(points));
+    for (const [text, at] of words) {
+      if (!at) continue;
+      const [x, y] = place(at), shift = text.dataset.shift.split(" ");
+      text.setAttribute("x", x + Number(shift[0]));
+      text.setAttribute("y", y + Number(shift[1]));
+    }
+    pose();
+    // What turned out of the picture is let in.
+    const box = svg.getBBox();
+    svg.setAttribute("viewBox", `${box.x} ${box.y} ${box.width} ${box.height}`);
+  }
+  const piles = all("#figure-contributions svg.panel");
+  function goTo(frame) {
+    const f = (view.frame = Math.max(0, Math.min(last, frame)));
+    pose();
+    element("clock").textContent = `${number(arm.time[f], 4)} s, set point ${arm.point[f]} of ${arm.point[last]}`;
+    arm.joints.forEach(([revolute, unit], k) => {
+      rows[k].cells[1].textContent = revolute ? `${number((arm.q[f][k] * 180) / Math.PI, 4)}°` : quantity(arm.q[f][k], "m");
+      rows[k].cells[2].textContent = quantity(arm.torque[f][k], unit);
+    });
+    slider.value = f;
+    slider.setAttribute("aria-valuetext", element("clock").textContent);
+    for (const panel of piles) lineAt(panel, "now", f || view.playing ? panel.scale.at(arm.time[f]) : null);
+  }
+  function stop() {
+    view.playing = false;
+    play.setAttribute("aria-pressed", "false");
+    play.textContent = "▶ Play";
+  }
+  let from = 0, started = 0;
+  function restart() {
+    from = view.frame === last ? 0 : view.frame;
+    started = performance.now();
+  }
+  function step(now) {
+    if (!view.playing) return;
+    const speed = Number(element("speed").value), time = arm.time[from] + ((now - started) / 1000) * speed;
+    let frame = from;
+    while (frame < last && arm.time[frame + 1] <= time) frame += 1;
+    if (frame !== view.frame) goTo(frame);
+    // The last pose stays for a moment before the motion starts over.
+    if (frame === last && time > arm.time[last] + 0.7 * speed) { from = 0; started = now; }
+    requestAnimationFrame(step);
+  }
+  play.addEventListener("click", () => {
+    if (view.playing) return stop();
+    view.playing = true;
+    play.setAttribute("aria-pressed", "true");
+    play.textContent = "❚❚ Pause";
+    restart();
+    requestAnimationFrame(step);
+  });
+  element("speed").addEventListener("change", restart);
+  slider.addEventListener("input", () => { stop(); goTo(Number(slider.value)); });
+  turn.addEventListener("input", () => { view.azimuth = Number(turn.value); draw(); });
+  let held = null;
+  svg.addEventListener("pointerdown", (event) => {
+    held = [event.clientX, event.clientY, view.azimuth, view.elevation];
+    svg.setPointerCapture(event.pointerId);
+  });
+  svg.addEventListener("pointermove", (event) => {
+    if (!held) return;
+    view.azimuth = ((((held[2] - 0.5 * (event.clientX - held[0]) + 180) % 360) + 360) % 360) - 180;
+    if (event.pointerType === "mouse") view.elevation = Math.max(-10, Math.min(90, held[3] + 0.4 * (event.clientY - held[1])));
+    turn.value = Math.round(view.azimuth);
+    draw();
+  });
+  for (const done of ["pointerup", "pointercancel"]) svg.addEventListener(done, () => { held = null; });
+  if (last === 0) { play.disabled = true; slider.disabled = true; }
+  aim();
+  goTo(0);
+  return Object.assign(view, { goTo });
+})();
+
+// Every place of the slider is a model found before, on one path through the model of this report.
+if (data.budgets) {
+  const { budgets } = data, slider = element("budget-slider"), rows = [...element("joint-errors").tBodies[0].rows];
+  const terms = all("[data-kept]"), asked = budgets.factor.indexOf(1), spot = document.querySelector("svg.panel .at-budget");
+  let timer = 0, saying = 0;
+  const percent = (share) => (share === 0 ? "0 %" : share < 1e-4 ? "< 0.01 %" : share < 0.0995 ? `${Number((100 * share).toPrecision(2))} %` : `${Math.round(100 * share)} %`);
+
+  // Signs of what comes first are shown only where negative, and brackets stand around more than one.
+  const inside = (group) => [...group.children].filter((child) => child.matches(".term, .bracket"));
+  function order(members, begins) {
+    const left = members.filter((member) => !member.hidden);
+    for (const member of members) member.classList.toggle("first", begins && member === left[0]);
+    return left;
+  }
+  function tidy() {
+    for (const bracket of all(".torque .bracket")) {
+      const left = order(inside(bracket), true);
+      bracket.hidden = left.length === 0;
+      bracket.classList.toggle("single", left.length === 1 && !left[0].classList.contains("negative"));
+    }
+    for (const torque of all(".torque")) {
+      const lines = all(".line", torque), carried = lines.some((line) => line.matches(".carried"));
+      for (const line of lines) if (!line.matches(".carried, .nothing")) line.hidden = inside(line).every((member) => member.hidden);
+      const left = order(lines.flatMap(inside), !carried);
+      torque.querySelector(".nothing").hidden = carried || left.length > 0;
+    }
+  }
+  function settle(at) {
+    for (const term of terms) { term.classList.remove("leaving"); term.hidden = term.dataset.kept[at] !== "1"; }
+    tidy();
+  }
+  function show(at) {
+    const errors = budgets.largest_error[at];
+    // The allowed error moves with the slider, peak torque does not.
+    const moved = budgets.shares_of === "peak torque" ? 1 : budgets.factor[at];
+    const shares = errors.map((error, k) => (budgets.whole[k] > 0 ? error / (budgets.whole[k] * moved) : 0));
+    const worst = shares.indexOf(Math.max(...shares));
+    element("budget-said").textContent = budgets.label[at];
+    element("budget-count").textContent = budgets.operations[at];
+    if (budgets.keeps) element("budget-kept").textContent = budgets.kept[at];
+    element("budget-worst").textContent = percent(shares[worst]);
+    rows.forEach((row, k) => {
+      row.style.setProperty("--error", budgets.place[at][k]);
+      row.style.setProperty("--budget", budgets.limit[at]);
+      row.querySelector(".said").textContent = `${quantity(errors[k], budgets.unit[k])} of ${quantity(budgets.factor[at] * budgets.allowed[k], budgets.unit[k])}`;
+      row.querySelector(".value").textContent = percent(shares[k]);
+    });
+    document.body.classList.toggle("other-budget", at !== asked);
+    element("budget-reset").disabled = at === asked;
+    slider.setAttribute("aria-valuetext", budgets.label[at]);
+    if (spot) {
+      const [[x, y], [u, v]] = [budgets.trade_off[asked], budgets.trade_off[at]];
+      spot.style.display = at === asked ? "none" : "inline";
+      spot.setAttribute("transform", `translate(${u - x} ${v - y})`);
+    }
+    for (const term of terms) {
+      const stays = term.dataset.kept[at] === "1";
+      term.classList.toggle("leaving", !stays);
+      if (stays) term.hidden = false;
+    }
+    tidy();
+    clearTimeout(timer);
+    if (calm.matches || at === asked) settle(at); else timer = setTimeout(settle, 700, at);
+    return `${budgets.operations[at]} operations, ${budgets.keeps ? `${budgets.kept[at]} ${budgets.keeps}, ` : ""}largest error ${percent(shares[worst])} of the ${budgets.shares_of} at joint ${worst + 1}.`;
+  }
+  function change() {
+    const words = show(Number(slider.value));
+    clearTimeout(saying);
+    // Announced once the slider rests.
+    saying = setTimeout(() => { element("budget-status").textContent = words; }, 900);
+  }
+  slider.addEventListener("input", change);
+  element("budget-reset").addEventListener("click", () => { slider.value = asked; change(); slider.focus(); });
+  element("budget").classList.add("alive");
+  slider.value = asked;
+  show(asked);
+}

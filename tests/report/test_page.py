@@ -1,0 +1,157 @@
+"""The page of the main report: whole, offline, and of the numbers of the run."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+from page_reader import Page
+from report_arms import swing
+from report_cases import HOSTILE, made_findings, resting_findings
+
+from gd_analyze.report.budget import BudgetPath, budget_words
+from gd_analyze.report.html import page_of
+from gd_analyze.report.main_page import first_parts, opening_of, render_html
+from gd_analyze.report.numbering import Numbers
+from gd_analyze.report.sections import sections
+from gd_analyze.result import Column, Fact, Result, Table
+from gd_analyze.results.findings import Findings
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import JointKind
+from gd_analyze.studies.main_job import Settings, find
+
+EIGHT: list[JointKind] = [*("prismatic",) * 5, *("revolute",) * 3]
+# Found once, for page and paper.
+EDGES = {
+    "one joint": cache(lambda: made_findings(["revolute"])),
+    "one prismatic joint": cache(lambda: made_findings(["prismatic"])),
+    "eight joints": cache(lambda: made_findings(EIGHT)),
+    "one set point": cache(lambda: made_findings(["revolute"] * 2, set_points=1)),
+    "long": cache(lambda: made_findings(["revolute"] * 2, set_points=5000)),
+}
+
+
+def words_of(page: Page) -> str:
+    return " ".join(page.text.split())
+
+
+def test_it_asks_the_network_for_nothing(page: Page, source: str) -> None:
+    assert "default-src 'none'" in next(a["content"] for a in page.all("meta") if "http-equiv" in a)
+    assert not [a for tag, a in page.elements for name in ("src", "srcset") if name in a]
+    assert {a["href"][0] for a in page.all("a")} == {"#"}
+    assert not re.findall(r"url\(|@import|https?://(?!www\.w3\.org)", source.partition("<main>")[0])
+    assert len(source.encode()) < 600_000
+
+
+def test_identifiers_are_unique_and_links_lead_to_them(page: Page) -> None:
+    assert len(set(page.identifiers)) == len(page.identifiers)
+    assert {a["href"][1:] for a in page.all("a")} <= set(page.identifiers)
+    assert page.headings_go_down_by_one
+
+
+def test_it_answers_with_the_numbers_of_the_run(puma_findings: Findings, page: Page) -> None:
+    words, model = words_of(page), puma_findings.model
+    opening = opening_of(puma_findings)
+    for said in (opening.title, opening.headline, *(fact.written for fact in opening.facts)):
+        assert " ".join(said.split()) in words
+    assert f"{model.operations.total} instead of {model.operations_full.total}" in words
+    for warning in puma_findings.warnings:
+        assert warning.replace("`", "") in words
+    for label, value in opening.provenance.items():
+        assert " ".join((value or "not stated").split()) in words, label
+
+
+def test_what_is_numbered_is_there_once_and_in_order(puma_findings: Findings, page: Page) -> None:
+    numbers = Numbers.of((*first_parts(puma_findings), *sections(puma_findings)))
+    for kind, count in (("Figure", len(numbers.figures)), ("Table", len(numbers.tables))):
+        found = [int(number) for number in re.findall(rf"{kind} (\d+)\.", page.text)]
+        assert sorted(found) == list(range(1, count + 1))
+
+
+def test_terms_that_are_shown_are_the_model(puma_findings: Findings, page: Page) -> None:
+    path, table = BudgetPath.of(puma_findings), puma_findings.tables["budgets"]
+    shown = page.data["budgets"]
+    terms = page.of_class("span", "term")
+    for place, row in enumerate(path.rows):
+        assert sum(term["data-kept"][place] == "1" for term in terms) == len(row["kept"])
+    assert sum("hidden" not in term for term in terms) == len(puma_findings.model.torques)
+    assert shown["operations"] == table.operations.values.tolist()
+    assert shown["operations"][path.asked] == puma_findings.model.operations.total
+    # Four digits are written.
+    np.testing.assert_allclose(shown["largest_error"], table.largest_error.values, rtol=1e-3)
+    factors = [row["factor"] for row in path.rows]
+    assert (factors[0], factors[path.asked], factors[-1]) == (0.1, 1.0, 10.0)
+
+
+def test_where_nothing_can_be_dropped_there_is_no_slider(two_link: RobotArm) -> None:
+    page = Page(render_html(find(two_link, swing(two_link), Settings(budget="0.001%"))))
+    assert "budget-slider" not in page.identifiers
+    assert "nothing can be dropped" in words_of(page)
+
+
+def test_budgets_are_named_in_their_own_terms() -> None:
+    assert budget_words("5.01187%") == "5.01 % of peak torque"
+    assert budget_words("1% or 10% friction, 0.2 N m") == "1 % of peak torque or 10 % of friction, 0.2 N m"
+
+
+@pytest.mark.parametrize("make", EDGES.values(), ids=EDGES)
+def test_any_arm_has_a_page(make: Callable[[], Findings]) -> None:
+    page = Page(render_html(make()))
+    assert page.of_class("svg", "panel")
+    assert "nan" not in page.text.lower().split()
+
+
+def test_an_arm_without_torque_has_a_page(puma: RobotArm) -> None:
+    assert "nothing to rank" in words_of(Page(render_html(resting_findings(puma))))
+
+
+def test_text_of_the_user_is_text() -> None:
+    findings = made_findings(["revolute", "prismatic"], title=HOSTILE)
+    joints = tuple(
+        dataclasses.replace(joint, name='<img src=x onerror="a">') for joint in findings.arm.joints
+    )
+    arm = dataclasses.replace(findings.arm, joints=joints, sources=("<b>_",))
+    page = Page(render_html(dataclasses.replace(findings, arm=arm)))
+    assert not page.all("img")
+    assert len(page.all("script")) == 2
+    assert "<script>alert(1)</script>" in page.text
+
+
+@pytest.mark.parametrize("level", ["element", "term", "energy"])
+def test_every_level_has_its_own_parts(level: str, by_level: dict[str, Findings]) -> None:
+    findings = by_level[level]
+    page = Page(render_html(findings))
+    assert ("elements" in page.identifiers) == (level != "element")
+    assert bool(page.of_class("span", "term")) == (level != "element")
+    assert ("Coefficients are those of this report" in words_of(page)) == (level == "energy")
+
+
+def test_an_arm_of_too_many_terms_shows_its_recursion(recursive: Findings) -> None:
+    page = Page(render_html(recursive))
+    assert not page.of_class("span", "term")
+    assert "Regrouped parameters" in words_of(page)
+    assert page.data["budgets"] is None or page.data["budgets"]["keeps"] == ""
+
+
+def test_several_motions_have_an_appendix(two_motions: Findings) -> None:
+    words = words_of(Page(render_html(two_motions)))
+    for motion in two_motions.trajectory.motions:
+        assert motion.name in words
+    assert "Motion by motion" in words
+
+
+def test_readings_and_measured_torque_have_one(recorded: Findings, measured_findings: Findings) -> None:
+    assert "Readings behind the motion" in words_of(Page(render_html(recorded)))
+    assert "Measured torque beside the model" in words_of(Page(render_html(measured_findings)))
+
+
+def test_any_result_has_a_page() -> None:
+    table = Table("t", "Things <b>", (Column("x", "torque", [1.5, None], "N m"), Column("y", "", [1, 2])))
+    page = Page(page_of(Result("Title", facts=(Fact("a", "Label", 0.014, shown="percent"),), parts=(table,))))
+    assert "Things <b>" in page.text
+    assert "1.4 %" in page.text
+    assert len(page.all("th")) == 1
