@@ -1,9 +1,10 @@
-"""`gd-analyze equations`: the exact equations of motion of an arm, as a person would write them."""
+"""`gd-analyze equations`: the exact equations of motion of an arm."""
 
 from __future__ import annotations
 
+import re
+import textwrap
 from pathlib import Path
-from tempfile import SpooledTemporaryFile
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -13,14 +14,17 @@ from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.options import digits_option, number_read, out_option
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.outputs import require_outputs
-from gd_analyze.cli.terminal import lines, table
+from gd_analyze.cli.terminal import WIDTH, lines
 
 if TYPE_CHECKING:
-    from gd_analyze.harmonics.equations import Equation, Term
-    from gd_analyze.harmonics.transform import Harmonics
+    from collections.abc import Sequence
 
-# Characters of equations up to which no temporary file is used.
-_IN_MEMORY = 2**26
+    from gd_analyze.harmonics.equations import Equation
+    from gd_analyze.harmonics.transform import Harmonics
+    from gd_analyze.result import Result, Table
+
+# Beginning and end of a comment in each format.
+_COMMENTS = {"text": ("", ""), "latex": ("% ", ""), "mathml": ("<!-- ", " -->"), "sympy": ("# ", "")}
 
 
 class Share(click.ParamType[float]):
@@ -58,7 +62,7 @@ class Share(click.ParamType[float]):
 @click.option(
     "--format",
     "form",
-    type=click.Choice(["text", "latex", "mathml", "sympy"]),
+    type=click.Choice([*_COMMENTS]),
     default="text",
     show_default=True,
     help="How to write them: sympy is a Python script, the others are one equation each.",
@@ -67,8 +71,8 @@ class Share(click.ParamType[float]):
 @click.option(
     "--parameters",
     is_flag=True,
-    help="Print the base parameters instead: the least numbers that torque is linear in, and what each "
-    "combines of the links' masses, first moments and inertias.",
+    help="Print the base (minimal) inertial parameters instead, and the combinations of the links' masses, "
+    "first moments and inertias that they are.",
 )
 @digits_option("Significant digits of coefficients; sympy keeps all.")
 @out_option("Write the equations into this file.")
@@ -86,7 +90,7 @@ def equations(
 ) -> None:
     r"""Print the exact equations of motion: every term of D, h and c.
 
-    The terms are read off numeric values, so that any arm has them; see docs/equations.md.
+    The terms are found from numeric values, so that any arm has them; see docs/equations.md.
 
     \b
     Examples:
@@ -105,62 +109,117 @@ def equations(
     if terms and (form != "text" or out is not None):
         raise click.UsageError("--terms is a table for the terminal: it goes without --format and --out")
     require_outputs(out)
-    with SpooledTemporaryFile(_IN_MEMORY, "w+", encoding="utf-8") as body:
-        with output.working() as stage:
-            import time
+    with output.working() as stage:
+        from gd_analyze.files import write_text
+        from gd_analyze.harmonics.equations import each_equation, elements_named, harmonics_for
 
-            from gd_analyze.cli.written_equations import Told, save, show, written, written_before
-            from gd_analyze.harmonics.equations import each_equation, elements_named, harmonics_for
-
-            arm = robot.load()
-            stage("identifying")
-            start = time.perf_counter()
-            harmonics = harmonics_for(arm, elements)
-            seconds = time.perf_counter() - start
-            stage("writing out", len(elements_named(elements, arm.n_joints)))
-            told, found = Told(), []
-            body.write(written_before(form, arm.n_joints))
-            for equation in each_equation(harmonics, elements, min_share=min_share, progress=stage.advance):
-                told.note(equation)
-                # Terms by themselves take much more memory than their text.
-                found += [equation] if terms or output.as_json else []
-                body.write("" if terms else written(equation, form, digits))
-            header = told.header(harmonics, form, whole=not elements, min_share=min_share, seconds=seconds)
-            if out is not None:
-                stage(f"writing {out.name}")
-                save(out, header, body)
-        if output.as_json or out is not None:
-            body.seek(0)
-            about = {"format": form, "written": body.read()} if output.as_json else {}
-            output.give(lambda: _document(harmonics, found, seconds) | about | output.about(out), wrote=out)
-        elif not terms:
-            show(header if not output.quiet else "", body)
-        else:
-            if not output.quiet:
-                lines(header.rstrip() + "\n")
-            _show_tables(found, digits)
+        arm = robot.load()
+        stage("identifying")
+        harmonics = harmonics_for(arm, elements)
+        stage("writing out", len(elements_named(elements, arm.n_joints)))
+        found = [*each_equation(harmonics, elements, min_share=min_share, progress=stage.advance)]
+        body = _written(found, form, digits, arm.n_joints)
+        header = _header(harmonics, found, form, whole=not elements, min_share=min_share)
+        if out is not None:
+            stage(f"writing {out.name}")
+            write_text(out, header + body)
+    if output.as_json or terms or out is not None:
+        output.give(_result(harmonics, found, form, body, digits, tables=terms), wrote=out)
+    else:
+        lines(body if output.quiet else header + body)
 
 
-def _show_tables(found: list[Equation], digits: int) -> None:
+def _written(found: Sequence[Equation], form: str, digits: int, n_joints: int) -> str:
+    """All equations, one after the other, in one of the formats."""
+    from gd_analyze.formulas.languages import Latex, MathML, Plain
+    from gd_analyze.formulas.sympy import sympy_head, sympy_line
+    from gd_analyze.formulas.writing import element_formula
+
+    if form == "sympy":
+        return sympy_head(n_joints) + "".join(f"{sympy_line(equation)}\n" for equation in found)
+    formulas = map(element_formula, found)
+    if form == "text":
+        plain = Plain(digits)
+        return "".join(f"{plain.wrapped(formula, WIDTH)}\n" for formula in formulas)
+    printer = Latex(digits) if form == "latex" else MathML(digits)
+    return "".join(f"{printer.line(formula)}\n" for formula in formulas)
+
+
+def _header(
+    harmonics: Harmonics, found: Sequence[Equation], form: str, *, whole: bool, min_share: float
+) -> str:
+    """Arm, number of terms, units and legend, as a comment of the format."""
+    from gd_analyze.formulas.languages import Plain
+    from gd_analyze.formulas.writing import factor_legend
+    from gd_analyze.text import visible
+
+    arm = harmonics.arm
+    cut = f", shares of at least {100 * min_share:g} %" if min_share > 0 else ""
+    about = [f"{arm.title or arm.name}: {sum(len(equation.terms) for equation in found)} terms{cut}"]
+    about.append("Units: kg, m, s, rad" + "; D is symmetric, and elements not shown are zero" * whole)
+    if any(equation.symbol.startswith("h") for equation in found):
+        about[-1] += "; h_i is the sum over j and k of h_ijk qd_j qd_k, and h_ikj = h_ijk"
+    factors = {factor for equation in found for term in equation.terms for factor in term.factors}
+    about += [", ".join(Plain().legend(factor_legend(factors)))] if factors else []
+    before, after = _COMMENTS[form]
+    # Two hyphens would end a comment of XML.
+    about = [re.sub("-(?=-)", "- ", text) if form == "mathml" else text for text in about if text]
+    room = WIDTH - len(before) - len(after)
+    pieces = [piece for text in about for piece in textwrap.wrap(f"{visible(text)}.", room)]
+    return "".join(f"{before}{piece}{after}\n" for piece in pieces) + "\n"
+
+
+def _result(
+    harmonics: Harmonics, found: Sequence[Equation], form: str, body: str, digits: int, *, tables: bool
+) -> Result:
+    from dataclasses import asdict
+
+    from gd_analyze.formulas.writing import exponents
+    from gd_analyze.result import Fact, Result
+
+    def term_document(term: Any) -> dict[str, Any]:
+        factors = [factor._asdict() | {"exponent": power} for factor, power in exponents(term.factors)]
+        return asdict(term) | {"factors": factors}
+
+    arm = harmonics.arm
+    documents = [asdict(one) | {"terms": [*map(term_document, one.terms)]} for one in found]
+    return Result(
+        title=f"{arm.title or arm.name}: exact equations",
+        facts=(
+            Fact("arm", "", arm.name),
+            Fact("", "Terms", sum(len(equation.terms) for equation in found), shown="count"),
+            Fact("noise", "", dict(zip(("inertia", "potential"), harmonics.noise, strict=True))),
+            Fact("gap", "", harmonics.gap),
+            Fact("equations", "", documents),
+            Fact("format", "", form),
+            Fact("written", "", body),
+        ),
+        parts=tuple(_table(equation, digits) for equation in found) if tables else (),
+    )
+
+
+def _table(equation: Equation, digits: int) -> Table:
     from gd_analyze.formulas.formula import Product
     from gd_analyze.formulas.languages import Plain
     from gd_analyze.formulas.printer import number
     from gd_analyze.formulas.writing import powers
+    from gd_analyze.result import Column, Table
 
-    for equation in found:
-        rows = [
-            [
-                Plain().product(Product(1.0, powers(term.factors))),
-                number(term.coefficient, digits),
-                term.effect,
-                _spans(term.links),
-                f"{100 * term.share:.3g} %",
-            ]
-            for term in equation.terms
-        ]
-        zero = "" if rows else " is zero"
-        headings = ["term", "coefficient", "effect", "links", "share"]
-        table(f"{equation.symbol}{zero} ({equation.unit})", headings, rows, "lrllr")
+    terms = equation.terms
+    products = [Plain().product(Product(1.0, powers(term.factors))) for term in terms]
+    coefficients = [number(term.coefficient, digits) for term in terms]
+    return Table(
+        "",
+        f"{equation.symbol} ({equation.unit})",
+        (
+            Column("", "term", products, shown="text"),
+            Column("", "coefficient", coefficients, shown="text"),
+            Column("", "effect", [term.effect for term in terms], shown="text"),
+            Column("", "links", [_spans(term.links) for term in terms], shown="text"),
+            Column("", "share", [term.share for term in terms], shown="percent"),
+        ),
+        note="" if terms else "zero",
+    )
 
 
 def _spans(links: tuple[int, ...]) -> str:
@@ -172,24 +231,3 @@ def _spans(links: tuple[int, ...]) -> str:
         else:
             spans.append([s])
     return ", ".join(str(span[0]) if len(span) == 1 else f"{span[0]}-{span[-1]}" for span in spans)
-
-
-def _document(harmonics: Harmonics, found: list[Equation], seconds: float) -> dict[str, Any]:
-    from dataclasses import asdict
-
-    from gd_analyze.formulas.writing import exponents
-
-    def factors(term: Term) -> list[dict[str, Any]]:
-        return [factor._asdict() | {"exponent": exponent} for factor, exponent in exponents(term.factors)]
-
-    return {
-        "arm": harmonics.arm.name,
-        "seconds": seconds,
-        "noise": {"inertia": harmonics.noise[0], "potential": harmonics.noise[1]},
-        "gap": harmonics.gap,
-        "equations": [
-            asdict(equation)
-            | {"terms": [asdict(term) | {"factors": factors(term)} for term in equation.terms]}
-            for equation in found
-        ],
-    }
