@@ -1,9 +1,8 @@
+"""`gd-analyze plan`: what is planned, written and refused."""
+
 from __future__ import annotations
 
-import csv
-import json
 import math
-import re
 import shlex
 
 import numpy as np
@@ -11,8 +10,6 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.cli.plan import PROFILE_NAMES
-from gd_analyze.cli.terminal import print_json
-from gd_analyze.cli.terminal import sentence as print_sentence
 from gd_analyze.motions.csv_writing import recorded_command
 from gd_analyze.motions.profiles import PROFILES
 
@@ -74,48 +71,3 @@ def test_a_plan_over_the_limits_is_a_warning_when_allowed(run, here):
     assert result.code == 0
     assert "warning: the motion is too fast" in result.err
     assert (here / "fast.csv").exists()
-
-
-@pytest.fixture
-def model(run, motion):
-    assert run("two_link", motion, "--out", "r", "--format", "json", "--quiet").code == 0
-    return "r/model.json"
-
-
-def test_a_model_keeps_its_promise_where_it_was_made(run, motion, model):
-    result = run("evaluate", model, motion, "--json")
-    assert (result.code, result.err) == (0, "")
-    for row in result.json["joints"]:
-        # The same program on the same states, so the same bits.
-        assert row["largest_error"] == row["promised_largest_error"]
-    assert "The model errs no more here than on gentle." in run("evaluate", model, motion).out
-
-
-def test_a_model_is_tried_on_another_trajectory(run, model, here):
-    result = run("evaluate", model, "two-link-swing", "-o", "torque.csv")
-    assert (result.code, result.err) == (0, "")
-    assert max(map(len, result.out.splitlines())) <= 80
-    assert result.out.endswith("wrote torque.csv\n")
-    told = run("evaluate", model, "two-link-swing", "--json").json
-    with (here / "torque.csv").open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    for i, row in enumerate(told["joints"], start=1):
-        error = [abs(float(r[f"simplified{i}"]) - float(r[f"exact{i}"])) for r in rows]
-        # Differences at round-off level are reported as no error at all.
-        assert row["largest_error"] == pytest.approx(max(error), rel=0, abs=1e-12 * row["peak_torque"])
-    assert told["fitted_on"]["trajectory"] == "gentle"
-    assert json.loads((here / model).read_text(encoding="utf-8"))["fitted_on"] == told["fitted_on"]
-
-
-def test_json_knows_no_infinity(capsys):
-    print_json({"share": math.inf, "rows": [(math.nan, 1.5)], "name": "é"})
-    assert (
-        capsys.readouterr().out
-        == json.dumps({"share": None, "rows": [[None, 1.5]], "name": "é"}, indent=2) + "\n"
-    )
-
-
-def test_a_number_and_its_unit_stay_on_one_line(capsys):
-    for width in range(60, 76):
-        print_sentence("x" * width + " 5.23 N m, 4 %, 12.3 mN m and 1.76 s (joint 2)")
-        assert not re.search(r"\d\n|N\nm", capsys.readouterr().out)

@@ -1,0 +1,98 @@
+"""A `Result` as text and as JSON: units, bounds, unknown values, widths, and names that act on a terminal."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+
+import numpy as np
+import pytest
+
+import gd_analyze as gd
+from gd_analyze.cli.terminal import print_json
+from gd_analyze.report.terminal import text_of, wrapped
+from gd_analyze.result import Column, Equations, Fact, Result, Section, Table, joint_columns, written
+
+LONG = "tau1 = " + " + ".join(f"{k}.5 (C2 - S3) p{k}" for k in range(12))
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "shown", "text"),
+    [
+        (0.0139, "of peak torque", "percent", "1.4 % of peak torque"),
+        (0.01301, "of peak torque", "bound_percent", "1.4 % of peak torque"),
+        (0.00313, "N m", "number", "3.13 mN m"),
+        (1.0001, "N m", "bound", "1.01 N m"),
+        (np.float64(0.0), "", "percent", "0 %"),
+        (2.5, "kg m^2", "number", "2.5 kg m²"),
+        (True, "", "flag", "yes"),
+        (math.nan, "N m", "number", "–"),
+        (None, "", "count", "–"),
+        ([1, 2], "", "count", "1, 2"),
+    ],
+)
+def test_values_as_a_person_reads_them(value, unit, shown, text):
+    assert written(value, unit, shown) == text
+
+
+@pytest.fixture
+def result() -> Result:
+    joints = gd.load_arm("two_link").joints
+    torque = Column("torque", "torque", np.array([5.0, math.nan]), ["N m", "N m"])
+    share = Column("share", "of peak", [0.5, math.inf], shown="percent")
+    table = Table("joints", "Torques", (*joint_columns(joints), torque, share))
+    mixed = Column("", "force", [1.0, 2.0], ["N", "N m"])
+    other = Table("", "Only for people", (mixed, Column("", "term", ["a", "b"], shown="text")), top=1)
+    return Result(
+        "An arm\x1b[2J",
+        headline="72 operations instead of 308.",
+        facts=(Fact("error", "Error", 0.01, shown="percent", note="joint 2"), Fact("hidden", "", {"a": [1]})),
+        parts=(
+            table,
+            other,
+            Section("more", "More", (Fact("error", "Error", 1.0),)),
+            Equations(
+                "equations",
+                "Equations",
+                ("tau1 = " + " + ".join(f"{k}.5 (C2 - S3) p{k}" for k in range(12)),),
+            ),
+        ),
+        notices=("Note.",),
+    )
+
+
+def test_as_text(result):
+    lines = text_of(result).splitlines()
+    assert max(map(len, lines)) <= 80
+    assert "\x1b" not in "\n".join(lines)
+    assert "Error  1 % (joint 2)" in lines
+    assert "Only for people (1 of 2)" in lines
+    assert "hidden" not in "\n".join(lines)
+    row = next(line for line in lines if line.startswith("2 "))
+    assert row.split()[-2:] == ["–", "∞"]
+    # A formula breaks between its summands.
+    assert all(line.startswith((" " * 7 + "+", "tau1 =")) for line in lines if " p" in line and "(C2" in line)
+
+
+def test_as_json(result):
+    document = result.document()
+    assert document["joints"][0] == {
+        "joint": 1, "joint_name": "shoulder", "effort_unit": "N m", "torque": 5.0, "share": 0.5,
+    }  # fmt: skip
+    assert document["joints"][1]["torque"] is document["joints"][1]["share"] is None
+    assert (document["error"], document["more"], document["hidden"]) == (0.01, {"error": 1.0}, {"a": [1]})
+    assert document["notices"] == ["Note."]
+    with pytest.raises(ValueError, match="error"):
+        Result("twice", facts=(Fact("error", "", 1), Fact("error", "", 2))).document()
+
+
+def test_a_number_and_its_unit_stay_on_one_line():
+    for width in range(60, 76):
+        text = "\n".join(wrapped("x" * width + " 5.23 N m, 4 %, 12.3 mN m and 1.76 s (joint 2)", 80))
+        assert not re.search(r"\d\n|N\nm", text)
+
+
+def test_json_knows_no_infinity(capsys):
+    print_json({"share": math.inf, "rows": [(math.nan, 1.5)], "name": "é"})
+    assert json.loads(capsys.readouterr().out) == {"share": None, "rows": [[None, 1.5]], "name": "é"}
